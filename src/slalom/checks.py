@@ -1,0 +1,79 @@
+"""All checking of numbers that come from outside: one clear message each, nothing repaired."""
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.errors import InvalidInput
+
+Array: TypeAlias = npt.NDArray[np.float64]
+Vector: TypeAlias = npt.ArrayLike | Sequence[float]
+
+
+def array(value: npt.ArrayLike, name: str) -> Array:
+    """Return `value` as a float64 array of finite numbers, of any shape, that cannot be written to."""
+    try:
+        result = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{name}: expected numbers, found {value!r}") from None
+    if not np.all(np.isfinite(result)):
+        raise InvalidInput(f"{name}: expected finite numbers, found {short(result)}")
+    result.setflags(write=False)
+    return result
+
+
+def vector(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Array:
+    """Return `value` as a vector of 2 or 3 finite numbers; of `dimension` numbers if that is given."""
+    result = array(value, name)
+    expected = f"{dimension}" if dimension else "2 or 3"
+    if result.ndim != 1 or result.size not in ((dimension,) if dimension else (2, 3)):
+        raise InvalidInput(f"{name}: expected {expected} numbers, found {short(result)} of shape {result.shape}")
+    return result
+
+
+def vectors(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Array:
+    """Return `value` as an array (..., d) of finite numbers with d = 2 or 3, or d = `dimension`."""
+    result = array(value, name)
+    allowed = (dimension,) if dimension else (2, 3)
+    if result.ndim < 1 or result.shape[-1] not in allowed:
+        raise InvalidInput(f"{name}: expected an array (..., {dimension or '2 or 3'}), found shape {result.shape}")
+    return result
+
+
+def number(value: float, name: str) -> float:
+    """Return `value` as a finite float."""
+    result = array(value, name)
+    if result.ndim:
+        raise InvalidInput(f"{name}: expected one number, found shape {result.shape}")
+    return float(result)
+
+
+def positive(value: float, name: str) -> float:
+    """Return `value` as a finite float above 0."""
+    result = number(value, name)
+    if result <= 0:
+        raise InvalidInput(f"{name}: expected a number above 0, found {result:g}")
+    return result
+
+
+def not_negative(value: float, name: str) -> float:
+    """Return `value` as a finite float of 0 or more."""
+    result = number(value, name)
+    if result < 0:
+        raise InvalidInput(f"{name}: expected 0 or more, found {result:g}")
+    return result
+
+
+def known(name: str, what: str, names: Sequence[str]) -> str:
+    """Return `name` if it is one of `names`; otherwise say which there are."""
+    if name not in names:
+        raise InvalidInput(f"{what}: expected one of {', '.join(names)}; found {name!r}")
+    return name
+
+
+def short(values: Array) -> str:
+    """At most six of the values, for a message."""
+    flat = values.ravel()
+    return "[" + ", ".join(f"{x:g}" for x in flat[:6]) + (", ...]" if flat.size > 6 else "]")

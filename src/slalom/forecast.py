@@ -1,0 +1,51 @@
+"""From what is observed of an obstacle now to where it will be: a rule that gives a trajectory."""
+
+from dataclasses import dataclass
+from typing import Final, Protocol, runtime_checkable
+
+from slalom.trajectory import ConstantAcceleration, ConstantVelocity, Trajectory
+
+
+@runtime_checkable
+class Forecast(Protocol):
+    """A rule from an obstacle's true trajectory and the time of observation to the trajectory that is assumed.
+
+    Law: a rule uses the true trajectory only at `now`, except `Known`, which is given all of it.
+    """
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        """The trajectory assumed from `now` on. Raises OutsideSpan when there is no obstacle at `now`."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """The trajectory itself: published plans, lanes, recordings. The assumption of NLVO and NAO."""
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return trajectory
+
+
+@dataclass(frozen=True)
+class AtConstantVelocity:
+    """The velocity of this moment for ever. The assumption of VO and AVO."""
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return ConstantVelocity(trajectory.position(now), trajectory.velocity(now), now)
+
+
+@dataclass(frozen=True)
+class AtConstantAcceleration:
+    """The velocity and acceleration of this moment, the acceleration for ever. The assumption of AO."""
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return ConstantAcceleration(
+            trajectory.position(now), trajectory.velocity(now), trajectory.acceleration(now), now
+        )
+
+
+FORECASTS: Final[dict[str, Forecast]] = {
+    "known": Known(),
+    "constant_velocity": AtConstantVelocity(),
+    "constant_acceleration": AtConstantAcceleration(),
+}
+"""Every forecast by name."""

@@ -1,0 +1,43 @@
+"""The one typed wrapper of numba's njit that all kernels go through.
+
+numba keys its disk cache by the file of a function, so an edit in a callee that lives in another file goes
+unnoticed and the old result is returned. Here the key holds a hash of all kernel sources. Where no cache can
+be written (a read-only install without a writable home) kernels compile in every process instead of failing.
+"""
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+from numba.core.caching import FunctionCache
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def _digest() -> str:
+    folder = Path(__file__).parent
+    sources = [*sorted(folder.glob("*.py")), folder.parent / "tolerances.py"]
+    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()
+
+
+SOURCES = _digest()
+
+
+class _KernelCache(FunctionCache):  # type: ignore[misc]
+    """numba's function cache with the hash of all kernel sources in its key."""
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return (SOURCES, *super()._index_key(sig, codegen))
+
+
+def kernel(function: F) -> F:
+    """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan."""
+    compiled = numba.njit(nogil=True, error_model="numpy")(function)
+    if hasattr(compiled, "enable_caching"):  # absent when NUMBA_DISABLE_JIT is set
+        try:
+            compiled._cache = _KernelCache(function)
+        except RuntimeError:
+            return cast(F, compiled)
+    return cast(F, compiled)

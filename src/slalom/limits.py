@@ -1,0 +1,128 @@
+"""What the robot can do, as a set of controls: the admissible set."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.affine import Affine
+from slalom.checks import Array, array, number, positive, vector, vectors
+from slalom.errors import InvalidInput
+from slalom.tolerances import ADMISSIBLE
+
+
+@dataclass(frozen=True, eq=False)
+class Admissible:
+    """A convex set of controls: the intersection of balls and half-spaces.
+
+    {u: |u - centers[i]| <= radii[i], normals[j] . u <= offsets[j]}, with unit normals. It must be bounded by at
+    least one ball when `select` uses it.
+    """
+
+    centers: Array
+    radii: Array
+    normals: Array
+    offsets: Array
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.centers.shape[1])
+
+    def excess(self, controls: npt.ArrayLike) -> Array:
+        """By how much controls (..., d) leave the set, (...): the largest signed distance to a boundary."""
+        u = vectors(controls, "controls", self.dimension)
+        outside = np.linalg.norm(u[..., None, :] - self.centers, axis=-1) - self.radii
+        beyond = u @ self.normals.T - self.offsets
+        return np.asarray(np.concatenate([outside, beyond], axis=-1).max(axis=-1))
+
+    def contains(self, controls: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether controls (..., d) are in the set, up to the relative tolerance ADMISSIBLE."""
+        scale = 1.0 + np.concatenate([self.radii, np.abs(self.offsets)]).max(initial=0.0)
+        return np.asarray(self.excess(controls) <= ADMISSIBLE * scale)
+
+    def rows(self) -> Array:
+        """The boundaries as the kernels take them, (n, 5), see `kernels/boundaries.py`."""
+        balls, flats = len(self.radii), len(self.offsets)
+        rows = np.zeros((balls + flats, 5))
+        rows[:balls, 0] = -1.0
+        rows[:balls, 1 : 1 + self.dimension] = self.centers
+        rows[:balls, 4] = self.radii
+        rows[balls:, 1 : 1 + self.dimension] = self.normals
+        rows[balls:, 4] = self.offsets
+        return rows
+
+
+def admissible_ball(center: npt.ArrayLike, radius: float) -> Admissible:
+    """The controls within `radius` > 0 of `center` (d,)."""
+    middle = vector(center, "center")
+    return Admissible(middle[None], np.array([positive(radius, "radius")]), np.empty((0, middle.size)), np.empty(0))
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpace:
+    """The vectors x with normal . x <= offset; `normal` (d,) of any length but 0."""
+
+    normal: Array
+    offset: float
+
+    def __post_init__(self) -> None:
+        normal = vector(self.normal, "normal")
+        length = float(np.linalg.norm(normal))
+        if length == 0.0:
+            raise InvalidInput("normal: expected a direction, found the zero vector")
+        object.__setattr__(self, "normal", array(normal / length, "normal"))
+        object.__setattr__(self, "offset", number(self.offset, "offset") / length)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the robot can do: its largest speed [m/s] and acceleration [m/s^2], both Euclidean norms.
+
+    `velocity_bounds` and `acceleration_bounds` are half-spaces that the velocity and the acceleration must stay in.
+
+    Raises:
+        InvalidInput: a limit that is not above 0.
+    """
+
+    max_speed: float
+    max_acceleration: float
+    velocity_bounds: tuple[HalfSpace, ...] = field(default=())
+    acceleration_bounds: tuple[HalfSpace, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "max_speed", positive(self.max_speed, "max_speed"))
+        object.__setattr__(self, "max_acceleration", positive(self.max_acceleration, "max_acceleration"))
+
+    def admissible(
+        self, speed_peaks: tuple[Affine, ...], acceleration_peaks: tuple[Affine, ...], speed: float = 0.0
+    ) -> Admissible:
+        """The controls that keep speed and acceleration within the limits.
+
+        Args:
+            speed_peaks, acceleration_peaks: maps of the control, from a response's methods of these names.
+            speed: the present speed [m/s]. A robot that is faster than its limit cannot obey it at once: it must
+                shed at least half of what full braking would until the peak, and nothing else is asked of it.
+        """
+        centers, radii, normals, offsets = [], [], [], []
+        for peak in speed_peaks:
+            limit = self.max_speed
+            if speed > limit:
+                limit = max(limit, speed - 0.5 * self.max_acceleration * float(peak.gain))
+            centers.append(peak.inverse(np.zeros_like(peak.drift)))
+            radii.append(limit / float(peak.gain))
+        for peak in acceleration_peaks:
+            if peak.gain:
+                centers.append(peak.inverse(np.zeros_like(peak.drift)))
+                radii.append(self.max_acceleration / abs(float(peak.gain)))
+        for bounds, peaks in ((self.velocity_bounds, speed_peaks), (self.acceleration_bounds, acceleration_peaks)):
+            for bound in bounds:
+                for peak in peaks:
+                    gain = float(peak.gain)
+                    if gain:
+                        normals.append(bound.normal * np.sign(gain))
+                        offsets.append((bound.offset - float(bound.normal @ peak.drift)) / abs(gain))
+        dimension = (speed_peaks + acceleration_peaks)[0].drift.shape[-1]
+        return Admissible(
+            np.array(centers), np.array(radii), np.array(normals).reshape(-1, dimension), np.array(offsets)
+        )

@@ -1,0 +1,97 @@
+"""The table of methods: a method is a response and a forecast."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from slalom.checks import known, positive
+from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
+from slalom.limits import Limits
+from slalom.response import AccelerateThenCoast, AccelerateThenStop, LaggedVelocity, Response, Velocity
+
+HOLDS: Final = (0.2, 0.5, 1.0, 2.0, 4.0)
+"""[s] How long accelerations are held when nothing else is asked for; see docs/design/0004."""
+
+Responses = Callable[[Limits, float, tuple[float, ...]], tuple[Response, ...]]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A row of the table: how controls move the robot, and how obstacles are assumed to move.
+
+    Attributes:
+        name: what the command line calls it.
+        responses: from limits, control period [s] and holds [s] to the responses tried at each decision.
+        forecast: from an obstacle's trajectory to the assumed one.
+        sentence: what it is. source: where it comes from.
+    """
+
+    name: str
+    responses: Responses
+    forecast: Forecast
+    sentence: str
+    source: str
+
+
+def _velocity(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+    return (Velocity(ramp=period),)
+
+
+def _lagged(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+    return (LaggedVelocity(lag=limits.max_speed / limits.max_acceleration),)
+
+
+def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+    rounded = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
+    rate = min(limits.max_acceleration / limits.max_speed, 0.5 / period)
+    coasting = [AccelerateThenCoast(hold) for hold in rounded]
+    stopping = [AccelerateThenStop(hold, rate, period) for hold in rounded]
+    return (*coasting, *stopping)
+
+
+METHODS: Final[dict[str, Method]] = {
+    method.name: method
+    for method in (
+        Method(
+            "vo",
+            _velocity,
+            AtConstantVelocity(),
+            "Velocity obstacle: a new velocity; obstacles keep theirs.",
+            "Fiorini and Shiller, IJRR 17(7), 1998",
+        ),
+        Method(
+            "nlvo",
+            _velocity,
+            Known(),
+            "Nonlinear velocity obstacle: a new velocity; obstacles follow known trajectories.",
+            "Shiller, Large and Sekhavat, ICRA 2001",
+        ),
+        Method(
+            "avo",
+            _lagged,
+            AtConstantVelocity(),
+            "Acceleration-velocity obstacle: a new velocity, approached with a lag; obstacles keep theirs.",
+            "van den Berg, Snape, Guy and Manocha, ICRA 2011",
+        ),
+        Method(
+            "ao",
+            _acceleration,
+            AtConstantAcceleration(),
+            "Acceleration obstacle: a new acceleration; obstacles keep theirs.",
+            "Stern and Shiller, arXiv:2504.13637 and arXiv:2506.06255, 2025",
+        ),
+        Method(
+            "nao",
+            _acceleration,
+            Known(),
+            "Nonlinear acceleration obstacle: a new acceleration; obstacles follow known trajectories.",
+            "Stern and Shiller, arXiv:2506.06255, 2025",
+        ),
+    )
+}
+"""Every method by name."""
+
+
+def method(name: str) -> Method:
+    """The method of that name. Raises InvalidInput, listing the names, when there is none."""
+    return METHODS[known(name, "method", list(METHODS))]

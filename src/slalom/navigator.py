@@ -1,0 +1,276 @@
+"""One robot's decision at each step: choose, keep, continue, fall back, escape."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.checks import Array, not_negative, positive
+from slalom.control_obstacle import ControlObstacle, Traffic
+from slalom.errors import InvalidInput
+from slalom.forecast import Known
+from slalom.goal import Goal
+from slalom.limits import Limits
+from slalom.manoeuvre import Manoeuvre
+from slalom.methods import HOLDS, Method
+from slalom.objective import Arrive, Objective, Situation, preferred_control
+from slalom.obstacle import Obstacle
+from slalom.response import Response
+from slalom.selection import Status, select, select_clearest
+from slalom.shape import Shape
+from slalom.state import State
+from slalom.tolerances import CONTACT, KEPT
+
+
+class Outcome(Enum):
+    """What a decision is; the value is the sentence for the user. Ordered from best to worst."""
+
+    CLEAR = "The preferred control collides with nothing."
+    CONSTRAINED = "The nearest safe control to the preferred one was chosen."
+    KEPT = "The committed manoeuvre is safe and no new one promises enough to change it."
+    CONTINUED = "No new safe manoeuvre exists; the committed one is continued and still safe."
+    SQUEEZED = "No manoeuvre keeps the margin; this one keeps a clearance above 0."
+    DELAYED = "Every manoeuvre collides as predicted; the one that collides last was chosen."
+    IMPACT = "A collision within this control period is inevitable; the impact speed was made least."
+    ESCAPING = "The robot overlaps an obstacle; it moves apart as fast as it can."
+
+    @property
+    def safe(self) -> bool:
+        """Whether nothing is hit as long as the forecasts hold, up to the horizon."""
+        return self in (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What the robot does next.
+
+    Attributes:
+        manoeuvre: the committed future path; apply `manoeuvre.mean_acceleration(now, period)`.
+        outcome: how it came about.
+        preferred: the control (d,) that the objective asked of the manoeuvre's response.
+        blocked: the control obstacle of that response, for pictures and questions; not asked, not computed.
+    """
+
+    manoeuvre: Manoeuvre
+    outcome: Outcome
+    preferred: Array
+    blocked: ControlObstacle
+
+
+class _Proposal(NamedTuple):
+    """A safe manoeuvre and what it promises."""
+
+    cost: float
+    manoeuvre: Manoeuvre
+    outcome: Outcome
+    preferred: Array
+    blocked: ControlObstacle
+
+
+@dataclass(frozen=True)
+class Navigator:
+    """A robot that decides with `method`.
+
+    At each decision every response of the method proposes its exact choice; the one with the earliest predicted
+    arrival wins, unless the committed manoeuvre is safe and within `patience` of it. A robot without a
+    safe proposal continues the committed manoeuvre, which was safe when chosen and still is as long as the forecasts
+    hold. If they did not hold, it gives up in a stated order: the margin, then the time of collision, then the
+    impact speed. See docs/design/0005.
+
+    Attributes:
+        method: a row of the table of methods. robot: its shape. limits: what it can do.
+        period: [s] between decisions. horizon: [s] of foresight. margin: [m] to keep from everything.
+        holds: [s] how long accelerations are held. patience: [s] of predicted arrival that a change must gain.
+        objective: what it wants.
+    """
+
+    method: Method
+    robot: Shape
+    limits: Limits
+    period: float = 0.1
+    horizon: float = 6.0
+    margin: float = 0.05
+    holds: tuple[float, ...] = HOLDS
+    patience: float = 0.05
+    objective: Objective = field(default_factory=Arrive)
+
+    def __post_init__(self) -> None:
+        positive(self.period, "period")
+        positive(self.horizon, "horizon")
+        not_negative(self.margin, "margin")
+        not_negative(self.patience, "patience")
+        if not self.holds:
+            raise InvalidInput("holds: expected at least one, found none")
+
+    def decide(
+        self,
+        state: State,
+        obstacles: Sequence[Obstacle],
+        goal: Goal,
+        *,
+        now: float = 0.0,
+        committed: Manoeuvre | None = None,
+    ) -> Decision:
+        """The decision at time `now` [s] of a robot in `state` that was committed to `committed`.
+
+        Args:
+            obstacles: with their true trajectories; the method's forecast decides what of them is used.
+
+        Raises:
+            InvalidInput: dimensions that differ.
+        """
+        if goal.trajectory.dimension != state.dimension:
+            raise InvalidInput(
+                f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
+            )
+        traffic = self.foresee(obstacles, now)
+        responses = self.method.responses(self.limits, self.period, self.holds)
+        situations = [self._situation(response, state, goal, now) for response in responses]
+        bare = self._blocked(situations[0], traffic, 0.0)
+        if len(bare.overlapping):
+            return self._escape(situations[0], bare, now)
+        margins = np.clip(bare.initial_distances - bare.radii - 2 * CONTACT, 0.0, self.margin)
+        proposals = [p for s in situations if (p := self._propose(s, traffic, margins)) is not None]
+        best = min(proposals, key=lambda p: p.cost, default=None)
+        if committed is not None:
+            kept = self._continued(committed, situations[0], traffic, margins, best)
+            if kept is not None:
+                return kept
+        if best is not None:
+            return Decision(best.manoeuvre, best.outcome, best.preferred, best.blocked)
+        squeezed = [p for s in situations if (p := self._propose(s, traffic, 0.0)) is not None]
+        if squeezed:
+            best = min(squeezed, key=lambda p: p.cost)
+            return Decision(best.manoeuvre, Outcome.SQUEEZED, best.preferred, best.blocked)
+        return self._delay(situations, traffic)
+
+    def foresee(self, obstacles: Sequence[Obstacle], now: float) -> Traffic:
+        """The obstacles as the method's forecast sees them at `now`.
+
+        An obstacle that does not exist yet is seen only by a method that knows the trajectories.
+        """
+        seen = []
+        for obstacle in obstacles:
+            if isinstance(self.method.forecast, Known):
+                seen.append(obstacle)
+            elif obstacle.exists(now):
+                seen.append(replace(obstacle, trajectory=self.method.forecast(obstacle.trajectory, now)))
+        return Traffic(seen, now, self.horizon)
+
+    def _situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
+        admissible = self.limits.admissible(
+            response.speed_peaks(state, self.horizon),
+            response.acceleration_peaks(state, self.horizon),
+            float(np.linalg.norm(state.velocity)),
+        )
+        return Situation(response, state, goal, self.limits, admissible, now, self.horizon)
+
+    def _blocked(self, s: Situation, traffic: Traffic, margin: float | Array) -> ControlObstacle:
+        return ControlObstacle(s.response, s.state, traffic, self.robot, margin)
+
+    def _propose(self, s: Situation, traffic: Traffic, margin: float | Array) -> _Proposal | None:
+        """The exact choice for one response, or None when it has no safe control."""
+        blocked = self._blocked(s, traffic, margin)
+        preferred = preferred_control(self.objective.aims(s))
+        enough = self.objective.enough_clearance
+        if enough:
+            choice, _ = select_clearest(preferred, s.admissible, blocked, enough=enough)
+        else:
+            choice = select(preferred, s.admissible, blocked)
+        if choice.control is None:
+            return None
+        manoeuvre = Manoeuvre(s.response, s.state, choice.control, s.now)
+        outcome = Outcome.CLEAR if choice.status is Status.CLEAR else Outcome.CONSTRAINED
+        return _Proposal(self.cost(manoeuvre, s.goal, s.now), manoeuvre, outcome, preferred, blocked)
+
+    def cost(self, manoeuvre: Manoeuvre, goal: Goal, now: float) -> float:
+        """Predicted time of arrival [s from now] of a robot that follows the manoeuvre through its hold, then is free."""
+        hold = getattr(manoeuvre.response, "hold", self.period)
+        until = max(manoeuvre.start + hold, now + self.period)
+        ahead = np.linspace(now, until, 9)
+        for t, place, speed in zip(ahead, manoeuvre.position(ahead), manoeuvre.velocity(ahead)):
+            if goal.reached(place, speed, float(t)):
+                return float(t - now)
+        after = goal.time_to_go(manoeuvre.position(until), manoeuvre.velocity(until), until, self.limits)
+        return float(until - now + after)
+
+    def _continued(
+        self, committed: Manoeuvre, s: Situation, traffic: Traffic, margins: Array, best: _Proposal | None
+    ) -> Decision | None:
+        """The committed manoeuvre, if it is safe and either nothing else is or nothing else is better enough."""
+        if best is not None and best.cost < self.cost(committed, s.goal, s.now) - self.patience:
+            return None
+        rest = committed.continuation(s.state, s.now)
+        blocked = ControlObstacle(rest, s.state, traffic, self.robot, margins)
+        if float(blocked.clearance(np.zeros(s.state.dimension))) < -KEPT:
+            return None
+        outcome = Outcome.CONTINUED if best is None else Outcome.KEPT
+        return Decision(committed, outcome, committed.control, self._blocked(s, traffic, margins))
+
+    def _delay(self, situations: list[Situation], traffic: Traffic) -> Decision:
+        """Nothing is safe: the latest collision; among equals (within one period) the least impact speed."""
+        options = []
+        for s in situations:
+            blocked, preferred = self._blocked(s, traffic, 0.0), preferred_control(self.objective.aims(s))
+            low, high, control = 0.0, self.horizon, None
+            while high - low > 0.1 * self.period:
+                middle = 0.5 * (low + high)
+                choice = select(preferred, s.admissible, replace(blocked, horizon=middle))
+                if choice.control is None:
+                    high = middle
+                else:
+                    low, control = middle, choice.control
+            if control is not None:
+                speed = self._impact_speed(blocked, control)
+                options.append((low, speed, Manoeuvre(s.response, s.state, control, s.now), preferred, blocked))
+        latest = max((option[0] for option in options), default=0.0)
+        if latest < self.period:
+            return self._soften(situations[0], traffic)
+        equal = [option for option in options if option[0] >= latest - self.period]
+        _, _, manoeuvre, preferred, blocked = min(equal, key=lambda option: option[1])
+        return Decision(manoeuvre, Outcome.DELAYED, preferred, blocked)
+
+    def _impact_speed(self, blocked: ControlObstacle, control: Array) -> float:
+        """Relative speed [m/s] at the first collision under `control`; 0 without one."""
+        times = blocked.times_to_collision(control)
+        first = int(np.argmin(times))
+        if not np.isfinite(times[first]):
+            return 0.0
+        own = blocked.response.velocity(blocked.state, times[first])(control)
+        other = blocked.traffic.obstacles[first].trajectory.velocity(blocked.traffic.start + float(times[first]))
+        return float(np.linalg.norm(own - other))
+
+    def _soften(self, s: Situation, traffic: Traffic) -> Decision:
+        """A collision within this period: approach the velocity of what will be hit first."""
+        blocked = self._blocked(s, traffic, 0.0)
+        first = int(np.argmin(blocked.times_to_collision(np.zeros(s.state.dimension))))
+        other = traffic.obstacles[first].trajectory.velocity(s.now)
+        preferred = s.response.velocity(s.state, self.period).inverse(other)
+        manoeuvre = Manoeuvre(s.response, s.state, self._nearest(preferred, s, []), s.now)
+        return Decision(manoeuvre, Outcome.IMPACT, preferred, blocked)
+
+    def _escape(self, s: Situation, blocked: ControlObstacle, now: float) -> Decision:
+        """Apart from what is overlapped, as fast as the limits allow, and clear of everything else if that is possible."""
+        push = np.zeros(s.state.dimension)
+        for index in blocked.overlapping:
+            trajectory = blocked.traffic.obstacles[index].trajectory
+            away = s.state.position - trajectory.position(now)
+            length = float(np.linalg.norm(away))
+            # On top of each other every direction is as good; the first axis is taken.
+            away = away / length if length > 0.0 else np.eye(s.state.dimension)[0]
+            push += trajectory.velocity(now) + self.limits.max_speed * away
+        preferred = s.response.velocity(s.state, self.period).inverse(push / len(blocked.overlapping))
+        others = [o for i, o in enumerate(blocked.traffic.obstacles) if i not in blocked.overlapping]
+        manoeuvre = Manoeuvre(s.response, s.state, self._nearest(preferred, s, others), now)
+        return Decision(manoeuvre, Outcome.ESCAPING, preferred, blocked)
+
+    def _nearest(self, preferred: Array, s: Situation, others: Sequence[Obstacle]) -> Array:
+        """The admissible control nearest to `preferred`, clear of `others` if possible; braking if none is admissible."""
+        for avoided in (others, ()):
+            blocked = ControlObstacle(s.response, s.state, Traffic(avoided, s.now, self.horizon), self.robot)
+            choice = select(preferred, s.admissible, blocked)
+            if choice.control is not None:
+                return choice.control
+        return np.asarray(s.admissible.centers[-1])

@@ -1,0 +1,164 @@
+"""What the robot wants: a preferred control for each response, and how good a manoeuvre is."""
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from slalom.affine import Affine
+from slalom.checks import Array, not_negative, positive, vector
+from slalom.errors import InvalidInput
+from slalom.goal import Goal
+from slalom.limits import Admissible, Limits
+from slalom.response import Response
+from slalom.state import State
+
+
+class Aim(NamedTuple):
+    """One quadratic wish: weight * |map(u) - target|^2 should be small."""
+
+    map: Affine
+    target: Array
+    weight: float = 1.0
+
+
+def preferred_control(aims: tuple[Aim, ...]) -> Array:
+    """The control (d,) that minimises the sum of the aims.
+
+    Because every gain is a scalar, the sum is (sum w g^2) |u - preferred|^2 + constant: the optimum under any
+    constraint is the point nearest to `preferred`, which is what `select` finds.
+    """
+    total = sum(aim.weight * float(aim.map.gain) ** 2 for aim in aims)
+    if not total > 0.0:
+        raise InvalidInput("aims: expected one with weight and gain above 0, found none")
+    pull = sum((aim.weight * float(aim.map.gain) * (aim.target - aim.map.drift) for aim in aims), np.zeros(1))
+    return np.asarray(pull / total)
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """What an objective may look at: one response in one state."""
+
+    response: Response
+    state: State
+    goal: Goal
+    limits: Limits
+    admissible: Admissible
+    now: float
+    horizon: float
+
+
+@runtime_checkable
+class Objective(Protocol):
+    """Quadratic wishes for one decision; and how much clearance beyond the margin is wished for."""
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        """At least one aim of positive weight and gain."""
+
+    @property
+    def enough_clearance(self) -> float:
+        """[m] Clearance beyond the margin up to which more is better than being nearer to the aims; usually 0."""
+
+
+@dataclass(frozen=True)
+class Arrive:
+    """Be at the goal as soon as possible.
+
+    To pass through the goal: be there at the earliest time that an admissible control allows. To stop at it: have, after
+    the response's peak of speed, the velocity from which it can be reached and braked for (`Goal.desired_velocity`).
+    """
+
+    enough_clearance: float = 0.0
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        s = situation
+        if s.goal.stop:
+            after = self._settled(s)
+            place = s.state.position + after * s.state.velocity
+            wanted = s.goal.desired_velocity(place, s.now + after, s.limits)
+            return (Aim(s.response.velocity(s.state, after), wanted),)
+        away = s.goal.trajectory.position(s.now) - s.state.position
+        slowest = 4.0 * float(np.linalg.norm(away)) / s.limits.max_speed + 4.0 * s.limits.max_speed / s.limits.max_acceleration
+        times = np.geomspace(0.02, max(slowest, 0.04), 64)
+        maps = s.response.position(s.state, times)
+        controls = maps.inverse(s.goal.trajectory.position(s.now + times))
+        excess = s.admissible.excess(controls)
+        k = int(np.argmax(excess <= 0.0)) if np.any(excess <= 0.0) else int(np.argmin(excess))
+        return (Aim(Affine(maps.drift[k], maps.gain[k]), s.goal.trajectory.position(s.now + times[k])),)
+
+    @staticmethod
+    def _settled(s: Situation) -> float:
+        """When the control has had its effect on the velocity: the last inner knot, or one second."""
+        knots = s.response.knots(s.horizon, s.limits.max_speed)
+        hold = getattr(s.response, "hold", None) or getattr(s.response, "ramp", None)
+        return float(hold) if hold else float(min(1.0, knots[-1]))
+
+
+@dataclass(frozen=True)
+class KeepAcceleration:
+    """Change the acceleration least: comfort, and few adjustments."""
+
+    enough_clearance: float = 0.0
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        s = situation
+        return (Aim(s.response.acceleration(s.state, 0.0), s.state.acceleration),)
+
+
+@dataclass(frozen=True, eq=False)
+class FollowVelocity:
+    """Have the given velocity (d,) [m/s], one second from now at the latest."""
+
+    velocity: Array
+    enough_clearance: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "velocity", vector(self.velocity, "velocity"))
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        s = situation
+        return (Aim(s.response.velocity(s.state, min(1.0, s.horizon)), self.velocity),)
+
+
+@dataclass(frozen=True)
+class MostClearance:
+    """Keep as far from everything as possible, up to `enough` [m] beyond the margin; then as `then` wishes."""
+
+    enough: float
+    then: Objective
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "enough", positive(self.enough, "enough"))
+
+    @property
+    def enough_clearance(self) -> float:
+        return self.enough
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        return self.then.aims(situation)
+
+
+@dataclass(frozen=True)
+class Mix:
+    """A weighted sum of objectives: ((weight, objective), ...), weights of 0 or more."""
+
+    parts: tuple[tuple[float, Objective], ...]
+
+    def __post_init__(self) -> None:
+        if not self.parts:
+            raise InvalidInput("parts: expected at least one objective, found none")
+        for weight, _ in self.parts:
+            not_negative(weight, "weight")
+
+    @property
+    def enough_clearance(self) -> float:
+        return max(part.enough_clearance for _, part in self.parts)
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        # Each part is normalised to the same curvature in u, so that weights compare accelerations, not seconds.
+        mixed = []
+        for weight, part in self.parts:
+            aims = part.aims(situation)
+            curvature = sum(aim.weight * float(aim.map.gain) ** 2 for aim in aims)
+            mixed += [aim._replace(weight=aim.weight * weight / curvature) for aim in aims]
+        return tuple(mixed)

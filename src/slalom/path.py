@@ -1,0 +1,51 @@
+"""A curve as cubic pieces with a certified error: what kernels, recordings and pictures work on."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.checks import Array
+
+
+class Path(NamedTuple):
+    """Cubic pieces in Bernstein form.
+
+    Piece k covers times[k] to times[k + 1]; its control points are points[k]; the true curve lies within
+    error[k] of it at every time. Pieces may disagree in velocity where they meet, not in position.
+    """
+
+    times: Array  # (n + 1,) [s], increasing
+    points: Array  # (n, 4, d) [m]
+    error: Array  # (n,) [m]
+
+
+def hermite(times: Array, positions: Array, velocities: Array, error: float | Array = 0.0) -> Path:
+    """Pieces that agree with positions (n + 1, d) and velocities (n + 1, d) at times (n + 1,)."""
+    return hermite_pieces(times, positions, velocities[:-1], velocities[1:], error)
+
+
+def hermite_pieces(times: Array, positions: Array, leaving: Array, entering: Array, error: float | Array) -> Path:
+    """As `hermite`, with the velocity (n, d) leaving each piece's first time and entering its last one."""
+    third = (np.diff(times) / 3.0)[:, None]
+    points = np.empty((len(times) - 1, 4, positions.shape[1]))
+    points[:, 0] = positions[:-1]
+    points[:, 1] = positions[:-1] + third * leaving
+    points[:, 2] = positions[1:] - third * entering
+    points[:, 3] = positions[1:]
+    return Path(times, points, np.broadcast_to(np.asarray(error, dtype=np.float64), (len(times) - 1,)))
+
+
+def even_knots(start: float, end: float, longest: float) -> Array:
+    """Times from start to end, evenly spaced, no farther apart than `longest`."""
+    count = max(1, int(np.ceil((end - start) / longest))) if np.isfinite(longest) else 1
+    return np.linspace(start, end, count + 1)
+
+
+def hermite_step(fourth_derivative: float, tolerance: float) -> float:
+    """Longest step for which cubic Hermite interpolation errs by at most `tolerance`.
+
+    The error is at most h^4 max|f''''| / 384; for vectors the bound holds along every direction.
+    """
+    if fourth_derivative <= 0.0:
+        return float("inf")
+    return float((384.0 * tolerance / fourth_derivative) ** 0.25)

@@ -1,0 +1,37 @@
+"""The state of a robot or of an observed obstacle."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, vector
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Position [m], velocity [m/s] and acceleration [m/s^2] in the world frame, each (d,), d = 2 or 3.
+
+    The acceleration is the one applied up to now; only responses that start from it (jerk) and forecasts use it.
+
+    Raises:
+        InvalidInput: not finite, or of different dimensions.
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array = field(default=None)  # type: ignore[assignment]
+
+    def __init__(
+        self, position: npt.ArrayLike, velocity: npt.ArrayLike, acceleration: npt.ArrayLike | None = None
+    ) -> None:
+        place = vector(position, "position")
+        object.__setattr__(self, "position", place)
+        object.__setattr__(self, "velocity", vector(velocity, "velocity", place.size))
+        still = np.zeros(place.size) if acceleration is None else acceleration
+        object.__setattr__(self, "acceleration", vector(still, "acceleration", place.size))
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.position.size

@@ -1,0 +1,69 @@
+"""Every numerical constant of slalom: its unit, why it has its value, what changes if it changes."""
+
+from typing import Final
+
+CONTACT: Final = 2.5e-7
+"""[m] Elements are grown by this much before a choice is sought outside them.
+
+It makes the exchange end (each new element covers a small ball around the control that it rejects) and
+it absorbs rounding. A safe control that would come nearer to an obstacle than this is not found;
+an initial clearance between -CONTACT and +CONTACT counts as touching, not as overlapping.
+Larger: fewer exchanges, a choice farther from the optimum. Smaller than about 1e-9 m: rounding decides.
+"""
+
+INTERPOLATION: Final = 1e-6
+"""[m] Largest error of the cubic pieces that stand for a curve; it is added to the radius.
+
+Straight, quadratic and cubic motion has error 0. A circle of 20 m needs about 6 pieces per radian.
+Ten times larger: 1.8 times fewer pieces, obstacles thicker by as much.
+"""
+
+CLEARANCE: Final = 1e-9
+"""[m] How far a reported clearance may lie above the true minimum. Larger: faster, vaguer reports."""
+
+TIME: Final = 1e-9
+"""[1] Width, as a share of one cubic piece, to which the time of a first contact is bracketed."""
+
+ADMISSIBLE: Final = 1e-9
+"""[1] Relative excess over a limit that counts as obeying it (rounding of projections and intersections)."""
+
+ELEMENT: Final = 1e-12
+"""[1] Relative depth inside an element that counts as lying on its boundary.
+
+Candidates are intersections of element boundaries and carry rounding of this order. Times the distances met
+(up to kilometres) it stays below CONTACT, so no collision hides in it.
+"""
+
+DEPTH: Final = 40
+"""[1] Most bisections of one cubic piece: beyond it the piece is shorter than rounding can resolve."""
+
+ELEMENTS: Final = 4096
+"""[1] Most elements in the working set of one choice. Reaching it is a status (UNDECIDED), never an answer."""
+
+CANDIDATES: Final = 2_000_000
+"""[1] Most candidate controls examined in one choice. Reaching it is a status (UNDECIDED), never an answer."""
+
+SMALLEST_GAIN: Final = 1e-14
+"""Control obstacles start where the gain exceeds this (unit of the response: s, s^2, s^3).
+
+Below it the control has no effect yet: a collision there is an overlap at the start, which is a status of its own.
+"""
+
+COLLISION: Final = 1e-3
+"""[m] A recorded collision is a clearance below minus this. It separates contact from overlap in metrics."""
+
+METRIC: Final = 1e-4
+"""[m] Accuracy of recorded least clearances. Smaller: slower metrics; must stay below COLLISION."""
+
+ADJUSTMENT: Final = 0.05
+"""[m/s^2] Change of the applied acceleration from one step to the next that counts as an adjustment.
+
+The paper counts adjustments without naming a threshold; 0.05 is the value of published comparisons.
+"""
+
+KEPT: Final = CONTACT + 2 * INTERPOLATION
+"""[m] A committed manoeuvre counts as still safe down to minus this clearance.
+
+It was chosen with clearance >= 0 over other knots; two interpolation errors and one contact tolerance may
+lie between the two tests. Smaller: manoeuvres that are still safe are dropped by rounding.
+"""
