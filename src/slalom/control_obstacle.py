@@ -93,7 +93,9 @@ class ControlObstacle:
     def __post_init__(self) -> None:
         horizon = self.horizon or self.traffic.horizon
         if positive(horizon, "horizon") > self.traffic.horizon:
-            raise InvalidInput(f"horizon: expected at most the traffic's {self.traffic.horizon:g} s, found {horizon:g} s")
+            raise InvalidInput(
+                f"horizon: expected at most the traffic's {self.traffic.horizon:g} s, found {horizon:g} s"
+            )
         object.__setattr__(self, "horizon", horizon)
         if np.ndim(self.margin) == 0:
             not_negative(float(np.asarray(self.margin)), "margin")

@@ -78,7 +78,10 @@ class Arrive:
             wanted = s.goal.desired_velocity(place, s.now + after, s.limits)
             return (Aim(s.response.velocity(s.state, after), wanted),)
         away = s.goal.trajectory.position(s.now) - s.state.position
-        slowest = 4.0 * float(np.linalg.norm(away)) / s.limits.max_speed + 4.0 * s.limits.max_speed / s.limits.max_acceleration
+        slowest = (
+            4.0 * float(np.linalg.norm(away)) / s.limits.max_speed
+            + 4.0 * s.limits.max_speed / s.limits.max_acceleration
+        )
         times = np.geomspace(0.02, max(slowest, 0.04), 64)
         maps = s.response.position(s.state, times)
         controls = maps.inverse(s.goal.trajectory.position(s.now + times))

@@ -81,7 +81,14 @@ def bisect(stack, top):  # type: ignore[no-untyped-def]
     node, left = stack[top], stack[top + 1]
     c0, c1, c2, c3, c4, c5, c6 = node[0], node[1], node[2], node[3], node[4], node[5], node[6]
     left[0], node[6] = c0, c6
-    c0, c1, c2, c3, c4, c5 = 0.5 * (c0 + c1), 0.5 * (c1 + c2), 0.5 * (c2 + c3), 0.5 * (c3 + c4), 0.5 * (c4 + c5), 0.5 * (c5 + c6)
+    c0, c1, c2, c3, c4, c5 = (
+        0.5 * (c0 + c1),
+        0.5 * (c1 + c2),
+        0.5 * (c2 + c3),
+        0.5 * (c3 + c4),
+        0.5 * (c4 + c5),
+        0.5 * (c5 + c6),
+    )
     left[1], node[5] = c0, c5
     c0, c1, c2, c3, c4 = 0.5 * (c0 + c1), 0.5 * (c1 + c2), 0.5 * (c2 + c3), 0.5 * (c3 + c4), 0.5 * (c4 + c5)
     left[2], node[4] = c0, c4

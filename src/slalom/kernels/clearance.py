@@ -4,21 +4,20 @@ import numpy as np
 
 from slalom.kernels.bezier import first_below, least, new_stack, put_gap
 from slalom.kernels.compiled import kernel
-from slalom.kernels.segments import chord_gap
+from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CLEARANCE, TIME
 
 
 @kernel
 def put_segment(stack, points, gains, s, ux, uy, uz, floor):  # type: ignore[no-untyped-def]
     """Write |relative position|^2 - floor along segment s under control u into the stack's root."""
-    g0, g1, g2, g3 = gains[s, 0], gains[s, 1], gains[s, 2], gains[s, 3]
-    p = points[s]
+    g0, g1, g2, g3 = gains[0, s], gains[1, s], gains[2, s], gains[3, s]
     put_gap(
         stack,
-        p[0, 0] - g0 * ux, p[0, 1] - g0 * uy, p[0, 2] - g0 * uz,
-        p[1, 0] - g1 * ux, p[1, 1] - g1 * uy, p[1, 2] - g1 * uz,
-        p[2, 0] - g2 * ux, p[2, 1] - g2 * uy, p[2, 2] - g2 * uz,
-        p[3, 0] - g3 * ux, p[3, 1] - g3 * uy, p[3, 2] - g3 * uz,
+        points[0, 0, s] - g0 * ux, points[0, 1, s] - g0 * uy, points[0, 2, s] - g0 * uz,
+        points[1, 0, s] - g1 * ux, points[1, 1, s] - g1 * uy, points[1, 2, s] - g1 * uz,
+        points[2, 0, s] - g2 * ux, points[2, 1, s] - g2 * uy, points[2, 2, s] - g2 * uz,
+        points[3, 0, s] - g3 * ux, points[3, 1, s] - g3 * uy, points[3, 2, s] - g3 * uz,
         floor,
     )  # fmt: skip
 
@@ -30,12 +29,13 @@ def least_clearances(points, gains, radius, owner, owners, controls):  # type: i
     Never above the true minimum by more than CLEARANCE.
     """
     result = np.full((len(controls), owners), np.inf)
-    stack = new_stack()
+    stack, gaps = new_stack(), np.empty(len(radius))
     for c in range(len(controls)):
         ux, uy, uz = controls[c, 0], controls[c, 1], controls[c, 2]
-        for s in range(len(points)):
+        chord_gaps(points, gains, ux, uy, uz, gaps)
+        for s in range(len(radius)):
             best = result[c, owner[s]]
-            if chord_gap(points, gains, s, ux, uy, uz) - radius[s] >= best:
+            if gaps[s] - radius[s] >= best:
                 continue
             put_segment(stack, points, gains, s, ux, uy, uz, 0.0)
             ceiling = best + radius[s]
@@ -49,11 +49,12 @@ def least_clearances(points, gains, radius, owner, owners, controls):  # type: i
 def contact_times(begin, end, points, gains, radius, owner, owners, controls):  # type: ignore[no-untyped-def]
     """Elapsed time [s] of the first contact with each owner for each control, (k, owners); inf if there is none."""
     result = np.full((len(controls), owners), np.inf)
-    stack = new_stack()
+    stack, gaps = new_stack(), np.empty(len(radius))
     for c in range(len(controls)):
         ux, uy, uz = controls[c, 0], controls[c, 1], controls[c, 2]
-        for s in range(len(points)):
-            if begin[s] >= result[c, owner[s]] or chord_gap(points, gains, s, ux, uy, uz) >= radius[s]:
+        chord_gaps(points, gains, ux, uy, uz, gaps)
+        for s in range(len(radius)):
+            if begin[s] >= result[c, owner[s]] or gaps[s] >= radius[s]:
                 continue
             put_segment(stack, points, gains, s, ux, uy, uz, radius[s] * radius[s])
             place = first_below(stack, TIME)

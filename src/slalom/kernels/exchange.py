@@ -20,41 +20,71 @@ from slalom.kernels.boundaries import intersect_three, intersect_two, meets, pro
 from slalom.kernels.clearance import put_segment
 from slalom.kernels.compiled import kernel
 from slalom.kernels.refine import sink
-from slalom.kernels.segments import chord_gap
+from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CONTACT, SMALLEST_GAIN
 
 SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
 
 
 @kernel
-def deepest_violation(points, gains, radius, stack, u, element):  # type: ignore[no-untyped-def]
+def deepest_violation(points, gains, radius, gaps, stack, u, element):  # type: ignore[no-untyped-def]
     """Write the element that rejects u by the most, in control units, into `element`; -1 if u is free.
 
     Returns the segment of the element, or -1. For each colliding segment the time of deepest approach is sought
     from a witness; any time of collision would do for correctness, a deep one makes the exchange short.
     """
     worst, deepest = -1, 0.0
-    for s in range(len(points)):
-        if chord_gap(points, gains, s, u[0], u[1], u[2]) >= radius[s]:
+    chord_gaps(points, gains, u[0], u[1], u[2], gaps)
+    for s in range(len(gaps)):
+        if gaps[s] >= radius[s]:
             continue
         put_segment(stack, points, gains, s, u[0], u[1], u[2], radius[s] * radius[s])
         place = below(stack)
         if place < 0.0:
             continue
-        place = sink(points[s], gains[s], u, place)
-        g = value(gains[s, 0], gains[s, 1], gains[s, 2], gains[s, 3], place)
+        place = sink(points[:, :, s], gains[:, s], u, place)
+        g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], place)
         if g < SMALLEST_GAIN:
             return -2
-        p = points[s]
-        x = value(p[0, 0], p[1, 0], p[2, 0], p[3, 0], place) / g
-        y = value(p[0, 1], p[1, 1], p[2, 1], p[3, 1], place) / g
-        z = value(p[0, 2], p[1, 2], p[2, 2], p[3, 2], place) / g
+        x = value(points[0, 0, s], points[1, 0, s], points[2, 0, s], points[3, 0, s], place) / g
+        y = value(points[0, 1, s], points[1, 1, s], points[2, 1, s], points[3, 1, s], place) / g
+        z = value(points[0, 2, s], points[1, 2, s], points[2, 2, s], points[3, 2, s], place) / g
         away = np.sqrt((x - u[0]) ** 2 + (y - u[1]) ** 2 + (z - u[2]) ** 2)
         depth = radius[s] / g - away
         if worst < 0 or depth > deepest:
             worst, deepest = s, depth
             element[0], element[1], element[2], element[3] = x, y, z, (radius[s] + CONTACT) / g
     return worst
+
+
+@kernel
+def within_reach(limits, points, gains, radius):  # type: ignore[no-untyped-def]
+    """The segments that some admissible control can collide on, as copies of their rows.
+
+    All admissible controls lie within the smallest ball of `limits`; moving the control by r from its centre
+    moves the robot by at most r times the largest gain of the segment.
+    """
+    smallest = -1
+    for b in range(len(limits)):
+        if limits[b, 0] < 0.0 and (smallest < 0 or limits[b, 4] < limits[smallest, 4]):
+            smallest = b
+    x, y, z, r = limits[smallest, 1], limits[smallest, 2], limits[smallest, 3], limits[smallest, 4]
+    gaps, keep = np.empty(len(radius)), np.empty(len(radius), np.int64)
+    chord_gaps(points, gains, x, y, z, gaps)
+    count = 0
+    for s in range(len(gaps)):
+        farthest = r * max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
+        if gaps[s] < radius[s] + farthest:
+            keep[count] = s
+            count += 1
+    near, gain = np.empty((4, 3, count)), np.empty((4, count))
+    for j in range(4):
+        for i in range(count):
+            gain[j, i] = gains[j, keep[i]]
+        for axis in range(3):
+            for i in range(count):
+                near[j, axis, i] = points[j, axis, keep[i]]
+    return near, gain, radius[keep[:count]]
 
 
 @kernel
@@ -94,10 +124,11 @@ def nearest_free(preferred, dimension, limits, points, gains, radius, most_eleme
     Returns:
         status, control (3,), elements used, candidates examined.
     """
+    points, gains, radius = within_reach(limits, points, gains, radius)
     admissible = len(limits)
     boundaries = np.empty((admissible + 64, 5))
     boundaries[:admissible] = limits
-    stack, element, found = new_stack(), np.zeros(4), np.zeros((4, 3))
+    stack, element, found, gaps = new_stack(), np.zeros(4), np.zeros((4, 3)), np.empty(len(radius))
     u = preferred.copy()
     heap = [(0.0, u[0], u[1], u[2], -1, -1, -1)]
     if not meets(boundaries, 0, admissible, u, -1, -1, -1):
@@ -115,7 +146,7 @@ def nearest_free(preferred, dimension, limits, points, gains, radius, most_eleme
         reached = True
         if not meets(boundaries, admissible, count, u, i, j, k):
             continue
-        segment = deepest_violation(points, gains, radius, stack, u, element)
+        segment = deepest_violation(points, gains, radius, gaps, stack, u, element)
         if segment == -2:
             return OVERLAPPING, u, count - admissible, examined
         if segment == -1:

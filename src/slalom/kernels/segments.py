@@ -1,8 +1,9 @@
 """The relative motion of obstacles and a controlled robot as one flat table of cubic segments.
 
-Row s of the table: over the elapsed times begin[s] to end[s], the position of obstacle owner[s] relative to the
-robot under control u is the cubic with control points points[s, j] - gains[s, j] * u, j = 0..3. It collides
-while nearer to the origin than radius[s]. In the plane the third coordinate is 0.
+Segment s of the table: over the elapsed times begin[s] to end[s], the position of obstacle owner[s] relative to the
+robot under control u is the cubic with control points points[j, :, s] - gains[j, s] * u, j = 0..3. It collides
+while nearer to the origin than radius[s]. In the plane the third coordinate is 0. Segments lie along the last axis
+so that one pass over all of them runs on vector registers.
 """
 
 import numpy as np
@@ -22,12 +23,12 @@ def relative_segments(times, points, error, radius, owner, knots, drift, gain, h
         drift: (m, 4, d), gain: (m, 4): control points of its position map.
 
     Returns:
-        begin, end, points (k, 4, 3), gains (k, 4), radius, owner.
+        begin, end, points (4, 3, k), gains (4, k), radius, owner.
     """
     n, m, d = len(times), len(drift), points.shape[2]
     room = n + (owner[-1] + 1 if n else 0) * m + 1
     begin, end = np.empty(room), np.empty(room)
-    rel, gains = np.zeros((room, 4, 3)), np.empty((room, 4))
+    rel, gains = np.zeros((4, 3, room)), np.empty((4, room))
     reach, who = np.empty(room), np.empty(room, np.int64)
     k, piece = 0, 0
     for s in range(n):
@@ -48,38 +49,47 @@ def relative_segments(times, points, error, radius, owner, knots, drift, gain, h
                 q0, q1, q2, q3 = restrict(
                     drift[piece, 0, axis], drift[piece, 1, axis], drift[piece, 2, axis], drift[piece, 3, axis], e, f
                 )
-                rel[k, 0, axis], rel[k, 1, axis] = p0 - q0, p1 - q1
-                rel[k, 2, axis], rel[k, 3, axis] = p2 - q2, p3 - q3
-            gains[k, 0], gains[k, 1], gains[k, 2], gains[k, 3] = restrict(
+                rel[0, axis, k], rel[1, axis, k] = p0 - q0, p1 - q1
+                rel[2, axis, k], rel[3, axis, k] = p2 - q2, p3 - q3
+            gains[0, k], gains[1, k], gains[2, k], gains[3, k] = restrict(
                 gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f
             )
             begin[k], end[k] = t0, stop
             reach[k], who[k] = radius[s] + error[s], owner[s]
             k += 1
             t0 = stop
-    return begin[:k], end[:k], rel[:k], gains[:k], reach[:k], who[:k]
+    return begin[:k], end[:k], rel[:, :, :k].copy(), gains[:, :k].copy(), reach[:k], who[:k]
 
 
 @kernel
-def chord_gap(points, gains, s, ux, uy, uz):  # type: ignore[no-untyped-def]
-    """A lower bound of the distance to the origin along segment s under control (ux, uy, uz).
+def chord_gaps(points, gains, ux, uy, uz, gaps):  # type: ignore[no-untyped-def]
+    """Lower bounds of the distance to the origin along every segment under control (ux, uy, uz), into gaps.
 
-    The distance of the chord, less how far the cubic may bend away from it: with e1, e2 the distances of the inner
-    control points from the points at one and two thirds of the chord, it bends by at most 3/4 max(e1, e2),
-    since 3 s (1 - s) <= 3/4.
+    The distance of the chord, less how far the cubic may bend away from it: with e, f the distances of the inner
+    control points from the points at one and two thirds of the chord, it bends by at most 3/4 max(|e|, |f|),
+    since 3 s (1 - s) <= 3/4. Written without calls and branches: this loop must run on vector registers.
     """
-    g0, g1, g2, g3 = gains[s, 0], gains[s, 1], gains[s, 2], gains[s, 3]
-    ax, ay, az = points[s, 0, 0] - g0 * ux, points[s, 0, 1] - g0 * uy, points[s, 0, 2] - g0 * uz
-    bx, by, bz = points[s, 3, 0] - g3 * ux, points[s, 3, 1] - g3 * uy, points[s, 3, 2] - g3 * uz
-    dx, dy, dz = bx - ax, by - ay, bz - az
-    square = dx * dx + dy * dy + dz * dz
-    along = min(1.0, max(0.0, -(ax * dx + ay * dy + az * dz) / (square + 1e-300)))
-    cx, cy, cz = ax + along * dx, ay + along * dy, az + along * dz
-    ex = points[s, 1, 0] - g1 * ux - (2.0 * ax + bx) / 3.0
-    ey = points[s, 1, 1] - g1 * uy - (2.0 * ay + by) / 3.0
-    ez = points[s, 1, 2] - g1 * uz - (2.0 * az + bz) / 3.0
-    fx = points[s, 2, 0] - g2 * ux - (ax + 2.0 * bx) / 3.0
-    fy = points[s, 2, 1] - g2 * uy - (ay + 2.0 * by) / 3.0
-    fz = points[s, 2, 2] - g2 * uz - (az + 2.0 * bz) / 3.0
-    bend = max(ex * ex + ey * ey + ez * ez, fx * fx + fy * fy + fz * fz)
-    return np.sqrt(cx * cx + cy * cy + cz * cz) - 0.75 * np.sqrt(bend)
+    x0, y0, z0 = points[0, 0], points[0, 1], points[0, 2]
+    x1, y1, z1 = points[1, 0], points[1, 1], points[1, 2]
+    x2, y2, z2 = points[2, 0], points[2, 1], points[2, 2]
+    x3, y3, z3 = points[3, 0], points[3, 1], points[3, 2]
+    gain0, gain1, gain2, gain3 = gains[0], gains[1], gains[2], gains[3]
+    third = 1.0 / 3.0
+    for s in range(len(gaps)):
+        g0, g1, g2, g3 = gain0[s], gain1[s], gain2[s], gain3[s]
+        ax, ay, az = x0[s] - g0 * ux, y0[s] - g0 * uy, z0[s] - g0 * uz
+        bx, by, bz = x3[s] - g3 * ux, y3[s] - g3 * uy, z3[s] - g3 * uz
+        dx, dy, dz = bx - ax, by - ay, bz - az
+        along = -(ax * dx + ay * dy + az * dz) / (dx * dx + dy * dy + dz * dz + 1e-300)
+        along = along if along > 0.0 else 0.0
+        along = along if along < 1.0 else 1.0
+        cx, cy, cz = ax + along * dx, ay + along * dy, az + along * dz
+        ex = x1[s] - g1 * ux - (2.0 * ax + bx) * third
+        ey = y1[s] - g1 * uy - (2.0 * ay + by) * third
+        ez = z1[s] - g1 * uz - (2.0 * az + bz) * third
+        fx = x2[s] - g2 * ux - (ax + 2.0 * bx) * third
+        fy = y2[s] - g2 * uy - (ay + 2.0 * by) * third
+        fz = z2[s] - g2 * uz - (az + 2.0 * bz) * third
+        e, f = ex * ex + ey * ey + ez * ez, fx * fx + fy * fy + fz * fz
+        bend = e if e > f else f
+        gaps[s] = np.sqrt(cx * cx + cy * cy + cz * cz) - 0.75 * np.sqrt(bend)

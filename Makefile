@@ -1,0 +1,42 @@
+# Two commands for a stranger: `make demo` and `make test`. Both make their own .venv and work offline afterwards.
+PYTHON ?= python3
+BIN := .venv/bin
+WORKERS ?= 2
+export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: demo test test-all lint bench clean
+
+.venv/run.stamp: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --editable .
+	@touch $@
+
+.venv/test.stamp: .venv/run.stamp
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@touch $@
+
+demo: .venv/run.stamp
+	@mkdir -p out
+	$(BIN)/slalom run recorded_roundabout --method nao --out out/recorded_roundabout.h5 --figure out/recorded_roundabout.png
+	@echo
+	@echo "The picture is out/recorded_roundabout.png, the recording out/recorded_roundabout.h5."
+
+lint: .venv/test.stamp
+	$(BIN)/ruff check src tests benchmarks examples
+	$(BIN)/ruff format --check src tests benchmarks examples
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: lint
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+
+test-all: lint
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+bench: .venv/run.stamp
+	$(BIN)/python benchmarks/decision.py
+
+clean:
+	rm -rf .venv out .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
