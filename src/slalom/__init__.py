@@ -1,9 +1,9 @@
 """slalom: reactive robot navigation with velocity and acceleration obstacles.
 
 One concept: a control moves the robot by an affine map with a scalar gain (`response`); an obstacle (`shape` on a
-`trajectory`) blocks the controls that lead into it (`ControlObstacle`); `select` finds the admissible
-control nearest to the preferred one that collides with nothing; `Navigator` turns choices into safe motion; `slalom.sim`
-simulates, records and measures; `slalom.view` draws.
+`trajectory`) blocks the controls that lead into it (`ControlObstacle`); `select` finds the admissible control nearest
+to the preferred one that collides with nothing; `Navigator` turns choices into safe motion; `slalom.sim` simulates,
+records and measures; `slalom.view` draws.
 """
 
 from slalom.affine import Affine

@@ -1,7 +1,7 @@
 """All checking of numbers that come from outside: one clear message each, nothing repaired."""
 
-from collections.abc import Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +9,6 @@ import numpy.typing as npt
 from slalom.errors import InvalidInput
 
 Array: TypeAlias = npt.NDArray[np.float64]
-Vector: TypeAlias = npt.ArrayLike | Sequence[float]
 
 
 def array(value: npt.ArrayLike, name: str) -> Array:
@@ -77,3 +76,25 @@ def short(values: Array) -> str:
     """At most six of the values, for a message."""
     flat = values.ravel()
     return "[" + ", ".join(f"{x:g}" for x in flat[:6]) + (", ...]" if flat.size > 6 else "]")
+
+
+class Checked:
+    """A field of a frozen dataclass that takes anything like an array and holds a checked, read-only one.
+
+    Type checkers see what is taken (`__set__`) in the constructor and what is held (`__get__`) everywhere else.
+    """
+
+    def __init__(self, check: Callable[[npt.ArrayLike, str], Array]) -> None:
+        self.check = check
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, instance: Any, owner: type | None = None) -> Array:
+        if instance is None:
+            raise AttributeError(self.name)  # so that the dataclass sees a field without a default
+        value: Array = instance.__dict__[self.name]
+        return value
+
+    def __set__(self, instance: Any, value: npt.ArrayLike) -> None:
+        instance.__dict__[self.name] = self.check(value, self.name)

@@ -124,7 +124,7 @@ class ControlObstacle:
     def initial_distances(self) -> Array:
         """Distance between the centres now [m], (n,); inf for an obstacle that is not there."""
         distance = np.full(len(self.traffic.obstacles), np.inf)
-        first = np.flatnonzero(np.diff(self.traffic.owner, prepend=-1)) if len(self.traffic.owner) else []
+        first = np.flatnonzero(np.diff(self.traffic.owner, prepend=-1))
         for s in first:
             if self.traffic.times[s, 0] <= 0.0:
                 distance[self.traffic.owner[s]] = np.linalg.norm(self.traffic.points[s, 0] - self.state.position)

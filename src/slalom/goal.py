@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slalom import kernels
 from slalom.checks import Array, positive
 from slalom.limits import Limits
-from slalom.trajectory import Trajectory
+from slalom.trajectory import Stationary, Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,33 +32,54 @@ class Goal:
             return bool(near)
         return bool(near and np.linalg.norm(self.trajectory.velocity(now) - velocity) <= self.tolerance)
 
-    def desired_velocity(self, position: Array, now: float, limits: Limits) -> Array:
-        """The velocity (..., d) [m/s] that leads from `position` (..., d) to the goal as soon as possible.
+    def meeting_point(self, position: Array, now: float, limits: Limits) -> Array:
+        """Where a robot at `position` (d,) [m], at top speed from now on, meets the goal; the goal itself if at rest.
 
-        Towards the goal at top speed; with `stop` no faster, relative to the goal, than 0.7 of the limit brakes away.
+        A few rounds of "where will it be when I get there"; a goal that runs away is led by a bounded time.
         """
-        away = self.trajectory.position(now) - position
-        distance = np.linalg.norm(away, axis=-1, keepdims=True)
-        speed = np.full_like(distance, limits.max_speed)
+        ahead = 0.0
+        for _ in range(4):
+            away = np.linalg.norm(self.trajectory.position(now + ahead) - position)
+            ahead = min(float(away) / limits.max_speed, 2.0 * ahead + 10.0)
+        return self.trajectory.position(now + ahead)
+
+    def desired_velocity(self, position: Array, velocity: Array, now: float, limits: Limits) -> Array:
+        """The velocity (d,) [m/s] that leads a robot in this state to the goal as soon as possible.
+
+        Towards the meeting point at top speed, but no faster than lets it turn there: the arc from the present heading
+        to the point has the radius distance / (2 sin angle), or robots would orbit their goals. With `stop` no
+        faster, relative to the goal, than 0.7 of the limit brakes away.
+        """
         if not self.stop:
-            return np.asarray(away * speed / np.maximum(distance, 1e-12))
-        speed = np.minimum(speed, np.sqrt(1.4 * limits.max_acceleration * distance))
-        wanted = self.trajectory.velocity(now) + away * speed / np.maximum(distance, 1e-12)
-        excess = np.linalg.norm(wanted, axis=-1, keepdims=True) / limits.max_speed
-        return np.asarray(wanted / np.maximum(excess, 1.0))
+            away = self.meeting_point(position, now, limits) - position
+            distance, speed = max(float(np.linalg.norm(away)), 1e-12), max(float(np.linalg.norm(velocity)), 1e-12)
+            cosine = float(away @ velocity) / (distance * speed)
+            sine = np.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0
+            turning = np.sqrt(limits.max_acceleration * distance / max(2.0 * sine, 1e-6))
+            return np.asarray(away * min(limits.max_speed, float(turning)) / distance)
+        away = self.trajectory.position(now) - position
+        distance = max(float(np.linalg.norm(away)), 1e-12)
+        speed = min(limits.max_speed, float(np.sqrt(1.4 * limits.max_acceleration * distance)))
+        wanted = self.trajectory.velocity(now) + away * speed / distance
+        return np.asarray(wanted / max(float(np.linalg.norm(wanted)) / limits.max_speed, 1.0))
 
     def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits) -> float:
         """An estimate [s] of how long a robot in this state needs to the goal, alone in the world.
 
-        Exact on a line for a robot that is not slower than its distance allows: the distance at top speed, and
-        what is lost by turning the present velocity into the desired one, |dv|^2 / (2 a v); with `stop` the braking.
+        To pass through a goal at rest: the earliest arrival by one push and coasting, exact (`kernels/arrival.py`); a
+        moving goal is taken where it is met. With `stop`: exact on a line for a robot that is not faster than
+        its distance allows; what turning the velocity costs is |dv|^2 / (2 a v).
         """
         top, push = limits.max_speed, limits.max_acceleration
-        distance = max(0.0, float(np.linalg.norm(self.trajectory.position(now) - position)) - self.tolerance)
-        change = float(np.linalg.norm(self.desired_velocity(position, now, limits) - velocity))
-        lost = change * change / (2.0 * push * top)
         if not self.stop:
-            return distance / top + lost
+            ahead = 0.0
+            for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
+                away = self.trajectory.position(now + ahead) - position
+                ahead = kernels.earliest_arrival(away, velocity, push, top, 0.5 * self.tolerance)
+            return float(ahead)
+        distance = max(0.0, float(np.linalg.norm(self.trajectory.position(now) - position)) - self.tolerance)
+        change = float(np.linalg.norm(self.desired_velocity(position, velocity, now, limits) - velocity))
+        lost = change * change / (2.0 * push * top)
         braking = top * top / (2.0 * push)
         if distance >= braking:
             return distance / top + 0.5 * top / push + lost

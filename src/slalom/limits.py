@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.affine import Affine
-from slalom.checks import Array, array, number, positive, vector, vectors
+from slalom.checks import Array, Checked, array, number, positive, vector, vectors
 from slalom.errors import InvalidInput
 from slalom.tolerances import ADMISSIBLE
 
@@ -63,11 +63,11 @@ def admissible_ball(center: npt.ArrayLike, radius: float) -> Admissible:
 class HalfSpace:
     """The vectors x with normal . x <= offset; `normal` (d,) of any length but 0."""
 
-    normal: Array
-    offset: float
+    normal: Checked = Checked(vector)
+    offset: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
 
     def __post_init__(self) -> None:
-        normal = vector(self.normal, "normal")
+        normal = self.normal
         length = float(np.linalg.norm(normal))
         if length == 0.0:
             raise InvalidInput("normal: expected a direction, found the zero vector")

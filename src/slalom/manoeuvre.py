@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.affine import Affine
-from slalom.checks import Array, number, vector
+from slalom.checks import Array, Checked, number, vector
 from slalom.path import Path, hermite
 from slalom.response import Response, advance
 from slalom.state import State
@@ -21,11 +21,11 @@ class Manoeuvre:
 
     response: Response
     state: State
-    control: Array
-    start: float
+    control: Checked = Checked(vector)
+    start: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "control", vector(self.control, "control", self.state.dimension))
+        vector(self.control, "control", self.state.dimension)
         object.__setattr__(self, "start", number(self.start, "start"))
 
     @property

@@ -51,12 +51,14 @@ class Decision:
         outcome: how it came about.
         preferred: the control (d,) that the objective asked of the manoeuvre's response.
         blocked: the control obstacle of that response, for pictures and questions; not asked, not computed.
+        regret: [s] of predicted arrival lost by keeping the manoeuvre since it was chosen.
     """
 
     manoeuvre: Manoeuvre
     outcome: Outcome
     preferred: Array
     blocked: ControlObstacle
+    regret: float = 0.0
 
 
 class _Proposal(NamedTuple):
@@ -74,7 +76,7 @@ class Navigator:
     """A robot that decides with `method`.
 
     At each decision every response of the method proposes its exact choice; the one with the earliest predicted
-    arrival wins, unless the committed manoeuvre is safe and within `patience` of it. A robot without a
+    arrival wins, unless the committed manoeuvre is safe and keeping it has not yet cost `patience`. A robot without a
     safe proposal continues the committed manoeuvre, which was safe when chosen and still is as long as the forecasts
     hold. If they did not hold, it gives up in a stated order: the margin, then the time of collision, then the
     impact speed. See docs/design/0005.
@@ -82,7 +84,8 @@ class Navigator:
     Attributes:
         method: a row of the table of methods. robot: its shape. limits: what it can do.
         period: [s] between decisions. horizon: [s] of foresight. margin: [m] to keep from everything.
-        holds: [s] how long accelerations are held. patience: [s] of predicted arrival that a change must gain.
+        holds: [s] how long accelerations are held.
+        patience: [s] of predicted arrival that may be lost by keeping a manoeuvre before it is changed.
         objective: what it wants.
     """
 
@@ -93,7 +96,7 @@ class Navigator:
     horizon: float = 6.0
     margin: float = 0.05
     holds: tuple[float, ...] = HOLDS
-    patience: float = 0.05
+    patience: float = 0.1
     objective: Objective = field(default_factory=Arrive)
 
     def __post_init__(self) -> None:
@@ -111,9 +114,9 @@ class Navigator:
         goal: Goal,
         *,
         now: float = 0.0,
-        committed: Manoeuvre | None = None,
+        previous: Decision | None = None,
     ) -> Decision:
-        """The decision at time `now` [s] of a robot in `state` that was committed to `committed`.
+        """The decision at time `now` [s] of a robot in `state`, committed to what it decided in `previous`.
 
         Args:
             obstacles: with their true trajectories; the method's forecast decides what of them is used.
@@ -134,8 +137,8 @@ class Navigator:
         margins = np.clip(bare.initial_distances - bare.radii - 2 * CONTACT, 0.0, self.margin)
         proposals = [p for s in situations if (p := self._propose(s, traffic, margins)) is not None]
         best = min(proposals, key=lambda p: p.cost, default=None)
-        if committed is not None:
-            kept = self._continued(committed, situations[0], traffic, margins, best)
+        if previous is not None:
+            kept = self._continued(previous, situations[0], traffic, margins, best)
             if kept is not None:
                 return kept
         if best is not None:
@@ -183,12 +186,15 @@ class Navigator:
             return None
         manoeuvre = Manoeuvre(s.response, s.state, choice.control, s.now)
         outcome = Outcome.CLEAR if choice.status is Status.CLEAR else Outcome.CONSTRAINED
-        return _Proposal(self.cost(manoeuvre, s.goal, s.now), manoeuvre, outcome, preferred, blocked)
+        cost = self.cost(manoeuvre, s.goal, s.now, self.free_again(manoeuvre))
+        return _Proposal(cost, manoeuvre, outcome, preferred, blocked)
 
-    def cost(self, manoeuvre: Manoeuvre, goal: Goal, now: float) -> float:
-        """Predicted time of arrival [s from now] of a robot that follows the manoeuvre through its hold, then is free."""
-        hold = getattr(manoeuvre.response, "hold", self.period)
-        until = max(manoeuvre.start + hold, now + self.period)
+    def free_again(self, manoeuvre: Manoeuvre) -> float:
+        """When the control of a manoeuvre has been carried out: absolute time [s]."""
+        return manoeuvre.start + float(getattr(manoeuvre.response, "hold", self.period))
+
+    def cost(self, manoeuvre: Manoeuvre, goal: Goal, now: float, until: float) -> float:
+        """Predicted time of arrival [s from now] of a robot that follows the manoeuvre until `until`, then is free."""
         ahead = np.linspace(now, until, 9)
         for t, place, speed in zip(ahead, manoeuvre.position(ahead), manoeuvre.velocity(ahead)):
             if goal.reached(place, speed, float(t)):
@@ -197,17 +203,25 @@ class Navigator:
         return float(until - now + after)
 
     def _continued(
-        self, committed: Manoeuvre, s: Situation, traffic: Traffic, margins: Array, best: _Proposal | None
+        self, previous: Decision, s: Situation, traffic: Traffic, margins: Array, best: _Proposal | None
     ) -> Decision | None:
-        """The committed manoeuvre, if it is safe and either nothing else is or nothing else is better enough."""
-        if best is not None and best.cost < self.cost(committed, s.goal, s.now) - self.patience:
-            return None
+        """The committed manoeuvre, if it is safe and either nothing else is or nothing else is better enough.
+
+        Both are judged by where they lead until the new one is carried out. The loss of keeping is small at every
+        single step, since afterwards one is free to change; it adds up.
+        """
+        committed, regret = previous.manoeuvre, previous.regret
+        if best is not None:
+            until = self.free_again(best.manoeuvre)
+            regret += max(0.0, self.cost(committed, s.goal, s.now, until) - best.cost)
+            if regret > self.patience:
+                return None
         rest = committed.continuation(s.state, s.now)
         blocked = ControlObstacle(rest, s.state, traffic, self.robot, margins)
         if float(blocked.clearance(np.zeros(s.state.dimension))) < -KEPT:
             return None
         outcome = Outcome.CONTINUED if best is None else Outcome.KEPT
-        return Decision(committed, outcome, committed.control, self._blocked(s, traffic, margins))
+        return Decision(committed, outcome, committed.control, self._blocked(s, traffic, margins), regret)
 
     def _delay(self, situations: list[Situation], traffic: Traffic) -> Decision:
         """Nothing is safe: the latest collision; among equals (within one period) the least impact speed."""
@@ -252,7 +266,7 @@ class Navigator:
         return Decision(manoeuvre, Outcome.IMPACT, preferred, blocked)
 
     def _escape(self, s: Situation, blocked: ControlObstacle, now: float) -> Decision:
-        """Apart from what is overlapped, as fast as the limits allow, and clear of everything else if that is possible."""
+        """Apart from what is overlapped, as fast as the limits allow, and clear of everything else if possible."""
         push = np.zeros(s.state.dimension)
         for index in blocked.overlapping:
             trajectory = blocked.traffic.obstacles[index].trajectory
@@ -267,7 +281,7 @@ class Navigator:
         return Decision(manoeuvre, Outcome.ESCAPING, preferred, blocked)
 
     def _nearest(self, preferred: Array, s: Situation, others: Sequence[Obstacle]) -> Array:
-        """The admissible control nearest to `preferred`, clear of `others` if possible; braking if none is admissible."""
+        """The admissible control nearest to `preferred`, clear of `others` if possible; braking if none is."""
         for avoided in (others, ()):
             blocked = ControlObstacle(s.response, s.state, Traffic(avoided, s.now, self.horizon), self.robot)
             choice = select(preferred, s.admissible, blocked)

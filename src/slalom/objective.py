@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import Array, not_negative, positive, vector
+from slalom.checks import Array, Checked, not_negative, positive, vector
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Admissible, Limits
@@ -64,8 +64,8 @@ class Objective(Protocol):
 class Arrive:
     """Be at the goal as soon as possible.
 
-    To pass through the goal: be there at the earliest time that an admissible control allows. To stop at it: have, after
-    the response's peak of speed, the velocity from which it can be reached and braked for (`Goal.desired_velocity`).
+    To pass through the goal: be there at the earliest time that an admissible control allows. Where none
+    does, and to stop at the goal: have the velocity that leads there and can be braked (`Goal.desired_velocity`).
     """
 
     enough_clearance: float = 0.0
@@ -73,21 +73,31 @@ class Arrive:
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
         if s.goal.stop:
-            after = self._settled(s)
-            place = s.state.position + after * s.state.velocity
-            wanted = s.goal.desired_velocity(place, s.now + after, s.limits)
-            return (Aim(s.response.velocity(s.state, after), wanted),)
+            return (self._velocity_aim(s),)
         away = s.goal.trajectory.position(s.now) - s.state.position
         slowest = (
             4.0 * float(np.linalg.norm(away)) / s.limits.max_speed
             + 4.0 * s.limits.max_speed / s.limits.max_acceleration
         )
         times = np.geomspace(0.02, max(slowest, 0.04), 64)
-        maps = s.response.position(s.state, times)
-        controls = maps.inverse(s.goal.trajectory.position(s.now + times))
-        excess = s.admissible.excess(controls)
-        k = int(np.argmax(excess <= 0.0)) if np.any(excess <= 0.0) else int(np.argmin(excess))
-        return (Aim(Affine(maps.drift[k], maps.gain[k]), s.goal.trajectory.position(s.now + times[k])),)
+        for _ in range(2):
+            maps = s.response.position(s.state, times)
+            controls = maps.inverse(s.goal.trajectory.position(s.now + times))
+            reached = s.admissible.excess(controls) <= 0.0
+            if not np.any(reached):
+                return (self._velocity_aim(s),)
+            k = int(np.argmax(reached))
+            # Between the last time that is too early and this one lies the earliest: look again, closer.
+            found, times = times[k], np.linspace(times[max(k - 1, 0)], times[k], 17)
+        place = s.response.position(s.state, found)
+        return (Aim(place, s.goal.trajectory.position(s.now + found)),)
+
+    def _velocity_aim(self, s: Situation) -> Aim:
+        """Have the desired velocity of the place where the robot will be, once the control has had its effect."""
+        after = self._settled(s)
+        place = s.state.position + after * s.state.velocity
+        wanted = s.goal.desired_velocity(place, s.state.velocity, s.now + after, s.limits)
+        return Aim(s.response.velocity(s.state, after), wanted)
 
     @staticmethod
     def _settled(s: Situation) -> float:
@@ -112,11 +122,8 @@ class KeepAcceleration:
 class FollowVelocity:
     """Have the given velocity (d,) [m/s], one second from now at the latest."""
 
-    velocity: Array
+    velocity: Checked = Checked(vector)
     enough_clearance: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "velocity", vector(self.velocity, "velocity"))
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation

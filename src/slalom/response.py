@@ -1,6 +1,7 @@
 """How a control u, held from now, moves the robot: an affine map of u with a scalar gain, at every time."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -321,7 +322,7 @@ class Jerk:
         # The velocity is a quadratic in t; on each eighth of the horizon it stays in the hull of its control points.
         times = np.linspace(0.0, horizon, 9)
         peaks = []
-        for start, end in zip(times[:-1], times[1:]):
+        for start, end in pairwise(times):
             v, a = self.velocity(state, start), self.acceleration(state, start)
             half = 0.5 * (end - start)
             peaks += [_affine(v.drift + half * a.drift, v.gain + half * a.gain), self.velocity(state, end)]

@@ -1,6 +1,6 @@
 """The state of a robot or of an observed obstacle."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ class State:
 
     position: Array
     velocity: Array
-    acceleration: Array = field(default=None)  # type: ignore[assignment]
+    acceleration: Array
 
     def __init__(
         self, position: npt.ArrayLike, velocity: npt.ArrayLike, acceleration: npt.ArrayLike | None = None

@@ -6,7 +6,7 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, known, number, positive, vector, vectors
+from slalom.checks import Array, Checked, array, known, number, positive, vector, vectors
 from slalom.errors import InvalidInput, OutsideSpan
 from slalom.path import Path, even_knots, hermite, hermite_pieces, hermite_step
 from slalom.tolerances import INTERPOLATION
@@ -68,10 +68,7 @@ class _Endless:
 class Stationary(_Endless):
     """At rest at `place` (d,) [m]."""
 
-    place: Array
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "place", vector(self.place, "place"))
+    place: Checked = Checked(vector)
 
     @property
     def dimension(self) -> int:
@@ -100,13 +97,12 @@ class Stationary(_Endless):
 class ConstantVelocity(_Endless):
     """At `place` (d,) [m] at time `at` [s], moving with `speed` (d,) [m/s] for ever."""
 
-    place: Array
-    speed: Array
+    place: Checked = Checked(vector)
+    speed: Checked = Checked(vector)
     at: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "place", vector(self.place, "place"))
-        object.__setattr__(self, "speed", vector(self.speed, "speed", self.place.size))
+        vector(self.speed, "speed", self.place.size)
         object.__setattr__(self, "at", number(self.at, "at"))
 
     @property
@@ -136,15 +132,14 @@ class ConstantVelocity(_Endless):
 class ConstantAcceleration(_Endless):
     """At `place` [m] at time `at` [s] with velocity `speed` [m/s], accelerating with `push` [m/s^2] for ever."""
 
-    place: Array
-    speed: Array
-    push: Array
+    place: Checked = Checked(vector)
+    speed: Checked = Checked(vector)
+    push: Checked = Checked(vector)
     at: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "place", vector(self.place, "place"))
-        object.__setattr__(self, "speed", vector(self.speed, "speed", self.place.size))
-        object.__setattr__(self, "push", vector(self.push, "push", self.place.size))
+        vector(self.speed, "speed", self.place.size)
+        vector(self.push, "push", self.place.size)
         object.__setattr__(self, "at", number(self.at, "at"))
 
     @property
@@ -179,20 +174,18 @@ class Circular(_Endless):
     At time 0 the angle from the x axis (in space: from the first of the two directions `basis`) is `phase` [rad].
     """
 
-    center: Array
-    radius: float
-    speed: float
+    center: Checked = Checked(vector)
+    radius: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+    speed: float  # type: ignore[misc]
     phase: float = 0.0
-    normal: Array | None = None
+    normal: npt.ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        center = vector(self.center, "center")
-        object.__setattr__(self, "center", center)
         object.__setattr__(self, "radius", positive(self.radius, "radius"))
         object.__setattr__(self, "speed", number(self.speed, "speed"))
         object.__setattr__(self, "phase", number(self.phase, "phase"))
         if self.normal is not None:
-            if center.size == 2:
+            if self.center.size == 2:
                 raise InvalidInput("normal: expected none for a circle in the plane, found one")
             normal = vector(self.normal, "normal", 3)
             if not np.any(normal):
@@ -208,7 +201,7 @@ class Circular(_Endless):
         """Two unit vectors (2, d) that span the plane of the circle; the x and y axes for a normal along z."""
         if self.dimension == 2:
             return np.eye(2)
-        n = np.array([0.0, 0.0, 1.0]) if self.normal is None else self.normal
+        n = np.array([0.0, 0.0, 1.0] if self.normal is None else self.normal)
         x = np.array([1.0, 0.0, 0.0]) if abs(n[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
         first = x - (x @ n) * n
         first /= np.linalg.norm(first)
@@ -263,12 +256,12 @@ class Sampled:
         InvalidInput: fewer than two stamps, not finite, times that do not increase.
     """
 
-    times: Array
-    positions: Array
+    times: Checked = Checked(array)
+    positions: Checked = Checked(vectors)
     interpolation: str = "smooth"
 
     def __post_init__(self) -> None:
-        times, positions = array(self.times, "times"), vectors(self.positions, "positions")
+        times, positions = self.times, self.positions
         if times.ndim != 1 or positions.shape[:-1] != times.shape:
             raise InvalidInput(f"positions: expected one for each time, found {positions.shape} for {times.shape}")
         if times.size < 2:
@@ -279,8 +272,6 @@ class Sampled:
                 f"times: expected increasing times, found {times[k]:g} followed by {times[k + 1]:g} at index {k + 1}"
             )
         known(self.interpolation, "interpolation", INTERPOLATIONS)
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "_slopes", self._stamp_velocities(times, positions))
 
     @staticmethod
@@ -362,7 +353,6 @@ class Sampled:
         return float(np.linalg.norm(6 * np.diff(points, 2, axis=-2) / (h * h), axis=-1).max())
 
     def path(self, start: float, end: float) -> Path:
-        first, last = self._pieces(start, end)
         times = np.concatenate([[start], self.breaks(start, end), [end]])
         if self.interpolation == "linear":
             positions = self.position(times)

@@ -6,14 +6,16 @@ Importing this package does not import numba: the first use of a kernel does. `s
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from slalom.kernels.arrival import earliest_arrival
     from slalom.kernels.clearance import contact_times, least_clearances
     from slalom.kernels.exchange import nearest_free
     from slalom.kernels.segments import relative_segments
 
-__all__ = ["contact_times", "least_clearances", "nearest_free", "relative_segments"]
+__all__ = ["contact_times", "earliest_arrival", "least_clearances", "nearest_free", "relative_segments"]
 
 _MODULES = {
     "contact_times": "clearance",
+    "earliest_arrival": "arrival",
     "least_clearances": "clearance",
     "nearest_free": "exchange",
     "relative_segments": "segments",

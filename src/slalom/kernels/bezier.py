@@ -7,20 +7,20 @@ decided by their signs alone, with no sampling and no root formula that degenera
 
 import numpy as np
 
-from slalom.kernels.compiled import kernel
+from slalom.kernels.compiled import Array, kernel
 from slalom.tolerances import DEPTH
 
 NODE = 9  # a node of a bisection: seven coefficients, left end, width
 
 
 @kernel
-def new_stack():  # type: ignore[no-untyped-def]
+def new_stack() -> Array:
     """Room for the nodes of one depth-first bisection: one sibling per level, and the root."""
     return np.empty((DEPTH + 4, NODE))
 
 
 @kernel
-def restrict(p0, p1, p2, p3, a, b):  # type: ignore[no-untyped-def]
+def restrict(p0: float, p1: float, p2: float, p3: float, a: float, b: float) -> tuple[float, float, float, float]:
     """Control values of the cubic with values p0..p3, restricted to [a, b] (its blossom at a and b)."""
     a01, a12, a23 = p0 + (p1 - p0) * a, p1 + (p2 - p1) * a, p2 + (p3 - p2) * a
     b01, b12, b23 = p0 + (p1 - p0) * b, p1 + (p2 - p1) * b, p2 + (p3 - p2) * b
@@ -31,27 +31,42 @@ def restrict(p0, p1, p2, p3, a, b):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def value(p0, p1, p2, p3, s):  # type: ignore[no-untyped-def]
+def value(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
     """The cubic at s."""
     r = 1.0 - s
     return r * r * r * p0 + 3.0 * s * r * r * p1 + 3.0 * s * s * r * p2 + s * s * s * p3
 
 
 @kernel
-def slope(p0, p1, p2, p3, s):  # type: ignore[no-untyped-def]
+def slope(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
     """Its derivative at s."""
     r = 1.0 - s
     return 3.0 * (r * r * (p1 - p0) + 2.0 * s * r * (p2 - p1) + s * s * (p3 - p2))
 
 
 @kernel
-def curvature(p0, p1, p2, p3, s):  # type: ignore[no-untyped-def]
+def curvature(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
     """Its second derivative at s."""
     return 6.0 * ((1.0 - s) * (p2 - 2.0 * p1 + p0) + s * (p3 - 2.0 * p2 + p1))
 
 
 @kernel
-def put_gap(stack, x0, y0, z0, x1, y1, z1, x2, y2, z2, x3, y3, z3, floor):  # type: ignore[no-untyped-def]
+def put_gap(
+    stack: Array,
+    x0: float,
+    y0: float,
+    z0: float,
+    x1: float,
+    y1: float,
+    z1: float,
+    x2: float,
+    y2: float,
+    z2: float,
+    x3: float,
+    y3: float,
+    z3: float,
+    floor: float,
+) -> None:
     """Write the coefficients of |q(s)|^2 - floor into the root node of the stack."""
     q00 = x0 * x0 + y0 * y0 + z0 * z0
     q01 = x0 * x1 + y0 * y1 + z0 * z1
@@ -76,7 +91,7 @@ def put_gap(stack, x0, y0, z0, x1, y1, z1, x2, y2, z2, x3, y3, z3, floor):  # ty
 
 
 @kernel
-def bisect(stack, top):  # type: ignore[no-untyped-def]
+def bisect(stack: Array, top: int) -> None:
     """Replace the node at `top` by its right half, and put its left half at top + 1."""
     node, left = stack[top], stack[top + 1]
     c0, c1, c2, c3, c4, c5, c6 = node[0], node[1], node[2], node[3], node[4], node[5], node[6]
@@ -106,13 +121,13 @@ def bisect(stack, top):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def least_coefficient(node):  # type: ignore[no-untyped-def]
+def least_coefficient(node: Array) -> float:
     """A lower bound of the node's polynomial."""
-    return min(min(min(node[0], node[1]), min(node[2], node[3])), min(min(node[4], node[5]), node[6]))
+    return float(min(min(min(node[0], node[1]), min(node[2], node[3])), min(min(node[4], node[5]), node[6])))
 
 
 @kernel
-def below(stack):  # type: ignore[no-untyped-def]
+def below(stack: Array) -> float:
     """Some s at which the root node's polynomial is below 0, or -1 if there is none (up to rounding)."""
     top = 0
     while top >= 0:
@@ -120,9 +135,9 @@ def below(stack):  # type: ignore[no-untyped-def]
         if least_coefficient(node) >= 0.0:
             top -= 1
         elif node[0] < 0.0:
-            return node[7]
+            return float(node[7])
         elif node[6] < 0.0:
-            return node[7] + node[8]
+            return float(node[7] + node[8])
         elif top >= DEPTH or node[8] < 0.5**DEPTH:
             top -= 1
         else:
@@ -132,7 +147,7 @@ def below(stack):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def first_below(stack, width):  # type: ignore[no-untyped-def]
+def first_below(stack: Array, width: float) -> float:
     """The first s, up to `width`, at which the polynomial falls below 0, or -1 if it never does."""
     top = 0
     while top >= 0:
@@ -140,7 +155,7 @@ def first_below(stack, width):  # type: ignore[no-untyped-def]
         if least_coefficient(node) >= 0.0:
             top -= 1
         elif node[0] < 0.0 or (node[8] < width and node[6] < 0.0):
-            return node[7]
+            return float(node[7])
         elif top >= DEPTH or node[8] < 0.5**DEPTH:
             top -= 1
         else:
@@ -150,7 +165,7 @@ def first_below(stack, width):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def least(stack, ceiling, accuracy):  # type: ignore[no-untyped-def]
+def least(stack: Array, ceiling: float, accuracy: float) -> tuple[float, float]:
     """Least value of a squared distance where below `ceiling`, and its place (-1: nowhere below).
 
     The root of the value found exceeds the root of the true minimum by at most `accuracy`.
@@ -168,4 +183,4 @@ def least(stack, ceiling, accuracy):  # type: ignore[no-untyped-def]
         else:
             bisect(stack, top)
             top += 1
-    return best, place
+    return float(best), float(place)

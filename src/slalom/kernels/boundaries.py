@@ -6,12 +6,12 @@ inside it; side 0, the half-space x u0 + y u1 + z u2 <= r with a unit normal. In
 
 import numpy as np
 
-from slalom.kernels.compiled import kernel
+from slalom.kernels.compiled import Array, kernel
 from slalom.tolerances import ADMISSIBLE, ELEMENT
 
 
 @kernel
-def meets(boundaries, first, last, u, i, j, k):  # type: ignore[no-untyped-def]
+def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k: int) -> bool:
     """Whether u satisfies the boundaries first..last-1, up to rounding; i, j, k, which generated it, are met."""
     for b in range(first, last):
         if b in (i, j, k):
@@ -32,24 +32,23 @@ def meets(boundaries, first, last, u, i, j, k):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def project(boundaries, b, u, dimension, found):  # type: ignore[no-untyped-def]
+def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
     """Nearest point of boundary b to u, into found[0]. At the centre of a ball every direction is as near."""
     x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
     if boundaries[b, 0] == 0.0:
         step = r - (x * u[0] + y * u[1] + z * u[2])
         found[0, 0], found[0, 1], found[0, 2] = u[0] + step * x, u[1] + step * y, u[2] + step * z
-        return True
+        return
     dx, dy, dz = u[0] - x, u[1] - y, u[2] - z
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
     if length == 0.0:
         dx, length = 1.0, 1.0
     scale = r / length
     found[0, 0], found[0, 1], found[0, 2] = x + scale * dx, y + scale * dy, z + scale * dz
-    return True
 
 
 @kernel
-def plane_of(boundaries, i, j, plane):  # type: ignore[no-untyped-def]
+def plane_of(boundaries: Array, i: int, j: int, plane: Array) -> bool:
     """The plane (unit normal, offset) that holds the intersection of i and j, into `plane`; False if there is none.
 
     For two balls it is their radical plane, for a ball and a half-space the latter's boundary.
@@ -72,8 +71,8 @@ def plane_of(boundaries, i, j, plane):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def line_of(a, b, line):  # type: ignore[no-untyped-def]
-    """The line (point, unit direction) in which the planes a and b meet, into line[0:3], line[3:6]; False if parallel."""
+def line_of(a: Array, b: Array, line: Array) -> bool:
+    """The line (point, unit direction) in which the planes a and b meet, into line; False if parallel."""
     cx, cy, cz = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
     square = cx * cx + cy * cy + cz * cz
     if square < 1e-24:
@@ -88,7 +87,7 @@ def line_of(a, b, line):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def line_meets_ball(line, x, y, z, r, found):  # type: ignore[no-untyped-def]
+def line_meets_ball(line: Array, x: float, y: float, z: float, r: float, found: Array) -> int:
     """The points where a line (point, unit direction) meets a sphere, into found; their number."""
     px, py, pz = x - line[0], y - line[1], z - line[2]
     along = px * line[3] + py * line[4] + pz * line[5]
@@ -104,7 +103,7 @@ def line_meets_ball(line, x, y, z, r, found):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def intersect_two(boundaries, i, j, u, dimension, found):  # type: ignore[no-untyped-def]
+def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, found: Array) -> int:
     """Points of boundaries i and j that can be nearest to u, into found; their number.
 
     In the plane: the two points (for two lines one) in which they meet. In space they meet in a circle (or
@@ -148,7 +147,7 @@ def intersect_two(boundaries, i, j, u, dimension, found):  # type: ignore[no-unt
 
 
 @kernel
-def around_axis(plane, x, y, z, half, found):  # type: ignore[no-untyped-def]
+def around_axis(plane: Array, x: float, y: float, z: float, half: float, found: Array) -> int:
     """Four points of the circle of radius `half` about (x, y, z) in the plane, into found."""
     ex, ey, ez = 0.0, -plane[2], plane[1]
     if abs(plane[0]) > 0.7:
@@ -163,7 +162,7 @@ def around_axis(plane, x, y, z, half, found):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def intersect_three(boundaries, i, j, k, found):  # type: ignore[no-untyped-def]
+def intersect_three(boundaries: Array, i: int, j: int, k: int, found: Array) -> int:
     """Points in which three boundaries in space meet, into found; their number."""
     # Sorted so that a, b give planes together with the ball, if there is any.
     ball = -1

@@ -3,13 +3,15 @@
 import numpy as np
 
 from slalom.kernels.bezier import first_below, least, new_stack, put_gap
-from slalom.kernels.compiled import kernel
+from slalom.kernels.compiled import Array, Indices, kernel
 from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CLEARANCE, TIME
 
 
 @kernel
-def put_segment(stack, points, gains, s, ux, uy, uz, floor):  # type: ignore[no-untyped-def]
+def put_segment(
+    stack: Array, points: Array, gains: Array, s: int, ux: float, uy: float, uz: float, floor: float
+) -> None:
     """Write |relative position|^2 - floor along segment s under control u into the stack's root."""
     g0, g1, g2, g3 = gains[0, s], gains[1, s], gains[2, s], gains[3, s]
     put_gap(
@@ -23,7 +25,7 @@ def put_segment(stack, points, gains, s, ux, uy, uz, floor):  # type: ignore[no-
 
 
 @kernel
-def least_clearances(points, gains, radius, owner, owners, controls):  # type: ignore[no-untyped-def]
+def least_clearances(points: Array, gains: Array, radius: Array, owner: Indices, owners: int, controls: Array) -> Array:
     """Least clearance [m] to each owner for each control, (k, owners); inf for an owner without segments.
 
     Never above the true minimum by more than CLEARANCE.
@@ -46,7 +48,9 @@ def least_clearances(points, gains, radius, owner, owners, controls):  # type: i
 
 
 @kernel
-def contact_times(begin, end, points, gains, radius, owner, owners, controls):  # type: ignore[no-untyped-def]
+def contact_times(
+    begin: Array, end: Array, points: Array, gains: Array, radius: Array, owner: Indices, owners: int, controls: Array
+) -> Array:
     """Elapsed time [s] of the first contact with each owner for each control, (k, owners); inf if there is none."""
     result = np.full((len(controls), owners), np.inf)
     stack, gaps = new_stack(), np.empty(len(radius))

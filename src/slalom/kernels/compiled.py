@@ -8,12 +8,17 @@ be written (a read-only install without a writable home) kernels compile in ever
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
+import numpy as np
+import numpy.typing as npt
 from numba.core.caching import FunctionCache
 
 F = TypeVar("F", bound=Callable[..., Any])
+Array: TypeAlias = npt.NDArray[np.float64]
+Indices: TypeAlias = npt.NDArray[np.int64]
+Candidate: TypeAlias = tuple[float, float, float, float, int, int, int]
 
 
 def _digest() -> str:
@@ -25,11 +30,11 @@ def _digest() -> str:
 SOURCES = _digest()
 
 
-class _KernelCache(FunctionCache):  # type: ignore[misc]
+class _KernelCache(FunctionCache):
     """numba's function cache with the hash of all kernel sources in its key."""
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (SOURCES, *super()._index_key(sig, codegen))
+        return (SOURCES, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
 
 
 def kernel(function: F) -> F:
@@ -37,7 +42,7 @@ def kernel(function: F) -> F:
     compiled = numba.njit(nogil=True, error_model="numpy")(function)
     if hasattr(compiled, "enable_caching"):  # absent when NUMBA_DISABLE_JIT is set
         try:
-            compiled._cache = _KernelCache(function)
+            compiled._cache = _KernelCache(function)  # type: ignore[attr-defined, no-untyped-call]
         except RuntimeError:
             return cast(F, compiled)
     return cast(F, compiled)

@@ -1,11 +1,11 @@
 """Local refinement of the time of deepest approach."""
 
 from slalom.kernels.bezier import curvature, slope, value
-from slalom.kernels.compiled import kernel
+from slalom.kernels.compiled import Array, kernel
 
 
 @kernel
-def sink(p, g, u, s):  # type: ignore[no-untyped-def]
+def sink(p: Array, g: Array, u: Array, s: float) -> float:
     """A place near s in [0, 1] where |p - g u| is no larger, by a few Newton steps on its squared distance."""
     here = squared(p, g, u, s)
     for _ in range(6):
@@ -31,7 +31,7 @@ def sink(p, g, u, s):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def squared(p, g, u, s):  # type: ignore[no-untyped-def]
+def squared(p: Array, g: Array, u: Array, s: float) -> float:
     """|p - g u|^2 at s."""
     result = 0.0
     gain = value(g[0], g[1], g[2], g[3], s)

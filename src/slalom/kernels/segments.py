@@ -9,11 +9,21 @@ so that one pass over all of them runs on vector registers.
 import numpy as np
 
 from slalom.kernels.bezier import restrict
-from slalom.kernels.compiled import kernel
+from slalom.kernels.compiled import Array, Indices, kernel
 
 
 @kernel
-def relative_segments(times, points, error, radius, owner, knots, drift, gain, horizon):  # type: ignore[no-untyped-def]
+def relative_segments(
+    times: Array,
+    points: Array,
+    error: Array,
+    radius: Array,
+    owner: Indices,
+    knots: Array,
+    drift: Array,
+    gain: Array,
+    horizon: float,
+) -> tuple[Array, Array, Array, Array, Array, Indices]:
     """Cut the obstacles' pieces where the response has a knot, and subtract the drift.
 
     Args:
@@ -62,7 +72,7 @@ def relative_segments(times, points, error, radius, owner, knots, drift, gain, h
 
 
 @kernel
-def chord_gaps(points, gains, ux, uy, uz, gaps):  # type: ignore[no-untyped-def]
+def chord_gaps(points: Array, gains: Array, ux: float, uy: float, uz: float, gaps: Array) -> None:
     """Lower bounds of the distance to the origin along every segment under control (ux, uy, uz), into gaps.
 
     The distance of the chord, less how far the cubic may bend away from it: with e, f the distances of the inner

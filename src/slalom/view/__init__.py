@@ -1,0 +1,12 @@
+"""Figures of decisions and runs: the workspace, the control space, and both side by side.
+
+Everything is drawn on `matplotlib.figure.Figure` objects, never through pyplot: no window opens, no
+global state changes.
+"""
+
+from slalom.view.control_space import control_space
+from slalom.view.figure import decision, paths
+from slalom.view.style import save
+from slalom.view.workspace import workspace
+
+__all__ = ["control_space", "decision", "paths", "save", "workspace"]

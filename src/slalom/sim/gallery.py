@@ -1,0 +1,159 @@
+"""The named scenarios: used by tests, benchmarks, documentation and the command line."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from slalom.checks import known
+from slalom.errors import InvalidInput
+from slalom.goal import Goal
+from slalom.io.tracks import read_tracks, sample_data
+from slalom.limits import Limits
+from slalom.obstacle import Obstacle
+from slalom.shape import Disc
+from slalom.sim.scenario import SETTINGS, Robot, Scenario
+from slalom.state import State
+from slalom.trajectory import Circular, ConstantVelocity, Stationary
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A scenario of the gallery: how to build it, its parameters with their defaults, and one sentence."""
+
+    name: str
+    build: Callable[[Mapping[str, float], np.random.Generator], Scenario]
+    parameters: Mapping[str, float]
+    sentence: str
+
+
+def empty(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """A robot alone."""
+    state = State((0.0, 0.0), (0.0, 0.0))
+    goal = Goal(Stationary((p["distance"], 0.0)), 0.2, stop=True)
+    return Scenario("empty", Robot(Disc(0.5), Limits(2.0, 1.0), state, goal))
+
+
+def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """One car comes straight towards the robot."""
+    state = State((0.0, 0.0), (p["speed"], 0.0))
+    goal = Goal(Stationary((40.0, 0.0)), 1.0)
+    car = Obstacle(Disc(1.0), ConstantVelocity((40.0, p["offset"]), (-p["speed"], 0.0)), "car")
+    return Scenario("head_on", Robot(Disc(1.0), Limits(2 * p["speed"], 3.0), state, goal), (car,), duration=30.0)
+
+
+def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """Four vehicles on a road that bends: the robot on the inner lane, which shall gain 15 m, and three others.
+
+    The paper's example of what a velocity obstacle gets wrong: the cars on the middle lane never cross the inner one.
+    """
+    inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0
+    speed = p["speed"]
+    lanes = ((middle, 1.0 * speed, 0.45), (middle, 1.1 * speed, -0.35), (outer, 1.2 * speed, 0.7))
+    cars = tuple(
+        Obstacle(Disc(1.5), Circular((0.0, 0.0), radius, v, phase), f"car {k}")
+        for k, (radius, v, phase) in enumerate(lanes)
+    )
+    place = Circular((0.0, 0.0), inner, speed, 15.0 / inner)
+    state = State((inner, 0.0), (0.0, speed))
+    goal = Goal(place, 1.5, stop=True)
+    return Scenario("curved_road", Robot(Disc(1.0), Limits(1.6 * speed, 4.0), state, goal), cars, duration=40.0)
+
+
+def lanes_of_cars(p: Mapping[str, float], rng: np.random.Generator) -> tuple[Obstacle, ...]:
+    """Thirty vehicles in three circular lanes, one speed per lane, random phases at least 4.5 m apart."""
+    cars: list[Obstacle] = []
+    for lane, (radius, speed) in enumerate(((12.0, 5.0), (16.0, 6.5), (20.0, 8.0))):
+        phases = _phases(10, 4.5 / radius, rng)
+        for phase in phases:
+            path = Circular((0.0, 0.0), radius, speed * p["speed"], phase)
+            cars.append(Obstacle(Disc(1.0), path, f"lane {lane + 1} car {len(cars)}"))
+    return tuple(cars)
+
+
+def _phases(count: int, least: float, rng: np.random.Generator) -> np.ndarray:
+    """Angles of `count` cars on a circle, uniform among those at least `least` [rad] apart."""
+    spare = 2.0 * np.pi - count * least
+    gaps = least + spare * np.diff(np.concatenate([[0.0], np.sort(rng.uniform(size=count - 1)), [1.0]]))
+    return np.asarray(rng.uniform(0.0, 2.0 * np.pi) + np.concatenate([[0.0], np.cumsum(gaps[:-1])]))
+
+
+def roundabout_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """The paper's roundabout, crossed from left to right among 30 vehicles."""
+    robot = Robot(
+        Disc(1.0),
+        Limits(8.0, p["max_acceleration"]),
+        State((-26.0, 0.0), (5.0, 0.0)),
+        Goal(Stationary((26.0, 0.0)), 1.0),
+    )
+    return Scenario("roundabout_crossing", robot, lanes_of_cars(p, rng), duration=60.0)
+
+
+def roundabout_exit(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """The paper's roundabout, entered on the left and left at the top."""
+    crossing = roundabout_crossing(p, rng)
+    robot = replace(crossing.robot, goal=Goal(Stationary((0.0, 26.0)), 1.0))
+    return replace(crossing, name="roundabout_exit", robot=robot)
+
+
+def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """A recorded roundabout: 30 cars that yield to each other but not to the robot."""
+    tracks = read_tracks(sample_data("roundabout_ring_11.csv"))
+    cars = tuple(Obstacle(Disc(2.4), track, f"car {agent}") for agent, track in tracks.items())
+    angle = rng.uniform(0.0, 2.0 * np.pi) if p["random"] else 0.0
+    place = 58.0 * np.array([np.cos(angle), np.sin(angle)])
+    robot = Robot(Disc(1.0), Limits(12.0, 4.0), State(place, np.zeros(2)), Goal(Stationary(-place), 1.5))
+    return Scenario("recorded_roundabout", robot, cars, start=p["at"], duration=45.0, horizon=8.0)
+
+
+GALLERY: Final[dict[str, Entry]] = {
+    entry.name: entry
+    for entry in (
+        Entry("empty", empty, {"distance": 20.0}, "A robot alone drives to its goal and stops."),
+        Entry("head_on", head_on, {"speed": 5.0, "offset": 0.0}, "One car comes straight towards the robot."),
+        Entry(
+            "curved_road",
+            curved_road,
+            {"radius": 30.0, "speed": 8.0},
+            "Four vehicles on a bending road: VO sees collisions that NLVO does not.",
+        ),
+        Entry(
+            "roundabout_crossing",
+            roundabout_crossing,
+            {"max_acceleration": 4.0, "speed": 1.0},
+            "The paper's roundabout: 30 vehicles in three lanes, crossed from left to right.",
+        ),
+        Entry(
+            "roundabout_exit",
+            roundabout_exit,
+            {"max_acceleration": 4.0, "speed": 1.0},
+            "The paper's roundabout, entered on the left and left at the top.",
+        ),
+        Entry(
+            "recorded_roundabout",
+            recorded_roundabout,
+            {"at": 6.4, "random": 0.0},
+            "A recorded roundabout with 30 cars that yield to each other but not to the robot.",
+        ),
+    )
+}
+"""Every scenario by name."""
+
+
+def build(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
+    """The scenario of that name with some of its parameters, or of the settings of every scenario, changed.
+
+    Raises:
+        InvalidInput: an unknown name or parameter; the message lists the known ones.
+    """
+    entry = GALLERY[known(name, "scenario", list(GALLERY))]
+    changed = dict(settings or {})
+    unknown = [key for key in changed if key not in entry.parameters and key not in SETTINGS]
+    if unknown:
+        names = ", ".join([*entry.parameters, *SETTINGS])
+        raise InvalidInput(f"parameter of {name}: expected one of {names}; found {unknown[0]!r}")
+    parameters = {**entry.parameters, **{k: v for k, v in changed.items() if k in entry.parameters}}
+    scenario = entry.build(parameters, np.random.default_rng(seed))
+    scenario = scenario.with_settings({k: v for k, v in changed.items() if k not in entry.parameters})
+    return replace(scenario, parameters={**parameters, **changed})

@@ -1,0 +1,208 @@
+"""What happened: everything that metrics, pictures and an exact replay need."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from slalom.checks import Array
+from slalom.errors import InvalidFile
+from slalom.goal import Goal
+from slalom.limits import Limits
+from slalom.obstacle import Obstacle
+from slalom.shape import round_shape
+from slalom.sim.scenario import Scenario
+from slalom.trajectory import TRAJECTORIES, Trajectory
+
+FORMAT = "slalom recording 1"
+
+
+class Step(NamedTuple):
+    """One step of one robot: its state at the beginning, and what it applied from there on."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    control: Array
+    outcome: str
+    decision_time: float
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A run of N robots over T steps.
+
+    Attributes:
+        scenario, method, seed, parameters: what was run. dt: [s].
+        times: (T + 1,) absolute [s]. positions, velocities: (T + 1, N, d). accelerations: (T, N, d) applied from each
+            step on, constant over it. controls: (T, N, d) of the committed manoeuvre, in its response's unit.
+        outcomes: (T, N) names of `Outcome`; "" where no decision was due. decision_times: (T, N) wall clock [s],
+            the only part that is not the same in every run.
+        radii: (N,) [m]. limits: N. goals: N. arrived: (N,) absolute time, inf if not.
+        obstacles: with their true trajectories.
+    """
+
+    scenario: str
+    method: str
+    seed: int
+    dt: float
+    parameters: dict[str, float]
+    times: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
+    controls: Array
+    outcomes: tuple[tuple[str, ...], ...]
+    decision_times: Array
+    radii: Array
+    limits: tuple[Limits, ...]
+    goals: tuple[Goal, ...]
+    arrived: Array
+    obstacles: tuple[Obstacle, ...]
+
+    @classmethod
+    def of(cls, scenario: Scenario, method: str, seed: int, steps: Sequence[Step], last: Any) -> "Recording":
+        """The recording of one robot's steps that ended in the state `last`."""
+        robot, d = scenario.robot, scenario.robot.state.dimension
+        times = scenario.start + scenario.dt * np.arange(len(steps) + 1, dtype=np.float64)
+        end = float(times[-1])
+        done = robot.goal.reached(last.position, last.velocity, end)
+        return cls(
+            scenario=scenario.name,
+            method=method,
+            seed=seed,
+            dt=scenario.dt,
+            parameters=dict(scenario.parameters),
+            times=times,
+            positions=np.array([*(s.position for s in steps), last.position])[:, None],
+            velocities=np.array([*(s.velocity for s in steps), last.velocity])[:, None],
+            accelerations=np.array([s.acceleration for s in steps]).reshape(-1, 1, d),
+            controls=np.array([s.control for s in steps]).reshape(-1, 1, d),
+            outcomes=tuple((s.outcome,) for s in steps),
+            decision_times=np.array([s.decision_time for s in steps]).reshape(-1, 1),
+            radii=np.array([robot.shape.radius]),
+            limits=(robot.limits,),
+            goals=(robot.goal,),
+            arrived=np.array([end if done else np.inf]),
+            obstacles=scenario.obstacles,
+        )
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.positions.shape[2])
+
+    def acceleration_before(self, step: int, robot: int = 0) -> Array:
+        """The acceleration applied up to `step`; zero at the first."""
+        return np.asarray(self.accelerations[step - 1, robot] if step else np.zeros(self.dimension))
+
+    def digest(self) -> str:
+        """A hash of everything but the wall clock: the same run gives the same digest."""
+        parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(self.outcomes)]
+        arrays = [self.times, self.positions, self.velocities, self.accelerations, self.controls, self.arrived]
+        content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
+        return hashlib.sha256(content).hexdigest()
+
+    def save(self, path: Path | str) -> None:
+        """Write an HDF5 file with navground's group and attribute names where they exist.
+
+        `poses` holds position and, last, the heading of the velocity [rad]; `twists` velocity and, last, 0.
+        """
+        with h5py.File(path, "w") as file:
+            file.attrs["format"] = FORMAT
+            run = file.create_group("run_0")
+            run.attrs.update(
+                scenario=self.scenario,
+                method=self.method,
+                seed=self.seed,
+                time_step=self.dt,
+                steps=len(self.accelerations),
+                final_sim_time=float(self.times[-1]),
+                digest=self.digest(),
+            )
+            run.create_group("parameters").attrs.update(self.parameters)
+            heading = np.arctan2(self.velocities[..., 1], self.velocities[..., 0])[..., None]
+            run["times"] = self.times
+            run["poses"] = np.concatenate([self.positions, heading], axis=-1)
+            run["twists"] = np.concatenate([self.velocities, np.zeros_like(heading)], axis=-1)
+            for name in ("accelerations", "controls", "decision_times", "radii", "arrived"):
+                run[name] = getattr(self, name)
+            run["outcomes"] = np.array(self.outcomes, dtype=h5py.string_dtype()).reshape(self.decision_times.shape)
+            for k, (limits, goal) in enumerate(zip(self.limits, self.goals)):
+                group = run.create_group(f"robots/{k}")
+                group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
+                group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
+                _save_trajectory(group.create_group("goal"), goal.trajectory)
+            for k, obstacle in enumerate(self.obstacles):
+                group = run.create_group(f"obstacles/{k}")
+                group.attrs.update(name=obstacle.name, radius=obstacle.shape.radius)
+                _save_trajectory(group.create_group("trajectory"), obstacle.trajectory)
+
+    @classmethod
+    def load(cls, path: Path | str) -> "Recording":
+        """Read what `save` wrote. Raises InvalidFile for anything else."""
+        try:
+            with h5py.File(path) as file:
+                if file.attrs.get("format") != FORMAT:
+                    found = file.attrs.get("format", "no format")
+                    raise InvalidFile([f"{path}: expected a file of format {FORMAT!r}, found {found!r}"])
+                return cls._from_group(file["run_0"])
+        except OSError as error:
+            raise InvalidFile([f"{path}: expected an HDF5 recording, found {error}"]) from None
+
+    @classmethod
+    def _from_group(cls, run: Any) -> "Recording":
+        robots = [run[f"robots/{k}"] for k in range(len(run.get("robots", ())))]
+        obstacles = [run[f"obstacles/{k}"] for k in range(len(run.get("obstacles", ())))]
+        dimension = run["poses"].shape[-1] - 1
+        return cls(
+            scenario=str(run.attrs["scenario"]),
+            method=str(run.attrs["method"]),
+            seed=int(run.attrs["seed"]),
+            dt=float(run.attrs["time_step"]),
+            parameters={name: float(value) for name, value in run["parameters"].attrs.items()},
+            times=run["times"][:],
+            positions=run["poses"][..., :-1],
+            velocities=run["twists"][..., :-1],
+            accelerations=run["accelerations"][:],
+            controls=run["controls"][:],
+            outcomes=tuple(tuple(name.decode() for name in row) for row in run["outcomes"][:]),
+            decision_times=run["decision_times"][:],
+            radii=run["radii"][:],
+            limits=tuple(Limits(float(r.attrs["max_speed"]), float(r.attrs["max_acceleration"])) for r in robots),
+            goals=tuple(
+                Goal(_load_trajectory(r["goal"]), float(r.attrs["goal_tolerance"]), bool(r.attrs["goal_stop"]))
+                for r in robots
+            ),
+            arrived=run["arrived"][:],
+            obstacles=tuple(
+                Obstacle(
+                    round_shape(float(o.attrs["radius"]), dimension),
+                    _load_trajectory(o["trajectory"]),
+                    str(o.attrs["name"]),
+                )
+                for o in obstacles
+            ),
+        )
+
+
+def _save_trajectory(group: Any, trajectory: Trajectory) -> None:
+    """The kind of the trajectory and its fields, as they are: reading gives the same curve to the bit."""
+    kind = next(name for name, cls in TRAJECTORIES.items() if type(trajectory) is cls)
+    group.attrs["kind"] = kind
+    for item in fields(trajectory):  # type: ignore[arg-type]
+        value = getattr(trajectory, item.name)
+        if isinstance(value, np.ndarray):
+            group[item.name] = value
+        elif value is not None:
+            group.attrs[item.name] = value
+
+
+def _load_trajectory(group: Any) -> Trajectory:
+    values = {name: value for name, value in group.attrs.items() if name != "kind"}
+    values.update({name: group[name][:] for name in group})
+    return TRAJECTORIES[str(group.attrs["kind"])](**values)

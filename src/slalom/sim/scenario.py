@@ -1,0 +1,103 @@
+"""A scenario: who is where, wants what, and how it is run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from slalom.checks import not_negative, number, positive
+from slalom.errors import InvalidInput
+from slalom.goal import Goal
+from slalom.limits import Limits
+from slalom.methods import HOLDS, Method
+from slalom.navigator import Navigator
+from slalom.obstacle import Obstacle
+from slalom.shape import Shape
+from slalom.state import State
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot that starts in `state`, wants to `goal`, has a `shape` and obeys `limits`."""
+
+    shape: Shape
+    limits: Limits
+    state: State
+    goal: Goal
+    name: str = "robot"
+
+    def __post_init__(self) -> None:
+        for what, dimension in (("shape", self.shape.dimension), ("goal", self.goal.trajectory.dimension)):
+            if dimension != self.state.dimension:
+                raise InvalidInput(
+                    f"{self.name}.{what}: expected dimension {self.state.dimension} as of the state, found {dimension}"
+                )
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """One robot among obstacles, and the settings of its navigator.
+
+    Attributes:
+        name: of the gallery or the file. start: [s] absolute time at which the run begins.
+        duration: [s] after which a robot that has not arrived has failed.
+        dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
+            multiple of dt. horizon [s], margin [m], patience [s], holds [s]: see `Navigator`.
+        parameters: what the gallery was asked for; they go into recordings.
+    """
+
+    name: str
+    robot: Robot
+    obstacles: tuple[Obstacle, ...] = ()
+    start: float = 0.0
+    duration: float = 60.0
+    dt: float = 0.1
+    replan: float = 0.0
+    horizon: float = 6.0
+    margin: float = 0.05
+    patience: float = 0.1
+    holds: tuple[float, ...] = HOLDS
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        number(self.start, "start")
+        for name in ("duration", "dt", "horizon"):
+            positive(getattr(self, name), name)
+        not_negative(self.replan, "replan")
+        if self.replan and abs(round(self.replan / self.dt) * self.dt - self.replan) > 1e-9 * self.replan:
+            raise InvalidInput(f"replan: expected a multiple of dt = {self.dt:g} s, found {self.replan:g} s")
+        for obstacle in self.obstacles:
+            if obstacle.dimension != self.robot.state.dimension:
+                raise InvalidInput(
+                    f"obstacle {obstacle.name!r}: expected dimension {self.robot.state.dimension} as of the robot, "
+                    f"found {obstacle.dimension}"
+                )
+
+    @property
+    def steps_per_decision(self) -> int:
+        """Steps of dt between decisions."""
+        return max(1, round(self.replan / self.dt))
+
+    def with_settings(self, settings: Mapping[str, float]) -> "Scenario":
+        """The scenario with other settings. Raises InvalidInput for a name that is not a setting."""
+        unknown = [name for name in settings if name not in SETTINGS]
+        if unknown:
+            raise InvalidInput(f"setting: expected one of {', '.join(SETTINGS)}; found {unknown[0]!r}")
+        changed: dict[str, Any] = dict(settings)
+        return replace(self, **changed)
+
+    def navigator(self, method: Method) -> Navigator:
+        """The robot's navigator."""
+        return Navigator(
+            method,
+            self.robot.shape,
+            self.robot.limits,
+            period=self.dt * self.steps_per_decision,
+            horizon=self.horizon,
+            margin=self.margin,
+            holds=self.holds,
+            patience=self.patience,
+        )
+
+
+SETTINGS = ("start", "duration", "dt", "replan", "horizon", "margin", "patience")
+"""Settings that every scenario has and that `--set` may change."""

@@ -1,0 +1,61 @@
+"""The loop over time."""
+
+from collections.abc import Callable
+from time import perf_counter
+
+import numpy as np
+
+from slalom.methods import Method
+from slalom.navigator import Decision
+from slalom.sim.recording import Recording, Step
+from slalom.sim.scenario import Scenario
+from slalom.state import State
+
+
+def simulate(
+    scenario: Scenario, method: Method, *, seed: int = 0, progress: Callable[[float], None] | None = None
+) -> Recording:
+    """Run a scenario until the robot has arrived or its time is over.
+
+    A robot is a double integrator: between steps its acceleration is constant, so a step is the exact motion that was
+    predicted. The result depends on the scenario and the method alone; `seed`, with which the scenario was built,
+    is recorded. `progress` is called with the share of the duration that has passed.
+    """
+    navigator, goal, dt = scenario.navigator(method), scenario.robot.goal, scenario.dt
+    state, decision = scenario.robot.state, None
+    steps: list[Step] = []
+    count = round(scenario.duration / dt)
+    for k in range(count):
+        now = scenario.start + k * dt
+        if goal.reached(state.position, state.velocity, now):
+            break
+        if k % scenario.steps_per_decision == 0 or decision is None:
+            before = perf_counter()
+            decision = navigator.decide(state, scenario.obstacles, goal, now=now, previous=decision)
+            outcome, spent = decision.outcome.name, perf_counter() - before
+        else:
+            outcome, spent = "", 0.0
+        push = decision.manoeuvre.mean_acceleration(now, dt)
+        steps.append(Step(state.position, state.velocity, push, decision.manoeuvre.control, outcome, spent))
+        state = drive(state, push, dt)
+        if progress:
+            progress((k + 1) / count)
+    return Recording.of(scenario, method.name, seed, steps, state)
+
+
+def drive(state: State, push: np.ndarray, duration: float) -> State:
+    """The double integrator's exact state after `duration` [s] under the acceleration `push` [m/s^2]."""
+    return State(
+        state.position + duration * (state.velocity + 0.5 * duration * push), state.velocity + duration * push, push
+    )
+
+
+def decision_at(recording: Recording, scenario: Scenario, method: Method, step: int) -> Decision:
+    """The decision that was in force at `step` of a recorded run, made again from the recorded states."""
+    navigator, decision = scenario.navigator(method), None
+    for k in range(0, step + 1, scenario.steps_per_decision):
+        state = State(recording.positions[k, 0], recording.velocities[k, 0], recording.acceleration_before(k))
+        now = float(recording.times[k])
+        decision = navigator.decide(state, scenario.obstacles, scenario.robot.goal, now=now, previous=decision)
+    assert decision is not None
+    return decision

@@ -1,0 +1,285 @@
+"""The control space: what each control leads to, and which controls the robot has."""
+
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from contourpy import FillType, LineType, contour_generator
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path as Outline
+
+from slalom.checks import Array, vector
+from slalom.control_obstacle import ControlObstacle, Traffic
+from slalom.errors import InvalidInput
+from slalom.limits import Admissible
+from slalom.view.style import (
+    FAINT,
+    INK,
+    ROBOT,
+    admissible_region,
+    colour_at,
+    colour_bar,
+    disc,
+    halo,
+    kind,
+    legend_below,
+    style,
+    time_levels,
+    time_scale,
+)
+
+Extent = tuple[float, float, float, float]
+"""x from, x to, y from, y to, in units of the control."""
+
+_FAR: Final = 1e6
+"""[m] Stands for a clearance where only its sign is drawn."""
+
+
+class Plane(NamedTuple):
+    """The drawn part of the control space: a grid, in space at one fixed third component."""
+
+    x: Array  # (n,)
+    y: Array  # (n,)
+    height: float | None  # third component, None in the plane
+
+    def lift(self, points: Array) -> Array:
+        """Controls (..., d) at points (..., 2) of the plane."""
+        if self.height is None:
+            return points
+        return np.concatenate([points, np.full((*points.shape[:-1], 1), self.height)], axis=-1)
+
+    @property
+    def controls(self) -> Array:
+        """(n, n, d), rows along y."""
+        return self.lift(np.stack(np.meshgrid(self.x, self.y), axis=-1))
+
+
+def control_space(
+    ax: Axes,
+    *,
+    blocked: ControlObstacle,
+    admissible: Admissible,
+    preferred: npt.ArrayLike | None = None,
+    chosen: npt.ArrayLike | None = None,
+    extent: Extent | None = None,
+    resolution: int = 201,
+    elements: Sequence[float] = (),
+    chosen_label: str = "chosen",
+    decorations: bool = True,
+) -> Axes:
+    """Draw the control obstacle by time to collision, the admissible set, and the preferred and chosen controls.
+
+    Each colour is the difference of the control obstacles of two horizons, so its borders are as sharp as the
+    contours; thin lines bound the control obstacle of each single obstacle. In space the plane parallel to x-y
+    through the chosen control (else the preferred one, else the middle of the admissible set) is drawn.
+
+    Args:
+        preferred, chosen: controls (d,), in m/s, m/s^2 or m/s^3 as the response has it.
+        extent: x from, x to, y from, y to in the same unit; by default the admissible set and its surroundings.
+        resolution: points of the grid along each axis, at least 2.
+        elements: times [s] from now whose temporal elements are drawn as faint circles.
+        chosen_label: what the filled marker is called. decorations: labels, legend and colour bar.
+
+    Returns:
+        `ax`.
+
+    Raises:
+        InvalidInput: different dimensions, or a resolution below 2.
+    """
+    if admissible.dimension != blocked.dimension:
+        raise InvalidInput(f"admissible: expected dimension {blocked.dimension}, found {admissible.dimension}")
+    if resolution < 2:
+        raise InvalidInput(f"resolution: expected at least 2, found {resolution}")
+    wanted = None if preferred is None else vector(preferred, "preferred", blocked.dimension)
+    taken = None if chosen is None else vector(chosen, "chosen", blocked.dimension)
+    height = _height(admissible, wanted, taken)
+    region = admissible_region(admissible, height)
+    left, right, low, high = extent or _extent(admissible, region, wanted, taken)
+    plane = Plane(np.linspace(left, right, resolution), np.linspace(low, high, resolution), height)
+    with style():
+        _fill(ax, blocked, plane)
+        dotted = _limits(ax, admissible, region, height, shapely.box(left, low, right, high))
+        for t in elements:
+            _element(ax, blocked, float(t), height)
+        handles = _controls(ax, wanted, taken, (left, right, low, high), chosen_label)
+        ax.set(xlim=(left, right), ylim=(low, high))
+        ax.set_aspect("equal")
+        if decorations:
+            if dotted:
+                handles.append(
+                    Line2D([], [], color=INK, linewidth=0.7, linestyle=(0, (1, 2)), label="speed, acceleration limits")
+                )
+            if len(elements):
+                handles.append(Line2D([], [], color=FAINT, linewidth=0.4, label="temporal elements"))
+            _decorate(ax, blocked, height, handles)
+    return ax
+
+
+def _height(admissible: Admissible, preferred: Array | None, chosen: Array | None) -> float | None:
+    if admissible.dimension == 2:
+        return None
+    through = chosen if chosen is not None else preferred
+    return float(admissible.centers[-1, 2] if through is None else through[2])
+
+
+def _extent(admissible: Admissible, region: Any, preferred: Array | None, chosen: Array | None) -> Extent:
+    """A square about the admissible set with room around it; controls nearby are included."""
+    if region.is_empty:
+        smallest = int(np.argmin(admissible.radii))
+        (x, y), r = admissible.centers[smallest, :2], admissible.radii[smallest]
+        box = np.array([[x - r, y - r], [x + r, y + r]])
+    else:
+        box = np.reshape(region.bounds, (2, 2))
+    middle, half = box.mean(axis=0), 0.65 * float(np.diff(box, axis=0).max())
+    for point in (preferred, chosen):
+        if point is not None:
+            need = 1.1 * float(np.abs(point[:2] - middle).max())
+            half = max(half, need) if need < 1.8 * half else half
+    return (middle[0] - half, middle[0] + half, middle[1] - half, middle[1] + half)
+
+
+def _field(blocked: ControlObstacle, index: int, horizon: float, plane: Plane, controls: Array, inside: Array) -> Array:
+    """Clearance [m] to one obstacle up to `horizon` on the grid: computed along its border, elsewhere +-_FAR."""
+    field = np.where(inside, -_FAR, _FAR)
+    corners = np.stack([inside[:-1, :-1], inside[1:, :-1], inside[:-1, 1:], inside[1:, 1:]])
+    mixed = corners.any(axis=0) & ~corners.all(axis=0)
+    border = np.zeros(inside.shape, dtype=bool)
+    for rows in (slice(None, -1), slice(1, None)):
+        for columns in (slice(None, -1), slice(1, None)):
+            border[rows, columns] |= mixed
+    if border.any():
+        traffic = blocked.traffic
+        margin = np.broadcast_to(np.asarray(blocked.margin), (len(traffic.obstacles),))[index]
+        alone = ControlObstacle(
+            blocked.response,
+            blocked.state,
+            Traffic([traffic.obstacles[index]], traffic.start, traffic.horizon),
+            blocked.robot,
+            float(margin),
+            horizon,
+        )
+        found = alone.clearance(controls[border])
+        # The sign is that of the grid, so that rounding on the border cannot open a cell that was not computed.
+        field[border] = np.where(inside[border], np.clip(found, -_FAR, -1e-12), np.clip(found, 1e-12, _FAR))
+    return field
+
+
+def _fill(ax: Axes, blocked: ControlObstacle, plane: Plane) -> None:
+    """The control obstacles of ever shorter horizons on top of each other, and the outline of each obstacle's."""
+    controls = plane.controls
+    times = blocked.times_to_collision(controls)
+    levels = time_levels(blocked.horizon)
+    colours = time_scale(blocked.horizon)
+    met = np.flatnonzero(np.isfinite(times).any(axis=(0, 1)))
+    for level, start in zip(levels[:0:-1], levels[-2::-1]):
+        last = level == levels[-1]
+        union = np.full(times.shape[:2], _FAR)
+        for index in met:
+            inside = np.isfinite(times[..., index]) if last else times[..., index] < level
+            if inside.any():
+                field = _field(blocked, int(index), float(level), plane, controls, inside)
+                union = np.minimum(union, field)
+                if last:
+                    _outline(ax, plane, field, f"outline-{index}")
+        if np.any(union < 0.0):
+            colour = colour_at(colours, 0.5 * (start + level))
+            patch = PathPatch(filled(plane, union), facecolor=colour, edgecolor=colour, linewidth=0.1, zorder=1)
+            patch.set_gid("blocked" if last else f"blocked-{level:g}")
+            ax.add_patch(patch)
+
+
+def filled(plane: Plane, field: Array) -> Outline:
+    """The region where `field` is negative, with its holes."""
+    drawn = contour_generator(plane.x, plane.y, field, fill_type=FillType.OuterCode)
+    parts: Any = drawn.filled(-10.0 * _FAR, 0.0)
+    return Outline.make_compound_path(*(Outline(points, codes) for points, codes in zip(*parts)))
+
+
+def _outline(ax: Axes, plane: Plane, field: Array, gid: str) -> None:
+    lines: Any = contour_generator(plane.x, plane.y, field, line_type=LineType.Separate).lines(0.0)
+    drawn = LineCollection(lines, colors=INK, linewidths=0.45, alpha=0.75, zorder=2)
+    drawn.set_gid(gid)
+    ax.add_collection(drawn, autolim=False)
+
+
+def _polygon(region: Any) -> Outline:
+    rings = [Outline(np.asarray(ring.coords), closed=True) for ring in (region.exterior, *region.interiors)]
+    return Outline.make_compound_path(*rings)
+
+
+def _limits(ax: Axes, admissible: Admissible, region: Any, height: float | None, view: Any) -> bool:
+    """The set itself, and the circles that bound more than it dotted; whether any of these is in `view`."""
+    depth = np.zeros(len(admissible.radii)) if height is None else height - admissible.centers[:, -1]
+    seen = False
+    for centre, square in zip(admissible.centers, admissible.radii**2 - depth**2):
+        if square > 0.0:
+            radius = float(np.sqrt(square))
+            if region.area > 0.999 * np.pi * square:
+                continue
+            seen |= bool(shapely.Point(centre[:2]).buffer(radius, quad_segs=64).exterior.intersects(view))
+            disc(ax, centre, radius, "limit", fill=False, edgecolor=INK, linewidth=0.7, linestyle=(0, (1, 2)), zorder=3)
+    if not region.is_empty:
+        patch = PathPatch(_polygon(region), fill=False, edgecolor=INK, linewidth=1.3, zorder=4)
+        patch.set_path_effects(halo(2.6))
+        patch.set_gid("admissible")
+        ax.add_patch(patch)
+    return seen
+
+
+def _element(ax: Axes, blocked: ControlObstacle, t: float, height: float | None) -> None:
+    """The temporal elements at elapsed time t [s]; in space where they meet the plane."""
+    found = blocked.element(t)
+    for centre, radius in zip(found.centers, found.radii):
+        square = radius**2 - (0.0 if height is None else (height - centre[2]) ** 2)
+        if square > 0.0:
+            disc(ax, centre, np.sqrt(square), f"element-{t:g}", fill=False, edgecolor=FAINT, linewidth=0.4, zorder=2.5)
+
+
+def _controls(
+    ax: Axes, preferred: Array | None, chosen: Array | None, extent: Extent, chosen_label: str
+) -> list[Line2D]:
+    """The markers, on the border of the panel for a control beyond it; their legend entries."""
+    handles = []
+    corner, opposite = np.array(extent[0::2]), np.array(extent[1::2])
+    rim = 0.02 * (opposite - corner)
+    for point, gid, label in ((preferred, "preferred", "preferred"), (chosen, "chosen", chosen_label)):
+        if point is None:
+            continue
+        beyond = bool(np.any((point[:2] < corner) | (point[:2] > opposite)))
+        hollow = gid == "preferred"
+        (mark,) = ax.plot(
+            *np.clip(point[:2], corner + rim, opposite - rim),
+            linestyle="none",
+            marker="D" if beyond else "o",
+            markersize=6.0 if hollow else 5.2,
+            markerfacecolor="white" if hollow else ROBOT,
+            markeredgecolor=ROBOT if hollow else "white",
+            markeredgewidth=1.4 if hollow else 0.7,
+            label=f"{label} (at {point[0]:.2g}, {point[1]:.2g})".replace("-", "−") if beyond else label,
+            zorder=6,
+        )
+        mark.set_path_effects(halo(2.4))
+        mark.set_gid(gid)
+        handles.append(mark)
+    return handles
+
+
+def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles: list[Line2D]) -> None:
+    """Title, labels, legend and colour bar."""
+    what = kind(blocked.response)
+    ax.set_title(f"{what.name} {what.words}", pad=4)
+    section = "" if height is None else f"   (section at ${what.letter}_z$ = {height:.2f} {what.unit})"
+    ax.set_xlabel(f"${what.letter}_x$ [{what.unit}]{section}")
+    ax.set_ylabel(f"${what.letter}_y$ [{what.unit}]", labelpad=1)
+    entries: list[Any] = [
+        *handles,
+        Line2D([], [], color=INK, linewidth=1.3, label="admissible set"),
+        Patch(facecolor="#35b779", edgecolor=INK, linewidth=0.45, label="blocked (lines: by each)"),
+    ]
+    legend_below(ax, entries, 2)
+    colour_bar(time_scale(blocked.horizon), ax, "time to collision [s]")

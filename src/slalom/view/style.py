@@ -1,0 +1,248 @@
+"""What the figures share: fonts, colours, the scale of times, marks, the outline of a set, and how they are saved."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+import shapely
+from matplotlib import patheffects
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from slalom.checks import Array
+from slalom.errors import InvalidInput
+from slalom.limits import Admissible
+from slalom.response import (
+    AccelerateThenCoast,
+    AccelerateThenStop,
+    Acceleration,
+    Jerk,
+    LaggedVelocity,
+    Response,
+    Velocity,
+)
+
+COLUMN: Final = 3.5
+"""[inch] Width of one column of a journal page."""
+
+PAGE: Final = 7.16
+"""[inch] Width of the page: two columns and the gap between them."""
+
+RESOLUTION: Final = 300
+"""[dots per inch] of bitmaps."""
+
+ROBOT: Final = "#d55e00"
+"""The robot and what it chose: vermilion, found neither in viridis nor in grey, told apart by the colour-blind too."""
+
+GOAL: Final = "#0072b2"
+NEUTRAL: Final = "#cfcfcf"
+INK: Final = "#222222"
+FAINT: Final = "#8a8a8a"
+
+FORMATS: Final[dict[str, dict[str, Any]]] = {
+    ".svg": {"metadata": {"Date": None, "Creator": "slalom"}},
+    ".pdf": {"metadata": {"CreationDate": None, "ModDate": None, "Creator": "slalom"}},
+    ".png": {"metadata": {"Software": "slalom"}, "dpi": RESOLUTION},
+}
+"""What figures can be saved as, and how; no dates, so that equal figures are equal files."""
+
+Colour = str | tuple[float, float, float, float]
+
+_STYLE: Final[Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "mathtext.fontset": "dejavusans",
+    "font.size": 7.5,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "figure.titlesize": 8.5,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": INK,
+    "axes.facecolor": "white",
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "axes.grid": False,
+    "axes.unicode_minus": True,
+    "lines.solid_capstyle": "round",
+    "legend.frameon": False,
+    "legend.handlelength": 2.0,
+    "legend.columnspacing": 1.4,
+    "legend.labelspacing": 0.35,
+    "text.usetex": False,
+    "path.simplify": False,
+    "svg.hashsalt": "slalom",
+    "svg.fonttype": "path",
+    "pdf.fonttype": 42,
+    "pdf.compression": 6,
+    "savefig.bbox": "standard",
+    "savefig.transparent": False,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """The settings of slalom's figures, in force only within the `with` block, whatever they are outside of it."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_STYLE)
+        yield
+
+
+class Kind(NamedTuple):
+    """What a control is: a name, the letter for it, its unit, and the response in words."""
+
+    name: str
+    letter: str
+    unit: str
+    words: str
+
+
+def kind(response: Response) -> Kind:
+    """What the controls of `response` are."""
+    match response:
+        case Velocity():
+            words = f"reached in {response.ramp:g} s" if response.ramp else "reached at once"
+            return Kind("velocity", "v", "m/s", words)
+        case LaggedVelocity():
+            return Kind("velocity", "v", "m/s", f"approached with lag {response.lag:.3g} s")
+        case Acceleration():
+            return Kind("acceleration", "a", "m/s²", "held")
+        case AccelerateThenCoast():
+            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then coasting")
+        case AccelerateThenStop():
+            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then braking")
+        case Jerk():
+            return Kind("jerk", "j", "m/s³", "held")
+        case _:
+            return Kind("control", "u", "control", type(response).__name__)
+
+
+def time_levels(horizon: float) -> Array:
+    """Round times [s] from 0 to `horizon`, at most 16 steps; the last step may be shorter."""
+    steps = (1.0, 2.0, 5.0)
+    exponent = np.floor(np.log10(horizon)) - 2
+    ladder = [m * 10.0 ** (exponent + k) for k in range(4) for m in steps]
+    step = next(step for step in ladder if horizon / step <= 16.0)
+    inner = np.arange(0.0, horizon - 0.25 * step, step)
+    return np.append(inner, horizon)
+
+
+def time_scale(horizon: float) -> ScalarMappable:
+    """Colours for times to collision from 0 to `horizon` [s]: one per step of `time_levels`, the earlier the darker."""
+    levels = time_levels(horizon)
+    bands = len(levels) - 1
+    colours = ListedColormap(mpl.colormaps["viridis"](np.linspace(0.0, 0.97, bands)))
+    return ScalarMappable(BoundaryNorm(levels, bands), colours)
+
+
+def colour_at(scale: ScalarMappable, value: float) -> Colour:
+    """The colour (red, green, blue, opacity) of one value."""
+    red, green, blue, opacity = np.asarray(scale.to_rgba(np.array([value])))[0]
+    return (float(red), float(green), float(blue), float(opacity))
+
+
+def halo(width: float) -> list[patheffects.AbstractPathEffect]:
+    """A white rim, `width` [pt] wide on either side, that keeps a line or text readable on any colour."""
+    return [patheffects.withStroke(linewidth=width, foreground="white")]
+
+
+def disc(ax: Axes, centre: Sequence[float] | Array, radius: float, gid: str, **look: Any) -> Circle:
+    """A disc of `radius` in data units about the first two numbers of `centre`."""
+    patch = Circle((float(centre[0]), float(centre[1])), float(radius), **look)
+    patch.set_gid(gid)
+    ax.add_patch(patch)
+    return patch
+
+
+def fading_line(ax: Axes, points: Array, colour: Any, *, width: float, faintest: float, zorder: float) -> None:
+    """A line through `points` (n, 2) that is opaque where it begins and nearly gone where it ends."""
+    pieces = np.stack([points[:-1, :2], points[1:, :2]], axis=1)
+    colours = np.tile(to_rgba(colour), (len(pieces), 1))
+    colours[:, 3] *= faintest + (1.0 - faintest) * np.linspace(1.0, 0.0, len(pieces)) ** 1.6
+    lines = LineCollection(list(pieces), colors=colours, linewidths=width, capstyle="butt", zorder=zorder)
+    ax.add_collection(lines, autolim=False)
+
+
+def legend_below(ax: Axes, handles: Sequence[Any], columns: int) -> None:
+    """A legend under the axes, where it covers nothing."""
+    ax.legend(handles=list(handles), loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns, borderaxespad=0.0)
+
+
+def colour_bar(scale: ScalarMappable, ax: Axes, label: str) -> None:
+    """A colour bar beside `ax`, as high as the axes."""
+    figure = ax.get_figure(root=False)
+    assert figure is not None
+    bar = figure.colorbar(scale, cax=ax.inset_axes((1.02, 0.0, 0.04, 1.0)), spacing="proportional")
+    bar.set_label(label)
+    bar.ax.tick_params(width=0.5, length=2)
+    bar.outline.set_linewidth(0.5)
+
+
+def admissible_region(admissible: Admissible, height: float | None = None) -> Any:
+    """The admissible set as a shapely polygon; in space its section at the third component `height`.
+
+    Circles have 1024 corners: they err by 5e-6 of their radius.
+
+    Raises:
+        InvalidInput: a set that no ball bounds.
+    """
+    if not len(admissible.radii):
+        raise InvalidInput("admissible: expected a set bounded by a ball, found none")
+    depth = 0.0 if height is None else height - admissible.centers[:, -1]
+    squares = admissible.radii**2 - np.broadcast_to(depth, admissible.radii.shape) ** 2
+    if np.any(squares <= 0.0):
+        return shapely.Polygon()
+    radii = np.sqrt(squares)
+    balls = [shapely.Point(c[:2]).buffer(float(r), quad_segs=256) for c, r in zip(admissible.centers, radii)]
+    region: Any = shapely.intersection_all(balls)
+    # The set lies within a quarter of `size` of 0: a half-space whose edge is farther away cuts all of it or nothing.
+    size = 4.0 * float(np.linalg.norm(admissible.centers, axis=1).max() + admissible.radii.max())
+    for normal, offset in zip(admissible.normals, admissible.offsets):
+        flat, rest = normal[:2], offset - (0.0 if height is None else normal[2] * height)
+        length = float(np.linalg.norm(flat))
+        if length < 1e-12:
+            region = region if rest >= 0.0 else shapely.Polygon()
+            continue
+        along, side = flat / length, np.array([-flat[1], flat[0]]) / length
+        edge = along * np.clip(rest / length, -0.5 * size, 0.5 * size)
+        corners = [edge - size * side, edge + size * side, edge + size * (side - along), edge - size * (side + along)]
+        region = region.intersection(shapely.Polygon(corners))
+    return region
+
+
+def save(figure: Figure | Axes, path: str | Path) -> Path:
+    """Write a figure (or the one that axes belong to) as its suffix says: .svg, .pdf or .png (300 dots per inch).
+
+    Equal figures give equal bytes.
+
+    Raises:
+        InvalidInput: another suffix.
+    """
+    target = Path(path)
+    suffix = target.suffix.lower()
+    if suffix not in FORMATS:
+        found = repr(suffix) if suffix else "no suffix"
+        raise InvalidInput(f"path: expected a name ending in {', '.join(FORMATS)}; found {found} in {str(path)!r}")
+    whole = figure.get_figure(root=True) if isinstance(figure, Axes) else figure
+    assert whole is not None
+    with style():
+        whole.savefig(target, format=suffix[1:], **FORMATS[suffix])
+    return target

@@ -1,0 +1,273 @@
+"""The workspace: who is where, who goes where, and who would be met."""
+
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrowPatch
+
+from slalom.checks import Array, vectors
+from slalom.control_obstacle import Traffic
+from slalom.errors import InvalidInput
+from slalom.goal import Goal
+from slalom.manoeuvre import Manoeuvre
+from slalom.shape import Shape
+from slalom.state import State
+from slalom.trajectory import Trajectory
+from slalom.view.style import (
+    FAINT,
+    GOAL,
+    INK,
+    NEUTRAL,
+    ROBOT,
+    colour_at,
+    disc,
+    fading_line,
+    halo,
+    legend_below,
+    style,
+    time_scale,
+)
+
+Extent = tuple[float, float, float, float]
+"""x from, x to, y from, y to [m]."""
+
+_MOST_HEIGHTS: Final = 12
+"""In space: so many obstacles have their height written beside them."""
+
+
+def workspace(
+    ax: Axes,
+    *,
+    traffic: Traffic,
+    state: State,
+    robot: Shape,
+    goal: Goal | None = None,
+    manoeuvre: Manoeuvre | None = None,
+    preferred: Manoeuvre | None = None,
+    track: npt.ArrayLike | None = None,
+    contact_times: npt.ArrayLike | None = None,
+    extent: Extent | None = None,
+) -> Axes:
+    """Draw one moment as the robot sees it: positions now, and paths over the horizon that fade with time.
+
+    In space the view is along z; heights are written beside the balls.
+
+    Args:
+        traffic: the obstacles as forecast, from its `start` over its `horizon`.
+        state, robot: the robot now, with an arrow for one second at its velocity.
+        manoeuvre: what it chose, drawn over the horizon with a dot at every second. preferred: what it would do
+            alone, dashed up to the first contact, where the outlines of both are drawn.
+        track: positions (T, d) [m] up to now.
+        contact_times: (n,) [s] when each obstacle would be met under the preferred control, inf for never: its colour.
+        extent: x from, x to, y from, y to [m]; by default everybody's position now, and the goal.
+
+    Returns:
+        `ax`.
+
+    Raises:
+        InvalidInput: contact times or a track that do not fit the obstacles and the state.
+    """
+    times = _contact_times(contact_times, traffic)
+    past = None if track is None else vectors(track, "track", state.dimension).reshape(-1, state.dimension)
+    with style():
+        handles = [
+            _robot(ax, state, robot),
+            *_obstacles(ax, traffic, times),
+            *_past_and_future(ax, traffic, manoeuvre, preferred, past, times),
+        ]
+        if preferred is not None:
+            _contact(ax, traffic, robot, preferred, times)
+        if goal is not None:
+            handles.append(draw_goal(ax, goal, traffic.start, traffic.start, traffic.start + traffic.horizon))
+        left, right, low, high = extent or _extent(traffic, state, robot, goal, past)
+        ax.set(xlim=(left, right), ylim=(low, high))
+        ax.set_aspect("equal")
+        label_axes(ax, "" if state.dimension == 2 else "   (seen along z; numbers: z [m])")
+        ax.set_title(f"workspace at t = {traffic.start:.4g} s", pad=4)
+        legend_below(ax, handles, 2)
+    return ax
+
+
+def _contact_times(contact_times: npt.ArrayLike | None, traffic: Traffic) -> Array:
+    count = len(traffic.obstacles)
+    if contact_times is None:
+        return np.full(count, np.inf)
+    times = np.asarray(contact_times, dtype=np.float64)
+    if times.shape != (count,):
+        raise InvalidInput(f"contact_times: expected one for each of {count} obstacles, found shape {times.shape}")
+    return times
+
+
+def label_axes(ax: Axes, view: str) -> None:
+    """The names of the axes; `view` says how space is projected."""
+    ax.set_xlabel(f"x [m]{view}")
+    ax.set_ylabel("y [m]", labelpad=1)
+
+
+def moments(trajectory: Trajectory, start: float, end: float, count: int) -> Array:
+    """Evenly spaced times within the life of a trajectory; none if it has no part in start to end."""
+    first, last = trajectory.span
+    begin, finish = max(start, first), min(end, last)
+    return np.linspace(begin, finish, count) if begin < finish else np.empty(0)
+
+
+def write_height(ax: Axes, place: Array, radius: float) -> None:
+    text = ax.annotate(
+        f"{place[2]:.1f}".replace("-", "−"),
+        (place[0] + 0.75 * radius, place[1] + 0.75 * radius),
+        xytext=(1, 1),
+        textcoords="offset points",
+        fontsize=6,
+        color=INK,
+        zorder=8,
+    )
+    text.set_path_effects(halo(1.6))
+
+
+def _obstacles(ax: Axes, traffic: Traffic, times: Array) -> list[Line2D]:
+    """Discs now and paths to come, coloured by time to collision; those met first on top."""
+    scale = time_scale(traffic.horizon)
+    here = [i for i, obstacle in enumerate(traffic.obstacles) if obstacle.exists(traffic.start)]
+    named = sorted(here, key=lambda i: float(times[i]))[:_MOST_HEIGHTS]
+    for rank, index in enumerate(sorted(range(len(times)), key=lambda i: -float(times[i]))):
+        obstacle, met = traffic.obstacles[index], bool(np.isfinite(times[index]))
+        colour: Any = colour_at(scale, times[index]) if met else NEUTRAL
+        there = moments(obstacle.trajectory, traffic.start, traffic.start + traffic.horizon, 49)
+        if there.size:
+            points = obstacle.trajectory.position(there)
+            line = colour if met else FAINT
+            fading_line(ax, points, line, width=1.0 if met else 0.6, faintest=0.08, zorder=2.0 if met else 1.0)
+        if index in here:
+            place, radius = obstacle.trajectory.position(traffic.start), obstacle.shape.radius
+            z = 3.0 + 0.9 * rank / max(1, len(times))
+            look = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6 if met else 0.4}
+            disc(ax, place, radius, f"obstacle-{index}", zorder=z, **look)
+            if obstacle.dimension == 3 and index in named:
+                write_height(ax, place, radius)
+    handles = []
+    if np.any(np.isfinite(times)):
+        handles.append(_dot(colour_at(scale, float(times.min())), INK, "hit if preferred (colour: when)"))
+    if not np.all(np.isfinite(times)):
+        handles.append(_dot(NEUTRAL, INK, "obstacle, path to come"))
+    return handles
+
+
+def _dot(face: Any, edge: Any, label: str) -> Line2D:
+    """A legend entry for a disc."""
+    return Line2D(
+        [], [], linestyle="none", marker="o", markersize=5.5, markerfacecolor=face, markeredgecolor=edge, label=label
+    )
+
+
+def _past_and_future(
+    ax: Axes,
+    traffic: Traffic,
+    manoeuvre: Manoeuvre | None,
+    preferred: Manoeuvre | None,
+    track: Array | None,
+    times: Array,
+) -> list[Line2D]:
+    """The robot's track, what it would do alone up to the first contact, and what it chose."""
+    start, end = traffic.start, traffic.start + traffic.horizon
+    handles = []
+    if track is not None:
+        (line,) = ax.plot(track[:, 0], track[:, 1], color=ROBOT, linewidth=1.0, alpha=0.55, zorder=4.1, label="track")
+        line.set_gid("track")
+        handles.append(line)
+    if preferred is not None:
+        contact = start + float(times.min(initial=np.inf))
+        points = preferred.position(np.linspace(start, min(end, contact), 97))
+        (line,) = ax.plot(*points.T[:2], color=INK, linewidth=0.9, linestyle=(0, (4, 2)), zorder=4.2)
+        line.set_label("preferred" if contact > end else "preferred, to first contact")
+        line.set_gid("preferred-path")
+        handles.append(line)
+    if manoeuvre is not None:
+        look: dict[str, Any] = {"color": ROBOT, "linewidth": 1.5, "marker": "o", "markersize": 2.4}
+        moments = np.linspace(start, end, 97)
+        (line,) = ax.plot(*manoeuvre.position(moments).T[:2], color=ROBOT, linewidth=1.5, zorder=4.3)
+        line.set_path_effects(halo(2.7))
+        line.set_gid("manoeuvre-path")
+        seconds = np.arange(start + 1.0, end + 1e-9, 1.0)
+        ax.plot(*manoeuvre.position(seconds).T[:2], **look | {"linestyle": "none"}, zorder=4.4)
+        handles.append(Line2D([], [], **look, label="chosen, dot per second"))
+    return handles
+
+
+def _contact(ax: Axes, traffic: Traffic, robot: Shape, preferred: Manoeuvre, times: Array) -> None:
+    """Outlines of the robot and of what it would hit first under the preferred control, when they touch."""
+    if not np.isfinite(times.min(initial=np.inf)):
+        return
+    first = int(np.argmin(times))
+    when, other = traffic.start + float(times[first]), traffic.obstacles[first]
+    look: dict[str, Any] = {
+        "fill": False,
+        "edgecolor": INK,
+        "linewidth": 0.7,
+        "linestyle": (0, (2, 1.2)),
+        "zorder": 5.6,
+    }
+    disc(ax, preferred.position(when), robot.radius, "contact-robot", **look)
+    disc(ax, other.trajectory.position(when), other.shape.radius, "contact-obstacle", **look)
+
+
+def _robot(ax: Axes, state: State, robot: Shape) -> Line2D:
+    """The robot now, with an arrow as long as it moves in one second."""
+    disc(ax, state.position, robot.radius, "robot", facecolor=ROBOT, edgecolor=INK, linewidth=0.7, zorder=5)
+    if state.dimension == 3:
+        write_height(ax, state.position, robot.radius)
+    if np.linalg.norm(state.velocity[:2]) > 0.0:
+        x, y = (float(c) for c in state.position[:2])
+        arrow = FancyArrowPatch(
+            (x, y),
+            (x + float(state.velocity[0]), y + float(state.velocity[1])),
+            arrowstyle="-|>,head_length=3,head_width=1.6",
+            color=INK,
+            linewidth=1.0,
+            shrinkA=0,
+            shrinkB=0,
+            zorder=5.5,
+        )
+        arrow.set_gid("velocity")
+        ax.add_patch(arrow)
+    return _dot(ROBOT, INK, "robot, arrow: 1 s")
+
+
+def draw_goal(ax: Axes, goal: Goal, now: float, start: float, end: float) -> Line2D:
+    """Where the goal is `now`: its tolerance as a circle, a cross in the middle, and its path if it moves."""
+    place = goal.trajectory.position(now)
+    disc(ax, place, goal.tolerance, "goal", fill=False, edgecolor=GOAL, linewidth=1.1, zorder=5.8)
+    ax.plot(*place[:2], linestyle="none", marker="+", markersize=5, markeredgewidth=0.9, color=GOAL, zorder=5.8)
+    if place.size == 3:
+        write_height(ax, place, goal.tolerance)
+    there = moments(goal.trajectory, start, end, 49)
+    if there.size and goal.trajectory.speed_bound(float(there[0]), float(there[-1])) > 0.0:
+        fading_line(ax, goal.trajectory.position(there), GOAL, width=0.8, faintest=0.1, zorder=2.1)
+    return _dot("none", GOAL, "goal")
+
+
+def box(points: Array, least: float) -> Extent:
+    """A box about points (n, 2) with a rim of 5 %, neither side shorter than `least` times the other."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, sides = 0.5 * (low + high), 1.1 * (high - low)
+    half = 0.5 * np.maximum(sides, max(least * float(sides.max()), 1e-3))
+    return (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1])
+
+
+def around(place: Array, radius: float) -> Array:
+    return np.array([place[:2] - radius, place[:2] + radius])
+
+
+def _extent(traffic: Traffic, state: State, robot: Shape, goal: Goal | None, track: Array | None) -> Extent:
+    """Everybody now, the velocity arrow, the track and the goal; a square."""
+    points = [around(state.position, robot.radius), state.position[None, :2] + state.velocity[:2]]
+    for obstacle in traffic.obstacles:
+        if obstacle.exists(traffic.start):
+            points.append(around(obstacle.trajectory.position(traffic.start), obstacle.shape.radius))
+    if goal is not None:
+        points.append(around(goal.trajectory.position(traffic.start), goal.tolerance))
+    if track is not None:
+        points.append(track[:, :2])
+    return box(np.concatenate(points), 1.0)

@@ -1,0 +1,454 @@
+"""An independent, slow and simple answer to every question that `slalom.select` and `ControlObstacle` answer.
+
+All formulas are derived again from plain numbers, none is taken from the library, so that a wrong formula there shows.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil, pi, sqrt
+
+import numpy as np
+
+STEP = 1e-3  # [s] of the dense samples
+LEVELS = 6  # times the search for pockets refines its lattice
+ABSENT = 1e18  # [m^2] stands for the squared distance of an obstacle that is not there; inf would give nan in products
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Obstacles: (position, velocity, acceleration) at absolute times t (n,), each (n, d); nan where there is no obstacle.
+
+
+def _taylor(origin, terms, t):
+    """Motion with derivatives `terms` = (place, speed, push) at time `origin`."""
+    place, speed, push = (np.asarray(term, dtype=float) for term in terms)
+    s = (t - origin)[:, None]
+    return place + s * speed + s**2 / 2 * push, speed + s * push, push + 0 * s
+
+
+def _stationary(p, t):
+    zero = np.zeros(len(p["place"]))
+    return _taylor(0.0, (p["place"], zero, zero), t)
+
+
+def _constant_velocity(p, t):
+    return _taylor(p["at"], (p["place"], p["speed"], np.zeros(len(p["place"]))), t)
+
+
+def _constant_acceleration(p, t):
+    return _taylor(p["at"], (p["place"], p["speed"], p["push"]), t)
+
+
+def _circular(p, t):
+    center, radius, rate = np.asarray(p["center"], dtype=float), p["radius"], p["speed"] / p["radius"]
+    spoke = np.zeros(center.size)
+    if center.size == 2 or p.get("normal") is None:
+        spoke[0], turned = 1.0, np.zeros(center.size)
+        turned[1] = 1.0
+    else:
+        n = np.asarray(p["normal"], dtype=float) / sqrt(sum(x * x for x in p["normal"]))
+        spoke[0 if abs(n[0]) < 0.9 else 1] = 1.0
+        turned = np.cross(n, spoke)  # perpendicular to both, so the first direction is turned x n
+        turned /= np.linalg.norm(turned)
+        spoke = np.cross(turned, n)
+    angle = p["phase"] + rate * t
+    out = np.cos(angle)[:, None] * spoke + np.sin(angle)[:, None] * turned
+    along = np.cos(angle)[:, None] * turned - np.sin(angle)[:, None] * spoke
+    return center + radius * out, radius * rate * along, -radius * rate**2 * out
+
+
+def _sampled(p, t):
+    stamps, x = np.asarray(p["times"], dtype=float), np.asarray(p["positions"], dtype=float)
+    n, h = len(stamps), np.diff(stamps)
+    if n == 2:
+        slopes = np.repeat((x[1:] - x[:1]) / h[0], 2, axis=0)
+    else:
+        # Slope at each stamp of the parabola (Lagrange) through the nearest three, the stamp and its neighbours.
+        near = np.clip(np.arange(n), 1, n - 2)[:, None] + np.array([-1, 0, 1])
+        a, b, c = stamps[near].T[..., None]
+        at, (ya, yb, yc) = stamps[:, None], np.moveaxis(x[near], 1, 0)
+        slopes = ya * (2 * at - b - c) / ((a - b) * (a - c)) + yb * (2 * at - a - c) / ((b - a) * (b - c))
+        slopes += yc * (2 * at - a - b) / ((c - a) * (c - b))
+    k = np.clip(np.searchsorted(stamps, t, side="right") - 1, 0, n - 2)
+    s, step, rise = (t - stamps[k])[:, None], h[k][:, None], (x[k + 1] - x[k]) / h[k][:, None]
+    if p["interpolation"] == "linear":
+        c1, c2, c3 = rise, 0 * rise, 0 * rise
+    else:
+        c1, end = slopes[k], slopes[k + 1]
+        c2, c3 = (3 * rise - 2 * c1 - end) / step, (c1 + end - 2 * rise) / step**2
+    gone = ((t < stamps[0]) | (t > stamps[-1]))[:, None]
+    found = x[k] + s * (c1 + s * (c2 + s * c3)), c1 + s * (2 * c2 + 3 * s * c3), 2 * c2 + 6 * s * c3
+    return tuple(np.where(gone, np.nan, value) for value in found)
+
+
+MOTIONS = {
+    "stationary": _stationary,
+    "constant_velocity": _constant_velocity,
+    "constant_acceleration": _constant_acceleration,
+    "circular": _circular,
+    "sampled": _sampled,
+}
+
+
+def motion(kind, parameters, t):
+    """Position, velocity and acceleration (n, d) at absolute times t (n,)."""
+    return MOTIONS[kind](parameters, np.asarray(t, dtype=float))
+
+
+def assumed(forecast, kind, parameters, now):
+    """The motion (kind, parameters) that a forecast assumes from `now` on; None when nothing is there to be seen."""
+    place, speed, push = (value[0] for value in motion(kind, parameters, [now]))
+    if forecast == "Known":
+        return kind, parameters
+    if np.isnan(place[0]):
+        return None
+    if forecast == "AtConstantVelocity":
+        push = np.zeros_like(place)
+    return "constant_acceleration", {"place": place, "speed": speed, "push": push, "at": now}
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Responses: rows (weight of velocity, weight of acceleration, gain) of position, velocity and acceleration at times t:
+# position = place + rows[0] . (velocity, acceleration, u), velocity = rows[1] . (...), acceleration = rows[2] . (...).
+
+
+def _velocity(t, ramp=0.0):
+    one, nil = np.ones_like(t), 0 * t
+    if ramp == 0:
+        return (nil, nil, t), (nil, nil, one), (nil, nil, nil)
+    inside = t < ramp
+    gain = np.where(inside, t**2 / (2 * ramp), t - ramp / 2)
+    return (
+        (t - gain, nil, gain),
+        (np.where(inside, 1 - t / ramp, 0.0), nil, np.where(inside, t / ramp, 1.0)),
+        (np.where(inside, -1 / ramp, 0.0), nil, np.where(inside, 1 / ramp, 0.0)),
+    )
+
+
+def _lagged(t, lag):
+    left = np.exp(-t / lag)
+    spent = lag * (1 - left)
+    return (spent, 0 * t, t - spent), (left, 0 * t, 1 - left), (-left / lag, 0 * t, left / lag)
+
+
+def _acceleration(t):
+    one, nil = np.ones_like(t), 0 * t
+    return (t, nil, t**2 / 2), (one, nil, t), (nil, nil, one)
+
+
+def _coast(t, hold):
+    one, nil, inside = np.ones_like(t), 0 * t, t < hold
+    gain = np.where(inside, t**2 / 2, hold**2 / 2 + hold * (t - hold))
+    return (t, nil, gain), (one, nil, np.where(inside, t, hold)), (nil, nil, np.where(inside, 1.0, 0.0))
+
+
+def _stop(t, hold, rate, period):
+    # Step by step as a robot does it: distance and speed at the begin of each control period, per unit of speed.
+    steps = max(1, ceil((t.max(initial=0.0) - hold) / period) + 1)
+    distance, speed = [0.0], [1.0]
+    for _ in range(steps):
+        distance.append(distance[-1] + speed[-1] * period - rate * speed[-1] * period**2 / 2)
+        speed.append(speed[-1] - rate * speed[-1] * period)
+    since = np.maximum(t - hold, 0.0)
+    k = np.minimum((since / period).astype(int), steps)
+    r, v = since - k * period, np.array(speed)[k]
+    gone, now, push = np.array(distance)[k] + v * r - rate * v * r**2 / 2, v - rate * v * r, -rate * v
+    inside, nil = t < hold, 0 * t
+    return (
+        (np.where(inside, t, hold + gone), nil, np.where(inside, t**2 / 2, hold**2 / 2 + hold * gone)),
+        (np.where(inside, 1.0, now), nil, np.where(inside, t, hold * now)),
+        (np.where(inside, 0.0, push), nil, np.where(inside, 1.0, hold * push)),
+    )
+
+
+def _jerk(t):
+    one, nil = np.ones_like(t), 0 * t
+    return (t, t**2 / 2, t**3 / 6), (one, t, t**2 / 2), (nil, one, t)
+
+
+RESPONSES = {
+    "Velocity": _velocity,
+    "LaggedVelocity": _lagged,
+    "Acceleration": _acceleration,
+    "AccelerateThenCoast": _coast,
+    "AccelerateThenStop": _stop,
+    "Jerk": _jerk,
+}
+
+
+@dataclass
+class Admissible:
+    """Balls and half-spaces as plain arrays."""
+
+    centers: np.ndarray
+    radii: np.ndarray
+    normals: np.ndarray
+    offsets: np.ndarray
+
+    def excess(self, u):
+        """Largest signed distance of controls (n, d) to a boundary, (n,)."""
+        worst = np.full(len(u), -np.inf)
+        for center, radius in zip(self.centers, self.radii):
+            worst = np.maximum(worst, np.sqrt(((u - center) ** 2).sum(axis=1)) - radius)
+        for normal, offset in zip(self.normals, self.offsets):
+            worst = np.maximum(worst, (u * normal).sum(axis=1) - offset)
+        return worst
+
+
+@dataclass
+class Problem:
+    """One decision in plain numbers: `motions` are (kind, parameters), `radii` those of the obstacles."""
+
+    dimension: int
+    start: float
+    horizon: float
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    response: tuple
+    robot_radius: float
+    radii: np.ndarray
+    motions: list
+
+    def alone(self):
+        """The same without obstacles."""
+        return replace(self, radii=np.empty(0), motions=[])
+
+    def maps(self, t, order=0):
+        """Drift (n, d) and gain (n,) of position, velocity or acceleration (order 0, 1, 2) at elapsed times t."""
+        name, parameters = self.response
+        of_velocity, of_acceleration, gain = RESPONSES[name](np.asarray(t, dtype=float), **parameters)[order]
+        drift = of_velocity[:, None] * self.velocity + of_acceleration[:, None] * self.acceleration
+        return drift + (self.position if order == 0 else 0.0), gain
+
+    def robot(self, u, t):
+        """Position (n, d) at elapsed times t (n,) under control u (d,)."""
+        drift, gain = self.maps(t)
+        return drift + gain[:, None] * u
+
+    def place(self, i, t):
+        """Position (n, d) of obstacle i at elapsed times t (n,); nan where it is not there."""
+        kind, parameters = self.motions[i]
+        absolute = self.start + t
+        if kind == "sampled":
+            # start + (stamp - start) may leave the life of an obstacle by one rounding; its ends belong to it.
+            inside = np.clip(absolute, *np.asarray(parameters["times"])[[0, -1]])
+            absolute = np.where(np.abs(inside - absolute) < 1e-12, inside, absolute)
+        return motion(kind, parameters, absolute)[0]
+
+    def gap(self, i, u, t):
+        """Distance between the surfaces of robot and obstacle i at elapsed times t (n,); inf where it is not there."""
+        distance = np.sqrt(((self.place(i, t) - self.robot(u, t)) ** 2).sum(axis=1))
+        return np.where(np.isnan(distance), np.inf, distance - self.radii[i] - self.robot_radius)
+
+    def span(self, i):
+        """Elapsed times at which obstacle i appears and vanishes."""
+        kind, parameters = self.motions[i]
+        if kind != "sampled":
+            return 0.0, self.horizon
+        first, last = np.asarray(parameters["times"])[[0, -1]] - self.start
+        return max(first, 0.0), min(last, self.horizon)
+
+    @cached_property
+    def times(self):
+        """Elapsed times every millisecond and wherever something may jump."""
+        at = [np.linspace(0.0, self.horizon, ceil(self.horizon / STEP) + 1)]
+        at += [np.asarray(p["times"]) - self.start for kind, p in self.motions if kind == "sampled"]
+        at = np.unique(np.concatenate(at))
+        return at[(at >= 0) & (at <= self.horizon)]
+
+    @cached_property
+    def relative(self):
+        """Obstacle minus drift at `times`, (m, n, d), nan where absent; and the gain (n,)."""
+        drift, gain = self.maps(self.times)
+        places = [self.place(i, self.times) - drift for i in range(len(self.motions))]
+        return np.array(places).reshape(len(self.motions), -1, self.dimension), gain
+
+    @cached_property
+    def squares(self):
+        """Rows a, b, c (m, d + 2, n) with |distance|^2 = a + b . u + c |u|^2 at `times`."""
+        r, gain = self.relative
+        rows = np.empty((len(r), self.dimension + 2, len(gain)))
+        rows[:, 0] = (r**2).sum(axis=-1)
+        rows[:, 1:-1] = np.moveaxis(-2 * gain[:, None] * r, -1, 1)
+        rows[:, -1] = gain**2
+        gone = np.isnan(r[..., 0])
+        for row, value in zip(range(self.dimension + 2), [ABSENT] + [0.0] * (self.dimension + 1)):
+            rows[:, row][gone] = value
+        return rows
+
+    def gaps(self, controls, every=1):
+        """Least gap of controls (k, d) over every so many-th sample, (k,): never below the true least clearance."""
+        if not self.motions:
+            return np.full(len(controls), np.inf)
+        rows = np.ascontiguousarray(self.squares[..., ::every])
+        features = np.column_stack([np.ones(len(controls)), controls, (controls**2).sum(axis=1)])
+        chunk, found = max(1, int(1e6 / rows[:, 0].size)), []
+        for k in range(0, len(controls), chunk):
+            square = np.matmul(features[k : k + chunk], rows).min(axis=-1)
+            gap = np.sqrt(np.maximum(square, 0.0)) - (self.radii + self.robot_radius)[:, None]
+            found.append(gap.min(axis=0))
+        return np.concatenate(found) if found else np.empty(0)
+
+    def sampled_gap(self, u):
+        """Gap to each obstacle at `times`, (m, n)."""
+        r, gain = self.relative
+        distance = np.sqrt(((r - gain[:, None] * u) ** 2).sum(axis=-1))
+        return np.where(np.isnan(distance), np.inf, distance - (self.radii + self.robot_radius)[:, None])
+
+    def clearance(self, u):
+        """Least clearance of control u (d,): the dense samples, then each low dip looked into ever more closely."""
+        if not self.motions:
+            return np.inf
+        gap, step = self.sampled_gap(u), self.longest_step(u)
+        best = gap.min()
+        wide = np.pad(gap, ((0, 0), (1, 1)), constant_values=np.inf)
+        # From its samples the gap falls by no more than the relative motion between two of them; twice that is ample.
+        dips = (gap <= wide[:, :-2]) & (gap <= wide[:, 2:]) & (gap <= best + 2 * step)
+        for i, k in np.argwhere(dips):
+            first, last = self.span(i)
+            low, high = self.times[max(k - 1, 0)], self.times[min(k + 1, len(self.times) - 1)]
+            low, high = max(low, first), min(high, last)
+            while high - low > 1e-9:
+                t = np.linspace(low, high, 33)
+                near = self.gap(i, u, t)
+                j = int(np.argmin(near))
+                best = min(best, near[j])
+                low, high = t[max(j - 1, 0)], t[min(j + 1, 32)]
+        return float(best)
+
+    def longest_step(self, u):
+        """The longest relative motion [m] between two of `times` under control u."""
+        r, gain = self.relative
+        steps = (np.diff(r - gain[:, None] * u, axis=1) ** 2).sum(axis=-1)
+        return sqrt(np.nanmax(steps, initial=0.0))
+
+    def least_gap_near(self, u, t, width):
+        """Least gap under control u within `width` [s] of time t."""
+        near = np.append(np.clip(np.linspace(t - width, t + width, 21), 0.0, self.horizon), t)
+        return min((self.gap(i, u, near).min() for i in range(len(self.motions))), default=np.inf)
+
+    def first_overlap(self, u, depth):
+        """First sampled time at which control u overlaps an obstacle by more than `depth`; inf if never."""
+        if not self.motions:
+            return np.inf
+        deep = self.sampled_gap(u).min(axis=0) < -depth
+        return self.times[np.argmax(deep)] if deep.any() else np.inf
+
+    def speeds(self, u):
+        """Velocity and acceleration of the robot (n, d) at `times` under control u."""
+        return tuple(drift + gain[:, None] * u for drift, gain in (self.maps(self.times, order) for order in (1, 2)))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Search for controls that a better choice could have been.
+
+
+def directions(count, dimension):
+    """Unit vectors, evenly spread (on the sphere: a Fibonacci spiral)."""
+    k = np.arange(count) + 0.5
+    if dimension == 2:
+        return np.column_stack([np.cos(2 * pi * k / count), np.sin(2 * pi * k / count)])
+    z, angle = 1 - 2 * k / count, pi * (1 + sqrt(5)) * k
+    return np.column_stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z])
+
+
+def grid(admissible, preferred, reach, chosen):
+    """Admissible controls within `reach` of the preferred one, and how far apart they are.
+
+    A lattice over the admissible set, its boundary, rings around the preferred control up to the last one, and a cloud
+    of ever smaller offsets around the chosen control, where a better one would most likely be.
+    """
+    d = len(preferred)
+    smallest = int(np.argmin(admissible.radii))
+    center, radius = admissible.centers[smallest], admissible.radii[smallest]
+    if reach < radius:
+        center, radius = preferred, reach
+    per_side = 33 if d == 2 else 13
+    line = np.linspace(-1.0, 1.0, per_side)
+    lattice = np.stack(np.meshgrid(*[line] * d), axis=-1).reshape(-1, d)
+    lattice = lattice[(lattice**2).sum(axis=1) <= 1]
+    points = [center + radius * lattice]
+    around = directions(120 if d == 2 else 250, d)
+    points += [c + r * (1 - 1e-9) * around for c, r in zip(admissible.centers, admissible.radii)]
+    if np.isfinite(reach):
+        points += [preferred + reach * (1 - share) * around for share in (1.0, 0.3, 0.1, 0.01, 1e-3, 1e-5)]
+        # A free pocket that begins within reach mostly goes on to the border of reach: look there most closely.
+        points += [preferred + reach * directions(480 if d == 2 else 2000, d)]
+    if chosen is not None:
+        points += [chosen + reach * 10.0**-k * around[::3] for k in range(1, 7)]
+    points = np.concatenate(points)
+    near = ((points - preferred) ** 2).sum(axis=1) <= (reach * (1 + 1e-9)) ** 2
+    return _keep(points[near], admissible, preferred, reach), 2 * radius / (per_side - 1)
+
+
+def _keep(points, admissible, preferred, reach):
+    """Those that are admissible, after those beyond reach were pulled back to its border."""
+    if reach <= 0:
+        return points[:0]
+    offsets = points - preferred
+    points = preferred + offsets / np.maximum(1.0, np.sqrt((offsets**2).sum(axis=1)) / reach)[:, None]
+    return points[admissible.excess(points) <= 0.0]
+
+
+def _apart(points, spacing, count):
+    """The first `count` of the points that keep `spacing` from those before them."""
+    kept = points[:1]
+    for point in points[1:]:
+        if len(kept) == count:
+            break
+        if ((kept - point) ** 2).sum(axis=1).min() > spacing**2:
+            kept = np.concatenate([kept, point[None]])
+    return kept
+
+
+def better_control(problem, admissible, preferred, reach, least, chosen=None):
+    """An admissible control within `reach` of the preferred one with a clearance of `least` or more, or None.
+
+    A sample that shows contact rejects a control for good, so coarse times come first. Then the neighbourhood of the
+    controls that came nearest to being free is searched on a finer and finer lattice, for small pockets.
+    """
+    points, spacing = grid(admissible, preferred, reach, chosen)
+    cloud = np.concatenate([0.5 * directions(12, problem.dimension), directions(20, problem.dimension)])
+    coarse = max(1, len(problem.times) // 60)
+    for level in range(LEVELS + 1):
+        if not len(points):
+            return None
+        score = problem.gaps(points, coarse)
+        left = points[score >= least]
+        for every in (max(1, coarse // 8), 1):
+            left = left[problem.gaps(left, every) >= least]
+        for u in left:
+            if problem.clearance(u) >= least:
+                return u
+        if level == LEVELS:
+            break
+        # Controls that only the finer times reject are no promising place: judge by those.
+        best = points[np.argsort(-score)[:100]]
+        best = _apart(best[np.argsort(-problem.gaps(best, max(1, coarse // 8)))], spacing, 8)
+        points = _keep((best[:, None] + spacing * cloud).reshape(-1, problem.dimension), admissible, preferred, reach)
+        spacing /= 2.5
+    return None
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Closed forms.
+
+
+def polynomial_gap(terms, radius, horizon):
+    """Least clearance over [0, horizon] of a relative motion sum(terms[k] t^k / k!), and the time of first contact.
+
+    The squared distance is a polynomial: a quadratic for VO, a quartic for AO. The contact is inf when there is none.
+    """
+    d = len(terms[0])
+    parts = [[float(term[axis]) / (1, 1, 2, 6)[k] for k, term in enumerate(terms)][::-1] for axis in range(d)]
+    square = sum((np.poly1d(part) ** 2 for part in parts), np.poly1d([0.0]))
+
+    def inside(polynomial):
+        roots = polynomial.roots
+        real = roots[np.abs(roots.imag) < 1e-6].real
+        return np.clip(np.append(real, [0.0, horizon]), 0.0, horizon)
+
+    least = float(np.sqrt(max(square(inside(square.deriv())).min(), 0.0)) - radius)
+    contact = inside(square - radius**2)
+    contact = contact[(np.abs(square(contact) - radius**2) < 1e-6) & (contact > 0)]
+    return least, float(contact.min(initial=np.inf)) if least < 0 else np.inf

@@ -1,0 +1,188 @@
+"""Every part that obeys a law, once: a new part joins all laws by one line here.
+
+Entries are ready instances; what depends on the dimension is a function of it. `test_laws.py` goes through these
+lists and checks that no part of the library is missing from them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom import (
+    METHODS,
+    AccelerateThenCoast,
+    AccelerateThenStop,
+    Acceleration,
+    AtConstantAcceleration,
+    AtConstantVelocity,
+    Ball,
+    Circular,
+    ConstantAcceleration,
+    ConstantVelocity,
+    Disc,
+    Forecast,
+    HalfSpace,
+    Jerk,
+    Known,
+    LaggedVelocity,
+    Limits,
+    Manoeuvre,
+    Method,
+    Response,
+    Sampled,
+    Shape,
+    State,
+    Stationary,
+    Trajectory,
+    Velocity,
+)
+from slalom.path import Path
+
+PERIOD = 0.1
+"""[s] Control period of the simulated robots."""
+
+RESPONSES: dict[str, Response] = {
+    "velocity": Velocity(),
+    "velocity_ramp": Velocity(ramp=PERIOD),
+    "velocity_slow_ramp": Velocity(ramp=0.7),
+    "lagged_velocity": LaggedVelocity(lag=0.8),
+    "lagged_velocity_quick": LaggedVelocity(lag=0.25),
+    "acceleration": Acceleration(),
+    "coast": AccelerateThenCoast(hold=0.5),
+    "coast_long": AccelerateThenCoast(hold=3.0),
+    "stop": AccelerateThenStop(hold=0.5, rate=0.8, period=PERIOD),
+    "stop_long": AccelerateThenStop(hold=2.0, rate=0.5, period=PERIOD),
+    "jerk": Jerk(),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Another trajectory seen from elsewhere: x(t) = length * turn @ base(t / time) + shift + boost * t.
+
+    Not part of the library: whatever implements the protocol is a trajectory.
+    """
+
+    base: Trajectory
+    turn: np.ndarray | None = None
+    shift: np.ndarray | float = 0.0
+    boost: np.ndarray | float = 0.0
+    length: float = 1.0
+    time: float = 1.0
+
+    @property
+    def dimension(self) -> int:
+        return self.base.dimension
+
+    @property
+    def span(self) -> tuple[float, float]:
+        first, last = self.base.span
+        return first * self.time, last * self.time
+
+    def _turned(self, vectors: np.ndarray, slowness: int) -> np.ndarray:
+        turned = vectors if self.turn is None else vectors @ self.turn.T
+        return np.asarray(turned * (self.length / self.time**slowness))
+
+    def _base_time(self, t: npt.ArrayLike) -> np.ndarray:
+        # Clipped, since t / time may leave the span by rounding.
+        return np.clip(np.asarray(t, dtype=float) / self.time, *self.base.span)
+
+    def position(self, t: npt.ArrayLike) -> np.ndarray:
+        time = np.asarray(t, dtype=float)
+        return self._turned(self.base.position(self._base_time(t)), 0) + self.shift + time[..., None] * self.boost
+
+    def velocity(self, t: npt.ArrayLike) -> np.ndarray:
+        return self._turned(self.base.velocity(self._base_time(t)), 1) + self.boost
+
+    def acceleration(self, t: npt.ArrayLike) -> np.ndarray:
+        return self._turned(self.base.acceleration(self._base_time(t)), 2)
+
+    def breaks(self, start: float, end: float) -> np.ndarray:
+        return self.base.breaks(start / self.time, end / self.time) * self.time
+
+    def speed_bound(self, start: float, end: float) -> float:
+        bound = self.base.speed_bound(start / self.time, end / self.time) * self.length / self.time
+        return bound + float(np.linalg.norm(self.boost))
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        return self.base.acceleration_bound(start / self.time, end / self.time) * self.length / self.time**2
+
+    def path(self, start: float, end: float) -> Path:
+        base = self.base.path(*(float(self._base_time(t)) for t in (start, end)))
+        times = base.times * self.time
+        places = times[:-1, None] + np.diff(times)[:, None] * np.arange(4) / 3.0
+        points = self._turned(base.points, 0) + self.shift + places[..., None] * self.boost
+        return Path(times, points, base.error * self.length)
+
+
+_TIMES = np.array([-1.0, -0.2, 0.5, 1.0, 1.3, 2.1, 3.0, 3.2, 4.5, 5.0, 6.1, 7.0])
+
+
+def _wander(dimension: int) -> np.ndarray:
+    """Twelve irregular stamps of a wandering obstacle."""
+    rng = np.random.default_rng(5)
+    return np.cumsum(rng.normal(0.0, 0.6, (len(_TIMES), dimension)), axis=0)
+
+
+def _first(dimension: int, *values: float) -> list[float]:
+    return list(values[:dimension])
+
+
+TRAJECTORIES: dict[str, Callable[[int], Trajectory]] = {
+    "stationary": lambda d: Stationary(_first(d, 3.0, -1.0, 0.5)),
+    "constant_velocity": lambda d: ConstantVelocity(_first(d, 4.0, 1.0, -1.0), _first(d, -1.2, 0.3, 0.4), 0.5),
+    "constant_acceleration": lambda d: ConstantAcceleration(
+        _first(d, -3.0, 2.0, 1.0), _first(d, 1.0, -0.4, 0.2), _first(d, -0.3, 0.5, 0.1), -0.4
+    ),
+    "circular": lambda d: Circular(_first(d, 1.0, 2.0, -1.0), 3.0, 2.5, 0.4, normal=None if d == 2 else [1, 2, 2]),
+    "circular_clockwise": lambda d: Circular(_first(d, 0.0, 0.0, 0.0), 12.0, -7.0, 2.0),
+    "sampled_smooth": lambda d: Sampled(_TIMES, _wander(d), "smooth"),
+    "sampled_linear": lambda d: Sampled(_TIMES, _wander(d), "linear"),
+    "sampled_pair": lambda d: Sampled([-1.0, 7.0], [_first(d, 0.0, 1.0, 2.0), _first(d, 5.0, -1.0, 0.0)]),
+    "moved": lambda d: Moved(
+        Circular(_first(d, 1.0, 0.0, 0.0), 2.0, 1.5), -np.eye(d), np.full(d, 0.5), np.full(d, 0.2), 0.7, 1.3
+    ),
+}
+"""Functions of the dimension; all exist at least from -1 to 7 s."""
+
+MANOEUVRES: dict[str, Callable[[int], Trajectory]] = {
+    f"manoeuvre_{name}": lambda d, response=response: Manoeuvre(
+        response,
+        State(_first(d, 1.0, -2.0, 0.3), _first(d, 0.8, 0.5, -0.2), _first(d, 0.1, -0.2, 0.3)),
+        _first(d, -0.7, 0.9, 0.4),
+        -1.0,
+    )
+    for name, response in RESPONSES.items()
+}
+"""A manoeuvre is a trajectory too: others can avoid it."""
+
+FORECASTS: dict[str, Forecast] = {
+    "known": Known(),
+    "constant_velocity": AtConstantVelocity(),
+    "constant_acceleration": AtConstantAcceleration(),
+}
+
+SHAPES: dict[str, Callable[[float], Shape]] = {"disc": Disc, "ball": Ball}
+"""Functions of the radius [m]."""
+
+LIMITS: dict[str, Callable[[int], Limits]] = {
+    "walker": lambda d: Limits(max_speed=1.5, max_acceleration=1.0),
+    "car": lambda d: Limits(max_speed=12.0, max_acceleration=4.0),
+    "eager": lambda d: Limits(max_speed=2.0, max_acceleration=8.0),
+    "one_way": lambda d: Limits(
+        max_speed=3.0,
+        max_acceleration=2.0,
+        velocity_bounds=(HalfSpace(_first(d, -2.0, 0.5, 0.1), 1.0),),
+        acceleration_bounds=(HalfSpace(_first(d, 0.0, 1.0, 1.0), 1.5),),
+    ),
+}
+"""Functions of the dimension."""
+
+ENROLLED_METHODS: dict[str, Method] = {name: METHODS[name] for name in ("vo", "nlvo", "avo", "ao", "nao")}
+
+
+def disc_or_ball(radius: float, dimension: int) -> Shape:
+    """The round shape of that dimension."""
+    return SHAPES["disc" if dimension == 2 else "ball"](radius)

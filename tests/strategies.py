@@ -1,0 +1,178 @@
+"""What Hypothesis draws: states, controls, obstacles of every kind, whole scenes; d = 2 and 3."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.strategies import DrawFn, SearchStrategy
+from parts import Moved, disc_or_ball
+
+from slalom import (
+    Circular,
+    ConstantAcceleration,
+    ConstantVelocity,
+    ControlObstacle,
+    Obstacle,
+    Response,
+    Sampled,
+    Shape,
+    State,
+    Stationary,
+    Traffic,
+    Trajectory,
+)
+
+dimensions = st.sampled_from([2, 3])
+
+
+def numbers(low: float, high: float) -> SearchStrategy[float]:
+    """Numbers with at most six decimals: they shrink well, and rounding is not what these laws are about."""
+    return st.floats(low, high).map(lambda x: round(x, 6))
+
+
+def vectors(dimension: int, bound: float) -> SearchStrategy[np.ndarray]:
+    """Vectors with coordinates from -bound to bound."""
+    return st.lists(numbers(-bound, bound), min_size=dimension, max_size=dimension).map(np.array)
+
+
+def directions(dimension: int) -> SearchStrategy[np.ndarray]:
+    """Unit vectors."""
+    long_enough = vectors(dimension, 1.0).filter(lambda v: np.linalg.norm(v) > 0.1)
+    return long_enough.map(lambda v: np.asarray(v / np.linalg.norm(v)))
+
+
+@st.composite
+def turns(draw: DrawFn, dimension: int) -> np.ndarray:
+    """Orthogonal matrices: one reflection (a mirror image) or two (a rotation)."""
+    turn = np.eye(dimension)
+    for _ in range(draw(st.integers(1, 2))):
+        normal = draw(directions(dimension))
+        turn = turn - 2.0 * np.outer(normal, normal) @ turn
+    return turn
+
+
+def controls(dimension: int, bound: float = 4.0) -> SearchStrategy[np.ndarray]:
+    """One control."""
+    return vectors(dimension, bound)
+
+
+def states(dimension: int, speed: float = 3.0) -> SearchStrategy[State]:
+    """Near the origin, with at most `speed` along each axis."""
+    return st.builds(State, vectors(dimension, 2.0), vectors(dimension, speed), vectors(dimension, 1.0))
+
+
+@st.composite
+def _stationary(draw: DrawFn, d: int) -> Trajectory:
+    return Stationary(draw(vectors(d, 8.0)))
+
+
+@st.composite
+def _constant_velocity(draw: DrawFn, d: int) -> Trajectory:
+    return ConstantVelocity(draw(vectors(d, 8.0)), draw(vectors(d, 3.0)), draw(numbers(-1.0, 1.0)))
+
+
+@st.composite
+def _constant_acceleration(draw: DrawFn, d: int) -> Trajectory:
+    push = draw(vectors(d, 1.0))
+    return ConstantAcceleration(draw(vectors(d, 8.0)), draw(vectors(d, 3.0)), push, draw(numbers(-1.0, 1.0)))
+
+
+@st.composite
+def _circular(draw: DrawFn, d: int) -> Trajectory:
+    normal = None if d == 2 else draw(directions(3))
+    radius, speed, phase = draw(numbers(0.5, 10.0)), draw(numbers(-5.0, 5.0)), draw(numbers(0.0, 6.0))
+    return Circular(draw(vectors(d, 6.0)), radius, speed, phase, normal)
+
+
+@st.composite
+def _sampled(draw: DrawFn, d: int) -> Trajectory:
+    steps = draw(st.lists(numbers(0.2, 1.5), min_size=1, max_size=8))
+    times = draw(numbers(-1.0, 1.0)) + np.cumsum([0.0, *steps])
+    moves = np.array([draw(vectors(d, 2.0)) for _ in steps])
+    places = draw(vectors(d, 8.0)) + np.concatenate([np.zeros((1, d)), np.cumsum(moves, axis=0)])
+    return Sampled(times, places, draw(st.sampled_from(["smooth", "linear"])))
+
+
+KINDS: dict[str, Callable[[int], SearchStrategy[Trajectory]]] = {
+    "stationary": _stationary,
+    "constant_velocity": _constant_velocity,
+    "constant_acceleration": _constant_acceleration,
+    "circular": _circular,
+    "sampled": _sampled,
+}
+"""One strategy for each kind of trajectory, by the names of `slalom.trajectory.TRAJECTORIES`."""
+
+
+def trajectories(dimension: int) -> SearchStrategy[Trajectory]:
+    """Of any kind."""
+    return st.one_of([kind(dimension) for kind in KINDS.values()])
+
+
+@st.composite
+def obstacles(draw: DrawFn, dimension: int) -> Obstacle:
+    """A round obstacle on any kind of trajectory."""
+    return Obstacle(disc_or_ball(draw(numbers(0.1, 2.0)), dimension), draw(trajectories(dimension)))
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything but the response that a control obstacle needs."""
+
+    state: State
+    robot: Shape
+    obstacles: tuple[Obstacle, ...]
+    start: float
+    horizon: float
+    margin: float
+    controls: np.ndarray
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.state.dimension
+
+    def blocked(
+        self,
+        response: Response,
+        *,
+        margin: float | None = None,
+        horizon: float | None = None,
+        obstacles: tuple[Obstacle, ...] | None = None,
+    ) -> ControlObstacle:
+        """The control obstacle of this scene, perhaps with another margin or horizon or other obstacles."""
+        traffic = Traffic(self.obstacles if obstacles is None else obstacles, self.start, horizon or self.horizon)
+        return ControlObstacle(response, self.state, traffic, self.robot, self.margin if margin is None else margin)
+
+    def gaps(self) -> np.ndarray:
+        """Distance between surfaces at the start, for the obstacles that are there."""
+        found = []
+        for obstacle in self.obstacles:
+            if obstacle.exists(self.start):
+                away = np.linalg.norm(obstacle.trajectory.position(self.start) - self.state.position)
+                found.append(away - obstacle.shape.radius - self.robot.radius - self.margin)
+        return np.array(found)
+
+
+@st.composite
+def scenes(draw: DrawFn, apart: float | None = 1e-3, most: int = 3) -> Scene:
+    """A robot, one to `most` obstacles and four controls.
+
+    With `apart` [m] obstacles are moved along the x axis until they begin at least that far from the robot; with None
+    they may overlap it.
+    """
+    d = draw(dimensions)
+    state, start = draw(states(d)), draw(numbers(-0.5, 1.0))
+    robot, margin = disc_or_ball(draw(numbers(0.0, 0.5)), d), draw(st.sampled_from([0.01, 0.2]))
+    found = []
+    for obstacle in draw(st.lists(obstacles(d), min_size=1, max_size=most)):
+        track = obstacle.trajectory
+        if apart is not None and obstacle.exists(start):
+            away = track.position(start) - state.position
+            room = obstacle.shape.radius + robot.radius + margin + apart
+            if np.linalg.norm(away) < room:
+                track = Moved(track, shift=np.eye(d)[0] * np.copysign(2.0 * room, away[0]))
+        found.append(Obstacle(obstacle.shape, track))
+    horizon = draw(numbers(0.5, 5.0))
+    tried = np.array([draw(controls(d)) for _ in range(4)])
+    return Scene(state, robot, tuple(found), start, horizon, margin, tried)
