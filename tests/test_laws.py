@@ -206,11 +206,11 @@ def along_times(path) -> np.ndarray:
     return path.times[:-1, None] + np.diff(path.times)[:, None] * PLACES
 
 
-@each_response
+@pytest.mark.parametrize("name", [name for name, response in RESPONSES.items() if response.restartable])
 @given(data=st.data())
-def test_advancing_twice_is_advancing_once(response: Response, data: st.DataObject) -> None:
+def test_advancing_twice_is_advancing_once(name: str, data: st.DataObject) -> None:
     """Semigroup: holding u from a later state of the motion continues the motion, for restartable responses."""
-    assume(response.restartable)
+    response = RESPONSES[name]
     state = data.draw(states(data.draw(dimensions)))
     u, first, second = data.draw(controls(state.dimension)), data.draw(numbers(0.0, 3.0)), data.draw(numbers(0.0, 3.0))
     twice = advance(response, advance(response, state, u, first), u, second)
@@ -223,8 +223,8 @@ def test_restartable_is_stated_where_it_holds() -> None:
     """A response that claims not to be restartable indeed is not."""
     state, u = State([0.0, 0.0], [1.0, 0.0]), np.array([0.5, 1.0])
     for response in RESPONSES.values():
-        twice = advance(response, advance(response, state, u, 0.3), u, 4.0)
-        same = np.allclose(twice.position, advance(response, state, u, 4.3).position, atol=1e-9)
+        twice = advance(response, advance(response, state, u, 0.05), u, 4.0)
+        same = np.allclose(twice.position, advance(response, state, u, 4.05).position, atol=1e-9)
         assert same == response.restartable, response
 
 
@@ -287,6 +287,9 @@ def test_continuation_is_the_rest_of_the_manoeuvre(response: Response, data: st.
 # --------------------------------------------------------------------------------------------------------------------
 # Trajectories
 
+WINDOWS = ((-0.87, 6.9), (0.1, 0.4), (0.5, 1.0), (2.0, 5.3))
+"""[s] From and to; the third begins and ends with a stamp of the sampled trajectories."""
+
 
 @each_dimension
 @each_track
@@ -304,11 +307,11 @@ def test_each_rate_of_a_trajectory_is_a_derivative(track, d: int) -> None:
 @each_track
 def test_bounds_of_a_trajectory_hold(track, d: int) -> None:
     track = track(d)
-    for start, end in ((-0.9, 6.9), (0.1, 0.4), (0.5, 1.0), (2.0, 5.3)):
-        times = np.linspace(start, end, 2001)
+    for start, end in WINDOWS:
+        times = np.linspace(start, end, 2001)[:-1]  # at the end there may be a jump
         assert np.linalg.norm(track.velocity(times), axis=-1).max() <= track.speed_bound(start, end) + ROUNDING
         bound = track.acceleration_bound(start, end)
-        assert np.linalg.norm(track.acceleration(times[:-1]), axis=-1).max() <= bound + ROUNDING
+        assert np.linalg.norm(track.acceleration(times), axis=-1).max() <= bound + ROUNDING
         breaks = track.breaks(start, end)
         assert np.all((breaks > start) & (breaks < end))
         assert np.all(np.diff(breaks) > 0.0)
@@ -319,7 +322,7 @@ def test_bounds_of_a_trajectory_hold(track, d: int) -> None:
 def test_path_stays_within_its_error(track, d: int) -> None:
     """Pieces cover the window without holes, and the curve lies within the stated error of them."""
     track = track(d)
-    for start, end in ((-0.9, 6.9), (0.1, 0.4), (0.5, 1.0), (2.0, 5.3)):
+    for start, end in WINDOWS:
         path = track.path(start, end)
         assert path.times[0] == start
         assert path.times[-1] == end

@@ -1,0 +1,351 @@
+"""The command line: run, list, decide, compare. Results on stdout, everything else on stderr.
+
+Heavy imports happen inside the commands, so that `slalom --help` answers at once.
+"""
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import App, CycloptsError, Parameter
+
+from slalom.errors import InvalidInput, SlalomError
+
+if TYPE_CHECKING:
+    from slalom.sim import Recording, Scenario
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+METHOD = "nao"
+
+app = App(
+    name="slalom",
+    help="Reactive robot navigation with velocity and acceleration obstacles.",
+    version_flags=["--version"],
+    result_action="return_value",
+)
+Settings = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, negative=())]
+Flag = Annotated[bool, Parameter(negative=())]
+
+
+def main(tokens: Sequence[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 1 the run failed to do what was asked, 2 bad input."""
+    sys.exit(call(tokens))
+
+
+def call(tokens: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code."""
+    try:
+        code = app(tokens, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        print(f"slalom: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except SlalomError as error:
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    return code if isinstance(code, int) else DONE
+
+
+@app.command
+def run(
+    scenario: str,
+    /,
+    *,
+    settings: Settings = None,
+    method: str = METHOD,
+    seed: int = 0,
+    out: Path | None = None,
+    figure: Path | None = None,
+    at: float | None = None,
+    json: Flag = False,
+) -> int:
+    """Run a scenario and say how it went; exit code 1 if the robot collided or did not arrive.
+
+    Parameters
+    ----------
+    scenario
+        A name from `slalom list scenarios`, or a .yaml file.
+    settings
+        NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
+    method
+        A name from `slalom list methods`.
+    seed
+        What random scenarios are drawn with.
+    out
+        Write the recording to this HDF5 file.
+    figure
+        Draw a decision of the run to this .svg, .pdf or .png file.
+    at
+        Time [s] of the decision that is drawn; by default a tight one.
+    json
+        Print one JSON object.
+    """
+    from slalom.methods import method as method_of
+    from slalom.sim import load, simulate
+    from slalom.sim.metrics import summary
+
+    chosen, loaded = method_of(method), load(scenario, parse_settings(settings), seed=seed)
+    _check_suffix(figure)
+    with _progress("running") as advance:
+        recording = simulate(loaded, chosen, seed=seed, progress=advance)
+    result = summary(recording)
+    if out is not None:
+        recording.save(_writable(out))
+    if figure is not None:
+        _draw_run(recording, loaded, method, figure, at)
+    _print(result, json, lambda: _run_text(recording, result))
+    return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
+
+
+@app.command(name="list")
+def list_(what: Literal["scenarios", "methods"] | None = None, /, *, json: Flag = False) -> int:
+    """List the scenarios of the gallery and the methods.
+
+    Parameters
+    ----------
+    what
+        Only the scenarios or only the methods.
+    json
+        Print one JSON object.
+    """
+    from slalom.methods import METHODS
+    from slalom.sim.gallery import GALLERY
+
+    scenarios = {e.name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for e in GALLERY.values()}
+    methods = {m.name: {"sentence": m.sentence, "source": m.source} for m in METHODS.values()}
+    result = {k: v for k, v in (("scenarios", scenarios), ("methods", methods)) if what in (None, k)}
+    _print(result, json, lambda: _list_text(result))
+    return DONE
+
+
+@app.command
+def decide(
+    scene: str,
+    /,
+    *,
+    method: str = METHOD,
+    json: Flag = False,
+    figure: Path | None = None,
+) -> int:
+    """One decision at the beginning of a scenario; exit code 1 if no manoeuvre is safe.
+
+    Parameters
+    ----------
+    scene
+        A .yaml scenario file, or a name from `slalom list scenarios`.
+    method
+        A name from `slalom list methods`.
+    json
+        Print one JSON object.
+    figure
+        Draw the decision to this .svg, .pdf or .png file.
+    """
+    import numpy as np
+
+    from slalom.control_obstacle import ControlObstacle
+    from slalom.methods import method as method_of
+    from slalom.sim import load
+    from slalom.sim.metrics import finite
+
+    loaded = load(scene)
+    _check_suffix(figure)
+    navigator, robot = loaded.navigator(method_of(method)), loaded.robot
+    decision = navigator.decide(robot.state, loaded.obstacles, robot.goal, now=loaded.start)
+    manoeuvre, blocked = decision.manoeuvre, decision.blocked
+    bare = ControlObstacle(manoeuvre.response, robot.state, blocked.traffic, robot.shape)
+    result = {
+        "scenario": loaded.name,
+        "method": method,
+        "response": repr(manoeuvre.response),
+        "control": [float(x) for x in manoeuvre.control],
+        "acceleration": [float(x) for x in manoeuvre.mean_acceleration(loaded.start, navigator.period)],
+        "status": decision.outcome.name,
+        "sentence": decision.outcome.value,
+        "clearance": finite(float(bare.clearance(np.array(manoeuvre.control)))),
+        "preferred": [float(x) for x in decision.preferred],
+        "time_to_collision": finite(float(bare.time_to_collision(decision.preferred))),
+    }
+    if figure is not None:
+        from slalom import view
+
+        view.save(view.decision(decision, navigator, robot.goal, title=loaded.name), _writable(figure))
+    _print(result, json, lambda: "\n".join(f"{k:18} {_shown(v)}" for k, v in result.items()))
+    return DONE if decision.outcome.safe else FAILED
+
+
+@app.command
+def compare(
+    scenario: str,
+    /,
+    *,
+    settings: Settings = None,
+    methods: str = "vo,nlvo,avo,ao,nao",
+    seeds: int = 100,
+    jobs: int = 1,
+    json: Flag = False,
+) -> int:
+    """Every method on the same scenarios, seeds 0, 1, ...; the same table to the bit for any number of jobs.
+
+    Parameters
+    ----------
+    scenario
+        A name from `slalom list scenarios`, or a .yaml file.
+    settings
+        NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
+    methods
+        Names from `slalom list methods`, with commas between.
+    seeds
+        How many scenarios.
+    jobs
+        How many processes; -1 for one per core.
+    json
+        Print one JSON object.
+    """
+    from slalom.sim.study import compare as study
+
+    names = [name.strip() for name in methods.split(",") if name.strip()]
+    with _progress("comparing") as advance:
+        result = study(
+            scenario,
+            names,
+            seeds,
+            settings=parse_settings(settings),
+            jobs=jobs,
+            progress=lambda done, total: advance(done / total),
+        )
+    _print(result, json, lambda: _table_text(result))
+    return DONE
+
+
+def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
+    """NAME=VALUE pairs as a mapping. Raises InvalidInput for anything else."""
+    parsed: dict[str, float] = {}
+    for setting in settings or ():
+        name, equals, value = setting.partition("=")
+        try:
+            parsed[name] = float(value)
+        except ValueError:
+            equals = ""
+        if not name or not equals:
+            raise InvalidInput(f"--set: expected NAME=NUMBER, found {setting!r}")
+    return parsed
+
+
+def _check_suffix(figure: Path | None) -> None:
+    """Refuse a figure that could not be saved before the work is done, not after."""
+    if figure is not None and figure.suffix not in (".svg", ".pdf", ".png"):
+        raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
+
+
+def _writable(path: Path) -> Path:
+    if not path.parent.is_dir():
+        raise InvalidInput(f"{path}: expected a file in a folder that exists, found no folder {str(path.parent)!r}")
+    return path
+
+
+def _draw_run(recording: "Recording", scenario: "Scenario", method: str, figure: Path, at: float | None) -> None:
+    """The decision at time `at` after the start, or a tight one: a new choice, shortly before the closest approach."""
+    import numpy as np
+
+    from slalom import view
+    from slalom.methods import METHODS
+    from slalom.sim import decision_at
+    from slalom.sim.contact import closest_approaches
+
+    if not len(recording.accelerations):
+        raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
+    decided = [k for k, row in enumerate(recording.outcomes) if row[0]]
+    if at is None:
+        closest = min(closest_approaches(recording), default=None)
+        when = closest.time if closest is not None else float(recording.times[0])
+        chosen = [k for k in decided if recording.outcomes[k][0] == "CONSTRAINED"] or decided
+        step = min(chosen, key=lambda k: abs(recording.times[k] - (when - 1.5)))
+    else:
+        step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
+    decision = decision_at(recording, scenario, METHODS[method], step)
+    elapsed = recording.times[step] - recording.times[0]
+    title = f"{recording.scenario}, {method}, {elapsed:.1f} s after the start: {decision.outcome.name.lower()}"
+    drawn = view.decision(
+        decision,
+        scenario.navigator(METHODS[method]),
+        scenario.robot.goal,
+        track=np.asarray(recording.positions[: step + 1, 0]),
+        title=title,
+    )
+    view.save(drawn, _writable(figure))
+
+
+@contextmanager
+def _progress(what: str) -> Iterator[Callable[[float], None]]:
+    """A progress bar on stderr when that is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda share: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def _print(result: dict[str, Any], as_json: bool, text: Callable[[], str]) -> None:
+    from json import dumps
+
+    print(dumps(result, allow_nan=False) if as_json else text())
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list):
+        return "(" + ", ".join(_shown(x) for x in value) + ")"
+    return "none" if value is None else str(value)
+
+
+def _run_text(recording: "Recording", result: dict[str, Any]) -> str:
+    from slalom.sim.metrics import METRICS
+
+    arrived = "arrived" if result["arrived"] == result["robots"] else "did not arrive"
+    hits = "no collision" if not result["collisions"] else f"{result['collisions']} obstacles hit"
+    spent, statuses = result["decision_us"], ", ".join(f"{k.lower()} {v}" for k, v in result["statuses"].items())
+    lines = [
+        f"{result['scenario']} with {result['method']}, seed {result['seed']}: {arrived}, {hits}",
+        f"  time               {result['time']:.1f} s",
+        f"  least clearance    {_shown(result['min_clearance'])} m",
+        f"  adjustments        {result['adjustments']}",
+        f"  path length        {METRICS['path_length'](recording):.1f} m",
+        f"  largest speed      {METRICS['max_speed'](recording):.2f} m/s",
+        f"  largest accel.     {METRICS['max_acceleration'](recording):.2f} m/s^2",
+        f"  decision time      {spent['p50'] / 1e3:.1f} ms (99 %: {spent['p99'] / 1e3:.1f} ms)",
+        f"  decisions          {statuses or 'none'}",
+    ]
+    return "\n".join(lines)
+
+
+def _list_text(result: dict[str, Any]) -> str:
+    lines = []
+    for what, entries in result.items():
+        lines.append(f"{what}:")
+        for name, entry in entries.items():
+            lines.append(f"  {name:22} {entry['sentence']}")
+            if "source" in entry:
+                lines.append(f"  {'':22} {entry['source']}")
+            elif entry["parameters"]:
+                parameters = ", ".join(f"{k}={v:g}" for k, v in entry["parameters"].items())
+                lines.append(f"  {'':22} --set {parameters}")
+    return "\n".join(lines)
+
+
+def _table_text(result: dict[str, Any]) -> str:
+    lines = [
+        f"{result['scenario']}, {result['seeds']} seeds",
+        f"{'method':8}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}{'clearance m':>14}",
+    ]
+    for name, row in result["methods"].items():
+        time = "-" if row["time"] is None else f"{row['time']:.2f}"
+        clearance = "-" if row["min_clearance"] is None else f"{row['min_clearance']:.3f}"
+        counts = f"{row['runs_with_collision']:>10}{row['runs_all_arrived']:>10}"
+        lines.append(f"{name:8}{counts}{time:>10}{row['adjustments']:>10.1f}{clearance:>14}")
+    return "\n".join(lines)
