@@ -3,6 +3,7 @@
 Heavy imports happen inside the commands, so that `slalom --help` answers at once.
 """
 
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -245,7 +246,7 @@ def _writable(path: Path) -> Path:
 
 
 def _draw_run(recording: "Recording", scenario: "Scenario", method: str, figure: Path, at: float | None) -> None:
-    """The decision at time `at` after the start, or a tight one: a new choice, shortly before the closest approach."""
+    """The decision at time `at` after the start, or one held long, before the closest approach."""
     import numpy as np
 
     from slalom import view
@@ -259,8 +260,10 @@ def _draw_run(recording: "Recording", scenario: "Scenario", method: str, figure:
     if at is None:
         closest = min(closest_approaches(recording), default=None)
         when = closest.time if closest is not None else float(recording.times[0])
-        chosen = [k for k in decided if recording.outcomes[k][0] == "CONSTRAINED"] or decided
-        step = min(chosen, key=lambda k: abs(recording.times[k] - (when - 1.5)))
+        early = [k for k in decided if recording.times[k] <= when] or decided
+        chosen = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
+        held = re.compile(r"hold=([0-9.]+)")
+        step = max(chosen, key=lambda k: float((held.findall(recording.responses[k][0]) or [0])[0]))
     else:
         step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
     decision = decision_at(recording, scenario, METHODS[method], step)

@@ -12,13 +12,14 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidFile
 from slalom.goal import Goal
-from slalom.limits import Limits
+from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import round_shape
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import TRAJECTORIES, Trajectory
 
 FORMAT = "slalom recording 1"
+BOUNDS = ("velocity_bounds", "acceleration_bounds")
 
 
 class Step(NamedTuple):
@@ -28,6 +29,7 @@ class Step(NamedTuple):
     velocity: Array
     acceleration: Array
     control: Array
+    response: str
     outcome: str
     decision_time: float
 
@@ -39,7 +41,8 @@ class Recording:
     Attributes:
         scenario, method, seed, parameters: what was run. dt: [s].
         times: (T + 1,) absolute [s]. positions, velocities: (T + 1, N, d). accelerations: (T, N, d) applied from each
-            step on, constant over it. controls: (T, N, d) of the committed manoeuvre, in its response's unit.
+            step on, constant over it. controls: (T, N, d) of the committed manoeuvre, in the unit of its
+            response, whose text is in responses: (T, N).
         outcomes: (T, N) names of `Outcome`; "" where no decision was due. decision_times: (T, N) wall clock [s],
             the only part that is not the same in every run.
         radii: (N,) [m]. limits: N. goals: N. arrived: (N,) absolute time, inf if not.
@@ -56,6 +59,7 @@ class Recording:
     velocities: Array
     accelerations: Array
     controls: Array
+    responses: tuple[tuple[str, ...], ...]
     outcomes: tuple[tuple[str, ...], ...]
     decision_times: Array
     radii: Array
@@ -82,6 +86,7 @@ class Recording:
             velocities=np.array([*(s.velocity for s in steps), last.velocity])[:, None],
             accelerations=np.array([s.acceleration for s in steps]).reshape(-1, 1, d),
             controls=np.array([s.control for s in steps]).reshape(-1, 1, d),
+            responses=tuple((s.response,) for s in steps),
             outcomes=tuple((s.outcome,) for s in steps),
             decision_times=np.array([s.decision_time for s in steps]).reshape(-1, 1),
             radii=np.array([robot.shape.radius]),
@@ -102,7 +107,7 @@ class Recording:
 
     def digest(self) -> str:
         """A hash of everything but the wall clock: the same run gives the same digest."""
-        parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(self.outcomes)]
+        parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(self.responses), repr(self.outcomes)]
         arrays = [self.times, self.positions, self.velocities, self.accelerations, self.controls, self.arrived]
         content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
         return hashlib.sha256(content).hexdigest()
@@ -131,10 +136,16 @@ class Recording:
             run["twists"] = np.concatenate([self.velocities, np.zeros_like(heading)], axis=-1)
             for name in ("accelerations", "controls", "decision_times", "radii", "arrived"):
                 run[name] = getattr(self, name)
-            run["outcomes"] = np.array(self.outcomes, dtype=h5py.string_dtype()).reshape(self.decision_times.shape)
+            for name in ("responses", "outcomes"):
+                texts = np.array(getattr(self, name), dtype=h5py.string_dtype())
+                run[name] = texts.reshape(self.decision_times.shape)
             for k, (limits, goal) in enumerate(zip(self.limits, self.goals)):
                 group = run.create_group(f"robots/{k}")
                 group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
+                for name in BOUNDS:
+                    bounds = getattr(limits, name)
+                    rows = np.array([(*bound.normal, bound.offset) for bound in bounds])
+                    group[name] = rows.reshape(-1, self.dimension + 1)
                 group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
                 _save_trajectory(group.create_group("goal"), goal.trajectory)
             for k, obstacle in enumerate(self.obstacles):
@@ -170,10 +181,11 @@ class Recording:
             velocities=run["twists"][..., :-1],
             accelerations=run["accelerations"][:],
             controls=run["controls"][:],
-            outcomes=tuple(tuple(name.decode() for name in row) for row in run["outcomes"][:]),
+            responses=_texts(run["responses"]),
+            outcomes=_texts(run["outcomes"]),
             decision_times=run["decision_times"][:],
             radii=run["radii"][:],
-            limits=tuple(Limits(float(r.attrs["max_speed"]), float(r.attrs["max_acceleration"])) for r in robots),
+            limits=tuple(_load_limits(robot) for robot in robots),
             goals=tuple(
                 Goal(_load_trajectory(r["goal"]), float(r.attrs["goal_tolerance"]), bool(r.attrs["goal_stop"]))
                 for r in robots
@@ -188,6 +200,15 @@ class Recording:
                 for o in obstacles
             ),
         )
+
+
+def _load_limits(group: Any) -> Limits:
+    bounds = {name: tuple(HalfSpace(row[:-1], float(row[-1])) for row in group[name][:]) for name in BOUNDS}
+    return Limits(float(group.attrs["max_speed"]), float(group.attrs["max_acceleration"]), **bounds)
+
+
+def _texts(rows: Any) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(text.decode() for text in row) for row in rows[:])
 
 
 def _save_trajectory(group: Any, trajectory: Trajectory) -> None:

@@ -36,7 +36,8 @@ def simulate(
         else:
             outcome, spent = "", 0.0
         push = decision.manoeuvre.mean_acceleration(now, dt)
-        steps.append(Step(state.position, state.velocity, push, decision.manoeuvre.control, outcome, spent))
+        chosen = decision.manoeuvre
+        steps.append(Step(state.position, state.velocity, push, chosen.control, repr(chosen.response), outcome, spent))
         state = drive(state, push, dt)
         if progress:
             progress((k + 1) / count)

@@ -103,20 +103,17 @@ def control_space(
     plane = Plane(np.linspace(left, right, resolution), np.linspace(low, high, resolution), height)
     with style():
         _fill(ax, blocked, plane)
-        dotted = _limits(ax, admissible, region, height, shapely.box(left, low, right, high))
+        rim = 0.03 * (right - left)
+        dotted = _limits(ax, admissible, region, height, shapely.box(left + rim, low + rim, right - rim, high - rim))
         for t in elements:
             _element(ax, blocked, float(t), height)
-        handles = _controls(ax, wanted, taken, (left, right, low, high), chosen_label)
+        handles = _controls(ax, wanted, taken, (left, right, low, high), height, chosen_label)
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
         if decorations:
-            if dotted:
-                handles.append(
-                    Line2D([], [], color=INK, linewidth=0.7, linestyle=(0, (1, 2)), label="speed, acceleration limits")
-                )
             if len(elements):
-                handles.append(Line2D([], [], color=FAINT, linewidth=0.4, label="temporal elements"))
-            _decorate(ax, blocked, height, handles)
+                dotted.append(Line2D([], [], color=FAINT, linewidth=0.4, label="temporal elements"))
+            _decorate(ax, blocked, height, handles + dotted)
     return ax
 
 
@@ -212,23 +209,24 @@ def _polygon(region: Any) -> Outline:
     return Outline.make_compound_path(*rings)
 
 
-def _limits(ax: Axes, admissible: Admissible, region: Any, height: float | None, view: Any) -> bool:
-    """The set itself, and the circles that bound more than it dotted; whether any of these is in `view`."""
+def _limits(ax: Axes, admissible: Admissible, region: Any, height: float | None, view: Any) -> list[Line2D]:
+    """The set itself, and the circles that bound more than it dotted, if they meet `view`; their legend entry."""
     depth = np.zeros(len(admissible.radii)) if height is None else height - admissible.centers[:, -1]
-    seen = False
+    look: dict[str, Any] = {"linewidth": 0.7, "linestyle": (0, (1, 2))}
+    handles = []
     for centre, square in zip(admissible.centers, admissible.radii**2 - depth**2):
         if square > 0.0:
             radius = float(np.sqrt(square))
-            if region.area > 0.999 * np.pi * square:
-                continue
-            seen |= bool(shapely.Point(centre[:2]).buffer(radius, quad_segs=64).exterior.intersects(view))
-            disc(ax, centre, radius, "limit", fill=False, edgecolor=INK, linewidth=0.7, linestyle=(0, (1, 2)), zorder=3)
+            ring = shapely.Point(centre[:2]).buffer(radius, quad_segs=64).exterior
+            if region.area < 0.999 * np.pi * square and ring.intersects(view):
+                disc(ax, centre, radius, "limit", fill=False, edgecolor=INK, zorder=3, **look)
+                handles = [Line2D([], [], color=INK, label="speed, acceleration limits", **look)]
     if not region.is_empty:
         patch = PathPatch(_polygon(region), fill=False, edgecolor=INK, linewidth=1.3, zorder=4)
         patch.set_path_effects(halo(2.6))
         patch.set_gid("admissible")
         ax.add_patch(patch)
-    return seen
+    return handles
 
 
 def _element(ax: Axes, blocked: ControlObstacle, t: float, height: float | None) -> None:
@@ -241,9 +239,9 @@ def _element(ax: Axes, blocked: ControlObstacle, t: float, height: float | None)
 
 
 def _controls(
-    ax: Axes, preferred: Array | None, chosen: Array | None, extent: Extent, chosen_label: str
+    ax: Axes, preferred: Array | None, chosen: Array | None, extent: Extent, height: float | None, chosen_label: str
 ) -> list[Line2D]:
-    """The markers, on the border of the panel for a control beyond it; their legend entries."""
+    """The markers, on the border of the panel for a control beyond it; the legend entries, which name its place."""
     handles = []
     corner, opposite = np.array(extent[0::2]), np.array(extent[1::2])
     rim = 0.02 * (opposite - corner)
@@ -252,6 +250,9 @@ def _controls(
             continue
         beyond = bool(np.any((point[:2] < corner) | (point[:2] > opposite)))
         hollow = gid == "preferred"
+        where = f" (at {point[0]:.2g}, {point[1]:.2g})".replace("-", "−") if beyond else ""
+        if height is not None and abs(point[2] - height) > 1e-9:
+            where += " (off section)"
         (mark,) = ax.plot(
             *np.clip(point[:2], corner + rim, opposite - rim),
             linestyle="none",
@@ -260,7 +261,7 @@ def _controls(
             markerfacecolor="white" if hollow else ROBOT,
             markeredgecolor=ROBOT if hollow else "white",
             markeredgewidth=1.4 if hollow else 0.7,
-            label=f"{label} (at {point[0]:.2g}, {point[1]:.2g})".replace("-", "−") if beyond else label,
+            label=label + where,
             zorder=6,
         )
         mark.set_path_effects(halo(2.4))

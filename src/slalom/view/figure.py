@@ -236,7 +236,7 @@ def paths(
         _snapshots(ax, np.column_stack([stamps, places]), shots, robot, scale, 0.16 * (right - left))
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
-        label_axes(ax, "   (seen along z [m])" if places.shape[1] == 3 else "")
+        label_axes(ax, "   (seen along z; z in m)" if places.shape[1] == 3 else "")
         colour_bar(scale, ax, "time [s]")
     return ax
 

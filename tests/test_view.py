@@ -1,0 +1,402 @@
+"""The figures: that they are built, saved and labelled, and that what they show is so."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.path import Path as Ring
+
+import slalom
+from slalom import view
+from slalom.view.style import NEUTRAL, admissible_region, time_levels, time_scale
+
+
+def scene_in_plane() -> tuple[slalom.State, list[slalom.Obstacle], slalom.Goal]:
+    obstacles = [
+        slalom.Obstacle(slalom.Disc(1.0), slalom.ConstantVelocity((16.0, 0.4), (-4.0, 0.0)), "oncoming"),
+        slalom.Obstacle(slalom.Disc(1.5), slalom.Circular((0.0, -8.0), 8.0, 4.0, 2.6), "circling"),
+        slalom.Obstacle(slalom.Disc(0.7), slalom.Stationary((3.0, 12.0)), "aside"),
+    ]
+    return slalom.State((-8.0, 0.0), (4.0, 0.0)), obstacles, slalom.Goal(slalom.Stationary((20.0, 0.0)), 1.0)
+
+
+def scene_in_space() -> tuple[slalom.State, list[slalom.Obstacle], slalom.Goal]:
+    obstacles = [
+        slalom.Obstacle(slalom.Ball(1.0), slalom.ConstantVelocity((12.0, 0.3, 0.2), (-3.0, 0.0, 0.0))),
+        slalom.Obstacle(slalom.Ball(1.5), slalom.Circular((2.0, 1.0, 0.0), 7.0, 3.0, 0.5, (0.0, 0.3, 1.0))),
+        slalom.Obstacle(slalom.Ball(1.2), slalom.Stationary((4.0, 1.0, -1.0))),
+    ]
+    goal = slalom.Goal(slalom.Stationary((14.0, 2.0, 2.0)), 1.0)
+    return slalom.State((-8.0, 0.0, 0.0), (3.0, 0.0, 0.0)), obstacles, goal
+
+
+SCENES = {2: scene_in_plane, 3: scene_in_space}
+
+
+def navigator(name: str, dimension: int) -> slalom.Navigator:
+    robot = slalom.Disc(0.8) if dimension == 2 else slalom.Ball(0.8)
+    return slalom.Navigator(slalom.method(name), robot, slalom.Limits(6.0, 3.0))
+
+
+def decide(name: str, dimension: int) -> tuple[slalom.Decision, slalom.Navigator, slalom.Goal]:
+    state, obstacles, goal = SCENES[dimension]()
+    robot = navigator(name, dimension)
+    return robot.decide(state, obstacles, goal), robot, goal
+
+
+def by_gid(axes: Axes | Figure, gid: str) -> list:
+    return axes.findobj(lambda artist: artist.get_gid() == gid)
+
+
+def one(axes: Axes | Figure, gid: str):
+    (found,) = by_gid(axes, gid)
+    return found
+
+
+def inside(patch, points: np.ndarray) -> np.ndarray:
+    """Whether points lie in the filled part of a patch: in an odd number of rings (`contains_points` fills holes)."""
+    count = sum(Ring(ring).contains_points(points).astype(int) for ring in patch.get_path().to_polygons())
+    return count % 2 == 1
+
+
+def colour_of(ax: Axes, point: tuple[float, float]) -> tuple[int, ...]:
+    """The colour (red, green, blue) of the pixel at a place in data units."""
+    canvas = FigureCanvasAgg(ax.figure)
+    canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())
+    column, row = ax.transData.transform(point).astype(int)
+    return tuple(int(c) for c in pixels[len(pixels) - 1 - row, column, :3])
+
+
+def legend_texts(ax: Axes) -> list[str]:
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def admissible_of(decision: slalom.Decision, robot: slalom.Navigator) -> slalom.Admissible:
+    response, state = decision.blocked.response, decision.blocked.state
+    return robot.limits.admissible(
+        response.speed_peaks(state, robot.horizon),
+        response.acceleration_peaks(state, robot.horizon),
+        float(np.linalg.norm(state.velocity)),
+    )
+
+
+def acceleration_obstacle(dimension: int) -> slalom.ControlObstacle:
+    state, obstacles, _ = SCENES[dimension]()
+    shape = slalom.Disc(0.8) if dimension == 2 else slalom.Ball(0.8)
+    return slalom.control_obstacle(slalom.Acceleration(), state, obstacles, shape, horizon=5.0)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("name", ["vo", "nlvo", "avo", "ao", "nao"])
+def test_a_decision_of_every_method_is_drawn_in_two_labelled_panels(name: str, dimension: int) -> None:
+    decision, robot, goal = decide(name, dimension)
+    figure = view.decision(decision, robot, goal, resolution=41)
+    left, right = figure.axes[:2]
+    letter, unit = ("v", "m/s") if name in ("vo", "nlvo", "avo") else ("a", "m/s²")
+    assert left.get_xlabel().startswith("x [m]")
+    assert left.get_ylabel() == "y [m]"
+    assert right.get_xlabel().startswith(f"${letter}_x$ [{unit}]")
+    assert right.get_ylabel() == f"${letter}_y$ [{unit}]"
+    assert ("section at" in right.get_xlabel()) == (dimension == 3)
+    assert ("seen along z" in left.get_xlabel()) == (dimension == 3)
+    assert left.get_aspect() == right.get_aspect() == 1.0
+    assert "time to collision [s]" in [ax.get_ylabel() for ax in figure.findobj(Axes)]
+    assert name.upper() in figure.get_suptitle()
+    figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("name", ["vo", "nao"])
+def test_legends_lie_inside_the_figure_and_outside_the_panels(name: str) -> None:
+    decision, robot, goal = decide(name, 2)
+    figure = view.decision(decision, robot, goal, track=np.array([[-12.0, 0.0], [-8.0, 0.0]]), resolution=41)
+    figure.draw_without_rendering()
+    for ax in figure.axes[:2]:
+        box = ax.get_legend().get_window_extent()
+        assert figure.bbox.x0 <= box.x0
+        assert box.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= box.y0
+        assert box.y1 <= ax.get_window_extent().y0
+    first, second = (ax.get_legend().get_window_extent() for ax in figure.axes[:2])
+    assert first.x1 <= second.x0
+
+
+def test_the_robot_the_goal_and_the_obstacles_are_where_and_as_large_as_they_are() -> None:
+    state, obstacles, goal = scene_in_plane()
+    decision, robot, goal = decide("nao", 2)
+    figure = view.decision(decision, robot, goal, resolution=41)
+    left = figure.axes[0]
+    drawn = one(left, "robot")
+    assert drawn.get_radius() == robot.robot.radius
+    assert drawn.center == tuple(state.position)
+    assert one(left, "goal").get_radius() == goal.tolerance
+    for index, obstacle in enumerate(obstacles):
+        patch = one(left, f"obstacle-{index}")
+        assert patch.get_radius() == obstacle.shape.radius
+        np.testing.assert_allclose(patch.center, obstacle.trajectory.position(0.0))
+    path = np.column_stack(one(left, "manoeuvre-path").get_data())
+    times = np.linspace(0.0, robot.horizon, len(path))
+    np.testing.assert_allclose(path, decision.manoeuvre.position(times))
+    left_most, right_most = left.get_xlim()
+    assert left_most < -8.8
+    assert right_most > 21.0
+
+
+def test_obstacles_have_the_colour_of_their_time_to_collision_or_none() -> None:
+    state, obstacles, _ = scene_in_plane()
+    traffic = slalom.Traffic(obstacles, 0.0, 6.0)
+    ax = Figure().add_subplot()
+    times = [1.3, np.inf, 4.2]
+    assert view.workspace(ax, traffic=traffic, state=state, robot=slalom.Disc(0.8), contact_times=times) is ax
+    scale = time_scale(6.0)
+    assert one(ax, "obstacle-0").get_facecolor() == pytest.approx(tuple(scale.to_rgba(1.3)))
+    assert one(ax, "obstacle-1").get_facecolor() == pytest.approx(to_rgba(NEUTRAL))
+    assert one(ax, "obstacle-2").get_facecolor() == pytest.approx(tuple(scale.to_rgba(4.2)))
+
+
+def test_the_first_contact_of_the_preferred_control_is_a_contact() -> None:
+    decision, robot, goal = decide("nao", 2)
+    left = view.decision(decision, robot, goal, resolution=41).axes[0]
+    own, other = one(left, "contact-robot"), one(left, "contact-obstacle")
+    apart = np.hypot(*np.subtract(own.center, other.center))
+    assert apart == pytest.approx(own.get_radius() + other.get_radius() + robot.margin, abs=1e-5)
+
+
+def test_an_obstacle_that_is_not_there_yet_has_a_path_but_no_disc() -> None:
+    late = slalom.Sampled([2.0, 3.0, 4.0], [[5.0, 0.0], [6.0, 0.0], [7.0, 1.0]])
+    traffic = slalom.Traffic([slalom.Obstacle(slalom.Disc(1.0), late)], 0.0, 6.0)
+    ax = Figure().add_subplot()
+    view.workspace(ax, traffic=traffic, state=slalom.State((0, 0), (1, 0)), robot=slalom.Disc(0.5))
+    assert not by_gid(ax, "obstacle-0")
+    assert len(ax.collections) == 1
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_filled_region_is_the_control_obstacle(dimension: int) -> None:
+    blocked = acceleration_obstacle(dimension)
+    chosen = np.array([0.3, -0.2, 0.4])[:dimension]
+    ax = Figure().add_subplot()
+    admissible = slalom.admissible_ball(np.zeros(dimension), 3.0)
+    assert view.control_space(ax, blocked=blocked, admissible=admissible, chosen=chosen, extent=(-4, 4, -4, 4)) is ax
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-4.0, 4.0, (3000, 2))
+    controls = points if dimension == 2 else np.column_stack([points, np.full(len(points), 0.4)])
+    times = blocked.time_to_collision(controls)
+    collides = np.isfinite(times)
+    drawn = inside(one(ax, "blocked"), points)
+    assert 0.05 < collides.mean() < 0.95
+    # Only points as near to the border as the contour is inexact may differ.
+    certain = np.abs(blocked.clearance(controls)) > 0.01
+    assert np.mean(certain) > 0.95
+    assert np.array_equal(drawn[certain], collides[certain])
+    compared = 0
+    for level in time_levels(5.0)[1:-1]:
+        for patch in by_gid(ax, f"blocked-{level:g}"):
+            assert np.mean(inside(patch, points) != (times < level)) < 0.003
+            compared += 1
+    assert compared > 2
+
+
+def test_the_outline_of_an_obstacle_has_no_clearance_to_it() -> None:
+    blocked = acceleration_obstacle(2)
+    ax = Figure().add_subplot()
+    view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0), 3.0), extent=(-4, 4, -4, 4))
+    seen = 0
+    for index in range(len(blocked.traffic.obstacles)):
+        for lines in by_gid(ax, f"outline-{index}"):
+            points = np.concatenate([path.vertices for path in lines.get_paths()])
+            assert np.abs(blocked.clearances(points)[:, index]).max() < 0.02
+            seen += len(points)
+    assert seen > 200
+
+
+def test_holes_stay_open() -> None:
+    """Obstacles all around leave a free island in the middle."""
+    ring = [
+        slalom.Obstacle(slalom.Disc(1.2), slalom.Stationary((4 * np.cos(a), 4 * np.sin(a))))
+        for a in np.linspace(0, 2 * np.pi, 16, endpoint=False)
+    ]
+    state = slalom.State((0.0, 0.0), (0.0, 0.0))
+    blocked = slalom.control_obstacle(slalom.Velocity(), state, ring, slalom.Disc(0.3), horizon=2.0)
+    ax = Figure().add_subplot()
+    view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0), 3.0), resolution=61)
+    assert list(inside(one(ax, "blocked"), np.array([(0.3, 0.2), (2.2, 0.0)]))) == [False, True]
+    assert colour_of(ax, (0.3, 0.2)) == (255, 255, 255)
+    assert colour_of(ax, (2.2, 0.0)) != (255, 255, 255)
+
+
+@pytest.mark.parametrize("height", [None, 0.5])
+def test_the_admissible_region_is_bounded_where_the_excess_vanishes(height: float | None) -> None:
+    d = 2 if height is None else 3
+    centres = np.array([[0.0, 0.0, 0.0], [1.0, 0.5, -0.3]])[:, :d]
+    normals = np.array([[0.6, 0.8, 0.0], [0.0, -0.6, 0.8], [1.0, 0.0, 0.0]])[:, :d]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    admissible = slalom.Admissible(centres, np.array([2.0, 1.8]), normals, np.array([1.1, 1.2, 1e6]))
+    region = admissible_region(admissible, height)
+    points = np.array(region.exterior.coords)
+    lifted = points if height is None else np.column_stack([points, np.full(len(points), height)])
+    assert len(points) > 100
+    assert np.abs(admissible.excess(lifted)).max() < 1e-4
+
+
+def test_an_empty_section_of_the_admissible_set_is_empty() -> None:
+    ball = slalom.admissible_ball((0, 0, 0), 1.0)
+    assert admissible_region(ball, 1.5).is_empty
+    with pytest.raises(slalom.InvalidInput, match="bounded by a ball"):
+        admissible_region(slalom.Admissible(np.empty((0, 2)), np.empty(0), np.array([[1.0, 0.0]]), np.array([1.0])))
+
+
+def test_markers_are_at_the_controls_and_a_control_beyond_the_panel_is_named() -> None:
+    blocked = acceleration_obstacle(2)
+    ax = Figure().add_subplot()
+    admissible = slalom.admissible_ball((0, 0), 3.0)
+    view.control_space(
+        ax, blocked=blocked, admissible=admissible, preferred=(40.0, -1.0), chosen=(1.0, 2.0), resolution=21
+    )
+    assert np.ravel(one(ax, "chosen").get_data()) == pytest.approx([1.0, 2.0])
+    x, y = np.ravel(one(ax, "preferred").get_data())
+    assert x < ax.get_xlim()[1] < 10.0
+    assert y == pytest.approx(-1.0)
+    assert "preferred (at 40, −1)" in legend_texts(ax)
+
+
+def test_temporal_elements_are_drawn_where_they_are() -> None:
+    for dimension in (2, 3):
+        blocked = acceleration_obstacle(dimension)
+        ax = Figure().add_subplot()
+        admissible = slalom.admissible_ball(np.zeros(dimension), 3.0)
+        view.control_space(ax, blocked=blocked, admissible=admissible, elements=(2.5,), resolution=21)
+        expected = blocked.element(2.5)
+        squares = expected.radii**2 - (0.0 if dimension == 2 else expected.centers[:, 2] ** 2)
+        drawn = sorted(patch.get_radius() for patch in by_gid(ax, "element-2.5"))
+        assert drawn == pytest.approx(sorted(np.sqrt(squares[squares > 0.0])))
+        assert "temporal elements" in legend_texts(ax)
+
+
+def test_a_kept_manoeuvre_of_another_response_is_shown_by_what_it_applies() -> None:
+    state, obstacles, goal = scene_in_plane()
+    robot = slalom.Navigator(slalom.method("nao"), slalom.Disc(0.8), slalom.Limits(6.0, 3.0), patience=100.0)
+    first = robot.decide(state, obstacles, goal)
+    acceleration = first.manoeuvre.mean_acceleration(0.0, robot.period)
+    later = slalom.advance(slalom.Acceleration(), state, acceleration, robot.period)
+    kept = robot.decide(later, obstacles, goal, now=robot.period, previous=first)
+    assert kept.outcome is slalom.Outcome.KEPT
+    figure = view.decision(kept, robot, goal, track=[state.position, later.position], resolution=41)
+    right = figure.axes[1]
+    assert "applied now (manoeuvre kept)" in legend_texts(right)
+    applied = kept.manoeuvre.mean_acceleration(robot.period, robot.period)
+    assert np.ravel(one(right, "chosen").get_data()) == pytest.approx(applied)
+    assert np.column_stack(one(figure.axes[0], "track").get_data())[-1] == pytest.approx(later.position)
+
+
+def test_a_kept_velocity_with_a_lag_still_is_a_control_of_the_panel() -> None:
+    state, obstacles, goal = scene_in_plane()
+    robot = slalom.Navigator(slalom.method("avo"), slalom.Disc(0.8), slalom.Limits(6.0, 3.0), patience=100.0)
+    first = robot.decide(state, obstacles, goal)
+    later = first.manoeuvre.advance(robot.period)
+    kept = robot.decide(later, obstacles, goal, now=robot.period, previous=first)
+    assert kept.outcome is slalom.Outcome.KEPT
+    right = view.decision(kept, robot, goal, resolution=41).axes[1]
+    assert np.ravel(one(right, "chosen").get_data()) == pytest.approx(first.manoeuvre.control)
+
+
+def test_an_overlap_and_an_empty_world_are_drawn_too() -> None:
+    state, _, goal = scene_in_plane()
+    robot = navigator("nao", 2)
+    on_top = [slalom.Obstacle(slalom.Disc(1.0), slalom.Stationary(state.position + 0.1))]
+    for seen in (on_top, []):
+        decision = robot.decide(state, seen, goal)
+        assert (decision.outcome is slalom.Outcome.ESCAPING) == bool(seen)
+        figure = view.decision(decision, robot, goal, resolution=31)
+        assert len(by_gid(figure.axes[1], "blocked")) == len(seen)
+
+
+def test_a_small_admissible_set_is_enlarged() -> None:
+    decision, robot, goal = decide("vo", 2)
+    right = view.decision(decision, robot, goal, resolution=41).axes[1]
+    enlarged = next(ax for ax in right.child_axes if by_gid(ax, "admissible"))
+    chosen = one(enlarged, "chosen")
+    assert np.ravel(chosen.get_data()) == pytest.approx(decision.manoeuvre.control)
+    width = np.ptp(one(enlarged, "admissible").get_path().vertices[:, 0])
+    assert width > 0.4 * np.diff(enlarged.get_xlim())[0]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_run_is_drawn_with_the_robot_at_equally_spaced_times(dimension: int) -> None:
+    state, obstacles, goal = SCENES[dimension]()
+    times = np.linspace(0.0, 4.0, 41)
+    positions = state.position + times[:, None] * state.velocity
+    shape = slalom.Disc(0.8) if dimension == 2 else slalom.Ball(0.8)
+    ax = view.paths(times, positions, obstacles, robot=shape, goal=goal, snapshots=3)
+    for k, t in enumerate((0.0, 2.0, 4.0)):
+        disc = one(ax, f"robot-{k}")
+        assert disc.get_radius() == shape.radius
+        assert disc.center == pytest.approx((state.position + t * state.velocity)[:2])
+        assert one(ax, f"time-{k}").get_text().startswith(f"{t:.1f} s")
+        other = one(ax, f"obstacle-1-{k}")
+        assert other.center == pytest.approx(obstacles[1].trajectory.position(t)[:2])
+    assert ax.get_xlabel().startswith("x [m]")
+    assert "time [s]" in [a.get_ylabel() for a in ax.figure.findobj(Axes)]
+    mine = Figure().add_subplot()
+    assert view.paths(times, positions, obstacles, robot=shape, goal=goal, ax=mine) is mine
+
+
+@pytest.mark.parametrize(("suffix", "magic"), [(".svg", b"<?xml"), (".pdf", b"%PDF"), (".png", b"\x89PNG")])
+def test_equal_figures_are_equal_files(tmp_path: Path, suffix: str, magic: bytes) -> None:
+    found = []
+    for name in ("first", "second"):
+        decision, robot, goal = decide("nao", 2)
+        figure = view.decision(decision, robot, goal, resolution=31)
+        path = view.save(figure, tmp_path / f"{name}{suffix}")
+        found.append(path.read_bytes())
+    assert found[0].startswith(magic)
+    assert found[0] == found[1]
+    assert view.save(figure, tmp_path / f"third{suffix.upper()}").read_bytes() == found[0]
+
+
+def test_the_users_settings_neither_change_nor_matter(tmp_path: Path) -> None:
+    decision, robot, goal = decide("nao", 2)
+    plain = view.save(view.decision(decision, robot, goal, resolution=31), tmp_path / "plain.svg").read_bytes()
+    with mpl.rc_context({"font.size": 20.0, "axes.facecolor": "black", "svg.fonttype": "none"}):
+        before = dict(mpl.rcParams)
+        figure = view.decision(decision, robot, goal, resolution=31)
+        assert view.save(figure, tmp_path / "set.svg").read_bytes() == plain
+        assert dict(mpl.rcParams) == before
+
+
+def test_no_window_system_is_touched() -> None:
+    code = "import sys, slalom.view; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(("name", "found"), [("a.jpg", "'.jpg'"), ("a", "no suffix")])
+def test_another_suffix_is_refused_with_what_is_allowed(tmp_path: Path, name: str, found: str) -> None:
+    with pytest.raises(slalom.InvalidInput, match=r"\.svg, \.pdf, \.png") as caught:
+        view.save(Figure(), tmp_path / name)
+    assert found in str(caught.value)
+    assert not (tmp_path / name).exists()
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    state, obstacles, goal = scene_in_plane()
+    traffic = slalom.Traffic(obstacles, 0.0, 6.0)
+    ax = Figure().add_subplot()
+    with pytest.raises(slalom.InvalidInput, match="contact_times"):
+        view.workspace(ax, traffic=traffic, state=state, robot=slalom.Disc(0.8), contact_times=[1.0])
+    with pytest.raises(slalom.InvalidInput, match="track"):
+        view.workspace(ax, traffic=traffic, state=state, robot=slalom.Disc(0.8), track=[[0.0, 0.0, 0.0]])
+    blocked = acceleration_obstacle(2)
+    with pytest.raises(slalom.InvalidInput, match="admissible"):
+        view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0, 0), 1.0))
+    with pytest.raises(slalom.InvalidInput, match="resolution"):
+        view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0), 1.0), resolution=1)
+    for times in ([0.0, 1.0, 2.0], [1.0, 0.0], [0.0]):
+        with pytest.raises(slalom.InvalidInput, match="times"):
+            view.paths(times, np.zeros((2, 2)), obstacles, robot=slalom.Disc(0.8), goal=goal)
