@@ -2,17 +2,19 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 from parts import PERIOD, disc_or_ball
 
 from slalom import Circular, Obstacle, State, Velocity, admissible_ball, control_obstacle, select
 
-# Reproducible and quick by default; `--hypothesis-profile=long` looks harder, with new examples every time.
+# Reproducible and quick by default. `--hypothesis-profile=long` looks harder, with new examples every time, and
+# shrinks what it finds.
 settings.register_profile(
     "slalom",
     derandomize=True,
     deadline=None,
     max_examples=20,
+    phases=(Phase.explicit, Phase.generate),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )
 settings.register_profile(

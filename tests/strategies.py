@@ -144,15 +144,6 @@ class Scene:
         traffic = Traffic(self.obstacles if obstacles is None else obstacles, self.start, horizon or self.horizon)
         return ControlObstacle(response, self.state, traffic, self.robot, self.margin if margin is None else margin)
 
-    def gaps(self) -> np.ndarray:
-        """Distance between surfaces at the start, for the obstacles that are there."""
-        found = []
-        for obstacle in self.obstacles:
-            if obstacle.exists(self.start):
-                away = np.linalg.norm(obstacle.trajectory.position(self.start) - self.state.position)
-                found.append(away - obstacle.shape.radius - self.robot.radius - self.margin)
-        return np.array(found)
-
 
 @st.composite
 def scenes(draw: DrawFn, apart: float | None = 1e-3, most: int = 3) -> Scene:

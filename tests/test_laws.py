@@ -457,7 +457,9 @@ def test_clearance_is_the_least_distance(response: Response, data: st.DataObject
         if not np.isfinite(truth):
             assert found == truth
             continue
-        assert found <= truth + CLEARANCE + ROUNDING
+        # Where centres meet, the rounding of the squared distance shows: sqrt(1e-16) of the scene's size.
+        deep = truth < -0.99 * blocked.radii.min()
+        assert found <= truth + CLEARANCE + (1e-6 if deep else ROUNDING)
         assert found >= truth - 2 * INTERPOLATION - 1e-7
 
 
@@ -487,8 +489,13 @@ def test_contains_clearance_and_time_to_collision_agree(response: Response, data
 @each_response
 @given(data=st.data())
 def test_overlap_now_means_every_control_collides(response: Response, data: st.DataObject) -> None:
-    scene = data.draw(scenes(apart=None))
-    assume(len(scene.gaps()) and scene.gaps().min() < -BOUNDARY)
+    scene = data.draw(scenes())
+    reach = scene.robot.radius + scene.margin
+    there = [o for o in scene.obstacles if o.exists(scene.start)]
+    assume(there)
+    onto = scene.state.position - there[0].trajectory.position(scene.start)
+    onto = onto + data.draw(st.floats(0.0, 0.95)) * (there[0].shape.radius + reach) * data.draw(directions(len(onto)))
+    scene = replace(scene, obstacles=(replace(there[0], trajectory=Moved(there[0].trajectory, shift=onto)),))
     blocked = scene.blocked(response)
     assert blocked.contains(scene.controls).all()
     assert len(blocked.overlapping)

@@ -171,7 +171,7 @@ class ControlObstacle:
         flat, shape = self._controls(controls)
         _, _, points, gains, radius, owner = self.segments
         found = kernels.least_clearances(points, gains, radius, owner, len(self.traffic.obstacles), flat)
-        return found.reshape(*shape, -1)
+        return found.reshape(*shape, len(self.traffic.obstacles))
 
     def clearance(self, controls: npt.ArrayLike) -> Array:
         """The least of `clearances`: (...) [m]; inf without obstacles."""
@@ -186,7 +186,7 @@ class ControlObstacle:
         flat, shape = self._controls(controls)
         begin, end, points, gains, radius, owner = self.segments
         found = kernels.contact_times(begin, end, points, gains, radius, owner, len(self.traffic.obstacles), flat)
-        return found.reshape(*shape, -1)
+        return found.reshape(*shape, len(self.traffic.obstacles))
 
     def time_to_collision(self, controls: npt.ArrayLike) -> Array:
         """The least of `times_to_collision`: (...) [s]."""
