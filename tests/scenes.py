@@ -137,7 +137,7 @@ def _response(rng, number, limits):
     return name, rows[(number // 10) % len(rows)]
 
 
-def _admissible(rng, response, state, limits, horizon):
+def _admissible(response, state, limits, horizon):
     return limits.admissible(
         response.speed_peaks(state, horizon),
         response.acceleration_peaks(state, horizon),
@@ -165,7 +165,7 @@ def scene(seed, d):
             bounds[what] = (HalfSpace(normal * scale, offset * scale),)
     limits = Limits(top, push, **bounds)
     method, response = _response(rng, seed, limits)
-    admissible = _admissible(rng, response, state, limits, horizon)
+    admissible = _admissible(response, state, limits, horizon)
     forecast = METHODS[method].forecast
     smallest = int(np.argmin(admissible.radii))
     middle, reach = admissible.centers[smallest], float(admissible.radii[smallest])
@@ -202,8 +202,8 @@ def scene(seed, d):
             kind, parameters = KINDS[int(rng.integers(len(KINDS)))](rng, d, start, horizon)
             radius = float(size * (rng.uniform(0.08, 0.3) if crowd else rng.uniform(0.01, 0.15)))
             # In the way of the preferred control, or of one drawn from the admissible set, at some time.
-            first = index == 0 and haven is not preferred
-            aimed = best if first or rng.random() < 0.1 else control(0.0, 1.0 if crowd else 1.8)
+            central = index == 0 and haven is not preferred
+            aimed = best if central or rng.random() < 0.1 else control(0.0, 1.0 if crowd else 1.8)
             _shift(parameters, rng, plain, forecast, kind, aimed, radius)
             seen = assumed(type(forecast).__name__, kind, parameters, start)
             if seen is None:

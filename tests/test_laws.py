@@ -58,7 +58,7 @@ from slalom import (
     select_clearest,
 )
 from slalom.path import hermite
-from slalom.tolerances import ADMISSIBLE, CLEARANCE, CONTACT, INTERPOLATION
+from slalom.tolerances import ADMISSIBLE, CLEARANCE, CONTACT, INTERPOLATION, TIME
 
 BOUNDARY = 5e-6
 """[m] Nearer to contact than this, laws that ask yes or no are not asked."""
@@ -380,7 +380,8 @@ def test_forecast_agrees_with_the_truth_now(name: str, d: int) -> None:
 
 def gaps_along(blocked: ControlObstacle, index: int, u: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Distance between the surfaces of robot and obstacle at elapsed times; no kernel is used."""
-    where = blocked.traffic.obstacles[index].trajectory.position(blocked.traffic.start + times)
+    track = blocked.traffic.obstacles[index].trajectory
+    where = track.position(np.clip(blocked.traffic.start + times, *track.span))  # not outside by rounding
     away = np.linalg.norm(blocked.response.position(blocked.state, times)(u) - where, axis=-1)
     return away - blocked.traffic.obstacles[index].shape.radius - blocked.robot.radius - blocked.margin
 
@@ -394,17 +395,14 @@ def brute_clearance(blocked: ControlObstacle, u: np.ndarray, horizon: float | No
         end = min(horizon or blocked.horizon, obstacle.trajectory.span[1] - start)
         if begin >= end:
             continue
-        last = float(np.nextafter(start + end, start) - start) if start + end > obstacle.trajectory.span[1] else end
-        if start + begin < obstacle.trajectory.span[0]:
-            begin += 1e-12
-        times = np.linspace(begin, last, 601)
+        times = np.linspace(begin, end, 601)
         gaps = gaps_along(blocked, index, u, times)
         lowest = np.argsort(gaps)[:4]
         least = min(least, float(gaps[lowest[0]]))
         dips = np.flatnonzero((gaps[1:-1] <= gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
         for k in {int(lowest[0]), *(int(k) for k in dips[np.argsort(gaps[dips])][:3])}:
             low, high = times[max(k - 1, 0)], times[min(k + 1, 600)]
-            for _ in range(3):
+            for _ in range(4):
                 fine = np.linspace(low, high, 41)
                 values = gaps_along(blocked, index, u, fine)
                 best = int(np.argmin(values))
@@ -477,10 +475,8 @@ def test_contains_clearance_and_time_to_collision_agree(response: Response, data
     for u, t in zip(tried[inside], times[inside]):
         assert 0.0 < t <= scene.horizon
         owner = int(np.argmin(blocked.times_to_collision(u)))
-        t_inside = min(t, scene.obstacles[owner].trajectory.span[1] - scene.start)
-        t_inside = max(t_inside, scene.obstacles[owner].trajectory.span[0] - scene.start + 1e-12)
-        assert gaps_along(blocked, owner, u, np.array([t_inside]))[0] <= BOUNDARY
-        assert brute_clearance(blocked, u, horizon=t) >= -BOUNDARY or t_inside != t
+        assert gaps_along(blocked, owner, u, np.array([t]))[0] <= BOUNDARY
+        assert brute_clearance(blocked, u, horizon=t - 1e-9) >= -BOUNDARY
     for index in range(len(scene.obstacles)):
         alone = scene.blocked(response, obstacles=(scene.obstacles[index],))
         np.testing.assert_allclose(blocked.clearances(tried)[:, index], alone.clearance(tried), atol=ROUNDING)
@@ -747,13 +743,14 @@ def test_nlvo_of_a_line_is_the_classical_cone(data: st.DataObject) -> None:
             if expected:
                 w = u - apex
                 b, e = c @ w, (w @ w) * (c @ c - radius**2)
-                assert float(nlvo.time_to_collision(u)) == pytest.approx((b - np.sqrt(b * b - e)) / (w @ w), rel=1e-6)
+                first = (b - np.sqrt(b * b - e)) / (w @ w)
+                assert float(nlvo.time_to_collision(u)) == pytest.approx(first, abs=2 * TIME * 7200.0)
 
 
 @given(data=st.data())
 def test_vanishing_lag_gives_velocity(data: st.DataObject) -> None:
     scene = data.draw(scenes())
-    lag = 1e-6
+    lag = data.draw(st.sampled_from([0.003, 0.01]))
     here, there = scene.blocked(Velocity()), scene.blocked(LaggedVelocity(lag))
     tried = telling_controls(here, scene.controls)
     allowed = lag * np.linalg.norm(tried - scene.state.velocity, axis=1) + 3 * INTERPOLATION
@@ -999,7 +996,8 @@ def test_admissible_controls_obey_the_limits_all_along(response: Response, limit
     drawn = np.array([data.draw(controls(d)) for _ in range(3)])
     times = np.unique(np.concatenate([np.linspace(0.0, horizon, 800), response.knots(horizon, 20.0)]))
     for u in extreme_controls(response, state, admissible, horizon, drawn):
-        speeds, pushes = response.velocity(state, times)(u), response.acceleration(state, times)(u)
+        # At the horizon itself a braking that lies beyond it may begin.
+        speeds, pushes = response.velocity(state, times)(u), response.acceleration(state, times[:-1])(u)
         assert np.linalg.norm(speeds, axis=1).max() <= limits.max_speed * (1 + 10 * ADMISSIBLE) + ROUNDING
         assert np.linalg.norm(pushes, axis=1).max() <= limits.max_acceleration * (1 + 10 * ADMISSIBLE) + ROUNDING
         for bound in limits.velocity_bounds:
@@ -1039,9 +1037,9 @@ def dykstra(wanted: np.ndarray, admissible) -> np.ndarray:
     return x
 
 
-def peak_time(response: Response) -> float:
-    """When the speed limit is asked for: at the end of the ramp or hold; a lag has forgotten its start after three."""
-    return getattr(response, "hold", 0.0) or getattr(response, "ramp", 0.0) or 3.0 * getattr(response, "lag", 0.0)
+def shedding_time(response: Response) -> float:
+    """Time in which braking is asked for: the ramp or the hold; a lag has neither, there it is one second."""
+    return getattr(response, "hold", 0.0) or getattr(response, "ramp", 0.0) or 1.0
 
 
 @pytest.mark.parametrize("name", ENROLLED_METHODS)
@@ -1072,15 +1070,15 @@ def test_too_fast_robot_sheds_at_least_half_of_what_braking_would(name: str, d: 
         drawn = np.concatenate([np.eye(d), -np.eye(d)]) * 3.0
         found = extreme_controls(response, state, admissible, 6.0, drawn)
         obeyed.append(bool(found))
-        times = np.linspace(0.0, 6.0, 601)
-        peak = peak_time(response)
+        times = np.linspace(0.0, 30.0, 3001)
+        shed = 0.5 * limits.max_acceleration * shedding_time(response)
+        settled = 20.0 if isinstance(response, LaggedVelocity) else shedding_time(response)
         for u in found:
             pushes = np.linalg.norm(response.acceleration(state, times)(u), axis=1)
             assert pushes.max() <= limits.max_acceleration * (1 + 1e-8)
             speeds = np.linalg.norm(response.velocity(state, times)(u), axis=1)
             assert speeds.max() <= speed + ROUNDING
-            later = speeds[times >= peak - ROUNDING]
-            assert later.max() <= max(limits.max_speed, speed - 0.5 * limits.max_acceleration * peak) + 1e-6
+            assert speeds[times >= settled - ROUNDING].max() <= max(limits.max_speed, speed - shed) + 1e-5
     assert any(obeyed), "no response of the method has an admissible control"
 
 

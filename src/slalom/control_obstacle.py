@@ -16,7 +16,7 @@ from slalom.path import hermite
 from slalom.response import Response
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import CONTACT
+from slalom.tolerances import CONTACT, TOUCHING
 
 
 class Element(NamedTuple):
@@ -112,13 +112,12 @@ class ControlObstacle:
     def radii(self) -> Array:
         """Sum of radii and margin for each obstacle [m], less where the robot touches the obstacle already.
 
-        Contact is not overlap: a radius that the robot is within CONTACT of is reduced by that much, so that it may
-        still move away.
+        Contact is not overlap: from an obstacle that it is within TOUCHING of, the robot may still move away.
         """
         radii = np.asarray(self.traffic.radii + self.robot.radius + self.margin, dtype=np.float64)
         distance = self.initial_distances
-        touching = (distance - radii >= -CONTACT) & (distance - radii < 2 * CONTACT)
-        return np.where(touching, np.maximum(distance - 2 * CONTACT, 0.0), radii)
+        touching = (distance - radii >= -CONTACT) & (distance - radii < TOUCHING)
+        return np.where(touching, np.maximum(distance - TOUCHING, 0.0), radii)
 
     @cached_property
     def initial_distances(self) -> Array:
@@ -139,6 +138,7 @@ class ControlObstacle:
     def segments(self) -> tuple[Array, Array, Array, Array, Array, npt.NDArray[np.int64]]:
         """begin, end, points, gains, radius, owner: the table of `kernels/segments.py`."""
         state = self.state
+        # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
         reach = 2.0 * float(np.linalg.norm(state.velocity)) + 100.0
         knots = self.response.knots(self.horizon, reach)
         position, velocity = self.response.position(state, knots), self.response.velocity(state, knots)
@@ -147,7 +147,7 @@ class ControlObstacle:
         return kernels.relative_segments(
             self.traffic.times,
             self.traffic.points,
-            self.traffic.error,
+            self.traffic.error + self.response.interpolation_error,
             self.radii[self.traffic.owner],
             self.traffic.owner,
             knots,
@@ -166,7 +166,7 @@ class ControlObstacle:
         """Least distance between surfaces over (0, horizon] for controls (..., d) and each obstacle: (..., n) [m].
 
         Negative when overlapping, inf for an obstacle that does not appear. Never above the true minimum by more than
-        CLEARANCE, below it by at most two INTERPOLATION.
+        CLEARANCE, below it by at most two INTERPOLATION, and TOUCHING where the robot touches the obstacle already.
         """
         flat, shape = self._controls(controls)
         _, _, points, gains, radius, owner = self.segments

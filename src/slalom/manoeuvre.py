@@ -68,7 +68,7 @@ class Manoeuvre:
 
     def path(self, start: float, end: float) -> Path:
         knots = self._knots(start, end)
-        return hermite(knots, self.position(knots), self.velocity(knots))
+        return hermite(knots, self.position(knots), self.velocity(knots), self.response.interpolation_error)
 
     def advance(self, duration: float) -> State:
         """The state `duration` seconds after the start."""
@@ -99,6 +99,10 @@ class Continuation:
     now: float
     off_place: Array
     off_speed: Array
+
+    @property
+    def interpolation_error(self) -> float:
+        return self.manoeuvre.response.interpolation_error
 
     @property
     def restartable(self) -> bool:

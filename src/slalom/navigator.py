@@ -21,7 +21,7 @@ from slalom.response import Response
 from slalom.selection import Status, select, select_clearest
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import CONTACT, KEPT
+from slalom.tolerances import KEPT, TOUCHING
 
 
 class Outcome(Enum):
@@ -134,7 +134,7 @@ class Navigator:
         bare = self._blocked(situations[0], traffic, 0.0)
         if len(bare.overlapping):
             return self._escape(situations[0], bare, now)
-        margins = np.clip(bare.initial_distances - bare.radii - 2 * CONTACT, 0.0, self.margin)
+        margins = np.clip(bare.initial_distances - bare.radii - TOUCHING, 0.0, self.margin)
         proposals = [p for s in situations if (p := self._propose(s, traffic, margins)) is not None]
         best = min(proposals, key=lambda p: p.cost, default=None)
         if previous is not None:

@@ -26,7 +26,7 @@ def hermite(times: Array, positions: Array, velocities: Array, error: float | Ar
 
 def hermite_pieces(times: Array, positions: Array, leaving: Array, entering: Array, error: float | Array) -> Path:
     """As `hermite`, with the velocity (n, d) leaving each piece's first time and entering its last one."""
-    third = (np.diff(times) / 3.0)[:, None]
+    third = ((times[1:] - times[:-1]) / 3.0)[:, None]
     points = np.empty((len(times) - 1, 4, positions.shape[1]))
     points[:, 0] = positions[:-1]
     points[:, 1] = positions[:-1] + third * leaving

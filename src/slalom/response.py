@@ -27,6 +27,10 @@ class Response(Protocol):
     def restartable(self) -> bool:
         """Whether holding u from any later state of the motion continues the same motion."""
 
+    @property
+    def interpolation_error(self) -> float:
+        """By how much the position map may differ from its cubic pieces between `knots` [m]; 0 if it is cubic."""
+
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
         """u -> position [m] at elapsed time t [s] >= 0."""
 
@@ -37,9 +41,9 @@ class Response(Protocol):
         """u -> acceleration [m/s^2]; at a jump, the one that follows it."""
 
     def knots(self, horizon: float, reach: float) -> Array:
-        """Times from 0 to `horizon` between which the position map is cubic.
+        """Times from 0 to `horizon` between which the position map is cubic, or differs from one by little.
 
-        To within INTERPOLATION, as long as speed + |velocity the control stands for| <= reach [m/s].
+        At most by `interpolation_error`, as long as speed + |velocity that the control stands for| <= reach [m/s].
         """
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
@@ -74,6 +78,10 @@ class Velocity:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ramp", not_negative(self.ramp, "ramp"))
+
+    @property
+    def interpolation_error(self) -> float:
+        return 0.0
 
     @property
     def restartable(self) -> bool:
@@ -115,6 +123,10 @@ class LaggedVelocity:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lag", positive(self.lag, "lag"))
+
+    @property
+    def interpolation_error(self) -> float:
+        return INTERPOLATION
 
     @property
     def restartable(self) -> bool:
@@ -160,6 +172,10 @@ class Acceleration:
     """u is an acceleration [m/s^2], held for ever: gain t^2 / 2 (Stern and Shiller 2025, AO and NAO)."""
 
     @property
+    def interpolation_error(self) -> float:
+        return 0.0
+
+    @property
     def restartable(self) -> bool:
         return True
 
@@ -196,6 +212,10 @@ class AccelerateThenCoast:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "hold", positive(self.hold, "hold"))
+
+    @property
+    def interpolation_error(self) -> float:
+        return 0.0
 
     @property
     def restartable(self) -> bool:
@@ -245,6 +265,10 @@ class AccelerateThenStop:
         object.__setattr__(self, "period", positive(self.period, "period"))
         if self.rate * self.period >= 1.0:
             positive(1.0 - self.rate * self.period, "1 - rate * period")
+
+    @property
+    def interpolation_error(self) -> float:
+        return 0.0
 
     @property
     def restartable(self) -> bool:
@@ -297,6 +321,10 @@ class AccelerateThenStop:
 @dataclass(frozen=True)
 class Jerk:
     """u is a jerk [m/s^3], held for ever from the present acceleration: gain t^3 / 6."""
+
+    @property
+    def interpolation_error(self) -> float:
+        return 0.0
 
     @property
     def restartable(self) -> bool:

@@ -11,6 +11,13 @@ an initial clearance between -CONTACT and +CONTACT counts as touching, not as ov
 Larger: fewer exchanges, a choice farther from the optimum. Smaller than about 1e-9 m: rounding decides.
 """
 
+TOUCHING: Final = 5e-6
+"""[m] A robot nearer than this to an obstacle touches it: the obstacle is taken as smaller by up to this much.
+
+More than twice the sum of CONTACT and two INTERPOLATION, so that a robot in contact may still move away although radii
+are grown by those. Larger: contact is forgiven earlier; smaller: a robot in contact finds every control blocked.
+"""
+
 INTERPOLATION: Final = 1e-6
 """[m] Largest error of the cubic pieces that stand for a curve; it is added to the radius.
 
@@ -32,6 +39,12 @@ ELEMENT: Final = 1e-12
 
 Candidates are intersections of element boundaries and carry rounding of this order. Times the distances met
 (up to kilometres) it stays below CONTACT, so no collision hides in it.
+"""
+
+PARALLEL: Final = 1e-12
+"""[1] Sine of the angle below which two planes count as parallel, and relative distance from a circle's axis.
+
+Boundaries that meet at a smaller angle have no intersection that rounding would not move anywhere.
 """
 
 DEPTH: Final = 40

@@ -235,7 +235,11 @@ class Circular(_Endless):
         fourth = self.radius * self.rate**4
         times = even_knots(start, end, hermite_step(fourth, INTERPOLATION))
         error = fourth * (times[1] - times[0]) ** 4 / 384.0
-        return hermite(times, self.position(times), self.velocity(times), error)
+        angle = self.phase + self.rate * times
+        cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        first, second = self.basis
+        position = self.center + self.radius * (cosine * first + sine * second)
+        return hermite(times, position, self.speed * (cosine * second - sine * first), error)
 
 
 INTERPOLATIONS: Final = ("linear", "smooth")

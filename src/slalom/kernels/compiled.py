@@ -18,7 +18,8 @@ from numba.core.caching import FunctionCache
 F = TypeVar("F", bound=Callable[..., Any])
 Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.int64]
-Candidate: TypeAlias = tuple[float, float, float, float, int, int, int]
+Plane: TypeAlias = tuple[bool, float, float, float, float]
+Candidate: TypeAlias = tuple[float, float, float, int, int, int]
 
 
 def _digest() -> str:

@@ -43,7 +43,7 @@ def _closest(recording: Recording, robot: int, obstacle: Obstacle) -> Closest:
     start, end = max(first, float(recording.times[0])), min(last, float(recording.times[-1]))
     if start > end:
         return Closest(np.inf, np.inf)
-    touch = obstacle.shape.radius + recording.radii[robot]
+    touch = float(obstacle.shape.radius + recording.radii[robot])
     inner = recording.times[(recording.times > start) & (recording.times < end)]
     breaks = obstacle.trajectory.breaks(start, end)
     times = np.unique(np.concatenate([[start], inner, breaks, [end]]))

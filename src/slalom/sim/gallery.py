@@ -44,21 +44,21 @@ def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
 
 def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Four vehicles on a road that bends: the robot on the inner lane, which shall gain 15 m, and three others.
+    """Four vehicles on a road that bends: the robot on the outer lane, which shall gain 15 m, and three others.
 
-    The paper's example of what a velocity obstacle gets wrong: the cars on the middle lane never cross the inner one.
+    The paper's example of what a velocity obstacle gets wrong: the fast car that comes up on the middle lane would, if it
+    went straight on, run into the robot; it follows its lane and never does.
     """
     inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0
     speed = p["speed"]
-    lanes = ((middle, 1.0 * speed, 0.45), (middle, 1.1 * speed, -0.35), (outer, 1.2 * speed, 0.7))
+    lanes = ((middle, 1.3 * speed, -0.22), (middle, 0.9 * speed, 0.7), (inner, speed, 0.1))
     cars = tuple(
         Obstacle(Disc(1.5), Circular((0.0, 0.0), radius, v, phase), f"car {k}")
         for k, (radius, v, phase) in enumerate(lanes)
     )
-    place = Circular((0.0, 0.0), inner, speed, 15.0 / inner)
-    state = State((inner, 0.0), (0.0, speed))
-    goal = Goal(place, 1.5, stop=True)
-    return Scenario("curved_road", Robot(Disc(1.0), Limits(1.6 * speed, 4.0), state, goal), cars, duration=40.0)
+    place = Circular((0.0, 0.0), outer, speed, 15.0 / outer)
+    robot = Robot(Disc(1.0), Limits(1.6 * speed, 4.0), State((outer, 0.0), (0.0, speed)), Goal(place, 1.5, stop=True))
+    return Scenario("curved_road", robot, cars, duration=40.0, horizon=3.0)
 
 
 def lanes_of_cars(p: Mapping[str, float], rng: np.random.Generator) -> tuple[Obstacle, ...]:

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from slalom.checks import not_negative, number, positive
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
@@ -13,6 +15,7 @@ from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.state import State
+from slalom.trajectory import Stationary
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +73,20 @@ class Scenario:
                 raise InvalidInput(
                     f"obstacle {obstacle.name!r}: expected dimension {self.robot.state.dimension} as of the robot, "
                     f"found {obstacle.dimension}"
+                )
+
+            self._refuse_hidden_goal(obstacle)
+
+    def _refuse_hidden_goal(self, obstacle: Obstacle) -> None:
+        """A goal that a resting obstacle covers for ever is a mistake; one that a moving obstacle passes is not."""
+        goal = self.robot.goal
+        if isinstance(goal.trajectory, Stationary) and isinstance(obstacle.trajectory, Stationary):
+            distance = float(np.linalg.norm(goal.trajectory.place - obstacle.trajectory.place))
+            needed = obstacle.shape.radius + self.robot.shape.radius
+            if distance + goal.tolerance < needed:
+                raise InvalidInput(
+                    f"goal: expected a place that the robot can reach, found one {distance:g} m from the centre of "
+                    f"obstacle {obstacle.name!r}, which keeps robots {needed:g} m away"
                 )
 
     @property

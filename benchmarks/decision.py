@@ -1,0 +1,95 @@
+"""What one decision costs: 30 cars in the paper's roundabout, 6 s horizon, called from Python.
+
+usage: python benchmarks/decision.py [--scenes 300] [--out FOLDER]
+
+Prints median and 99th percentile over the scenes, and each as a ratio to one pass of the chord test over all segments
+in the same run. The scenes are states along nao's own crossings, so that they are those that occur.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+from machine import microseconds, write
+
+from slalom import AccelerateThenCoast, ControlObstacle, State, Traffic, kernels, method, select
+from slalom.objective import Arrive, Situation, preferred_control
+from slalom.sim import gallery, simulate
+
+HORIZON = 6.0
+
+
+def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray]]:
+    """Control obstacles, situations and preferred controls at random moments of crossings."""
+    rng = np.random.default_rng(0)
+    found = []
+    response = AccelerateThenCoast(1.0)
+    for seed in range((scenes + 29) // 30):
+        scenario = gallery.build("roundabout_crossing", seed=seed)
+        run = simulate(scenario, method("nao"), seed=seed)
+        for k in rng.integers(0, len(run.accelerations), 30):
+            state = State(run.positions[k, 0], run.velocities[k, 0], run.acceleration_before(int(k)))
+            traffic = Traffic(scenario.obstacles, float(run.times[k]), HORIZON)
+            blocked = ControlObstacle(response, state, traffic, scenario.robot.shape, scenario.margin * 0.5)
+            limits = scenario.robot.limits
+            admissible = limits.admissible(
+                response.speed_peaks(state, HORIZON),
+                response.acceleration_peaks(state, HORIZON),
+                float(np.linalg.norm(state.velocity)),
+            )
+            situation = Situation(
+                response, state, scenario.robot.goal, limits, admissible, float(run.times[k]), HORIZON
+            )
+            found.append((blocked, situation, preferred_control(Arrive().aims(situation))))
+    return found[:scenes]
+
+
+def one_pass(blocked: ControlObstacle) -> float:
+    """Time of one pass of the chord test over all segments [us]."""
+    from slalom.kernels.segments import chord_gaps
+
+    _, _, points, gains, radius, _ = blocked.segments
+    gaps = np.empty(len(radius))
+    return microseconds(lambda: chord_gaps(points, gains, 1.0, 0.5, 0.0, gaps), 200)
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", type=int, default=300)
+    parser.add_argument("--out", type=Path, default=Path("out/benchmarks"))
+    arguments = parser.parse_args()
+    scenes = situations(arguments.scenes)
+    passes = float(np.median([one_pass(blocked) for blocked, _, _ in scenes[:20]]))
+    rows: dict[str, list[float]] = {"obstacles to pieces": [], "pieces to segments": [], "select": []}
+    statuses: dict[str, int] = {}
+    for blocked, situation, preferred in scenes:
+        traffic = blocked.traffic
+        rows["obstacles to pieces"].append(
+            microseconds(lambda t=traffic: Traffic(t.obstacles, t.start, HORIZON), 5)  # type: ignore[misc]
+        )
+
+        def fresh(blocked: ControlObstacle = blocked) -> object:
+            return ControlObstacle(blocked.response, blocked.state, blocked.traffic, blocked.robot).segments
+
+        rows["pieces to segments"].append(microseconds(fresh, 5))
+        rows["select"].append(microseconds(lambda: select(preferred, situation.admissible, blocked), 15))  # noqa: B023
+        name = select(preferred, situation.admissible, blocked).status.name
+        statuses[name] = statuses.get(name, 0) + 1
+    segments = float(np.median([len(blocked.segments[4]) for blocked, _, _ in scenes]))
+    print(f"{len(scenes)} scenes of 30 cars, {segments:.0f} segments, {statuses}")
+    print(f"{'':24}{'median us':>12}{'99 % us':>12}{'median / pass':>16}")
+    print(f"{'one pass, chord test':24}{passes:>12.1f}{'':>12}{1.0:>16.1f}")
+    table = {}
+    for name, spent in rows.items():
+        median, late = (float(q) for q in np.quantile(spent, [0.5, 0.99]))
+        table[name] = {"median_us": median, "p99_us": late, "median_per_pass": median / passes}
+        print(f"{name:24}{median:>12.1f}{late:>12.1f}{median / passes:>16.1f}")
+    result = {"question": "one decision, 30 cars, 6 s", "pass_us": passes, "statuses": statuses, "rows": table}
+    print("written:", write("decision", {**result, "finished": time.strftime("%Y-%m-%d")}, arguments.out))
+
+
+if __name__ == "__main__":
+    kernels.nearest_free  # noqa: B018  the import of numba is not part of any measurement
+    main()

@@ -1,0 +1,47 @@
+"""What every benchmark writes beside its numbers: the machine, the versions, the time of one bare reference loop."""
+
+import json
+import platform
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+PACKAGES = ("slalom", "numpy", "numba", "llvmlite")
+
+
+def describe() -> dict[str, Any]:
+    """Machine and versions."""
+    model = ""
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        model = next((line.split(":")[1].strip() for line in info.read_text().splitlines() if "model name" in line), "")
+    return {
+        "machine": platform.machine(),
+        "processor": model or platform.processor(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        **{name: version(name) for name in PACKAGES},
+    }
+
+
+def microseconds(call: Callable[[], Any], repeat: int = 30) -> float:
+    """Median time of one call [us], after one that is not counted."""
+    call()
+    spent = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        call()
+        spent.append(time.perf_counter() - start)
+    return float(np.median(spent)) * 1e6
+
+
+def write(name: str, result: dict[str, Any], folder: Path) -> Path:
+    """The result with the machine's description as JSON."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.json"
+    path.write_text(json.dumps({"machine": describe(), **result}, indent=2) + "\n")
+    return path

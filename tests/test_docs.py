@@ -1,0 +1,65 @@
+"""What the documentation shows works: code blocks, examples, commands, links."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from slalom.cli import DONE, app, call
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
+BLOCK = re.compile(r"```(\w*)\n(.*?)```", re.DOTALL)
+
+
+def blocks(language: str) -> list[tuple[str, str]]:
+    """Page name and text of every fenced block of a language."""
+    found = []
+    for page in PAGES:
+        found += [(page.name, text) for name, text in BLOCK.findall(page.read_text()) if name == language]
+    return found
+
+
+@pytest.mark.parametrize(("page", "code"), blocks("python"))
+def test_python_blocks_run(page, code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, page, "exec"), {"__name__": "__documentation__"})
+
+
+@pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.name)
+def test_examples_run(example):
+    done = subprocess.run([sys.executable, example], capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
+
+
+def commands() -> list[str]:
+    """Every slalom command that the documentation shows."""
+    lines = [line for _, text in blocks("") for line in text.splitlines()]
+    return [line.split("#")[0].strip() for line in lines if line.startswith("slalom ")]
+
+
+def test_commands_are_found():
+    assert len(commands()) >= 4
+
+
+@pytest.mark.parametrize("command", commands())
+def test_commands_parse(command):
+    """Each shown command binds to its function with every argument understood."""
+    bound = app.parse_args(shlex.split(command)[1:], exit_on_error=False, print_error=False)
+    assert bound[0] is not None
+
+
+def test_example_scenario_runs(capsys):
+    assert call(["run", str(ROOT / "examples" / "crossing.yaml"), "--json"]) == DONE
+    assert '"collisions": 0' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_links_to_files_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)#]+)", page.read_text()):
+        if not target.startswith(("http", "mailto")):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"

@@ -1,0 +1,60 @@
+"""The gallery's scenarios are what they say."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+import slalom
+from slalom.sim import gallery, metrics, simulate
+
+
+@pytest.mark.parametrize("name", gallery.GALLERY)
+def test_nao_crosses_every_scenario_without_a_collision(name):
+    result = metrics.summary(simulate(gallery.build(name), slalom.method("nao")))
+    assert result["arrived"] == 1
+    assert result["collisions"] == 0
+
+
+@pytest.mark.parametrize("entry", gallery.GALLERY.values(), ids=lambda entry: entry.name)
+def test_every_scenario_fits_on_a_screen(entry):
+    assert len(inspect.getsource(entry.build).splitlines()) <= 40
+
+
+@pytest.mark.parametrize("name", gallery.GALLERY)
+@pytest.mark.parametrize("seed", range(3))
+def test_starts_are_free_of_overlap(name, seed):
+    scenario = gallery.build(name, seed=seed)
+    for obstacle in scenario.obstacles:
+        away = obstacle.trajectory.position(scenario.start) - scenario.robot.state.position
+        assert np.linalg.norm(away) > obstacle.shape.radius + scenario.robot.shape.radius
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_cars_of_the_roundabout_keep_their_distance(seed):
+    """Thirty cars in three lanes, each lane's cars at least 4.5 m of arc apart."""
+    cars = gallery.build("roundabout_crossing", seed=seed).obstacles
+    assert len(cars) == 30
+    for lane, speed in ((12.0, 5.0), (16.0, 6.5), (20.0, 8.0)):
+        paths = [car.trajectory for car in cars if car.trajectory.radius == lane]
+        assert [path.speed for path in paths] == [speed] * 10
+        phases = np.sort([path.phase % (2 * np.pi) for path in paths])
+        assert np.diff([*phases, phases[0] + 2 * np.pi]).min() * lane >= 4.5 - 1e-9
+
+
+def test_on_the_curved_road_vo_flags_a_car_that_nlvo_does_not():
+    scenario = gallery.build("curved_road")
+    straight_on = scenario.robot.state.velocity
+    flagged = {}
+    for name in ("vo", "nlvo"):
+        traffic = scenario.navigator(slalom.method(name)).foresee(scenario.obstacles, scenario.start)
+        blocked = slalom.ControlObstacle(slalom.Velocity(), scenario.robot.state, traffic, scenario.robot.shape)
+        flagged[name] = bool(blocked.contains(straight_on))
+    assert flagged == {"vo": True, "nlvo": False}
+
+
+def test_recorded_cars_are_the_recording():
+    cars = gallery.build("recorded_roundabout").obstacles
+    assert len(cars) == 30
+    assert all(car.trajectory.span == (0.0, 119.9) for car in cars)
+    assert np.allclose(cars[0].trajectory.position(0.0), (-41.938, 11.278))

@@ -1,0 +1,614 @@
+"""One robot's decisions: every outcome, the guarantee behind them, limits, goals, wishes, patience."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from parts import disc_or_ball
+
+from slalom import (
+    METHODS,
+    Arrive,
+    Circular,
+    ConstantAcceleration,
+    ConstantVelocity,
+    Decision,
+    FollowVelocity,
+    Goal,
+    HalfSpace,
+    KeepAcceleration,
+    Limits,
+    Manoeuvre,
+    Mix,
+    MostClearance,
+    Navigator,
+    Obstacle,
+    Outcome,
+    Sampled,
+    SlalomError,
+    State,
+    Stationary,
+)
+from slalom.sim import Recording, Robot, Scenario, simulate
+from slalom.sim.contact import closest_approaches
+from slalom.sim.simulate import drive
+from slalom.tolerances import ADJUSTMENT, KEPT
+
+PERIOD = 0.1
+PLANES = (2, 3)
+
+
+def vector(d: int, *values: float) -> np.ndarray:
+    """A vector with these first components."""
+    return np.array([*values, 0.0, 0.0, 0.0][:d])
+
+
+def navigator(d: int = 2, method: str = "nao", **settings) -> Navigator:
+    """A robot of radius 1 m, at most 5 m/s and 1 m/s^2."""
+    return Navigator(METHODS[method], **{"robot": disc_or_ball(1.0, d), "limits": Limits(5.0, 1.0), **settings})
+
+
+def at(d: int, speed: float) -> State:
+    """At the origin, moving along x."""
+    return State(np.zeros(d), vector(d, speed))
+
+
+def goal(d: int, x: float = 60.0, **settings) -> Goal:
+    """A goal at rest on the x axis."""
+    return Goal(Stationary(vector(d, x)), **settings)
+
+
+def rock(d: int, radius: float, *place: float) -> Obstacle:
+    """A round obstacle at rest."""
+    return Obstacle(disc_or_ball(radius, d), Stationary(vector(d, *place)), "rock")
+
+
+def gate(d: int, half: float, x: float = 10.0) -> list[Obstacle]:
+    """Two large rocks across the x axis that leave the robot a clearance of `half` on either side."""
+    return [rock(d, 20.0, x, side * (21.0 + half)) for side in (-1, 1)]
+
+
+def sound(decision: Decision, d: int) -> Decision:
+    """The decision, if every number in it is one."""
+    push = decision.manoeuvre.mean_acceleration(decision.manoeuvre.start, PERIOD)
+    for numbers in (decision.manoeuvre.control, decision.preferred, push):
+        assert numbers.shape == (d,)
+        assert np.all(np.isfinite(numbers))
+    assert np.isfinite(decision.regret)
+    return decision
+
+
+class Step(NamedTuple):
+    """One step of a run."""
+
+    now: float
+    state: State
+    decision: Decision
+    push: np.ndarray
+
+
+def follow(robot: Navigator, state: State, obstacles: Sequence[Obstacle], goal: Goal, steps: int) -> Iterator[Step]:
+    """The steps of a run."""
+    decision = None
+    for k in range(steps):
+        now = k * robot.period
+        decision = sound(robot.decide(state, obstacles, goal, now=now, previous=decision), state.dimension)
+        push = decision.manoeuvre.mean_acceleration(now, robot.period)
+        yield Step(now, state, decision, push)
+        state = drive(state, push, robot.period)
+
+
+def gaps(steps: Sequence[Step], obstacle: Obstacle) -> np.ndarray:
+    """Distances between centres at the steps."""
+    return np.array([np.linalg.norm(s.state.position - obstacle.trajectory.position(s.now)) for s in steps])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Every outcome.
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_clear(d: int, method: str) -> None:
+    """What is behind or far away does not matter."""
+    robot = navigator(d, method, objective=FollowVelocity(vector(d, 1.05)))
+    decision = sound(robot.decide(at(d, 1.0), [rock(d, 1.0, -5.0), rock(d, 1.0, 0.0, 50.0)], goal(d)), d)
+    assert decision.outcome is Outcome.CLEAR
+    np.testing.assert_allclose(decision.manoeuvre.control, decision.preferred)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_constrained(d: int, method: str) -> None:
+    """A rock on the way to the goal: another control, which keeps the margin."""
+    robot = navigator(d, method, limits=Limits(5.0, 4.0))
+    decision = sound(robot.decide(at(d, 4.0), [rock(d, 2.0, 14.0)], goal(d)), d)
+    assert decision.outcome is Outcome.CONSTRAINED
+    assert decision.outcome.safe
+    assert decision.blocked.clearance(decision.manoeuvre.control) >= 0.0
+    assert decision.blocked.clearance(decision.preferred) < 0.0 or np.any(
+        np.abs(decision.manoeuvre.control - decision.preferred) > 0
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_kept(d: int, method: str) -> None:
+    """When nothing has changed, neither does the manoeuvre."""
+    robot, rocks = navigator(d, method, patience=5.0), [rock(d, 2.0, 20.0, 0.5)]
+    first, second, third = (step.decision for step in follow(robot, at(d, 4.0), rocks, goal(d), 3))
+    assert first.outcome.safe
+    assert second.outcome is third.outcome is Outcome.KEPT
+    assert third.manoeuvre is second.manoeuvre is first.manoeuvre
+    assert 0.0 <= first.regret <= second.regret <= third.regret <= 5.0
+
+
+@pytest.mark.parametrize("d", PLANES)
+def test_continued(d: int) -> None:
+    """A robot that brakes before a wall goes on braking when all it can still choose are velocities into it."""
+    wall, limits = [rock(d, 20.0, 31.0)], Limits(4.0, 4.0)
+    first = navigator(d, "nao", limits=limits).decide(at(d, 4.0), wall, goal(d))
+    assert first.outcome.safe
+    chooses_velocities = navigator(d, "nlvo", limits=limits)
+    later = first.manoeuvre.advance(PERIOD)
+    alone = chooses_velocities.decide(later, wall, goal(d), now=PERIOD)
+    assert not alone.outcome.safe
+    second = sound(chooses_velocities.decide(later, wall, goal(d), now=PERIOD, previous=first), d)
+    assert second.outcome is Outcome.CONTINUED
+    assert second.outcome.safe
+    assert second.manoeuvre is first.manoeuvre
+
+
+@pytest.mark.parametrize("d", PLANES)
+def test_a_committed_manoeuvre_is_given_up_when_it_is_no_longer_safe(d: int) -> None:
+    """A rock that nobody spoke of: what was promised counts for nothing."""
+    robot = navigator(d, patience=100.0)
+    first = robot.decide(at(d, 4.0), [], goal(d))
+    later = first.manoeuvre.advance(PERIOD)
+    assert robot.decide(later, [], goal(d), now=PERIOD, previous=first).outcome is Outcome.KEPT
+    second = sound(robot.decide(later, [rock(d, 2.0, 25.0)], goal(d), now=PERIOD, previous=first), d)
+    assert second.manoeuvre is not first.manoeuvre
+    assert second.outcome is Outcome.CONSTRAINED
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_squeezed(d: int, method: str) -> None:
+    """A gate that is wide enough for the robot but not for its margin, and too near to stop."""
+    robot, obstacles = navigator(d, method, margin=0.05), gate(d, 0.02)
+    decision = sound(robot.decide(at(d, 5.0), obstacles, goal(d)), d)
+    assert decision.outcome is Outcome.SQUEEZED
+    assert decision.outcome.safe
+    assert 0.0 <= decision.blocked.clearance(decision.manoeuvre.control) <= 0.021
+    assert navigator(d, method, margin=0.01).decide(at(d, 5.0), obstacles, goal(d)).outcome in (
+        Outcome.CLEAR,
+        Outcome.CONSTRAINED,
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_delayed(d: int, method: str) -> None:
+    """A closed gate, too near to stop: the collision comes no earlier than with any constant acceleration."""
+    robot, obstacles = navigator(d, method), gate(d, -0.5)
+    decision = sound(robot.decide(at(d, 5.0), obstacles, goal(d)), d)
+    assert decision.outcome is Outcome.DELAYED
+    assert not decision.outcome.safe
+    contact = float(decision.blocked.time_to_collision(decision.manoeuvre.control))
+    assert contact < robot.horizon
+    assert contact >= float(decision.blocked.time_to_collision(decision.preferred)) - robot.period
+    at_full_speed = (10.0 - np.sqrt(21.0**2 - 20.5**2)) / 5.0
+    assert contact > at_full_speed - 1e-6
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_impact(d: int, method: str) -> None:
+    """A wall 20 cm ahead at 5 m/s: all that can be done is to brake."""
+    robot = navigator(d, method)
+    decision = sound(robot.decide(at(d, 5.0), [rock(d, 20.0, 21.2)], goal(d)), d)
+    assert decision.outcome is Outcome.IMPACT
+    assert not decision.outcome.safe
+    push = decision.manoeuvre.mean_acceleration(0.0, PERIOD)
+    assert push[0] < -0.5
+    assert np.linalg.norm(push) <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+@pytest.mark.parametrize("offset", [0.0, 1e-9, 0.7, 2.9])
+def test_escaping(offset: float, d: int, method: str) -> None:
+    """From inside an obstacle, even from its very centre, the robot leaves, and then it drives on."""
+    robot, obstacle = navigator(d, method), rock(d, 2.0, 0.0, -offset)
+    steps = list(follow(robot, at(d, 0.0), [obstacle], goal(d, -40.0), 60))
+    assert steps[0].decision.outcome is Outcome.ESCAPING
+    assert not steps[0].decision.outcome.safe
+    escaping = [s.decision.outcome is Outcome.ESCAPING for s in steps]
+    assert not any(escaping[escaping.index(False) :]), "in again"
+    distance = gaps(steps, obstacle)
+    assert np.all(np.diff(distance[: escaping.index(False)]) > 0.0)
+    assert distance[-1] > 3.0
+
+
+def test_escaping_from_a_moving_obstacle() -> None:
+    """It runs over the robot from behind: the way out takes its velocity into account."""
+    bus = Obstacle(disc_or_ball(3.0, 2), ConstantVelocity((-2.0, 0.5), (1.0, 0.0)), "bus")
+    steps = list(follow(navigator(2, limits=Limits(5.0, 3.0)), at(2, 1.0), [bus], goal(2, 60.0), 60))
+    outcomes = [s.decision.outcome for s in steps]
+    assert outcomes[0] is Outcome.ESCAPING
+    assert outcomes[-1].safe
+
+
+def test_two_overlaps_at_once() -> None:
+    """Between two obstacles that both overlap the robot."""
+    both = [rock(2, 2.0, 0.0, 1.0), rock(2, 2.0, 0.0, -1.0)]
+    steps = list(follow(navigator(), at(2, 0.0), both, goal(2), 80))
+    assert steps[0].decision.outcome is Outcome.ESCAPING
+    assert steps[-1].decision.outcome.safe
+
+
+@pytest.mark.parametrize("inside", [0.0, 0.03, 0.05 - 1e-7])
+@pytest.mark.parametrize("d", PLANES)
+def test_inside_the_margin_is_no_overlap(d: int, inside: float) -> None:
+    """A robot nearer than the margin, even touching, may leave, and does not come nearer."""
+    obstacle = rock(d, 2.0, 3.05 - inside)
+    steps = list(follow(navigator(d), at(d, 0.0), [obstacle], goal(d, -20.0), 20))
+    assert all(s.decision.outcome.safe for s in steps)
+    assert np.all(np.diff(gaps(steps, obstacle)) > -1e-9)
+
+
+def test_outcomes_are_ordered_and_explained() -> None:
+    assert [o.safe for o in Outcome] == [True] * 5 + [False] * 3
+    assert len({o.value for o in Outcome}) == len(Outcome) == 8
+    assert all(o.value.endswith(".") for o in Outcome)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Obstacles that appear.
+
+
+@pytest.mark.parametrize(
+    ("method", "sees"), [("vo", False), ("avo", False), ("ao", False), ("nlvo", True), ("nao", True)]
+)
+def test_who_sees_an_obstacle_that_appears_later(method: str, sees: bool) -> None:
+    """Only published trajectories say that something will be there."""
+    later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(16.0, 0.5), (16.0, 0.5)]), "later")
+    robot = navigator(method=method)
+    alone, among = (robot.decide(at(2, 4.0), others, goal(2)) for others in ([], [later]))
+    assert len(robot.foresee([later], 0.0).obstacles) == sees
+    assert len(robot.foresee([later], 1.0).obstacles) == 1
+    assert np.array_equal(alone.manoeuvre.control, among.manoeuvre.control) != sees
+    assert among.outcome.safe
+
+
+@pytest.mark.parametrize("method", ["nlvo", "nao"])
+def test_an_obstacle_that_appears_on_the_robot_at_once(method: str) -> None:
+    """It will be there before the next decision: not safe, but a decision."""
+    later = Obstacle(disc_or_ball(9.0, 2), Sampled([0.05, 20.0], [(1.0, 0.0), (1.0, 0.0)]), "later")
+    decision = sound(navigator(method=method).decide(at(2, 4.0), [later], goal(2)), 2)
+    assert not decision.outcome.safe
+
+
+@pytest.mark.parametrize("method", ["nlvo", "nao"])
+def test_an_obstacle_that_appears_everywhere_later(method: str) -> None:
+    """Every control collides at the moment at which it appears, whatever rounding does to that moment."""
+    for now in 0.1 * np.arange(1, 30):
+        first = now + 0.7
+        later = Obstacle(disc_or_ball(50.0, 2), Sampled([first, first + 20.0], [(0.0, 0.0)] * 2), "later")
+        decision = sound(navigator(method=method).decide(at(2, 4.0), [later], goal(2), now=float(now)), 2)
+        assert decision.outcome is Outcome.DELAYED
+
+
+def test_an_obstacle_that_vanishes_in_time_is_no_obstacle() -> None:
+    gone = Obstacle(disc_or_ball(2.0, 2), Sampled([-1.0, 1.0], [(20.0, 0.0)] * 2), "gone")
+    robot = navigator(method="nlvo")
+    alone, among = (robot.decide(at(2, 4.0), others, goal(2)) for others in ([], [gone]))
+    assert np.array_equal(alone.manoeuvre.control, among.manoeuvre.control)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Limits that contradict each other: not safe or refused, never a wrong number.
+
+
+@pytest.mark.parametrize("obstacles", [[], [rock(2, 1.0, 30.0)]], ids=["alone", "among others"])
+@pytest.mark.parametrize(
+    "limits",
+    [
+        Limits(5, 1, acceleration_bounds=(HalfSpace((1, 0), -0.5), HalfSpace((-1, 0), -0.5))),
+        Limits(5, 1, velocity_bounds=(HalfSpace((1, 0), -4.0),)),
+    ],
+    ids=["nothing", "out of reach"],
+)
+@pytest.mark.parametrize("method", METHODS)
+def test_limits_that_cannot_be_obeyed(method: str, limits: Limits, obstacles: list[Obstacle]) -> None:
+    try:
+        decision = navigator(method=method, limits=limits).decide(at(2, 1.0), obstacles, goal(2))
+    except SlalomError:
+        return
+    assert not sound(decision, 2).outcome.safe
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Random runs: the guarantee, and the limits.
+
+
+def crowd(rng: np.random.Generator, d: int, count: int, *, still: bool = False) -> list[Obstacle]:
+    """Obstacles of every kind between the start and the goal of `random_run`, none within 3 m of the start."""
+    found: list[Obstacle] = []
+    stamps = np.linspace(-1.0, 30.0, 40)
+    while len(found) < count:
+        place = vector(d, rng.uniform(2.0, 28.0), rng.uniform(-7.0, 7.0), rng.uniform(-3.0, 3.0))
+        speed, push = (vector(d, *rng.uniform(-most, most, size=3)) for most in (1.5, 0.15))
+        wander = place + np.cumsum(rng.normal(0.0, 0.5, size=(40, d)), axis=0)
+        radius = float(rng.uniform(1.0, 5.0))
+        kinds = (
+            Stationary(place),
+            ConstantVelocity(place, speed),
+            ConstantAcceleration(place, speed, push),
+            Circular(place, radius, float(rng.choice([-1, 1]) * rng.uniform(0.5, 3.0)), rng.uniform(0, 6)),
+            Sampled(stamps, wander, "linear"),
+            Sampled(stamps, wander, "smooth"),
+        )
+        trajectory = kinds[0 if still else len(found) % len(kinds)]
+        obstacle = Obstacle(disc_or_ball(float(rng.uniform(0.3, 1.2)), d), trajectory, f"{len(found)}")
+        if np.linalg.norm(trajectory.position(0.0)) > 3.0 + obstacle.shape.radius:
+            found.append(obstacle)
+    return found
+
+
+def random_run(
+    seed: int, d: int, method: str, limits: Limits | None = None, speed: float = 1.0, still: bool = False
+) -> Recording:
+    """A run of at most nine seconds through a crowd."""
+    rng = np.random.default_rng([seed, d])
+    robot = Robot(disc_or_ball(0.5, d), limits or Limits(4.0, 3.0), at(d, speed), goal(d, 30.0))
+    others = tuple(crowd(rng, d, 12 if d == 2 else 18, still=still))
+    return simulate(Scenario("random", robot, others, duration=9.0), METHODS[method], seed=seed)
+
+
+def up_to_first_unsafe(recording: Recording) -> Recording:
+    """The part of a run before the first decision that is not safe."""
+    unsafe = [k for k, (name,) in enumerate(recording.outcomes) if not Outcome[name].safe]
+    k = unsafe[0] if unsafe else len(recording.outcomes)
+    return replace(
+        recording,
+        times=recording.times[: k + 1],
+        positions=recording.positions[: k + 1],
+        velocities=recording.velocities[: k + 1],
+        accelerations=recording.accelerations[:k],
+        outcomes=recording.outcomes[:k],
+    )
+
+
+@pytest.mark.parametrize("method", ["nlvo", "nao"])
+@pytest.mark.parametrize("d", PLANES)
+def test_nothing_is_hit_while_outcomes_are_safe(d: int, method: str) -> None:
+    """With known trajectories, in continuous time, by code that does not decide."""
+    wholly_safe, chosen = 0, 0
+    for seed in range(5):
+        recording = random_run(seed, d, method)
+        part = up_to_first_unsafe(recording)
+        wholly_safe += len(part.outcomes) == len(recording.outcomes)
+        chosen += sum(name == "CONSTRAINED" for (name,) in part.outcomes)
+        least = min(closest.clearance for closest in closest_approaches(part))
+        assert least >= -KEPT, f"seed {seed}"
+    assert wholly_safe >= 3
+    assert chosen >= 10
+
+
+@pytest.mark.parametrize("d", PLANES)
+def test_among_rocks_every_outcome_is_safe(d: int) -> None:
+    """What stands still never surprises a robot that can stop within its horizon."""
+    for seed in range(3):
+        recording = random_run(seed, d, "nao", still=True)
+        assert {name for (name,) in recording.outcomes} <= {o.name for o in Outcome if o.safe}, f"seed {seed}"
+        assert min(closest.clearance for closest in closest_approaches(recording)) >= -KEPT
+
+
+BOUNDED = (HalfSpace((-1, 0), 0.2),), (HalfSpace((0, 1), 1.0),)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_limits_are_obeyed_at_every_step(d: int, method: str) -> None:
+    """Whatever the outcome."""
+    for seed in (10, 11):
+        recording = random_run(seed, d, method, Limits(3.0, 2.0))
+        assert np.linalg.norm(recording.accelerations, axis=-1).max() <= 2.0 * (1 + 1e-8)
+        assert np.linalg.norm(recording.velocities, axis=-1).max() <= 3.0 * (1 + 1e-8)
+
+
+@pytest.mark.parametrize("method", ["nlvo", "nao"])
+def test_bounds_are_obeyed_at_every_step(method: str) -> None:
+    """A robot that hardly drives backwards and turns left less sharply than right."""
+    recording = random_run(12, 2, method, Limits(3.0, 2.0, *BOUNDED))
+    assert recording.velocities[..., 0].min() >= -0.2 - 1e-8
+    assert recording.accelerations[..., 1].max() <= 1.0 + 1e-8
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_a_robot_that_is_too_fast_brakes(d: int, method: str) -> None:
+    """It never gets faster, and within thrice the time of full braking it obeys."""
+    recording = random_run(13, d, method, Limits(2.0, 2.0), speed=4.0)
+    speeds = np.linalg.norm(recording.velocities[:, 0], axis=-1)
+    assert np.linalg.norm(recording.accelerations, axis=-1).max() <= 2.0 * (1 + 1e-8)
+    assert speeds.max() <= 4.0 + 1e-9
+    obeys = int(np.argmax(speeds <= 2.0 * (1 + 1e-8)))
+    assert 0 < obeys <= 30
+    assert speeds[obeys:].max() <= 2.0 * (1 + 1e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_repeat_is_the_same_to_the_bit(method: str) -> None:
+    one, two = random_run(14, 2, method), random_run(14, 2, method)
+    assert one.controls.tobytes() == two.controls.tobytes()
+    assert one.responses == two.responses
+    assert one.digest() == two.digest()
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Goals.
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "place",
+    [
+        ConstantVelocity((10.0, 5.0), (1.0, 0.5)),
+        Circular((10.0, 0.0), 5.0, 1.5),
+        ConstantAcceleration((10.0, 0.0), (0.0, 1.0), (0.1, 0.0)),
+        ConstantVelocity((10.0, 5.0, 1.0), (1.0, 0.5, 0.2)),
+    ],
+    ids=["line", "circle", "parabola", "in space"],
+)
+@pytest.mark.parametrize("stop", [False, True], ids=["pass", "stop"])
+def test_a_moving_goal_is_reached(stop: bool, place, method: str) -> None:
+    """With `stop` the robot ends slow relative to the goal, not to the ground."""
+    d, tolerance = place.dimension, 0.5
+    robot = Robot(disc_or_ball(0.5, d), Limits(4.0, 2.0), at(d, 0.0), Goal(place, tolerance, stop))
+    recording = simulate(Scenario("chase", robot, duration=40.0), METHODS[method])
+    end = recording.times[-1]
+    assert recording.arrived[0] == end
+    assert np.linalg.norm(place.position(end) - recording.positions[-1, 0]) <= tolerance
+    if stop:
+        assert np.linalg.norm(place.velocity(end) - recording.velocities[-1, 0]) <= tolerance
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_a_goal_to_stop_at(d: int, method: str) -> None:
+    """Within thrice the time that full pushes would take."""
+    robot = Robot(disc_or_ball(0.5, d), Limits(2.0, 1.0), at(d, 0.0), goal(d, 12.0, tolerance=0.2, stop=True))
+    recording = simulate(Scenario("stop", robot, duration=40.0), METHODS[method])
+    assert np.isfinite(recording.arrived[0])
+    assert np.linalg.norm(recording.velocities[-1, 0]) <= 0.2
+    assert recording.times[-1] <= 3.0 * (12.0 / 2.0 + 2.0)
+
+
+def test_a_goal_that_is_passed_is_passed_fast() -> None:
+    robot = Robot(disc_or_ball(0.5, 2), Limits(2.0, 1.0), at(2, 0.0), goal(2, 20.0))
+    recording = simulate(Scenario("pass", robot, duration=40.0), METHODS["nao"])
+    assert recording.times[-1] == pytest.approx(2.0 + (20.0 - 0.5 - 2.0) / 2.0, abs=0.3)
+    assert np.linalg.norm(recording.velocities[-1, 0]) == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_goal_beside_the_way_is_not_orbited() -> None:
+    """Two metres abeam at full speed: turning at once would circle it for ever."""
+    for method in METHODS:
+        robot = Robot(disc_or_ball(0.5, 2), Limits(4.0, 1.0), at(2, 4.0), Goal(Stationary((0.0, 2.0)), 0.5))
+        recording = simulate(Scenario("abeam", robot, duration=40.0), METHODS[method])
+        assert np.isfinite(recording.arrived[0]), method
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Wishes.
+
+
+def adjustments(steps: Sequence[Step]) -> int:
+    """Steps at which the acceleration changes."""
+    pushes = np.array([step.push for step in steps])
+    return int((np.linalg.norm(np.diff(pushes, axis=0), axis=1) > ADJUSTMENT).sum())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_keeping_the_acceleration_makes_fewer_adjustments(method: str) -> None:
+    """Than arriving, on a straight way with a car that crosses."""
+    car = Obstacle(disc_or_ball(1.0, 2), ConstantVelocity((14.0, -8.0), (0.0, 2.2)), "car")
+    count = {}
+    for wish in (Arrive(), KeepAcceleration()):
+        robot = navigator(method=method, objective=wish, limits=Limits(4.0, 2.0), patience=0.0)
+        steps = list(follow(robot, at(2, 3.0), [car], goal(2, 30.0), 60))
+        assert all(step.decision.outcome.safe for step in steps)
+        count[type(wish)] = adjustments(steps)
+    assert count[KeepAcceleration] < count[Arrive]
+
+
+@pytest.mark.parametrize("d", PLANES)
+def test_most_clearance_keeps_farther_away(d: int) -> None:
+    """At least three times as far as arriving does, when up to a metre is wished for."""
+    obstacle, least = rock(d, 1.5, 12.0, 0.3), {}
+    for wish in (Arrive(), MostClearance(1.0, Arrive())):
+        steps = list(follow(navigator(d, objective=wish, limits=Limits(3.0, 2.0)), at(d, 2.0), [obstacle], goal(d), 80))
+        least[type(wish)] = gaps(steps, obstacle).min() - 2.5
+    assert 0.0 < least[Arrive] < 0.3
+    assert least[MostClearance] > 3.0 * least[Arrive]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("d", PLANES)
+def test_follow_velocity(d: int, method: str) -> None:
+    """The velocity is reached and kept; round an obstacle it is left and found again."""
+    wanted = vector(d, 1.5, -0.8, 0.4)
+    robot = navigator(d, method, objective=FollowVelocity(wanted), limits=Limits(3.0, 2.0), patience=0.0)
+    last = list(follow(robot, at(d, 0.0), [], goal(d), 60))[-1]
+    np.testing.assert_allclose(last.state.velocity, wanted, atol=0.05)
+
+
+@pytest.mark.parametrize("weights", [(1.0, 1.0), (3.0, 1.0), (1.0, 0.0)])
+@pytest.mark.parametrize("method", ["vo", "avo"])
+def test_mix_is_the_weighted_mean(method: str, weights: tuple[float, float]) -> None:
+    """Of the preferred controls, whatever the curvatures of the parts; the larger wish for clearance counts."""
+    parts = FollowVelocity((2.0, 0.0)), Arrive()
+    alone = [navigator(method=method, objective=part).decide(at(2, 1.0), [], goal(2, 5.0)).preferred for part in parts]
+    mixed = Mix(tuple(zip(weights, parts)))
+    both = navigator(method=method, objective=mixed).decide(at(2, 1.0), [], goal(2, 5.0)).preferred
+    np.testing.assert_allclose(both, np.average(alone, axis=0, weights=weights), atol=1e-12)
+    assert mixed.enough_clearance == 0.0
+    assert Mix(((1.0, MostClearance(0.4, Arrive())), (1.0, Arrive()))).enough_clearance == 0.4
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Patience.
+
+
+def judged(patience: float) -> tuple[Navigator, list[Step], list[Obstacle]]:
+    """A run whose manoeuvres are changed more often the less patience there is."""
+    rng = np.random.default_rng(15)
+    robot, others = navigator(patience=patience, limits=Limits(4.0, 3.0)), crowd(rng, 2, 10)
+    return robot, list(follow(robot, at(2, 1.0), others, goal(2, 30.0), 60)), others
+
+
+@pytest.mark.parametrize("patience", [0.0, 0.1, 1.0])
+def test_regret_is_what_keeping_has_cost(patience: float) -> None:
+    """It adds up the predicted loss of every decision to keep, never exceeds the patience, and starts anew at 0."""
+    robot, steps, others = judged(patience)
+    kept = 0
+    for before, step in zip(steps, steps[1:]):
+        fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now)
+        if step.decision.outcome is Outcome.KEPT:
+            kept += 1
+            committed, until = step.decision.manoeuvre, robot.free_again(fresh.manoeuvre)
+            assert committed is before.decision.manoeuvre
+            best, this = (robot.cost(m, goal(2, 30.0), step.now, until) for m in (fresh.manoeuvre, committed))
+            expected = before.decision.regret + max(0.0, this - best)
+            assert step.decision.regret == pytest.approx(expected, abs=1e-12)
+            assert step.decision.regret <= patience
+        elif step.decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
+            assert step.decision.regret == 0.0
+            assert np.array_equal(step.decision.manoeuvre.control, fresh.manoeuvre.control)
+    assert kept > 3 or patience == 0.0
+
+
+def test_without_patience_every_improvement_is_taken() -> None:
+    """What is kept promises no less than the best new manoeuvre, to the bit."""
+    robot, steps, others = judged(0.0)
+    for step in steps[1:]:
+        if step.decision.outcome is Outcome.KEPT:
+            fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now).manoeuvre
+            until = robot.free_again(fresh)
+            best, this = (robot.cost(m, goal(2, 30.0), step.now, until) for m in (fresh, step.decision.manoeuvre))
+            assert this <= best
+            assert step.decision.regret == 0.0
+
+
+def test_patience_saves_adjustments() -> None:
+    changes = []
+    for patience in (0.0, 0.1, 1.0):
+        _, steps, _ = judged(patience)
+        manoeuvres: list[Manoeuvre] = [step.decision.manoeuvre for step in steps]
+        changes.append(sum(a is not b for a, b in zip(manoeuvres, manoeuvres[1:])))
+    assert changes[0] > changes[1] >= changes[2]
+    assert changes[2] < 0.5 * changes[0]
