@@ -45,10 +45,10 @@ def least_distance(
 ) -> tuple[float, float]:
     """Least distance of the centres and its elapsed time, of a robot stepped through time by an acceleration law.
 
-    Steps of a millisecond; `most_speed` clips the velocity as a motor does. No part of slalom but the trajectory is used.
+    Steps of a millisecond; `most_speed` clips the velocity as a motor does. Of slalom only the trajectory is used.
     """
     place, speed, step = state.position.copy(), state.velocity.copy(), 1e-3
-    times = np.arange(int(round(duration / step)) + 1) * step
+    times = np.arange(round(duration / step) + 1) * step
     places = np.empty((len(times), len(place)))
     for k, t in enumerate(times):
         places[k] = place
@@ -82,7 +82,7 @@ def in_disc(u: np.ndarray, center: np.ndarray, radius: float) -> bool:
 
 
 def test_erratum_01_nlvo_adds_the_obstacle_position_twice() -> None:
-    """1, Section "NLVO", NLVO(t) = c(t)/(t-t0) (+) B(t)/(t-t0) with B(t) = c(t) (+) B: the centre is off by a factor 2.
+    """1, the equation NLVO(t) = c(t)/(t-t0) (+) B(t)/(t-t0) with B(t) = c(t) (+) B: the centre is off by a factor 2.
 
     Right: c(t)/(t-t0) (+) B/(t-t0) with the body-fixed B.
     """
@@ -102,12 +102,10 @@ def test_erratum_01_nlvo_adds_the_obstacle_position_twice() -> None:
 
 
 def test_erratum_02_homothety_ratio_is_inverted() -> None:
-    """2, Section "NLVO", "Ap = k Ap'" with k = 1/(t-t0) and p' the image of p: right is Ap' = k Ap."""
+    """2, derivation of the NLVO, "Ap = k Ap'" with k = 1/(t-t0) and p' the image of p: right is Ap' = k Ap."""
     t, point = 2.5, np.array([5.0, 1.0])
     k = 1.0 / t
     literal, right = point / k, k * point
-    here = Stationary(point)
-    assert least_distance(State(ORIGIN, literal), here, STILL, t)[0] == pytest.approx(0.0, abs=0.02)  # passes early
     reached = {
         name: advance(Velocity(), State(ORIGIN, ORIGIN), u, t).position
         for name, u in (("literal", literal), ("right", right))
@@ -118,7 +116,7 @@ def test_erratum_02_homothety_ratio_is_inverted() -> None:
 
 
 def test_erratum_03_second_homothety_has_the_wrong_centre() -> None:
-    """3, Section "NLVO", RV(t) = H_{A,k}(c) + H_{c,k}(B): about c it leaves an offset; right is k c + k B."""
+    """3, derivation of the NLVO, RV(t) = H_{A,k}(c) + H_{c,k}(B): about c it leaves an offset; right is k c + k B."""
     track, t = Circular([6.0, 0.0], 3.0, 1.5, phase=2.0), 2.5
     c, k = track.position(t), 1.0 / t
     body_fixed = k * c + (1.0 - k) * c  # H_{c,k} moves the origin of B to (1 - k) c
@@ -134,7 +132,7 @@ def test_erratum_03_second_homothety_has_the_wrong_centre() -> None:
 
 
 def test_erratum_04_elapsed_time_and_the_empty_set() -> None:
-    """4, Section "NLVO", (A + v_a t) cap (c(t) + B) = 0: right is (A + v_a (t-t0)) cap (c(t) + B) = {}."""
+    """4, derivation of the NLVO, (A + v_a t) cap (c(t) + B) = 0: right is (A + v_a (t-t0)) cap (c(t) + B) = {}."""
     now, t = 3.0, 5.0
     track = ConstantVelocity([8.0, 0.0], [-1.0, 0.0])
     u = np.array([1.5, 0.0])
@@ -149,7 +147,7 @@ def test_erratum_04_elapsed_time_and_the_empty_set() -> None:
 
 
 def test_erratum_05_absolute_time_in_the_acceleration_obstacles() -> None:
-    """5, Sections "AO" and "NAO": 2B/t^2 (+) (2c(t)/t^2 - 2v_A/t) holds only for t0 = 0; c(t) alone is absolute."""
+    """5, all equations of AO and NAO: 2B/t^2 (+) (2c(t)/t^2 - 2v_A/t) holds only for t0 = 0; c(t) alone is absolute."""
     now, t = 2.0, 4.0
     velocity, track = np.array([1.0, 0.5]), Circular([7.0, 2.0], 3.0, 2.0)
     state, elapsed = State(ORIGIN, velocity), t - now
@@ -167,7 +165,7 @@ def test_erratum_05_absolute_time_in_the_acceleration_obstacles() -> None:
 
 
 def test_erratum_06_sign_of_the_relative_velocity() -> None:
-    """6, Section "AO", v_{A/B} has no stated sign and the AO is called tangent to it as t -> inf.
+    """6, derivation of the AO, v_{A/B} has no stated sign and the AO is called tangent to it as t -> inf.
 
     The derivation forces w = v_A - v_B, and the AO reaches its apex a_B from the side of -w.
     """
@@ -258,24 +256,24 @@ def test_erratum_10_rvo_is_the_vo_translated_not_scaled_down() -> None:
     assert not in_rvo(outside)
     assert both_choose(outside) > RADIUS
     # Where both readings disagree, the simulation agrees with the translated cone.
-    for v in tried:
-        relative = 2.0 * v
-        if in_scaled(v) != in_rvo(v) and relative[0] > 1.0:
-            assert (both_choose(v) < RADIUS) == in_rvo(v)
+    disputed = [v for v in tried if in_scaled(v) != in_rvo(v) and v[0] > 0.5]
+    assert len(disputed) > 10
+    for v in disputed:
+        assert (both_choose(v) < RADIUS) == in_rvo(v)
 
 
 def test_erratum_11_avoiding_until_a_horizon_is_no_guarantee() -> None:
-    """11, Section "Multi-robot navigation" and abstract, "guarantees to avoid collision at all times".
+    """11, "guarantees to avoid collision at all times".
 
     With a receding horizon T an acceleration that is free now can lead into a state from which none is: here the robot
-    accelerates towards a wall of 100 m that lies just beyond T. A manoeuvre that ends at rest within the horizon
-    stays free for all time.
+    accelerates towards a wall of 100 m that lies beyond T. From the same state, a manoeuvre that ends at rest and is
+    free until then stays free for all time.
     """
-    wall = Obstacle(Disc(100.0), Stationary([116.0, 0.0]))
+    wall = Obstacle(Disc(100.0), Stationary([124.4, 0.0]))
     limits, horizon, period = Limits(max_speed=8.0, max_acceleration=2.0), 1.5, 0.5
-    state, wanted = State(ORIGIN, [6.0, 0.0]), np.array([2.0, 0.0])
+    begin, wanted = State(ORIGIN, [6.0, 0.0]), np.array([2.0, 0.0])
 
-    def choice(response: Response, state: State):
+    def choice(response: Response, state: State, horizon: float):
         admissible = limits.admissible(
             response.speed_peaks(state, horizon),
             response.acceleration_peaks(state, horizon),
@@ -283,11 +281,10 @@ def test_erratum_11_avoiding_until_a_horizon_is_no_guarantee() -> None:
         )
         return select(wanted, admissible, control_obstacle(response, state, [wall], ROBOT, horizon=horizon))
 
-    first = choice(Acceleration(), state)
-    assert first.safe  # free until the horizon, as the definition with t_h asks
-    statuses = []
+    assert choice(Acceleration(), begin, horizon).safe  # free until the horizon, as the definition with t_h asks
+    state, statuses = begin, []
     for _ in range(12):
-        found = choice(Acceleration(), state)
+        found = choice(Acceleration(), state, horizon)
         statuses.append(found.status)
         if not found.safe:
             break
@@ -298,19 +295,19 @@ def test_erratum_11_avoiding_until_a_horizon_is_no_guarantee() -> None:
         push = limits.max_acceleration * np.array([np.cos(angle), np.sin(angle)])
         assert least_distance(state, wall.trajectory, keeping(push), 4.0)[0] < 100.4
 
-    stopping, state, horizon = AccelerateThenStop(1.0, 0.25, 0.1), State(ORIGIN, [1.0, 0.0]), 60.0
-    safe = choice(stopping, state)
-    assert safe.safe
+    stopping = AccelerateThenStop(hold=1.0, rate=0.25, period=0.1)
+    safe = choice(stopping, begin, 60.0)
+    assert safe.control is not None
 
     def follows(place: np.ndarray, speed: np.ndarray, t: float) -> np.ndarray:
         return safe.control if t < 1.0 else -0.25 * speed
 
-    assert least_distance(state, wall.trajectory, follows, 120.0)[0] > 100.4
-    assert float(np.linalg.norm(advance(stopping, state, safe.control, 60.0).velocity)) < 1e-5
+    assert least_distance(begin, wall.trajectory, follows, 120.0)[0] > 100.4
+    assert float(np.linalg.norm(advance(stopping, begin, safe.control, 60.0).velocity)) < 1e-5
 
 
 def test_sampled_union_of_discs_calls_colliding_controls_free() -> None:
-    """Section "NAO", the obstacle is drawn as a union of discs at sampled times: an inner approximation.
+    """Not printed, but how the maps are usually computed: a union of discs at sampled times approximates from inside.
 
     Between two samples the obstacle passes; every one of the discs is avoided, and the robot is hit.
     """

@@ -1,5 +1,6 @@
 """One robot's decisions: every outcome, the guarantee behind them, limits, goals, wishes, patience."""
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -576,7 +577,7 @@ def test_regret_is_what_keeping_has_cost(patience: float) -> None:
     """It adds up the predicted loss of every decision to keep, never exceeds the patience, and starts anew at 0."""
     robot, steps, others = judged(patience)
     kept = 0
-    for before, step in zip(steps, steps[1:]):
+    for before, step in itertools.pairwise(steps):
         fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now)
         if step.decision.outcome is Outcome.KEPT:
             kept += 1
@@ -609,6 +610,6 @@ def test_patience_saves_adjustments() -> None:
     for patience in (0.0, 0.1, 1.0):
         _, steps, _ = judged(patience)
         manoeuvres: list[Manoeuvre] = [step.decision.manoeuvre for step in steps]
-        changes.append(sum(a is not b for a, b in zip(manoeuvres, manoeuvres[1:])))
+        changes.append(sum(a is not b for a, b in itertools.pairwise(manoeuvres)))
     assert changes[0] > changes[1] >= changes[2]
     assert changes[2] < 0.5 * changes[0]

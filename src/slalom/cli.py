@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from slalom.errors import InvalidInput, SlalomError
+from slalom.report import list_text, run_text, shown, table_text
 
 if TYPE_CHECKING:
     from slalom.sim import Recording, Scenario
@@ -95,7 +96,7 @@ def run(
         recording.save(_writable(out))
     if figure is not None:
         _draw_run(recording, loaded, method, figure, at)
-    _print(result, json, lambda: _run_text(recording, result))
+    _print(result, json, lambda: run_text(recording, result))
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
 
 
@@ -116,7 +117,7 @@ def list_(what: Literal["scenarios", "methods"] | None = None, /, *, json: Flag 
     scenarios = {e.name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for e in GALLERY.values()}
     methods = {m.name: {"sentence": m.sentence, "source": m.source} for m in METHODS.values()}
     result = {k: v for k, v in (("scenarios", scenarios), ("methods", methods)) if what in (None, k)}
-    _print(result, json, lambda: _list_text(result))
+    _print(result, json, lambda: list_text(result))
     return DONE
 
 
@@ -171,7 +172,7 @@ def decide(
         from slalom import view
 
         view.save(view.decision(decision, navigator, robot.goal, title=loaded.name), _writable(figure))
-    _print(result, json, lambda: "\n".join(f"{k:18} {_shown(v)}" for k, v in result.items()))
+    _print(result, json, lambda: "\n".join(f"{k:18} {shown(v)}" for k, v in result.items()))
     return DONE if decision.outcome.safe else FAILED
 
 
@@ -215,7 +216,7 @@ def compare(
             jobs=jobs,
             progress=lambda done, total: advance(done / total),
         )
-    _print(result, json, lambda: _table_text(result))
+    _print(result, json, lambda: table_text(result))
     return DONE
 
 
@@ -297,58 +298,3 @@ def _print(result: dict[str, Any], as_json: bool, text: Callable[[], str]) -> No
     from json import dumps
 
     print(dumps(result, allow_nan=False) if as_json else text())
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, list):
-        return "(" + ", ".join(_shown(x) for x in value) + ")"
-    return "none" if value is None else str(value)
-
-
-def _run_text(recording: "Recording", result: dict[str, Any]) -> str:
-    from slalom.sim.metrics import METRICS
-
-    arrived = "arrived" if result["arrived"] == result["robots"] else "did not arrive"
-    hits = "no collision" if not result["collisions"] else f"{result['collisions']} obstacles hit"
-    spent, statuses = result["decision_us"], ", ".join(f"{k.lower()} {v}" for k, v in result["statuses"].items())
-    lines = [
-        f"{result['scenario']} with {result['method']}, seed {result['seed']}: {arrived}, {hits}",
-        f"  time               {result['time']:.1f} s",
-        f"  least clearance    {_shown(result['min_clearance'])} m",
-        f"  adjustments        {result['adjustments']}",
-        f"  path length        {METRICS['path_length'](recording):.1f} m",
-        f"  largest speed      {METRICS['max_speed'](recording):.2f} m/s",
-        f"  largest accel.     {METRICS['max_acceleration'](recording):.2f} m/s^2",
-        f"  decision time      {spent['p50'] / 1e3:.1f} ms (99 %: {spent['p99'] / 1e3:.1f} ms)",
-        f"  decisions          {statuses or 'none'}",
-    ]
-    return "\n".join(lines)
-
-
-def _list_text(result: dict[str, Any]) -> str:
-    lines = []
-    for what, entries in result.items():
-        lines.append(f"{what}:")
-        for name, entry in entries.items():
-            lines.append(f"  {name:22} {entry['sentence']}")
-            if "source" in entry:
-                lines.append(f"  {'':22} {entry['source']}")
-            elif entry["parameters"]:
-                parameters = ", ".join(f"{k}={v:g}" for k, v in entry["parameters"].items())
-                lines.append(f"  {'':22} --set {parameters}")
-    return "\n".join(lines)
-
-
-def _table_text(result: dict[str, Any]) -> str:
-    lines = [
-        f"{result['scenario']}, {result['seeds']} seeds",
-        f"{'method':8}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}{'clearance m':>14}",
-    ]
-    for name, row in result["methods"].items():
-        time = "-" if row["time"] is None else f"{row['time']:.2f}"
-        clearance = "-" if row["min_clearance"] is None else f"{row['min_clearance']:.3f}"
-        counts = f"{row['runs_with_collision']:>10}{row['runs_all_arrived']:>10}"
-        lines.append(f"{name:8}{counts}{time:>10}{row['adjustments']:>10.1f}{clearance:>14}")
-    return "\n".join(lines)

@@ -46,8 +46,8 @@ def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """Four vehicles on a road that bends: the robot on the outer lane, which shall gain 15 m, and three others.
 
-    The paper's example of what a velocity obstacle gets wrong: the fast car that comes up on the middle lane would, if it
-    went straight on, run into the robot; it follows its lane and never does.
+    The paper's example of what a velocity obstacle gets wrong: the fast car that comes up on the middle lane would, if
+    it went straight on, run into the robot; it follows its lane and never does.
     """
     inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0
     speed = p["speed"]

@@ -1,14 +1,13 @@
 """Scenario files: YAML 1.2 in, every mistake at once as file:line:column."""
 
 from collections.abc import Callable
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError
-from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
+from ruamel.yaml.nodes import Node
 
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.goal import Goal
@@ -17,6 +16,7 @@ from slalom.limits import HalfSpace, Limits
 from slalom.methods import HOLDS
 from slalom.obstacle import Obstacle
 from slalom.shape import round_shape
+from slalom.sim.file_mistakes import dotted, message, where
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
 from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, Sampled, Stationary, Trajectory
@@ -192,7 +192,7 @@ def read_scenario(path: Path | str) -> Scenario:
     try:
         spec = ScenarioSpec.model_validate(content)
     except ValidationError as error:
-        mistakes = [_message(path, root, dict(mistake)) for mistake in error.errors()]
+        mistakes = [message(path, root, dict(mistake), _allowed) for mistake in error.errors()]
         raise InvalidFile(mistakes) from None
     return _build(spec, path, root)
 
@@ -207,7 +207,7 @@ def _build(spec: ScenarioSpec, path: Path, root: Node) -> Scenario:
         except InvalidFile as error:
             mistakes.extend(error.mistakes)
         except SlalomError as error:
-            mistakes.append(f"{_where(path, root, place)}: {_dotted(place)}{error}")
+            mistakes.append(f"{where(path, root, place)}: {dotted(place)}{error}")
         return None
 
     me = spec.robot
@@ -256,65 +256,6 @@ def _build(spec: ScenarioSpec, path: Path, root: Node) -> Scenario:
         if scenario is not None:
             return scenario
     raise InvalidFile(mistakes)
-
-
-def _dotted(place: tuple[str | int, ...]) -> str:
-    return ".".join(str(part) for part in place) + ": " if place else ""
-
-
-def _find(root: Node | None, place: tuple[str | int, ...]) -> tuple[Node | None, Node | None]:
-    """The key and value nodes at `place`, or the deepest ones on the way there."""
-    key, node = None, root
-    for part in place:
-        if isinstance(node, MappingNode):
-            found = [(k, v) for k, v in node.value if k.value == str(part)]
-            if found:
-                key, node = found[0]
-        elif isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
-            key, node = None, node.value[part]
-    return key, node
-
-
-def _where(path: Path, root: Node | None, place: tuple[str | int, ...], at_key: bool = False) -> str:
-    key, node = _find(root, place)
-    marked = key if at_key and key is not None else node
-    if marked is None:
-        return f"{path}:1:1"
-    return f"{path}:{marked.start_mark.line + 1}:{marked.start_mark.column + 1}"
-
-
-_EXPECTED = {
-    "missing": "expected this key, found none",
-    "greater_than": "expected a number above {gt:g}, found {input}",
-    "greater_than_equal": "expected {ge:g} or more, found {input}",
-    "finite_number": "expected a finite number, found {input}",
-    "float_parsing": "expected a number, found {input!r}",
-    "float_type": "expected a number, found {input!r}",
-    "too_short": "expected at least {min_length} entries, found {actual_length}",
-    "too_long": "expected at most {max_length} entries, found {actual_length}",
-    "literal_error": "expected {expected}, found {input!r}",
-    "union_tag_invalid": "expected a kind among {expected_tags}, found {tag!r}",
-    "union_tag_not_found": "expected a key 'kind', found none",
-    "list_type": "expected a list, found {input!r}",
-    "string_type": "expected text, found {input!r}",
-    "bool_parsing": "expected true or false, found {input!r}",
-    "model_type": "expected a mapping, found {input!r}",
-}
-
-
-def _message(path: Path, root: Node | None, mistake: dict[str, Any]) -> str:
-    place, kind = tuple(mistake["loc"]), mistake["type"]
-    found = mistake.get("input")
-    if kind == "extra_forbidden":
-        allowed = _allowed(place[:-1])
-        near = get_close_matches(str(place[-1]), allowed, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        text = f"expected one of {', '.join(allowed)}; found {place[-1]!r}{hint}"
-        return f"{_where(path, root, place, at_key=True)}: {_dotted(place)}{text}"
-    shown = "a mapping" if isinstance(found, dict) else found
-    template = _EXPECTED.get(kind)
-    text = template.format(input=shown, **mistake.get("ctx", {})) if template else f"{mistake['msg']}, found {shown!r}"
-    return f"{_where(path, root, place)}: {_dotted(place)}{text}"
 
 
 def _allowed(place: tuple[str | int, ...]) -> list[str]:

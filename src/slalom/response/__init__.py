@@ -1,0 +1,30 @@
+"""How a control u, held from now, moves the robot: an affine map of u with a scalar gain, at every time."""
+
+from typing import Final
+
+from slalom.response.acceleration import AccelerateThenCoast, AccelerateThenStop, Acceleration
+from slalom.response.jerk import Jerk
+from slalom.response.protocol import Response, advance
+from slalom.response.velocity import LaggedVelocity, Velocity
+
+__all__ = [
+    "RESPONSES",
+    "AccelerateThenCoast",
+    "AccelerateThenStop",
+    "Acceleration",
+    "Jerk",
+    "LaggedVelocity",
+    "Response",
+    "Velocity",
+    "advance",
+]
+
+RESPONSES: Final[tuple[type[Response], ...]] = (
+    Velocity,
+    LaggedVelocity,
+    Acceleration,
+    AccelerateThenCoast,
+    AccelerateThenStop,
+    Jerk,
+)
+"""Every kind of response."""

@@ -1,0 +1,115 @@
+"""Responses to a velocity: reached at once, by a ramp, or with a lag."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.affine import Affine
+from slalom.checks import Array, not_negative, positive
+from slalom.path import hermite_step
+from slalom.response.protocol import affine, ramp, times_of, with_break
+from slalom.state import State
+from slalom.tolerances import INTERPOLATION
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """u is a velocity [m/s], reached by a constant acceleration over `ramp` seconds and then kept.
+
+    ramp = 0 is the classical velocity obstacle's assumption, an instant change: gain t (Fiorini and Shiller
+    1998). With ramp = the control period it is exactly what a robot driven by acceleration does, so prediction and
+    simulation agree and |u - v| <= max_acceleration * ramp are the velocities reachable in one period.
+    """
+
+    ramp: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ramp", not_negative(self.ramp, "ramp"))
+
+    @property
+    def interpolation_error(self) -> float:
+        return 0.0
+
+    @property
+    def restartable(self) -> bool:
+        return self.ramp == 0.0
+
+    def position(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, column = times_of(t)
+        gain = time if self.ramp == 0 else ramp(time, self.ramp) / self.ramp
+        return affine(state.position + (column - gain[..., None]) * state.velocity, gain)
+
+    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        gain = np.ones_like(time) if self.ramp == 0 else np.minimum(time, self.ramp) / self.ramp
+        return affine((1.0 - gain)[..., None] * state.velocity, gain)
+
+    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        gain = np.zeros_like(time) if self.ramp == 0 else (time < self.ramp) / self.ramp
+        return affine(-gain[..., None] * state.velocity, gain)
+
+    def knots(self, horizon: float, reach: float) -> Array:
+        return with_break(horizon, self.ramp)
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return (self.velocity(state, max(self.ramp, 0.0)),)
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return () if self.ramp == 0 else (self.acceleration(state, 0.0),)
+
+
+@dataclass(frozen=True)
+class LaggedVelocity:
+    """u is a velocity [m/s] that is approached as by a proportional controller: dv/dt = (u - v) / lag.
+
+    Gain t - lag (1 - e^(-t/lag)) (van den Berg, Snape, Guy and Manocha 2011, the AVO).
+    """
+
+    lag: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lag", positive(self.lag, "lag"))
+
+    @property
+    def interpolation_error(self) -> float:
+        return INTERPOLATION
+
+    @property
+    def restartable(self) -> bool:
+        return True
+
+    def position(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        x = time / self.lag
+        spent = -np.expm1(-x) * self.lag
+        # t - lag (1 - e^-x) loses all digits for small x; there its series is exact to rounding.
+        series = time * x * (0.5 - x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x / 720))))
+        gain = np.where(x < 1e-2, series, time - spent)
+        return affine(state.position + spent[..., None] * state.velocity, gain)
+
+    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        left = np.exp(-time / self.lag)
+        return affine(left[..., None] * state.velocity, -np.expm1(-time / self.lag))
+
+    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        left = np.exp(-time / self.lag) / self.lag
+        return affine(-left[..., None] * state.velocity, left)
+
+    def knots(self, horizon: float, reach: float) -> Array:
+        # The fourth derivative is |u - v| e^(-t/lag) / lag^3: steps may grow by the fourth root of e^(t/lag).
+        times = [0.0]
+        while times[-1] < horizon:
+            fourth = reach * np.exp(-times[-1] / self.lag) / self.lag**3
+            times.append(times[-1] + min(hermite_step(fourth, INTERPOLATION), 2.0 * self.lag))
+        times[-1] = horizon
+        return np.array(times)
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return (affine(np.zeros(state.dimension), np.array(1.0)),)
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return (self.acceleration(state, 0.0),)

@@ -1,0 +1,27 @@
+"""Where an obstacle is at every time of its life."""
+
+from typing import Final
+
+from slalom.trajectory.circular import Circular
+from slalom.trajectory.polynomial import ConstantAcceleration, ConstantVelocity, Stationary
+from slalom.trajectory.protocol import Trajectory
+from slalom.trajectory.sampled import Sampled
+
+__all__ = [
+    "TRAJECTORIES",
+    "Circular",
+    "ConstantAcceleration",
+    "ConstantVelocity",
+    "Sampled",
+    "Stationary",
+    "Trajectory",
+]
+
+TRAJECTORIES: Final[dict[str, type[Trajectory]]] = {
+    "stationary": Stationary,
+    "constant_velocity": ConstantVelocity,
+    "constant_acceleration": ConstantAcceleration,
+    "circular": Circular,
+    "sampled": Sampled,
+}
+"""Every kind of trajectory by the name that scenario files and recordings use."""

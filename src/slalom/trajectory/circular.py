@@ -1,0 +1,88 @@
+"""On a circle at constant speed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, Checked, array, number, positive, vector
+from slalom.errors import InvalidInput
+from slalom.path import Path, even_knots, hermite, hermite_step
+from slalom.tolerances import INTERPOLATION
+from slalom.trajectory.protocol import Endless
+
+
+@dataclass(frozen=True, eq=False)
+class Circular(Endless):
+    """On a circle of `radius` [m] about `center` (d,) [m] at constant `speed` [m/s].
+
+    Counter-clockwise for speed > 0, seen from the tip of `normal` (in space; in the plane there is none to give).
+    At time 0 the angle from the x axis (in space: from the first of the two directions `basis`) is `phase` [rad].
+    """
+
+    center: Checked = Checked(vector)
+    radius: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+    speed: float  # type: ignore[misc]
+    phase: float = 0.0
+    normal: npt.ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive(self.radius, "radius"))
+        object.__setattr__(self, "speed", number(self.speed, "speed"))
+        object.__setattr__(self, "phase", number(self.phase, "phase"))
+        if self.normal is not None:
+            if self.center.size == 2:
+                raise InvalidInput("normal: expected none for a circle in the plane, found one")
+            normal = vector(self.normal, "normal", 3)
+            if not np.any(normal):
+                raise InvalidInput("normal: expected a direction, found the zero vector")
+            object.__setattr__(self, "normal", array(normal / np.linalg.norm(normal), "normal"))
+
+    @property
+    def dimension(self) -> int:
+        return self.center.size
+
+    @property
+    def basis(self) -> Array:
+        """Two unit vectors (2, d) that span the plane of the circle; the x and y axes for a normal along z."""
+        if self.dimension == 2:
+            return np.eye(2)
+        n = np.array([0.0, 0.0, 1.0] if self.normal is None else self.normal)
+        x = np.array([1.0, 0.0, 0.0]) if abs(n[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+        first = x - (x @ n) * n
+        first /= np.linalg.norm(first)
+        return np.array([first, np.cross(n, first)])
+
+    @property
+    def rate(self) -> float:
+        """Angular velocity [rad/s], counter-clockwise positive."""
+        return self.speed / self.radius
+
+    def _on_circle(self, t: npt.ArrayLike, quarter_turns: int, length: float) -> Array:
+        angle = self.phase + self.rate * np.asarray(t, dtype=np.float64) + 0.5 * np.pi * quarter_turns
+        return length * (np.stack([np.cos(angle), np.sin(angle)], axis=-1) @ self.basis)
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        return self.center + self._on_circle(t, 0, self.radius)
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        return self._on_circle(t, 1, self.speed)
+
+    def acceleration(self, t: npt.ArrayLike) -> Array:
+        return self._on_circle(t, 2, self.speed * self.rate)
+
+    def speed_bound(self, start: float, end: float) -> float:
+        return abs(self.speed)
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        return abs(self.speed * self.rate)
+
+    def path(self, start: float, end: float) -> Path:
+        fourth = self.radius * self.rate**4
+        times = even_knots(start, end, hermite_step(fourth, INTERPOLATION))
+        error = fourth * (times[1] - times[0]) ** 4 / 384.0
+        angle = self.phase + self.rate * times
+        cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        first, second = self.basis
+        position = self.center + self.radius * (cosine * first + sine * second)
+        return hermite(times, position, self.speed * (cosine * second - sine * first), error)

@@ -1,0 +1,117 @@
+"""At rest, at constant velocity, at constant acceleration."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, Checked, number, vector
+from slalom.path import Path, hermite
+from slalom.trajectory.protocol import Endless, Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Stationary(Endless):
+    """At rest at `place` (d,) [m]."""
+
+    place: Checked = Checked(vector)
+
+    @property
+    def dimension(self) -> int:
+        return self.place.size
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        return self.place + 0.0 * np.asarray(t, dtype=np.float64)[..., None]
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        return np.zeros((*np.shape(t), self.dimension))
+
+    def acceleration(self, t: npt.ArrayLike) -> Array:
+        return self.velocity(t)
+
+    def speed_bound(self, start: float, end: float) -> float:
+        return 0.0
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        return 0.0
+
+    def path(self, start: float, end: float) -> Path:
+        return _quadratic_path(self, start, end)
+
+
+@dataclass(frozen=True, eq=False)
+class ConstantVelocity(Endless):
+    """At `place` (d,) [m] at time `at` [s], moving with `speed` (d,) [m/s] for ever."""
+
+    place: Checked = Checked(vector)
+    speed: Checked = Checked(vector)
+    at: float = 0.0
+
+    def __post_init__(self) -> None:
+        vector(self.speed, "speed", self.place.size)
+        object.__setattr__(self, "at", number(self.at, "at"))
+
+    @property
+    def dimension(self) -> int:
+        return self.place.size
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        return self.place + (np.asarray(t, dtype=np.float64) - self.at)[..., None] * self.speed
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        return np.broadcast_to(self.speed, (*np.shape(t), self.dimension))
+
+    def acceleration(self, t: npt.ArrayLike) -> Array:
+        return np.zeros((*np.shape(t), self.dimension))
+
+    def speed_bound(self, start: float, end: float) -> float:
+        return float(np.linalg.norm(self.speed))
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        return 0.0
+
+    def path(self, start: float, end: float) -> Path:
+        return _quadratic_path(self, start, end)
+
+
+@dataclass(frozen=True, eq=False)
+class ConstantAcceleration(Endless):
+    """At `place` [m] at time `at` [s] with velocity `speed` [m/s], accelerating with `push` [m/s^2] for ever."""
+
+    place: Checked = Checked(vector)
+    speed: Checked = Checked(vector)
+    push: Checked = Checked(vector)
+    at: float = 0.0
+
+    def __post_init__(self) -> None:
+        vector(self.speed, "speed", self.place.size)
+        vector(self.push, "push", self.place.size)
+        object.__setattr__(self, "at", number(self.at, "at"))
+
+    @property
+    def dimension(self) -> int:
+        return self.place.size
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        elapsed = (np.asarray(t, dtype=np.float64) - self.at)[..., None]
+        return self.place + elapsed * (self.speed + 0.5 * elapsed * self.push)
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        return self.speed + (np.asarray(t, dtype=np.float64) - self.at)[..., None] * self.push
+
+    def acceleration(self, t: npt.ArrayLike) -> Array:
+        return np.broadcast_to(self.push, (*np.shape(t), self.dimension))
+
+    def speed_bound(self, start: float, end: float) -> float:
+        return float(np.linalg.norm(self.velocity(np.array([start, end])), axis=-1).max())
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        return float(np.linalg.norm(self.push))
+
+    def path(self, start: float, end: float) -> Path:
+        return _quadratic_path(self, start, end)
+
+
+def _quadratic_path(trajectory: Trajectory, start: float, end: float) -> Path:
+    times = np.array([start, end])
+    return hermite(times, trajectory.position(times), trajectory.velocity(times))

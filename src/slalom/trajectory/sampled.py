@@ -1,0 +1,133 @@
+"""Time-stamped positions."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, Checked, array, known, vectors
+from slalom.errors import InvalidInput, OutsideSpan
+from slalom.path import Path, hermite, hermite_pieces
+
+INTERPOLATIONS: Final = ("linear", "smooth")
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """Time-stamped positions as they come from a tracker or a file; the obstacle exists from first to last.
+
+    Between stamps the position is `linear` (velocity jumps at every stamp) or `smooth`: cubic pieces with, at
+    each stamp, the velocity of the parabola through it and its two neighbours, so quadratic motion is exact and
+    an outlier reaches no farther than two stamps. Stamps may be irregular.
+
+    Args:
+        times: (n,) [s], n >= 2, increasing. positions: (n, d) [m].
+
+    Raises:
+        InvalidInput: fewer than two stamps, not finite, times that do not increase.
+    """
+
+    times: Checked = Checked(array)
+    positions: Checked = Checked(vectors)
+    interpolation: str = "smooth"
+
+    def __post_init__(self) -> None:
+        times, positions = self.times, self.positions
+        if times.ndim != 1 or positions.shape[:-1] != times.shape:
+            raise InvalidInput(f"positions: expected one for each time, found {positions.shape} for {times.shape}")
+        if times.size < 2:
+            raise InvalidInput(f"times: expected at least two samples, found {times.size}")
+        if np.any(np.diff(times) <= 0):
+            k = int(np.argmax(np.diff(times) <= 0))
+            raise InvalidInput(
+                f"times: expected increasing times, found {times[k]:g} followed by {times[k + 1]:g} at index {k + 1}"
+            )
+        known(self.interpolation, "interpolation", INTERPOLATIONS)
+        object.__setattr__(self, "_slopes", self._stamp_velocities(times, positions))
+
+    @staticmethod
+    def _stamp_velocities(times: Array, positions: Array) -> Array:
+        """Velocity at each stamp, of the parabola through it and its neighbours."""
+        h = np.diff(times)[:, None]
+        chord = np.diff(positions, axis=0) / h
+        slopes = np.empty_like(positions)
+        slopes[1:-1] = (h[1:] * chord[:-1] + h[:-1] * chord[1:]) / (h[1:] + h[:-1])
+        slopes[0] = 2.0 * chord[0] - slopes[1] if len(times) > 2 else chord[0]
+        slopes[-1] = 2.0 * chord[-1] - slopes[-2] if len(times) > 2 else chord[-1]
+        return slopes
+
+    @property
+    def dimension(self) -> int:
+        return int(self.positions.shape[1])
+
+    @property
+    def span(self) -> tuple[float, float]:
+        return float(self.times[0]), float(self.times[-1])
+
+    def _local(self, t: npt.ArrayLike) -> tuple[Array, Array, Array]:
+        """Control points (..., 4, d) of the piece that holds each time, its length, and the place in it."""
+        time = np.asarray(t, dtype=np.float64)
+        first, last = self.span
+        if np.any(time < first) or np.any(time > last):
+            wrong = time[(time < first) | (time > last)].ravel()[0]
+            raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {wrong:g} s")
+        k = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.times) - 2)
+        h = self.times[k + 1] - self.times[k]
+        return self._control_points(k), h, (time - self.times[k]) / h
+
+    def _control_points(self, k: npt.NDArray[np.int64]) -> Array:
+        p0, p3 = self.positions[k], self.positions[k + 1]
+        if self.interpolation == "linear":
+            return np.stack([p0, (2 * p0 + p3) / 3, (p0 + 2 * p3) / 3, p3], axis=-2)
+        slopes: Array = self._slopes  # type: ignore[attr-defined]
+        third = ((self.times[k + 1] - self.times[k]) / 3)[..., None]
+        return np.stack([p0, p0 + third * slopes[k], p3 - third * slopes[k + 1], p3], axis=-2)
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        points, _, s = self._local(t)
+        r = 1 - s
+        weights = np.stack([r * r * r, 3 * s * r * r, 3 * s * s * r, s * s * s], axis=-1)
+        return np.asarray(np.sum(weights[..., None] * points, axis=-2))
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        points, h, s = self._local(t)
+        r = 1 - s
+        weights = np.stack([r * r, 2 * s * r, s * s], axis=-1) * 3
+        return np.asarray(np.sum(weights[..., None] * np.diff(points, axis=-2), axis=-2) / h[..., None])
+
+    def acceleration(self, t: npt.ArrayLike) -> Array:
+        points, h, s = self._local(t)
+        weights = np.stack([1 - s, s], axis=-1) * 6
+        return np.asarray(np.sum(weights[..., None] * np.diff(points, 2, axis=-2), axis=-2) / (h * h)[..., None])
+
+    def _pieces(self, start: float, end: float) -> tuple[int, int]:
+        """First and one past the last piece that overlap start to end: found by bisection, not by a scan."""
+        first = int(np.searchsorted(self.times, start, side="right")) - 1
+        last = int(np.searchsorted(self.times, end, side="left"))
+        return min(max(first, 0), len(self.times) - 2), min(max(last, 1), len(self.times) - 1)
+
+    def breaks(self, start: float, end: float) -> Array:
+        first, last = self._pieces(start, end)
+        inner = self.times[first : last + 1]
+        return inner[(inner > start) & (inner < end)]
+
+    def speed_bound(self, start: float, end: float) -> float:
+        first, last = self._pieces(start, end)
+        points = self._control_points(np.arange(first, last))
+        h = np.diff(self.times[first : last + 1])[:, None, None]
+        return float(np.linalg.norm(3 * np.diff(points, axis=-2) / h, axis=-1).max())
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        first, last = self._pieces(start, end)
+        points = self._control_points(np.arange(first, last))
+        h = np.diff(self.times[first : last + 1])[:, None, None]
+        return float(np.linalg.norm(6 * np.diff(points, 2, axis=-2) / (h * h), axis=-1).max())
+
+    def path(self, start: float, end: float) -> Path:
+        times = np.concatenate([[start], self.breaks(start, end), [end]])
+        if self.interpolation == "linear":
+            positions = self.position(times)
+            velocity = np.diff(positions, axis=0) / np.diff(times)[:, None]
+            return hermite_pieces(times, positions, velocity, velocity, 0.0)
+        return hermite(times, self.position(times), self.velocity(times))
