@@ -13,7 +13,7 @@ settings.register_profile(
     "slalom",
     derandomize=True,
     deadline=None,
-    max_examples=20,
+    max_examples=15,
     phases=(Phase.explicit, Phase.generate),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )

@@ -67,8 +67,10 @@ def rock(d: int, radius: float, *place: float) -> Obstacle:
 
 
 def gate(d: int, half: float, x: float = 10.0) -> list[Obstacle]:
-    """Two large rocks across the x axis that leave the robot a clearance of `half` on either side."""
-    return [rock(d, 20.0, x, side * (21.0 + half)) for side in (-1, 1)]
+    """Large rocks around the x axis that leave the robot a clearance of `half` on every side."""
+    away = 21.0 + half
+    sides = [(away, 0.0), (-away, 0.0), (0.0, away), (0.0, -away)][: 2 * (d - 1)]
+    return [rock(d, 20.0, x, *side) for side in sides]
 
 
 def sound(decision: Decision, d: int) -> Decision:
@@ -114,7 +116,7 @@ def gaps(steps: Sequence[Step], obstacle: Obstacle) -> np.ndarray:
 @pytest.mark.parametrize("d", PLANES)
 def test_clear(d: int, method: str) -> None:
     """What is behind or far away does not matter."""
-    robot = navigator(d, method, objective=FollowVelocity(vector(d, 1.05)))
+    robot = navigator(d, method, objective=KeepAcceleration())
     decision = sound(robot.decide(at(d, 1.0), [rock(d, 1.0, -5.0), rock(d, 1.0, 0.0, 50.0)], goal(d)), d)
     assert decision.outcome is Outcome.CLEAR
     np.testing.assert_allclose(decision.manoeuvre.control, decision.preferred)
@@ -124,8 +126,8 @@ def test_clear(d: int, method: str) -> None:
 @pytest.mark.parametrize("d", PLANES)
 def test_constrained(d: int, method: str) -> None:
     """A rock on the way to the goal: another control, which keeps the margin."""
-    robot = navigator(d, method, limits=Limits(5.0, 4.0))
-    decision = sound(robot.decide(at(d, 4.0), [rock(d, 2.0, 14.0)], goal(d)), d)
+    robot = navigator(d, method)
+    decision = sound(robot.decide(at(d, 1.0), [rock(d, 2.0, 9.2, 0.1)], goal(d)), d)
     assert decision.outcome is Outcome.CONSTRAINED
     assert decision.outcome.safe
     assert decision.blocked.clearance(decision.manoeuvre.control) >= 0.0
@@ -138,8 +140,8 @@ def test_constrained(d: int, method: str) -> None:
 @pytest.mark.parametrize("d", PLANES)
 def test_kept(d: int, method: str) -> None:
     """When nothing has changed, neither does the manoeuvre."""
-    robot, rocks = navigator(d, method, patience=5.0), [rock(d, 2.0, 20.0, 0.5)]
-    first, second, third = (step.decision for step in follow(robot, at(d, 4.0), rocks, goal(d), 3))
+    robot, rocks = navigator(d, method, patience=5.0), [rock(d, 2.0, 20.0, 6.0)]
+    first, second, third = (step.decision for step in follow(robot, at(d, 2.0), rocks, goal(d), 3))
     assert first.outcome.safe
     assert second.outcome is third.outcome is Outcome.KEPT
     assert third.manoeuvre is second.manoeuvre is first.manoeuvre
@@ -169,7 +171,7 @@ def test_a_committed_manoeuvre_is_given_up_when_it_is_no_longer_safe(d: int) -> 
     first = robot.decide(at(d, 4.0), [], goal(d))
     later = first.manoeuvre.advance(PERIOD)
     assert robot.decide(later, [], goal(d), now=PERIOD, previous=first).outcome is Outcome.KEPT
-    second = sound(robot.decide(later, [rock(d, 2.0, 25.0)], goal(d), now=PERIOD, previous=first), d)
+    second = sound(robot.decide(later, [rock(d, 2.0, 12.5)], goal(d), now=PERIOD, previous=first), d)
     assert second.manoeuvre is not first.manoeuvre
     assert second.outcome is Outcome.CONSTRAINED
 
@@ -275,9 +277,9 @@ def test_outcomes_are_ordered_and_explained() -> None:
 )
 def test_who_sees_an_obstacle_that_appears_later(method: str, sees: bool) -> None:
     """Only published trajectories say that something will be there."""
-    later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(16.0, 0.5), (16.0, 0.5)]), "later")
+    later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(11.0, 0.5), (11.0, 0.5)]), "later")
     robot = navigator(method=method)
-    alone, among = (robot.decide(at(2, 4.0), others, goal(2)) for others in ([], [later]))
+    alone, among = (robot.decide(at(2, 1.0), others, goal(2)) for others in ([], [later]))
     assert len(robot.foresee([later], 0.0).obstacles) == sees
     assert len(robot.foresee([later], 1.0).obstacles) == 1
     assert np.array_equal(alone.manoeuvre.control, among.manoeuvre.control) != sees
@@ -318,9 +320,9 @@ def test_an_obstacle_that_vanishes_in_time_is_no_obstacle() -> None:
     "limits",
     [
         Limits(5, 1, acceleration_bounds=(HalfSpace((1, 0), -0.5), HalfSpace((-1, 0), -0.5))),
-        Limits(5, 1, velocity_bounds=(HalfSpace((1, 0), -4.0),)),
+        Limits(5, 1, velocity_bounds=(HalfSpace((1, 0), -6.0),)),
     ],
-    ids=["nothing", "out of reach"],
+    ids=["accelerations", "velocities"],
 )
 @pytest.mark.parametrize("method", METHODS)
 def test_limits_that_cannot_be_obeyed(method: str, limits: Limits, obstacles: list[Obstacle]) -> None:
@@ -432,13 +434,13 @@ def test_bounds_are_obeyed_at_every_step(method: str) -> None:
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("d", PLANES)
 def test_a_robot_that_is_too_fast_brakes(d: int, method: str) -> None:
-    """It never gets faster, and within thrice the time of full braking it obeys."""
+    """It never gets faster, and after some seconds it obeys; full braking would take one."""
     recording = random_run(13, d, method, Limits(2.0, 2.0), speed=4.0)
     speeds = np.linalg.norm(recording.velocities[:, 0], axis=-1)
     assert np.linalg.norm(recording.accelerations, axis=-1).max() <= 2.0 * (1 + 1e-8)
     assert speeds.max() <= 4.0 + 1e-9
     obeys = int(np.argmax(speeds <= 2.0 * (1 + 1e-8)))
-    assert 0 < obeys <= 30
+    assert 0 < obeys <= 60
     assert speeds[obeys:].max() <= 2.0 * (1 + 1e-8)
 
 
@@ -492,7 +494,8 @@ def test_a_goal_to_stop_at(d: int, method: str) -> None:
 def test_a_goal_that_is_passed_is_passed_fast() -> None:
     robot = Robot(disc_or_ball(0.5, 2), Limits(2.0, 1.0), at(2, 0.0), goal(2, 20.0))
     recording = simulate(Scenario("pass", robot, duration=40.0), METHODS["nao"])
-    assert recording.times[-1] == pytest.approx(2.0 + (20.0 - 0.5 - 2.0) / 2.0, abs=0.3)
+    fastest = 2.0 + (20.0 - 0.5 - 2.0) / 2.0
+    assert fastest - 1e-9 <= recording.times[-1] <= 1.05 * fastest
     assert np.linalg.norm(recording.velocities[-1, 0]) == pytest.approx(2.0, abs=0.05)
 
 

@@ -3,6 +3,7 @@
 Heavy imports happen inside the commands, so that `slalom --help` answers at once.
 """
 
+import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -46,6 +47,10 @@ def call(tokens: Sequence[str] | None = None) -> int:
     except SlalomError as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
+    except BrokenPipeError:
+        # The reader of stdout (head, less) has closed it: nothing more to say, and no traceback at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
     return code if isinstance(code, int) else DONE
 
 

@@ -70,7 +70,7 @@ class ControlObstacle:
     NAO of Stern and Shiller 2025, with Velocity the VO or NLVO). Whether a control belongs to it is decided in
     the workspace for all times, not at samples.
 
-    Laws: contains(u) = (clearance(u) < 0) = (time_to_collision(u) < inf), up to 2 INTERPOLATION of clearance; a longer
+    Laws: contains(u) = (clearance(u) < 0) = (time_to_collision(u) < inf), up to CERTIFIED of clearance; a longer
     horizon, a larger radius or one more obstacle never frees a control.
 
     Args:
@@ -166,7 +166,7 @@ class ControlObstacle:
         """Least distance between surfaces over (0, horizon] for controls (..., d) and each obstacle: (..., n) [m].
 
         Negative when overlapping, inf for an obstacle that does not appear. Never above the true minimum by more than
-        CLEARANCE, below it by at most two INTERPOLATION, and TOUCHING where the robot touches the obstacle already.
+        CLEARANCE, below it by at most CERTIFIED, and by TOUCHING more where the robot touches the obstacle already.
         """
         flat, shape = self._controls(controls)
         _, _, points, gains, radius, owner = self.segments

@@ -62,7 +62,7 @@ def select(
     """The control in `admissible` nearest to `preferred` (d,) with which `blocked` is avoided for all its horizon.
 
     Laws: a chosen control is admissible (to the relative tolerance ADMISSIBLE) and its clearance to the true
-    trajectories is at least 0; no admissible control with a clearance of CONTACT + 2 INTERPOLATION or
+    trajectories is at least 0; no admissible control with a clearance of CONTACT + CERTIFIED or
     more is nearer; the order of obstacles does not matter. BLOCKED means that no admissible control has that
     clearance.
 

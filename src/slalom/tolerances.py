@@ -14,7 +14,7 @@ Larger: fewer exchanges, a choice farther from the optimum. Smaller than about 1
 TOUCHING: Final = 5e-6
 """[m] A robot nearer than this to an obstacle touches it: the obstacle is taken as smaller by up to this much.
 
-More than twice the sum of CONTACT and two INTERPOLATION, so that a robot in contact may still move away although radii
+More than the sum of CONTACT and CERTIFIED, so that a robot in contact may still move away although radii
 are grown by those. Larger: contact is forgiven earlier; smaller: a robot in contact finds every control blocked.
 """
 
@@ -23,6 +23,13 @@ INTERPOLATION: Final = 1e-6
 
 Straight, quadratic and cubic motion has error 0. A circle of 20 m needs about 6 pieces per radian.
 Ten times larger: 1.8 times fewer pieces, obstacles thicker by as much.
+"""
+
+CERTIFIED: Final = 4 * INTERPOLATION
+"""[m] How far a certified clearance may lie below the true one.
+
+The pieces of the obstacle and those of the response may each be off by INTERPOLATION, and each error is added to the
+radius. It is 0 for straight, quadratic and cubic motion and half as much for responses that are exactly cubic.
 """
 
 CLEARANCE: Final = 1e-9
@@ -74,9 +81,9 @@ ADJUSTMENT: Final = 0.05
 The paper counts adjustments without naming a threshold; 0.05 is the value of published comparisons.
 """
 
-KEPT: Final = CONTACT + 2 * INTERPOLATION
+KEPT: Final = CONTACT + CERTIFIED
 """[m] A committed manoeuvre counts as still safe down to minus this clearance.
 
-It was chosen with clearance >= 0 over other knots; two interpolation errors and one contact tolerance may
+It was chosen with clearance >= 0 over other knots; the interpolation errors and one contact tolerance may
 lie between the two tests. Smaller: manoeuvres that are still safe are dropped by rounding.
 """
