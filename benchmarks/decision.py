@@ -33,11 +33,7 @@ def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray
             traffic = Traffic(scenario.obstacles, float(run.times[k]), HORIZON)
             blocked = ControlObstacle(response, state, traffic, scenario.robot.shape, scenario.margin * 0.5)
             limits = scenario.robot.limits
-            admissible = limits.admissible(
-                response.speed_peaks(state, HORIZON),
-                response.acceleration_peaks(state, HORIZON),
-                float(np.linalg.norm(state.velocity)),
-            )
+            admissible = limits.admissible(response, state, HORIZON)
             situation = Situation(
                 response, state, scenario.robot.goal, limits, admissible, float(run.times[k]), HORIZON
             )

@@ -138,11 +138,7 @@ def _response(rng, number, limits):
 
 
 def _admissible(response, state, limits, horizon):
-    return limits.admissible(
-        response.speed_peaks(state, horizon),
-        response.acceleration_peaks(state, horizon),
-        float(np.linalg.norm(state.velocity)),
-    )
+    return limits.admissible(response, state, horizon)
 
 
 def scene(seed, d):

@@ -165,483 +165,481 @@ ROW = "t,id,x,y\n0,1,0,0\n1,1,1,0\n"
 
 CASES = [
     # Numbers.
-    Case("checks:array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),
-    Case("checks:array", InvalidInput, r"position: expected numbers", lambda _: State(((1, 2), (3,)), (0, 0))),
-    Case("checks:array", InvalidInput, r"position: expected numbers, found \{\}", lambda _: State({}, (0, 0))),
-    Case("checks:array", InvalidInput, r"expected finite numbers, found \[nan, 0\]", lambda _: State((NAN, 0), (0, 0))),
-    Case("checks:array", InvalidInput, r"velocity: expected finite numbers", lambda _: State((0, 0), (INF, 0))),
-    Case("checks:array", InvalidInput, r"acceleration: .* finite", lambda _: State((0, 0), (0, 0), (0, -INF))),
-    Case("checks:array", InvalidInput, r"radius: expected finite numbers, found \[nan\]", lambda _: Disc(NAN)),
-    Case("checks:array", InvalidInput, r"max_speed: expected finite", lambda _: Limits(INF, 1)),
-    Case("checks:array", InvalidInput, r"horizon: expected finite", lambda _: Traffic([], 0, NAN)),
-    Case("checks:array", InvalidInput, r"start: expected finite", lambda _: Traffic([], NAN, 1)),
+    Case("array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),
+    Case("array", InvalidInput, r"position: expected numbers", lambda _: State(((1, 2), (3,)), (0, 0))),
+    Case("array", InvalidInput, r"position: expected numbers, found \{\}", lambda _: State({}, (0, 0))),
+    Case("array", InvalidInput, r"expected finite numbers, found \[nan, 0\]", lambda _: State((NAN, 0), (0, 0))),
+    Case("array", InvalidInput, r"velocity: expected finite numbers", lambda _: State((0, 0), (INF, 0))),
+    Case("array", InvalidInput, r"acceleration: .* finite", lambda _: State((0, 0), (0, 0), (0, -INF))),
+    Case("array", InvalidInput, r"radius: expected finite numbers, found \[nan\]", lambda _: Disc(NAN)),
+    Case("array", InvalidInput, r"max_speed: expected finite", lambda _: Limits(INF, 1)),
+    Case("array", InvalidInput, r"horizon: expected finite", lambda _: Traffic([], 0, NAN)),
+    Case("array", InvalidInput, r"start: expected finite", lambda _: Traffic([], NAN, 1)),
+    Case("array", InvalidInput, r"start: expected finite", lambda _: Manoeuvre(Acceleration(), FLAT, (0, 0), NAN)),
+    Case("array", InvalidInput, r"times: expected finite", lambda _: Sampled([0, NAN], [(0, 0), (1, 0)])),
+    Case("array", InvalidInput, r"positions: expected finite", lambda _: Sampled([0, 1], [(0, 0), (INF, 0)])),
     Case(
-        "checks:array", InvalidInput, r"start: expected finite", lambda _: Manoeuvre(Acceleration(), FLAT, (0, 0), NAN)
-    ),
-    Case("checks:array", InvalidInput, r"times: expected finite", lambda _: Sampled([0, NAN], [(0, 0), (1, 0)])),
-    Case("checks:array", InvalidInput, r"positions: expected finite", lambda _: Sampled([0, 1], [(0, 0), (INF, 0)])),
-    Case(
-        "checks:array",
+        "array",
         InvalidInput,
         r"preferred: .* finite",
         lambda _: select((NAN, 0), admissible_ball((0, 0), 1), blocked()),
     ),
-    Case("checks:array", InvalidInput, r"controls: .* finite", lambda _: blocked().clearance((NAN, 0))),
+    Case("array", InvalidInput, r"controls: .* finite", lambda _: blocked().clearance((NAN, 0))),
     Case(
-        "checks:vector",
+        "vector",
         InvalidInput,
         r"position: expected 2 or 3 numbers, found \[0\] of shape \(1,\)",
         lambda _: State((0,), (0,)),
     ),
     Case(
-        "checks:vector",
+        "vector",
         InvalidInput,
         r"position: expected 2 or 3 .*, \.\.\.\] of shape \(7,\)",
         lambda _: State(range(7), (0,)),
     ),
-    Case("checks:vector", InvalidInput, r"position: expected 2 or 3 .*\(\)", lambda _: State(0.0, 0.0)),
-    Case("checks:vector", InvalidInput, r"position: .* \(1, 2\)", lambda _: State([[0, 0]], (0, 0))),
+    Case("vector", InvalidInput, r"position: expected 2 or 3 .*\(\)", lambda _: State(0.0, 0.0)),
+    Case("vector", InvalidInput, r"position: .* \(1, 2\)", lambda _: State([[0, 0]], (0, 0))),
     Case(
-        "checks:vector",
+        "vector",
         InvalidInput,
         r"velocity: expected 2 numbers, found \[0, 0, 0\]",
         lambda _: State((0, 0), (0, 0, 0)),
     ),
     Case(
-        "checks:vector",
+        "vector",
         InvalidInput,
         r"acceleration: expected 3 numbers, found \[0, 0\]",
         lambda _: State((0, 0, 0), (0, 0, 0), (0, 0)),
     ),
-    Case("checks:vector", InvalidInput, r"speed: expected 2", lambda _: ConstantVelocity((0, 0), (0, 0, 0))),
-    Case("checks:vector", InvalidInput, r"push: expected 2", lambda _: ConstantAcceleration((0, 0), (0, 0), (0, 0, 0))),
-    Case("checks:vector", InvalidInput, r"normal: expected 3", lambda _: Circular((0, 0, 0), 1, 1, normal=(1, 0))),
+    Case("vector", InvalidInput, r"speed: expected 2", lambda _: ConstantVelocity((0, 0), (0, 0, 0))),
+    Case("vector", InvalidInput, r"push: expected 2", lambda _: ConstantAcceleration((0, 0), (0, 0), (0, 0, 0))),
+    Case("vector", InvalidInput, r"normal: expected 3", lambda _: Circular((0, 0, 0), 1, 1, normal=(1, 0))),
+    Case("vector", InvalidInput, r"control: expected 2", lambda _: Manoeuvre(Acceleration(), FLAT, (0, 0, 0), 0)),
     Case(
-        "checks:vector", InvalidInput, r"control: expected 2", lambda _: Manoeuvre(Acceleration(), FLAT, (0, 0, 0), 0)
-    ),
-    Case(
-        "checks:vector",
+        "vector",
         InvalidInput,
         r"preferred: expected 2",
         lambda _: select((0, 0, 0), admissible_ball((0, 0), 1), blocked()),
     ),
     Case(
-        "checks:vectors",
+        "vectors",
         InvalidInput,
         r"controls: expected an array \(\.\.\., 2\), found shape \(3,\)",
         lambda _: blocked().clearance((0, 0, 0)),
     ),
     Case(
-        "checks:vectors",
+        "vectors",
         InvalidInput,
         r"positions: expected an array \(\.\.\., 2 or 3\), found shape \(2, 1\)",
         lambda _: Sampled([0, 1], [[0], [1]]),
     ),
+    Case("vectors", InvalidInput, r"controls: .* found shape \(\)", lambda _: admissible_ball((0, 0), 1).excess(0)),
+    Case("number", InvalidInput, r"radius: expected one number, found shape \(2,\)", lambda _: Disc((1, 2))),
+    Case("positive", InvalidInput, r"radius: expected a number above 0, found 0", lambda _: Circular((0, 0), 0, 1)),
+    Case("positive", InvalidInput, r"max_speed: expected a number above 0, found -1", lambda _: Limits(-1, 1)),
+    Case("positive", InvalidInput, r"max_acceleration: .* found 0", lambda _: Limits(1, 0)),
+    Case("positive", InvalidInput, r"horizon: .* found -2", lambda _: Traffic([], 0, -2)),
+    Case("positive", InvalidInput, r"horizon: .* found -2", lambda _: replace(blocked(), horizon=-2)),
+    Case("positive", InvalidInput, r"horizon: .* found 0", lambda _: navigator(horizon=0)),
+    Case("positive", InvalidInput, r"period: .* found 0", lambda _: navigator(period=0)),
+    Case("positive", InvalidInput, r"tolerance: .* found 0", lambda _: Goal(Stationary((0, 0)), 0)),
+    Case("positive", InvalidInput, r"lag: .* found 0", lambda _: LaggedVelocity(0)),
+    Case("positive", InvalidInput, r"hold: .* found -1", lambda _: AccelerateThenCoast(-1)),
+    Case("positive", InvalidInput, r"rate: .* found 0", lambda _: AccelerateThenStop(1, 0, 0.1)),
+    Case("positive", InvalidInput, r"period: .* found 0", lambda _: AccelerateThenStop(1, 1, 0)),
+    Case("positive", InvalidInput, r"1 - rate \* period: .* found 0", lambda _: AccelerateThenStop(1, 10, 0.1)),
+    Case("positive", InvalidInput, r"radius: .* found 0", lambda _: admissible_ball((0, 0), 0)),
+    Case("positive", InvalidInput, r"enough: .* found 0", lambda _: MostClearance(0, Arrive())),
+    Case("positive", InvalidInput, r"dt: .* found 0", lambda _: scenario(dt=0)),
+    Case("positive", InvalidInput, r"duration: .* found -1", lambda _: scenario(duration=-1)),
+    Case("not_negative", InvalidInput, r"radius: expected 0 or more, found -1", lambda _: Disc(-1)),
+    Case("not_negative", InvalidInput, r"radius: expected 0 or more, found -0.5", lambda _: Ball(-0.5)),
+    Case("not_negative", InvalidInput, r"ramp: .* found -1", lambda _: Velocity(-1)),
+    Case("not_negative", InvalidInput, r"margin: .* found -0.1", lambda _: blocked(margin=-0.1)),
+    Case("not_negative", InvalidInput, r"margin: .* found -0.1", lambda _: navigator(margin=-0.1)),
+    Case("not_negative", InvalidInput, r"patience: .* found -1", lambda _: navigator(patience=-1)),
+    Case("not_negative", InvalidInput, r"weight: .* found -1", lambda _: Mix(((-1, Arrive()),))),
+    Case("not_negative", InvalidInput, r"replan: .* found -1", lambda _: scenario(replan=-1)),
     Case(
-        "checks:vectors", InvalidInput, r"controls: .* found shape \(\)", lambda _: admissible_ball((0, 0), 1).excess(0)
-    ),
-    Case("checks:number", InvalidInput, r"radius: expected one number, found shape \(2,\)", lambda _: Disc((1, 2))),
-    Case(
-        "checks:positive", InvalidInput, r"radius: expected a number above 0, found 0", lambda _: Circular((0, 0), 0, 1)
-    ),
-    Case("checks:positive", InvalidInput, r"max_speed: expected a number above 0, found -1", lambda _: Limits(-1, 1)),
-    Case("checks:positive", InvalidInput, r"max_acceleration: .* found 0", lambda _: Limits(1, 0)),
-    Case("checks:positive", InvalidInput, r"horizon: .* found -2", lambda _: Traffic([], 0, -2)),
-    Case("checks:positive", InvalidInput, r"horizon: .* found -2", lambda _: replace(blocked(), horizon=-2)),
-    Case("checks:positive", InvalidInput, r"horizon: .* found 0", lambda _: navigator(horizon=0)),
-    Case("checks:positive", InvalidInput, r"period: .* found 0", lambda _: navigator(period=0)),
-    Case("checks:positive", InvalidInput, r"tolerance: .* found 0", lambda _: Goal(Stationary((0, 0)), 0)),
-    Case("checks:positive", InvalidInput, r"lag: .* found 0", lambda _: LaggedVelocity(0)),
-    Case("checks:positive", InvalidInput, r"hold: .* found -1", lambda _: AccelerateThenCoast(-1)),
-    Case("checks:positive", InvalidInput, r"rate: .* found 0", lambda _: AccelerateThenStop(1, 0, 0.1)),
-    Case("checks:positive", InvalidInput, r"period: .* found 0", lambda _: AccelerateThenStop(1, 1, 0)),
-    Case("checks:positive", InvalidInput, r"1 - rate \* period: .* found 0", lambda _: AccelerateThenStop(1, 10, 0.1)),
-    Case("checks:positive", InvalidInput, r"radius: .* found 0", lambda _: admissible_ball((0, 0), 0)),
-    Case("checks:positive", InvalidInput, r"enough: .* found 0", lambda _: MostClearance(0, Arrive())),
-    Case("checks:positive", InvalidInput, r"dt: .* found 0", lambda _: scenario(dt=0)),
-    Case("checks:positive", InvalidInput, r"duration: .* found -1", lambda _: scenario(duration=-1)),
-    Case("checks:not_negative", InvalidInput, r"radius: expected 0 or more, found -1", lambda _: Disc(-1)),
-    Case("checks:not_negative", InvalidInput, r"radius: expected 0 or more, found -0.5", lambda _: Ball(-0.5)),
-    Case("checks:not_negative", InvalidInput, r"ramp: .* found -1", lambda _: Velocity(-1)),
-    Case("checks:not_negative", InvalidInput, r"margin: .* found -0.1", lambda _: blocked(margin=-0.1)),
-    Case("checks:not_negative", InvalidInput, r"margin: .* found -0.1", lambda _: navigator(margin=-0.1)),
-    Case("checks:not_negative", InvalidInput, r"patience: .* found -1", lambda _: navigator(patience=-1)),
-    Case("checks:not_negative", InvalidInput, r"weight: .* found -1", lambda _: Mix(((-1, Arrive()),))),
-    Case("checks:not_negative", InvalidInput, r"replan: .* found -1", lambda _: scenario(replan=-1)),
-    Case(
-        "checks:not_negative",
+        "not_negative",
         InvalidInput,
         r"enough: .* found -1",
         lambda _: select_clearest((0, 0), admissible_ball((0, 0), 1), blocked(), enough=-1),
     ),
     Case(
-        "checks:known",
+        "known",
         InvalidInput,
         r"method: expected one of vo, nlvo, avo, ao, nao; found 'NAO'",
         lambda _: slalom.method("NAO"),
     ),
     Case(
-        "checks:known",
+        "known",
         InvalidInput,
         r"interpolation: expected one of linear, smooth; found 'cubic'",
         lambda _: Sampled([0, 1], [(0, 0), (1, 0)], "cubic"),
     ),
-    Case("checks:known", InvalidInput, r"scenario: expected one of empty, .*; found 'full'", lambda _: build("full")),
-    Case("checks:known", InvalidInput, r"method: .*; found 'best'", lambda _: compare("empty", ["best"], 1)),
-    Case("checks:Checked.__get__", AttributeError, r"place", lambda _: Stationary.place),
+    Case("known", InvalidInput, r"scenario: expected one of empty, .*; found 'full'", lambda _: build("full")),
+    Case("known", InvalidInput, r"method: .*; found 'best'", lambda _: compare("empty", ["best"], 1)),
+    Case("Checked.__get__", AttributeError, r"place", lambda _: Stationary.place),
     # Shapes, trajectories, obstacles, limits.
     Case(
-        "obstacle:Obstacle.__post_init__",
+        "Obstacle.__post_init__",
         InvalidInput,
         r"obstacle 'rock': expected .* one dimension, found 2 and 3",
         lambda _: Obstacle(Disc(1), Stationary((0, 0, 0)), "rock"),
     ),
     Case(
-        "limits:HalfSpace.__post_init__",
+        "HalfSpace.__post_init__",
         InvalidInput,
         r"normal: expected a direction, found the zero vector",
         lambda _: HalfSpace((0, 0), 1),
     ),
     Case(
-        "trajectory:Circular.__post_init__",
+        "Circular.__post_init__",
         InvalidInput,
         r"normal: expected none .* plane, found one",
         lambda _: Circular((0, 0), 1, 1, normal=(0, 0, 1)),
     ),
     Case(
-        "trajectory:Circular.__post_init__",
+        "Circular.__post_init__",
         InvalidInput,
         r"normal: expected a direction, found the zero vector",
         lambda _: Circular((0, 0, 0), 1, 1, normal=(0, 0, 0)),
     ),
     Case(
-        "trajectory:Sampled.__post_init__",
+        "Sampled.__post_init__",
         InvalidInput,
         r"positions: expected one for each time, found \(3, 2\) for \(2,\)",
         lambda _: Sampled([0, 1], np.zeros((3, 2))),
     ),
     Case(
-        "trajectory:Sampled.__post_init__",
+        "Sampled.__post_init__",
         InvalidInput,
         r"times: expected at least two samples, found 0",
         lambda _: Sampled([], np.empty((0, 2))),
     ),
     Case(
-        "trajectory:Sampled.__post_init__",
+        "Sampled.__post_init__",
         InvalidInput,
         r"times: expected at least two samples, found 1",
         lambda _: Sampled([0], [(0, 0)]),
     ),
     Case(
-        "trajectory:Sampled.__post_init__",
+        "Sampled.__post_init__",
         InvalidInput,
         r"increasing times, found 2 followed by 1 at index 2",
         lambda _: Sampled([0, 2, 1], np.zeros((3, 2))),
     ),
     Case(
-        "trajectory:Sampled.__post_init__",
+        "Sampled.__post_init__",
         InvalidInput,
         r"increasing times, found 1 followed by 1 at index 2",
         lambda _: Sampled([0, 1, 1], np.zeros((3, 3))),
     ),
     Case(
-        "trajectory:Sampled._local",
+        "Sampled._local",
         OutsideSpan,
         r"expected a time from 0 to 1 s, found -0.5 s",
         lambda _: Sampled([0, 1], np.zeros((2, 2))).position(-0.5),
     ),
     Case(
-        "trajectory:Sampled._local",
+        "Sampled._local",
         OutsideSpan,
         r"expected a time from 0 to 1 s, found 1.5 s",
         lambda _: Sampled([0, 1], np.zeros((2, 2))).velocity([0.5, 1.5]),
     ),
     Case(
-        "trajectory:Sampled._local",
+        "Sampled._local",
         OutsideSpan,
         r"found 9 s",
         lambda _: Sampled([0, 1], np.zeros((2, 2))).acceleration(9),
     ),
     # Decisions.
     Case(
-        "control_obstacle:Traffic.__init__",
+        "Traffic.__init__",
         InvalidInput,
         r"obstacles: expected one dimension, found \[2, 3\]",
         lambda _: Traffic([ROCK, BALLOON], 0, 1),
     ),
     Case(
-        "control_obstacle:ControlObstacle.__post_init__",
+        "ControlObstacle.__post_init__",
         InvalidInput,
         r"horizon: expected at most the traffic's 5 s, found 6 s",
         lambda _: replace(blocked(), horizon=6.0),
     ),
     Case(
-        "control_obstacle:ControlObstacle.__post_init__",
+        "ControlObstacle.__post_init__",
         InvalidInput,
         r"robot: expected dimension 2 as of the state, found 3",
         lambda _: blocked(robot=Ball(1)),
     ),
     Case(
-        "control_obstacle:ControlObstacle.__post_init__",
+        "ControlObstacle.__post_init__",
         InvalidInput,
         r"obstacles: expected dimension 2 as of the state, found 3",
         lambda _: blocked(obstacles=[BALLOON]),
     ),
     Case(
-        "control_obstacle:ControlObstacle.__post_init__",
+        "ControlObstacle.__post_init__",
         InvalidInput,
         r"obstacles: expected dimension 3 as of the state, found 2",
         lambda _: decide(SPACE, robot=Ball(1), goal=Goal(Stationary((9, 0, 0)))),
     ),
     Case(
-        "control_obstacle:ControlObstacle.element",
+        "ControlObstacle.element",
         InvalidInput,
         r"t: expected a time in \(0, 5\] s, found 0 s",
         lambda _: blocked().element(0),
     ),
-    Case("control_obstacle:ControlObstacle.element", InvalidInput, r"found 5.1 s", lambda _: blocked().element(5.1)),
-    Case("control_obstacle:ControlObstacle.element", InvalidInput, r"found -1 s", lambda _: blocked().element(-1)),
+    Case("ControlObstacle.element", InvalidInput, r"found 5.1 s", lambda _: blocked().element(5.1)),
+    Case("ControlObstacle.element", InvalidInput, r"found -1 s", lambda _: blocked().element(-1)),
     Case(
-        "selection:select",
+        "select",
         InvalidInput,
         r"admissible: expected a set of dimension 2 bounded by a ball, found dimension 3 and 1 balls",
         lambda _: select((0, 0), admissible_ball((0, 0, 0), 1), blocked()),
     ),
     Case(
-        "selection:select",
+        "select",
         InvalidInput,
         r"bounded by a ball, found dimension 2 and 0 balls",
         lambda _: select((0, 0), NEVER_BOUNDED, blocked()),
     ),
     Case(
-        "objective:preferred_control",
+        "preferred_control",
         InvalidInput,
         r"aims: expected one with weight and gain above 0, found none",
         lambda _: preferred_control(()),
     ),
     Case(
-        "objective:preferred_control",
+        "preferred_control",
         InvalidInput,
         r"found none",
         lambda _: preferred_control((Aim(Acceleration().position(FLAT, 0.0), np.zeros(2)),)),
     ),
-    Case("objective:preferred_control", InvalidInput, r"found none", lambda _: decide(objective=Mix(((0, Arrive()),)))),
+    Case("preferred_control", InvalidInput, r"found none", lambda _: decide(objective=Mix(((0, Arrive()),)))),
     Case(
-        "objective:Mix.__post_init__",
+        "Mix.__post_init__",
         InvalidInput,
         r"parts: expected at least one objective, found none",
         lambda _: Mix(()),
     ),
     Case(
-        "navigator:Navigator.__post_init__",
+        "Navigator.__post_init__",
         InvalidInput,
         r"holds: expected at least one, found none",
         lambda _: navigator(holds=()),
     ),
     Case(
-        "navigator:Navigator.decide",
+        "Navigator.decide",
         InvalidInput,
         r"goal: expected dimension 2 as of the state, found 3",
         lambda _: decide(goal=Goal(Stationary((0, 0, 0)))),
     ),
-    Case("kernels.__init__:__getattr__", AttributeError, r"no attribute 'nothing'", lambda _: kernels.nothing),
+    Case("__getattr__", AttributeError, r"no attribute 'nothing'", lambda _: kernels.nothing),
     # Scenarios and files.
     Case(
-        "sim.scenario:Robot.__post_init__",
+        "Robot.__post_init__",
         InvalidInput,
         r"robot\.shape: expected dimension 2 as of the state, found 3",
         lambda _: Robot(Ball(1), LIMITS, FLAT, GOAL),
     ),
     Case(
-        "sim.scenario:Robot.__post_init__",
+        "Robot.__post_init__",
         InvalidInput,
         r"robot\.goal: expected dimension 3 as of the state, found 2",
         lambda _: Robot(Ball(1), LIMITS, SPACE, GOAL),
     ),
     Case(
-        "sim.scenario:Scenario.__post_init__",
+        "Scenario.__post_init__",
         InvalidInput,
         r"replan: expected a multiple of dt = 0.1 s, found 0.25 s",
         lambda _: scenario(replan=0.25),
     ),
     Case(
-        "sim.scenario:Scenario.__post_init__",
+        "Scenario.__post_init__",
         InvalidInput,
         r"obstacle '': expected dimension 2 as of the robot, found 3",
         lambda _: replace(scenario(), obstacles=(BALLOON,)),
     ),
     Case(
-        "sim.scenario:Scenario.with_settings",
+        "Scenario._refuse_hidden_goal",
+        InvalidInput,
+        r"goal: expected a place that the robot can reach, found one 0.5 m .* obstacle 'lid', .* 4 m away",
+        lambda _: replace(scenario(), obstacles=(Obstacle(Disc(3), Stationary((20, 0.5)), "lid"),)),
+    ),
+    Case(
+        "Scenario.with_settings",
         InvalidInput,
         r"setting: expected one of start, duration, .*; found 'speed'",
         lambda _: scenario().with_settings({"speed": 1}),
     ),
     Case(
-        "sim.gallery:build",
+        "build",
         InvalidInput,
         r"parameter of head_on: expected one of speed, offset, start, .*; found 'robots'",
         lambda _: build("head_on", {"robots": 3}),
     ),
     Case(
-        "sim.study:load",
+        "load",
         InvalidInput,
         r"scenario: expected a \.yaml file or one of empty, .*; found 'full'",
         lambda _: load("full"),
     ),
     Case(
-        "sim.study:compare",
+        "compare",
         InvalidInput,
         r"expected seeds of 1 or more and jobs not 0, found 0 and 1",
         lambda _: compare("empty", ["nao"], 0),
     ),
-    Case("sim.study:compare", InvalidInput, r"found 1 and 0", lambda _: compare("empty", ["nao"], 1, jobs=0)),
+    Case("compare", InvalidInput, r"found 1 and 0", lambda _: compare("empty", ["nao"], 1, jobs=0)),
     Case(
-        "sim.recording:Recording.load",
+        "Recording.load",
         InvalidFile,
         r"a\.h5: expected a file of format 'slalom recording 1', found 'something else'",
         foreign_hdf5,
     ),
     Case(
-        "sim.recording:Recording.load",
+        "Recording.load",
         InvalidFile,
         r"a\.h5: expected an HDF5 recording, found ",
         reading(Recording.load, "a.h5", "text"),
     ),
     Case(
-        "sim.scenario_file:GoalSpec.build",
+        "GoalSpec.build",
         InvalidInput,
         r"expected either position or trajectory, found neither",
         lambda _: GoalSpec().build(),
     ),
     Case(
-        "sim.scenario_file:read_scenario",
+        "read_scenario",
         InvalidFile,
         r"a\.yaml: expected a readable YAML file, found ",
         reading(read_scenario, "a.yaml", b"\xff\xfe\x00"),
     ),
     Case(
-        "sim.scenario_file:read_scenario",
+        "read_scenario",
         InvalidFile,
         r"a\.yaml:1:\d+: expected YAML, found a mistake",
         reading(read_scenario, "a.yaml", "a: [1"),
     ),
     Case(
-        "sim.scenario_file:read_scenario",
+        "read_scenario",
         InvalidFile,
         r"a\.yaml:1:1: robot: expected this key, found none",
         reading(read_scenario, "a.yaml", "name: x"),
     ),
     Case(
-        "sim.scenario_file:_build",
+        "_build",
         InvalidFile,
         r"robot\.goal: expected either",
         reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "tolerance: 1")),
     ),
     Case(
-        "io.tracks:read_tracks",
+        "read_tracks",
         InvalidFile,
         r"none\.csv: expected a readable CSV file, found ",
         lambda folder: tracks.read_tracks(folder / "none.csv"),
     ),
     Case(
-        "io.tracks:read_tracks",
+        "read_tracks",
         InvalidFile,
         r"a\.csv:1:1: expected a header t,id,x,y\[,z\], found 'time,x'",
         reading(tracks.read_tracks, "a.csv", "time,x\n"),
     ),
     Case(
-        "io.tracks:read_tracks",
+        "read_tracks",
         InvalidFile,
         r"a\.csv:3:5: expected a number, found 'left'",
         reading(tracks.read_tracks, "a.csv", ROW.replace("1,1,1", "1,1,left")),
     ),
     Case(
-        "io.tracks:read_tracks",
+        "read_tracks",
         InvalidFile,
         r"a\.csv:2:1: expected finite numbers, found '0,1,nan,0'",
         reading(tracks.read_tracks, "a.csv", ROW.replace("0,1,0,0", "0,1,nan,0")),
     ),
     Case(
-        "io.tracks:_by_agent",
+        "_by_agent",
         InvalidFile,
         r"a\.csv:4:1: expected at least two rows of agent 7, found one",
         reading(tracks.read_tracks, "a.csv", ROW + "0,7,0,0\n"),
     ),
     # Command line and figures.
     Case(
-        "cli:parse_settings",
+        "parse_settings",
         InvalidInput,
         r"--set: expected NAME=NUMBER, found 'speed'",
         lambda _: cli.parse_settings(["speed"]),
     ),
     Case(
-        "cli:parse_settings",
+        "parse_settings",
         InvalidInput,
         r"--set: expected NAME=NUMBER, found 'speed=fast'",
         command("run", "empty", "--set", "speed=fast"),
     ),
     Case(
-        "cli:parse_settings",
+        "parse_settings",
         InvalidInput,
         r"--set: expected NAME=NUMBER, found '=3'",
         lambda _: cli.parse_settings(["=3"]),
     ),
     Case(
-        "cli:_check_suffix",
+        "_check_suffix",
         InvalidInput,
         r"--figure: expected a file that ends in \.svg, \.pdf or \.png, found 'a\.gif'",
         command("decide", "empty", "--figure", "a.gif"),
     ),
     Case(
-        "cli:_writable",
+        "_writable",
         InvalidInput,
         r"expected a file in a folder that exists, found no folder",
         command("run", "empty", "--set", "duration=0.1", "--out", "{}/none/a.h5"),
     ),
     Case(
-        "cli:_draw_run",
+        "_draw_run",
         InvalidInput,
         r"--figure: expected a run with at least one step",
         command("run", "empty", "--set", "distance=0", "--figure", "{}/a.svg"),
     ),
     Case(
-        "view.control_space:control_space",
+        "control_space",
         InvalidInput,
         r"admissible: expected dimension 2, found 3",
         lambda _: control_space(admissible_ball((0, 0, 0), 1)),
     ),
     Case(
-        "view.control_space:control_space",
+        "control_space",
         InvalidInput,
         r"resolution: expected at least 2, found 1",
         lambda _: control_space(resolution=1),
     ),
     Case(
-        "view.workspace:_contact_times",
+        "_contact_times",
         InvalidInput,
         r"contact_times: expected one for each of 1 obstacles, found shape \(2,\)",
         lambda _: workspace(contact_times=[1, 2]),
     ),
     Case(
-        "view.figure:paths",
+        "paths",
         InvalidInput,
         r"times: expected two or more that increase.*found shapes \(2,\) and \(3, 2\)",
         lambda _: paths_of([0, 1], np.zeros((3, 2))),
     ),
     Case(
-        "view.figure:paths",
+        "paths",
         InvalidInput,
         r"times: expected two or more that increase",
         lambda _: paths_of([1, 0], np.zeros((2, 2))),
     ),
     Case(
-        "view.style:admissible_region",
+        "admissible_region",
         InvalidInput,
         r"admissible: expected a set bounded by a ball, found none",
         lambda _: style.admissible_region(NEVER_BOUNDED),
     ),
     Case(
-        "view.style:save",
+        "save",
         InvalidInput,
         r"path: expected a name ending in .*; found '\.jpg'",
         lambda folder: view.save(Figure(), folder / "a.jpg"),
@@ -649,19 +647,26 @@ CASES = [
 ]
 
 
-def place_of(error: BaseException) -> tuple[str, int]:
-    """The library's innermost frame below the error: module:function and line."""
-    found, trace = ("", 0), error.__traceback__
+class Place(NamedTuple):
+    """A line of the library."""
+
+    where: str
+    file: Path
+    line: int
+
+
+def place_of(error: BaseException) -> Place:
+    """The library's innermost frame below the error."""
+    found, trace = Place("", SOURCES, 0), error.__traceback__
     while trace is not None:
         file = Path(trace.tb_frame.f_code.co_filename)
         if file.is_relative_to(SOURCES):
-            module = ".".join(file.relative_to(SOURCES).with_suffix("").parts)
-            found = (f"{module}:{trace.tb_frame.f_code.co_qualname}", trace.tb_lineno)
+            found = Place(trace.tb_frame.f_code.co_qualname, file, trace.tb_lineno)
         trace = trace.tb_next
     return found
 
 
-def raised_along(error: BaseException | None) -> list[tuple[str, int]]:
+def raised_along(error: BaseException | None) -> list[Place]:
     """Where the error was raised, and the errors that led to it."""
     places = []
     while error is not None:
@@ -677,15 +682,23 @@ def test_refused(case: Case, tmp_path: Path) -> None:
     assert type(caught.value) is case.error
     assert re.search(case.message, str(caught.value)), str(caught.value)
     assert "\n" not in str(caught.value)
-    assert case.where in [where for where, _ in raised_along(caught.value)]
+    assert case.where in [place.where for place in raised_along(caught.value)]
 
 
 class Raise(NamedTuple):
     """A `raise` statement of the library."""
 
     where: str
+    file: Path
     first: int
     last: int
+
+    def __str__(self) -> str:
+        return f"{self.file.relative_to(SOURCES)}:{self.first} in {self.where}"
+
+    def holds(self, place: Place) -> bool:
+        """Whether a line belongs to the statement."""
+        return place.file == self.file and self.first <= place.line <= self.last
 
 
 @cache
@@ -693,18 +706,17 @@ def raises() -> tuple[Raise, ...]:
     """Every `raise` of the sources."""
     found = []
 
-    def visit(node: ast.AST, module: str, names: tuple[str, ...]) -> None:
+    def visit(node: ast.AST, file: Path, names: tuple[str, ...]) -> None:
         for child in ast.iter_child_nodes(node):
             inner = names
             if isinstance(child, ast.ClassDef | ast.FunctionDef):
                 inner = (*names, child.name)
             if isinstance(child, ast.Raise):
-                found.append(Raise(f"{module}:{'.'.join(names)}", child.lineno, child.end_lineno or child.lineno))
-            visit(child, module, inner)
+                found.append(Raise(".".join(names), file, child.lineno, child.end_lineno or child.lineno))
+            visit(child, file, inner)
 
     for path in sorted(SOURCES.rglob("*.py")):
-        module = ".".join(path.relative_to(SOURCES).with_suffix("").parts)
-        visit(ast.parse(path.read_text()), module, ())
+        visit(ast.parse(path.read_text()), path, ())
     return tuple(found)
 
 
@@ -716,13 +728,8 @@ def test_every_raise_is_reached(tmp_path: Path) -> None:
             case.call(tmp_path)
         except Exception as error:
             reached += raised_along(error)
-    missed = [
-        f"{r.where} line {r.first}"
-        for r in raises()
-        if not any(where == r.where and r.first <= line <= r.last for where, line in reached)
-    ]
     assert len(raises()) > 40
-    assert not missed
+    assert [str(r) for r in raises() if not any(r.holds(place) for place in reached)] == []
 
 
 def test_cases_name_functions_that_raise_or_check() -> None:

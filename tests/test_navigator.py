@@ -277,9 +277,10 @@ def test_outcomes_are_ordered_and_explained() -> None:
 )
 def test_who_sees_an_obstacle_that_appears_later(method: str, sees: bool) -> None:
     """Only published trajectories say that something will be there."""
-    later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(11.0, 0.5), (11.0, 0.5)]), "later")
+    speed, place = (1.0, 11.0) if method in ("vo", "nlvo") else (4.0, 16.0)
+    later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(place, 0.5)] * 2), "later")
     robot = navigator(method=method)
-    alone, among = (robot.decide(at(2, 1.0), others, goal(2)) for others in ([], [later]))
+    alone, among = (robot.decide(at(2, speed), others, goal(2)) for others in ([], [later]))
     assert len(robot.foresee([later], 0.0).obstacles) == sees
     assert len(robot.foresee([later], 1.0).obstacles) == 1
     assert np.array_equal(alone.manoeuvre.control, among.manoeuvre.control) != sees

@@ -81,11 +81,7 @@ def legend_texts(ax: Axes) -> list[str]:
 
 def admissible_of(decision: slalom.Decision, robot: slalom.Navigator) -> slalom.Admissible:
     response, state = decision.blocked.response, decision.blocked.state
-    return robot.limits.admissible(
-        response.speed_peaks(state, robot.horizon),
-        response.acceleration_peaks(state, robot.horizon),
-        float(np.linalg.norm(state.velocity)),
-    )
+    return robot.limits.admissible(response, state, robot.horizon)
 
 
 def acceleration_obstacle(dimension: int) -> slalom.ControlObstacle:

@@ -1,6 +1,7 @@
 """What the robot can do, as a set of controls: the admissible set."""
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -8,6 +9,7 @@ import numpy.typing as npt
 from slalom.affine import Affine
 from slalom.checks import Array, Checked, array, number, positive, vector, vectors
 from slalom.errors import InvalidInput
+from slalom.state import State
 from slalom.tolerances import ADMISSIBLE
 
 
@@ -75,6 +77,19 @@ class HalfSpace:
         object.__setattr__(self, "offset", number(self.offset, "offset") / length)
 
 
+class Limited(Protocol):
+    """What limits ask of a response: the maps of the control that they bound (see `response.Response`)."""
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        """Maps whose norms bound the speed."""
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        """Maps whose norms bound the acceleration."""
+
+    def settled(self, horizon: float) -> float:
+        """When the control has had its effect on the velocity [s]."""
+
+
 @dataclass(frozen=True)
 class Limits:
     """What the robot can do: its largest speed [m/s] and acceleration [m/s^2], both Euclidean norms.
@@ -94,23 +109,20 @@ class Limits:
         object.__setattr__(self, "max_speed", positive(self.max_speed, "max_speed"))
         object.__setattr__(self, "max_acceleration", positive(self.max_acceleration, "max_acceleration"))
 
-    def admissible(
-        self, speed_peaks: tuple[Affine, ...], acceleration_peaks: tuple[Affine, ...], speed: float = 0.0
-    ) -> Admissible:
-        """The controls that keep speed and acceleration within the limits.
+    def admissible(self, response: Limited, state: State, horizon: float) -> Admissible:
+        """The controls that keep a robot in `state` within the limits up to `horizon` [s].
 
-        Args:
-            speed_peaks, acceleration_peaks: maps of the control, from a response's methods of these names.
-            speed: the present speed [m/s]. A robot that is faster than its limit cannot obey it at once: it must
-                shed at least half of what full braking would until the peak, and nothing else is asked of it.
+        A robot that is faster than its limit cannot obey it at once: by the time its control has settled it must have
+        shed at least half of what full braking would, and no more is asked of its speed.
         """
+        speed_peaks = response.speed_peaks(state, horizon)
+        acceleration_peaks = response.acceleration_peaks(state, horizon)
+        speed = float(np.linalg.norm(state.velocity))
+        fastest = max(self.max_speed, speed - 0.5 * self.max_acceleration * response.settled(horizon))
         centers, radii, normals, offsets = [], [], [], []
         for peak in speed_peaks:
-            limit = self.max_speed
-            if speed > limit:
-                limit = max(limit, speed - 0.5 * self.max_acceleration * float(peak.gain))
             centers.append(peak.inverse(np.zeros_like(peak.drift)))
-            radii.append(limit / float(peak.gain))
+            radii.append(fastest / float(peak.gain))
         for peak in acceleration_peaks:
             if peak.gain:
                 centers.append(peak.inverse(np.zeros_like(peak.drift)))
@@ -122,7 +134,7 @@ class Limits:
                     if gain:
                         normals.append(bound.normal * np.sign(gain))
                         offsets.append((bound.offset - float(bound.normal @ peak.drift)) / abs(gain))
-        dimension = (speed_peaks + acceleration_peaks)[0].drift.shape[-1]
+        d = state.dimension
         return Admissible(
-            np.array(centers), np.array(radii), np.array(normals).reshape(-1, dimension), np.array(offsets)
+            np.array(centers).reshape(-1, d), np.array(radii), np.array(normals).reshape(-1, d), np.array(offsets)
         )

@@ -126,6 +126,9 @@ class Continuation:
         knots = self.manoeuvre.response.knots(elapsed + horizon, reach) - elapsed
         return np.concatenate([[0.0], knots[(knots > 1e-9) & (knots < horizon - 1e-9)], [horizon]])
 
+    def settled(self, horizon: float) -> float:
+        return 0.0
+
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return ()
 

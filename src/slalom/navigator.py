@@ -163,11 +163,7 @@ class Navigator:
         return Traffic(seen, now, self.horizon)
 
     def _situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
-        admissible = self.limits.admissible(
-            response.speed_peaks(state, self.horizon),
-            response.acceleration_peaks(state, self.horizon),
-            float(np.linalg.norm(state.velocity)),
-        )
+        admissible = self.limits.admissible(response, state, self.horizon)
         return Situation(response, state, goal, self.limits, admissible, now, self.horizon)
 
     def _blocked(self, s: Situation, traffic: Traffic, margin: float | Array) -> ControlObstacle:
@@ -191,7 +187,7 @@ class Navigator:
 
     def free_again(self, manoeuvre: Manoeuvre) -> float:
         """When the control of a manoeuvre has been carried out: absolute time [s]."""
-        return manoeuvre.start + float(getattr(manoeuvre.response, "hold", self.period))
+        return manoeuvre.start + max(self.period, manoeuvre.response.settled(self.horizon))
 
     def cost(self, manoeuvre: Manoeuvre, goal: Goal, now: float, until: float) -> float:
         """Predicted time of arrival [s from now] of a robot that follows the manoeuvre until `until`, then is free."""

@@ -94,17 +94,10 @@ class Arrive:
 
     def _velocity_aim(self, s: Situation) -> Aim:
         """Have the desired velocity of the place where the robot will be, once the control has had its effect."""
-        after = self._settled(s)
+        after = s.response.settled(s.horizon)
         place = s.state.position + after * s.state.velocity
         wanted = s.goal.desired_velocity(place, s.state.velocity, s.now + after, s.limits)
         return Aim(s.response.velocity(s.state, after), wanted)
-
-    @staticmethod
-    def _settled(s: Situation) -> float:
-        """When the control has had its effect on the velocity: the last inner knot, or one second."""
-        knots = s.response.knots(s.horizon, s.limits.max_speed)
-        hold = getattr(s.response, "hold", None) or getattr(s.response, "ramp", None)
-        return float(hold) if hold else float(min(1.0, knots[-1]))
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,12 @@ PARALLEL: Final = 1e-12
 Boundaries that meet at a smaller angle have no intersection that rounding would not move anywhere.
 """
 
+JUMP: Final = 1e-4
+"""[m] By how much two pieces of a trajectory may miss each other where they meet.
+
+Planners print coefficients with six digits; larger gaps are mistakes in the input and are refused.
+"""
+
 DEPTH: Final = 40
 """[1] Most bisections of one cubic piece: beyond it the piece is shorter than rounding can resolve."""
 

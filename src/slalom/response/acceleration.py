@@ -38,6 +38,9 @@ class Acceleration:
     def knots(self, horizon: float, reach: float) -> Array:
         return np.array([0.0, horizon])
 
+    def settled(self, horizon: float) -> float:
+        return min(1.0, horizon)
+
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return (self.velocity(state, horizon),)
 
@@ -79,6 +82,9 @@ class AccelerateThenCoast:
 
     def knots(self, horizon: float, reach: float) -> Array:
         return with_break(horizon, self.hold)
+
+    def settled(self, horizon: float) -> float:
+        return self.hold
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return (self.velocity(state, min(self.hold, horizon)),)
@@ -153,6 +159,9 @@ class AccelerateThenStop:
         if braking.size and horizon - braking[-1] < 1e-9 * self.period:
             braking = braking[:-1]
         return np.concatenate([[0.0], braking, [horizon]])
+
+    def settled(self, horizon: float) -> float:
+        return self.hold
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return (self.velocity(state, min(self.hold, horizon)),)

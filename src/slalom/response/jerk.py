@@ -40,6 +40,9 @@ class Jerk:
     def knots(self, horizon: float, reach: float) -> Array:
         return np.array([0.0, horizon])
 
+    def settled(self, horizon: float) -> float:
+        return min(1.0, horizon)
+
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         # The velocity is a quadratic in t; on each eighth of the horizon it stays in the hull of its control points.
         times = np.linspace(0.0, horizon, 9)

@@ -42,6 +42,10 @@ class Response(Protocol):
         At most by `interpolation_error`, as long as speed + |velocity that the control stands for| <= reach [m/s].
         """
 
+    def settled(self, horizon: float) -> float:
+        """When the control has been carried out [s]: afterwards it changes the velocity no more, or, for
+        responses that never end, one second or the horizon if that is shorter."""
+
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         """Maps of u such that the speed stays below a limit up to the horizon when all their images' norms do.
 

@@ -53,6 +53,9 @@ class Velocity:
     def knots(self, horizon: float, reach: float) -> Array:
         return with_break(horizon, self.ramp)
 
+    def settled(self, horizon: float) -> float:
+        return self.ramp
+
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return (self.velocity(state, max(self.ramp, 0.0)),)
 
@@ -100,13 +103,19 @@ class LaggedVelocity:
         return affine(-left[..., None] * state.velocity, left)
 
     def knots(self, horizon: float, reach: float) -> Array:
-        # The fourth derivative is |u - v| e^(-t/lag) / lag^3: steps may grow by the fourth root of e^(t/lag).
+        # The fourth derivative is at most reach e^(-t/lag) / lag^3 and falls along a step, so its value at the
+        # beginning of each step bounds it; steps grow until the last one reaches the horizon.
         times = [0.0]
         while times[-1] < horizon:
             fourth = reach * np.exp(-times[-1] / self.lag) / self.lag**3
-            times.append(times[-1] + min(hermite_step(fourth, INTERPOLATION), 2.0 * self.lag))
+            rest = horizon - times[-1]
+            step = rest if fourth * rest**4 <= 384.0 * INTERPOLATION else hermite_step(fourth, INTERPOLATION)
+            times.append(times[-1] + min(step, rest))
         times[-1] = horizon
         return np.array(times)
+
+    def settled(self, horizon: float) -> float:
+        return self.lag
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return (affine(np.zeros(state.dimension), np.array(1.0)),)

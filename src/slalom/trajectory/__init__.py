@@ -3,6 +3,8 @@
 from typing import Final
 
 from slalom.trajectory.circular import Circular
+from slalom.trajectory.composite import Composite, Function
+from slalom.trajectory.piecewise import PiecewisePolynomial
 from slalom.trajectory.polynomial import ConstantAcceleration, ConstantVelocity, Stationary
 from slalom.trajectory.protocol import Trajectory
 from slalom.trajectory.sampled import Sampled
@@ -10,8 +12,11 @@ from slalom.trajectory.sampled import Sampled
 __all__ = [
     "TRAJECTORIES",
     "Circular",
+    "Composite",
     "ConstantAcceleration",
     "ConstantVelocity",
+    "Function",
+    "PiecewisePolynomial",
     "Sampled",
     "Stationary",
     "Trajectory",
@@ -23,5 +28,6 @@ TRAJECTORIES: Final[dict[str, type[Trajectory]]] = {
     "constant_acceleration": ConstantAcceleration,
     "circular": Circular,
     "sampled": Sampled,
+    "piecewise_polynomial": PiecewisePolynomial,
 }
-"""Every kind of trajectory by the name that scenario files and recordings use."""
+"""Every kind of trajectory that is plain numbers, by the name that scenario files and recordings use."""

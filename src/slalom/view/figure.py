@@ -127,11 +127,7 @@ def _panels(rows: int) -> tuple[Axes, Axes]:
 def _read(decision: Decision, navigator: Navigator, goal: Goal) -> _Reading:
     blocked, manoeuvre = decision.blocked, decision.manoeuvre
     response, state, now = blocked.response, blocked.state, blocked.traffic.start
-    admissible = navigator.limits.admissible(
-        response.speed_peaks(state, navigator.horizon),
-        response.acceleration_peaks(state, navigator.horizon),
-        float(np.linalg.norm(state.velocity)),
-    )
+    admissible = navigator.limits.admissible(response, state, navigator.horizon)
     preferred = decision.preferred
     if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED):
         situation = Situation(response, state, goal, navigator.limits, admissible, now, navigator.horizon)

@@ -1,0 +1,158 @@
+"""Polynomials of any degree in pieces, as drone planners emit them."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import comb
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, Checked, array, number
+from slalom.errors import InvalidInput, OutsideSpan
+from slalom.path import Path, even_knots, hermite_pieces, hermite_step
+from slalom.tolerances import INTERPOLATION, JUMP
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewisePolynomial:
+    """Piece k lasts durations[k] seconds and has coefficients[k], in ascending powers of the time since it began.
+
+    The obstacle exists from `start` to `start` + the sum of the durations.
+
+    Args:
+        durations: (n,) [s], each above 0. coefficients: (n, degree + 1, d), in m, m/s, m/s^2, ...
+
+    Raises:
+        InvalidInput: not finite, a duration that is not above 0, pieces that do not meet within JUMP.
+    """
+
+    durations: Checked = Checked(array)
+    coefficients: Checked = Checked(array)
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", number(self.start, "start"))
+        shape = self.coefficients.shape
+        if (
+            self.durations.ndim != 1
+            or len(shape) != 3
+            or shape[2] not in (2, 3)
+            or not 0 < self.durations.size == shape[0]
+        ):
+            raise InvalidInput(
+                f"coefficients: expected (n, degree + 1, 2 or 3) for n >= 1 durations, "
+                f"found {shape} for {self.durations.shape}"
+            )
+        if np.any(self.durations <= 0):
+            k = int(np.argmin(self.durations))
+            raise InvalidInput(f"durations: expected times above 0, found {self.durations[k]:g} at index {k}")
+        ends = _values(self.coefficients, self.durations)[:-1]
+        jumps = np.linalg.norm(self.coefficients[1:, 0] - ends, axis=1)
+        if np.any(jumps > JUMP):
+            k = int(np.argmax(jumps))
+            raise InvalidInput(
+                f"coefficients: expected pieces that meet, found a jump of {jumps[k]:g} m after piece {k}"
+            )
+        # Not a field: follows from the others.
+        object.__setattr__(self, "_times", self.start + np.concatenate([[0.0], np.cumsum(self.durations)]))
+
+    @property
+    def times(self) -> Array:
+        """Times at which pieces begin, and the end: (n + 1,) [s]."""
+        times: Array = self._times  # type: ignore[attr-defined]
+        return times
+
+    @property
+    def dimension(self) -> int:
+        return int(self.coefficients.shape[2])
+
+    @property
+    def span(self) -> tuple[float, float]:
+        return float(self.times[0]), float(self.times[-1])
+
+    def _derivative(self, t: npt.ArrayLike, order: int) -> Array:
+        time = np.asarray(t, dtype=np.float64)
+        first, last = self.span
+        if np.any(time < first) or np.any(time > last):
+            wrong = time[(time < first) | (time > last)].ravel()[0]
+            raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {wrong:g} s")
+        k = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.durations) - 1)
+        return _values(_derived(self.coefficients, order)[k], time - self.times[k])
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        return self._derivative(t, 0)
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        return self._derivative(t, 1)
+
+    def acceleration(self, t: npt.ArrayLike) -> Array:
+        return self._derivative(t, 2)
+
+    def breaks(self, start: float, end: float) -> Array:
+        return self.times[(self.times > start) & (self.times < end)]
+
+    def _bound(self, start: float, end: float, order: int) -> float:
+        """A bound of |derivative| over start to end: of its Bernstein coefficients on each eighth of each piece."""
+        bound, derived = 0.0, _derived(self.coefficients, order)
+        for begin, duration, piece in zip(self.times[:-1], self.durations, derived):
+            a, b = max(start, begin) - begin, min(end, begin + duration) - begin
+            if a <= b:
+                edges = np.linspace(a, b, 9)
+                for low, high in pairwise(edges):
+                    bound = max(bound, float(np.linalg.norm(_bernstein(piece, low, high), axis=1).max()))
+        return bound
+
+    def speed_bound(self, start: float, end: float) -> float:
+        return self._bound(start, end, 1)
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        return self._bound(start, end, 2)
+
+    def path(self, start: float, end: float) -> Path:
+        edges = np.concatenate([[start], self.breaks(start, end), [end]])
+        times, errors = [start], []
+        for begin, stop in pairwise(edges):
+            fourth = self._bound(begin, stop, 4)
+            knots = even_knots(float(begin), float(stop), hermite_step(fourth, INTERPOLATION))
+            times.extend(knots[1:])
+            errors.extend([fourth * (knots[1] - knots[0]) ** 4 / 384.0] * (len(knots) - 1))
+        knots = np.array(times)
+        # Where pieces meet, each keeps its own value and velocity: they are taken just inside it.
+        k = np.clip(np.searchsorted(self.times, 0.5 * (knots[:-1] + knots[1:]), side="right") - 1, 0, None)
+        at_begin, at_end = knots[:-1] - self.times[k], knots[1:] - self.times[k]
+        slopes = _derived(self.coefficients, 1)[k]
+        own, leaving, entering = self.coefficients[k], _values(slopes, at_begin), _values(slopes, at_end)
+        pieces = hermite_pieces(knots, np.vstack([_values(own, at_begin), self.position(end)]), leaving, entering, 0.0)
+        points = pieces.points.copy()
+        third = (np.diff(knots) / 3.0)[:, None]
+        points[:, 3] = _values(own, at_end)
+        points[:, 2] = points[:, 3] - third * entering
+        return Path(knots, points, np.array(errors))
+
+
+def _values(coefficients: Array, t: Array) -> Array:
+    """Polynomials (..., degree + 1, d) at local times (...): (..., d)."""
+    result = np.zeros((*coefficients.shape[:-2], coefficients.shape[-1]))
+    for power in range(coefficients.shape[-2] - 1, -1, -1):
+        result = result * np.asarray(t)[..., None] + coefficients[..., power, :]
+    return result
+
+
+def _derived(coefficients: Array, order: int) -> Array:
+    """Coefficients of the derivative of that order, at least one (zero)."""
+    for _ in range(order):
+        powers = np.arange(coefficients.shape[-2], dtype=np.float64)[1:, None]
+        coefficients = coefficients[..., 1:, :] * powers
+    if coefficients.shape[-2] == 0:
+        return np.zeros((*coefficients.shape[:-2], 1, coefficients.shape[-1]))
+    return coefficients
+
+
+def _bernstein(coefficients: Array, a: float, b: float) -> Array:
+    """Bernstein coefficients of one polynomial (degree + 1, d) on [a, b]: its values lie in their hull."""
+    n = len(coefficients) - 1
+    shifted = np.zeros_like(coefficients)
+    for power in range(n, -1, -1):  # Horner in t = a + (b - a) s
+        shifted[1:] = shifted[:-1] * (b - a) + shifted[1:] * a
+        shifted[0] = shifted[0] * a + coefficients[power]
+    return np.array([sum((comb(i, j) / comb(n, j)) * shifted[j] for j in range(i + 1)) for i in range(n + 1)])

@@ -1,0 +1,440 @@
+"""Metrics on recordings that can be computed by hand, and closest approaches against brute force."""
+
+import inspect
+import json
+import math
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from parts import disc_or_ball
+
+from slalom import (
+    METHODS,
+    Circular,
+    ConstantAcceleration,
+    ConstantVelocity,
+    Goal,
+    Limits,
+    Obstacle,
+    Sampled,
+    Stationary,
+    Trajectory,
+)
+from slalom.sim import Recording, metrics, simulate
+from slalom.sim.contact import closest_approaches, positions_at
+from slalom.sim.gallery import build
+from slalom.sim.metrics import METRICS
+from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC
+
+
+def driven(
+    pushes,
+    *,
+    place=(0.0, 0.0),
+    speed=(0.0, 0.0),
+    dt: float = 1.0,
+    start: float = 0.0,
+    radius: float = 0.5,
+    goal: Goal | None = None,
+    obstacles: tuple[Obstacle, ...] = (),
+    outcomes: list[str] | None = None,
+) -> Recording:
+    """The run of a robot that applied these accelerations."""
+    d = len(place)
+    pushes = np.asarray(pushes, dtype=float).reshape(-1, d)
+    goal = goal or Goal(Stationary(np.full(d, 100.0)), 0.5)
+    x, v = [np.array(place, dtype=float)], [np.array(speed, dtype=float)]
+    for push in pushes:
+        x.append(x[-1] + dt * (v[-1] + 0.5 * dt * push))
+        v.append(v[-1] + dt * push)
+    times = start + dt * np.arange(len(x))
+    done = goal.reached(x[-1], v[-1], float(times[-1]))
+    return Recording(
+        scenario="by hand",
+        method="nao",
+        seed=0,
+        dt=dt,
+        parameters={},
+        times=times,
+        positions=np.array(x)[:, None],
+        velocities=np.array(v)[:, None],
+        accelerations=pushes[:, None],
+        controls=pushes[:, None],
+        responses=tuple(("Acceleration()",) for _ in pushes),
+        outcomes=tuple((name,) for name in outcomes or ["CLEAR"] * len(pushes)),
+        decision_times=np.full((len(pushes), 1), 1e-3),
+        radii=np.array([radius]),
+        limits=(Limits(10.0, 10.0),),
+        goals=(goal,),
+        arrived=np.array([times[-1] if done else np.inf]),
+        obstacles=obstacles,
+    )
+
+
+def rock(place, radius: float = 1.0) -> Obstacle:
+    """An obstacle at rest."""
+    return Obstacle(disc_or_ball(radius, len(place)), Stationary(place), "rock")
+
+
+STRAIGHT = driven(
+    [(1, 0), (0, 0), (0, 0), (-1, 0)],
+    goal=Goal(Stationary((3.5, 0.0)), 0.5, stop=True),
+    obstacles=(rock((1.5, 2.0)),),
+    outcomes=["CLEAR", "KEPT", "CONTINUED", "CONSTRAINED"],
+)
+"""x = 0, 0.5, 1.5, 2.5, 3 m with 0, 1, 1, 1, 0 m/s; a rock 2 m beside the way."""
+CORNER = driven([(0, 0), (0, 2), (0, 0)], speed=(2, 0), dt=0.5, start=4.0)
+"""2 m/s along x; over the second step 1 m/s upwards is added, over the third nothing."""
+
+BY_HAND = [
+    ("success", STRAIGHT, 1.0),
+    ("success", CORNER, 0.0),
+    ("arrived", STRAIGHT, 1.0),
+    ("arrived", CORNER, 0.0),
+    ("collisions", STRAIGHT, 0.0),
+    ("min_clearance", STRAIGHT, 0.5),
+    ("min_clearance", CORNER, math.inf),
+    ("time", STRAIGHT, 4.0),
+    ("time", CORNER, 1.5),
+    ("path_length", STRAIGHT, 3.0),
+    ("path_length", CORNER, 1.0 + math.hypot(1.0, 0.25) + math.hypot(1.0, 0.5)),
+    ("spl", STRAIGHT, 1.0),
+    ("spl", CORNER, 0.0),
+    ("adjustments", STRAIGHT, 3.0),
+    ("adjustments", CORNER, 2.0),
+    ("adjustment_rate", STRAIGHT, 0.75),
+    ("adjustment_rate", CORNER, 2.0 / 1.5),
+    ("sign_reversals", STRAIGHT, 0.0),
+    ("max_speed", STRAIGHT, 1.0),
+    ("max_speed", CORNER, math.sqrt(5.0)),
+    ("mean_speed", STRAIGHT, 0.6),
+    ("mean_speed", CORNER, (2.0 + 2.0 + 2.0 * math.sqrt(5.0)) / 4.0),
+    ("max_acceleration", STRAIGHT, 1.0),
+    ("max_acceleration", CORNER, 2.0),
+    ("mean_acceleration", STRAIGHT, 0.5),
+    ("mean_acceleration", CORNER, 2.0 / 3.0),
+    ("max_jerk", STRAIGHT, 1.0),
+    ("max_jerk", CORNER, 4.0),
+    ("mean_jerk", STRAIGHT, 2.0 / 3.0),
+    ("mean_jerk", CORNER, 4.0),
+    ("heading_change", STRAIGHT, 0.0),
+    ("heading_change", CORNER, math.atan2(1.0, 2.0)),
+    ("stalled_time", STRAIGHT, 1.0),
+    ("stalled_time", CORNER, 0.0),
+    ("failures_to_progress", STRAIGHT, 0.0),
+    ("clearing_distance", STRAIGHT, (math.hypot(1.5, 2) * 2 + math.hypot(1, 2) + 2 + math.hypot(1, 2)) / 5 - 1.5),
+    ("clearing_distance", CORNER, math.inf),
+    ("space_compliance", STRAIGHT, 1.0),
+    ("space_compliance", CORNER, 1.0),
+    ("min_time_to_collision", STRAIGHT, (math.hypot(1.0, 2.0) - 1.5) / (1.0 / math.hypot(1.0, 2.0))),
+    ("min_time_to_collision", CORNER, math.inf),
+    ("without_safe_choice", STRAIGHT, 0.25),
+    ("without_safe_choice", CORNER, 0.0),
+]
+
+
+def test_every_metric_is_computed_by_hand() -> None:
+    assert {name for name, _, _ in BY_HAND} == set(METRICS)
+    assert all(inspect.getdoc(metric) for metric in METRICS.values())
+
+
+@pytest.mark.parametrize(("name", "recording", "expected"), BY_HAND, ids=[name for name, _, _ in BY_HAND])
+def test_by_hand(name: str, recording: Recording, expected: float) -> None:
+    # The clearing distance of STRAIGHT: x = 0, 0.5, 1.5, 2.5, 3 are 1.5, 1, 0, 1, 1.5 m from the rock along x.
+    accuracy = {"min_clearance": METRIC, "heading_change": 1e-7}
+    assert METRICS[name](recording) == pytest.approx(expected, abs=accuracy.get(name, 1e-12))
+
+
+def test_adjustments_count_changes_above_the_threshold() -> None:
+    """From one step to the next, and from rest to the first."""
+    below, above = ADJUSTMENT * 0.99, ADJUSTMENT * 1.01
+    assert metrics.adjustments(driven([(below, 0)] * 3)) == 0
+    assert metrics.adjustments(driven([(above, 0)] * 3)) == 1
+    assert metrics.adjustments(driven([(1, 0), (1 + below, 0), (1 + 2 * below, 0), (1 + 2 * below, above)])) == 2
+    assert metrics.adjustments(driven([(0.04, 0), (0, 0.04), (0, 0)])) == 1
+
+
+def test_sign_reversals() -> None:
+    """More than a right angle; a right angle and standing still are none."""
+    assert metrics.sign_reversals(driven([(1, 0), (-1, 0), (1, 0), (0, 1), (0, 0), (0, -1), (-0.1, 0.9)])) == 3
+
+
+def test_heading_change_ignores_standing() -> None:
+    """A robot that stops and drives back has turned by half a turn."""
+    assert metrics.heading_change(driven([(-1, 0), (-1, 0)], speed=(1, 0))) == pytest.approx(math.pi)
+    square = driven([(-1, 1), (-1, -1), (1, -1)], speed=(1, 0))
+    assert metrics.heading_change(square) == pytest.approx(1.5 * math.pi)
+
+
+def test_stalled_time_counts_steps_that_begin_slowly() -> None:
+    slow = metrics.STALLED * 0.99
+    assert metrics.stalled_time(driven([(0, 0)] * 4, speed=(slow, 0), dt=0.5)) == 2.0
+    assert metrics.stalled_time(driven([(0, 0)] * 4, speed=(1.02 * slow, 0), dt=0.5)) == 0.0
+
+
+def test_failures_to_progress() -> None:
+    """Intervals of five seconds in which the goal comes nearer by less than 10 cm."""
+    goal = Goal(Stationary((50.0, 0.0)), 0.5)
+    assert metrics.failures_to_progress(driven([(0, 0)] * 10, speed=(0.019, 0), goal=goal)) == 2
+    assert metrics.failures_to_progress(driven([(0, 0)] * 10, speed=(0.021, 0), goal=goal)) == 0
+    assert metrics.failures_to_progress(driven([(0, 0)] * 10, speed=(-1, 0), goal=goal)) == 2
+    assert metrics.failures_to_progress(driven([(0, 0)] * 4, speed=(0, 0), goal=goal)) == 0
+    runs_away = Goal(ConstantVelocity((50.0, 0.0), (1.0, 0.0)), 0.5)
+    assert metrics.failures_to_progress(driven([(0, 0)] * 10, speed=(1, 0), goal=runs_away)) == 2
+
+
+def test_space_compliance_and_times_of_existence() -> None:
+    """Two of five steps are nearer than half a metre; an obstacle that is gone is no obstacle."""
+    passes = (rock((0.0, 1.9)),)
+    run = driven([(0, 0)] * 4, place=(-4, 0), speed=(2, 0), obstacles=passes)
+    assert metrics.space_compliance(run) == 0.8
+    brief = Obstacle(disc_or_ball(1.0, 2), Sampled([1.0, 3.0], [(0.0, 1.9)] * 2), "brief")
+    nowhere = Obstacle(disc_or_ball(1.0, 2), Sampled([50.0, 60.0], [(0.0, 0.0)] * 2), "later")
+    assert metrics.space_compliance(replace(run, obstacles=(brief, nowhere))) == 0.8
+    assert metrics.clearing_distance(replace(run, obstacles=(nowhere,))) == math.inf
+    assert metrics.min_clearance(replace(run, obstacles=(nowhere,))) == math.inf
+    expected = np.mean([math.hypot(2, 1.9), 1.9, math.hypot(2, 1.9)]) - 1.5
+    assert metrics.clearing_distance(replace(run, obstacles=(brief,))) == pytest.approx(expected)
+
+
+def test_min_time_to_collision_of_a_head_on_approach() -> None:
+    """7 m between the surfaces at 2 + 1 m/s, then 4 m, then 1 m."""
+    comes = Obstacle(disc_or_ball(1.0, 2), ConstantVelocity((8.5, 0.0), (-1.0, 0.0)), "car")
+    run = driven([(0, 0)] * 2, speed=(2, 0), obstacles=(comes,))
+    assert metrics.min_time_to_collision(run) == pytest.approx(1 / 3)
+    leaves = Obstacle(disc_or_ball(1.0, 2), ConstantVelocity((8.5, 0.0), (3.0, 0.0)), "car")
+    assert metrics.min_time_to_collision(replace(run, obstacles=(leaves,))) == math.inf
+    inside = rock((0.5, 0.0))
+    assert metrics.min_time_to_collision(replace(run, obstacles=(inside,))) == 0.0
+
+
+def test_spl_of_a_detour() -> None:
+    """An arc of two sides of a square for a goal at the opposite corner, less the tolerance."""
+    goal = Goal(Stationary((10.0, 10.0)), 0.5)
+    run = driven([(-10, 10)], speed=(10, 0), dt=1.0, goal=goal)
+    x = np.array([(0, 0), (10, 0), (10, 10)], dtype=float)[:, None]
+    run = replace(run, positions=x, velocities=x, times=np.arange(3.0), arrived=np.array([2.0]))
+    run = replace(run, accelerations=np.zeros((2, 1, 2)))
+    assert metrics.spl(run) == pytest.approx((math.hypot(10, 10) - 0.5) / 20.0)
+    assert metrics.spl(replace(run, arrived=np.array([np.inf]))) == 0.0
+    assert metrics.spl(replace(run, obstacles=(rock((10.0, 0.0)),))) == 0.0
+
+
+@pytest.mark.parametrize(("deep", "hit"), [(0.5, 0), (0.999, 0), (1.2, 1), (100.0, 1)])
+def test_a_collision_is_an_overlap_of_more_than_a_millimetre(deep: float, hit: int) -> None:
+    """Contact is none. `deep` in units of COLLISION."""
+    beside = rock((5.0, 1.5 - deep * COLLISION))
+    run = driven([(0, 0)] * 10, speed=(1, 0), goal=Goal(Stationary((10.0, 0.0)), 0.5), obstacles=(beside,))
+    assert metrics.collisions(run) == hit
+    assert metrics.success(run) == 1 - hit
+    assert metrics.summary(run)["collisions"] == hit
+
+
+def test_collisions_count_obstacles() -> None:
+    """Not steps: each pair once, however often it meets."""
+    twice = Obstacle(disc_or_ball(1.0, 2), Sampled([0, 2, 4, 6], [(0, 0), (9, 9), (4, 0), (9, 9)], "linear"), "twice")
+    run = driven([(0, 0)] * 6, speed=(1, 0), obstacles=(twice, rock((3.0, 0.0)), rock((3.0, 5.0))))
+    assert metrics.collisions(run) == 2
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("steps", [0, 1])
+@pytest.mark.parametrize("among", [False, True])
+def test_short_runs_have_metrics(among: bool, steps: int, d: int) -> None:
+    """A number, or inf where the docstring says so; never nan, never an error."""
+    others = (rock(np.full(d, 2.0)),) if among else ()
+    for goal in (np.full(d, 9.0), np.zeros(d)):
+        run = driven(
+            np.full((steps, d), 0.1),
+            place=np.zeros(d),
+            speed=np.zeros(d),
+            dt=0.1,
+            goal=Goal(Stationary(goal), 0.5),
+            obstacles=others,
+        )
+        for name, metric in METRICS.items():
+            value = metric(run)
+            assert isinstance(value, float), name
+            assert math.isfinite(value) or (value == math.inf and "inf" in (inspect.getdoc(metric) or "")), name
+        json.dumps(metrics.summary(run), allow_nan=False)
+
+
+def test_the_robot_that_starts_at_its_goal_is_a_success() -> None:
+    run = simulate(build("empty", {"distance": 0.0}), METHODS["nao"])
+    assert METRICS["success"](run) == 1.0
+    assert METRICS["spl"](run) == 1.0
+    assert METRICS["time"](run) == 0.0
+
+
+def test_summary_agrees_with_the_metrics() -> None:
+    """And is plain JSON."""
+    run = simulate(build("head_on"), METHODS["nao"], seed=3)
+    found = metrics.summary(run)
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found["min_clearance"] == metrics.min_clearance(run)
+    assert found["collisions"] == metrics.collisions(run)
+    assert found["adjustments"] == metrics.adjustments(run)
+    assert found["time"] == metrics.time(run)
+    assert found["arrived"] == metrics.arrived(run) == found["robots"] == 1
+    assert (found["scenario"], found["method"], found["seed"]) == ("head_on", "nao", 3)
+    assert sum(found["statuses"].values()) == len(run.outcomes)
+    assert 0.0 < found["decision_us"]["p50"] <= found["decision_us"]["p99"] <= found["decision_us"]["max"]
+    spent = run.decision_times[:, 0] * 1e6
+    assert found["decision_us"]["max"] == pytest.approx(spent.max(), abs=0.06)
+    assert found["decision_us"]["p50"] == pytest.approx(np.median(spent), abs=0.06)
+
+
+def test_track_is_sampled_often_enough_and_exactly() -> None:
+    times, places = metrics.track(CORNER, 8.0)
+    assert times[0] == 0.0
+    assert times[-1] == 1.5
+    assert np.diff(times).max() <= 1 / 8 + 1e-12
+    at_one_second_and_a_quarter = (2.5, 0.25 + 0.25)
+    np.testing.assert_allclose(places[np.argmin(np.abs(times - 1.25))], at_one_second_and_a_quarter)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Closest approaches.
+
+
+def brute(recording: Recording, obstacle: Obstacle, step: float = 1e-5) -> tuple[float, float]:
+    """Least clearance and its time on samples `step` apart, from the definitions alone."""
+    first, last = obstacle.trajectory.span
+    best, when = np.inf, np.inf
+    for k, (x, v, a) in enumerate(
+        zip(recording.positions[:-1, 0], recording.velocities[:, 0], recording.accelerations[:, 0])
+    ):
+        e = np.arange(0.0, recording.dt + step / 2, step)
+        t = recording.times[k] + e
+        there = (t >= first) & (t <= last)
+        if not np.any(there):
+            continue
+        e, t = e[there, None], t[there]
+        distance = np.linalg.norm(obstacle.trajectory.position(t) - (x + v * e + 0.5 * a * e * e), axis=1)
+        j = int(np.argmin(distance))
+        if distance[j] < best:
+            best, when = float(distance[j]), float(t[j])
+    return best - obstacle.shape.radius - float(recording.radii[0]), when
+
+
+def wild(rng: np.random.Generator, d: int) -> tuple[Trajectory, ...]:
+    """Fast and crooked trajectories about the origin."""
+    stamps = np.cumsum(rng.uniform(0.05, 0.6, size=12)) - 0.5
+    walk = np.cumsum(rng.normal(0.0, 1.2, size=(12, d)), axis=0)
+    spin = None if d == 2 else rng.normal(size=3)
+    return (
+        Stationary(rng.normal(0, 2, d)),
+        ConstantVelocity(rng.normal(0, 2, d), rng.normal(0, 4, d), 0.3),
+        ConstantAcceleration(rng.normal(0, 2, d), rng.normal(0, 4, d), rng.normal(0, 5, d)),
+        Circular(rng.normal(0, 2, d), 1.5, 9.0, rng.uniform(0, 6), spin),
+        Sampled(stamps, walk, "linear"),
+        Sampled(stamps, walk, "smooth"),
+        Sampled(stamps[:3] + 0.21, walk[:3], "linear"),
+    )
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("seed", range(3))
+def test_closest_approaches_are_those_of_brute_force(seed: int, d: int) -> None:
+    rng = np.random.default_rng([seed, d])
+    others = tuple(Obstacle(disc_or_ball(0.3, d), t, str(k)) for k, t in enumerate(wild(rng, d)))
+    run = driven(
+        rng.normal(0, 4, (8, d)),
+        place=rng.normal(0, 2, d),
+        speed=rng.normal(0, 3, d),
+        dt=0.25,
+        start=0.1,
+        obstacles=others,
+    )
+    for closest, obstacle in zip(closest_approaches(run), others, strict=True):
+        least, _ = brute(run, obstacle)
+        # Samples 1e-5 s apart miss at most 1e-5 s times the relative speed, which is below 40 m/s.
+        assert -2e-4 <= closest.clearance - least <= METRIC, obstacle.trajectory
+        if np.isfinite(least):
+            away = obstacle.trajectory.position(closest.time) - positions_at(run, 0, np.array([closest.time]))[0]
+            assert np.linalg.norm(away) - 0.8 == pytest.approx(closest.clearance, abs=1e-9)
+
+
+@pytest.mark.parametrize("graze", [-2e-3, -1e-4, 1e-4, 2e-3])
+@pytest.mark.parametrize("dt", [0.1, 1.0, 2.5])
+def test_a_pass_between_steps_is_seen(dt: float, graze: float) -> None:
+    """At 30 m/s an obstacle crosses within a fraction of a step; at no step it is nearer than a metre."""
+    at = 0.43 * dt
+    crosses = Obstacle(disc_or_ball(0.2, 2), ConstantVelocity((0.4 + graze, -30.0 * at), (1.0, 30.0)), "crosses")
+    run = driven([(0, 0)] * 3, speed=(1, 0), dt=dt, radius=0.2, obstacles=(crosses,))
+    (closest,) = closest_approaches(run)
+    assert -1e-12 <= closest.clearance - graze <= METRIC
+    assert closest.time == pytest.approx(at, abs=1e-3)
+    assert metrics.collisions(run) == (graze < -COLLISION)
+    distances = np.linalg.norm(crosses.trajectory.position(run.times) - run.positions[:, 0], axis=1)
+    assert distances.min() > 1.0
+
+
+@pytest.mark.parametrize("graze", [-0.01, -2e-4, 2e-4, 0.01])
+def test_a_graze_between_steps_has_the_right_sign(graze: float) -> None:
+    """Two parabolas that touch in the middle of a step."""
+    above = Obstacle(
+        disc_or_ball(1.0, 2), ConstantAcceleration((2.0, 1.5 + graze), (0.0, 0.0), (0.0, 4.0), 2.2), "above"
+    )
+    run = driven([(0, 0)] * 4, place=(2.0, 0.0), obstacles=(above,))
+    (closest,) = closest_approaches(run)
+    assert graze <= closest.clearance + 1e-12
+    assert closest.clearance == pytest.approx(graze, abs=METRIC)
+    assert metrics.collisions(run) == (graze < -COLLISION)
+
+
+def test_corners_of_linear_samples_are_seen() -> None:
+    """The closest approach is at a stamp that lies between two steps."""
+    zigzag = Obstacle(
+        disc_or_ball(0.5, 2), Sampled([0.0, 0.37, 0.61, 2.0], [(0, 9), (0, 1.3), (3, 9), (3, 9)], "linear"), "zigzag"
+    )
+    run = driven([(0, 0)] * 2, obstacles=(zigzag,))
+    (closest,) = closest_approaches(run)
+    assert closest.clearance == pytest.approx(0.3, abs=1e-9)
+    assert closest.time == pytest.approx(0.37, abs=1e-9)
+
+
+def test_only_the_time_together_counts() -> None:
+    """Before the obstacle exists, after it has gone, and for one that touches the end of the run."""
+    run = driven([(0, 0)] * 4, speed=(1, 0), start=10.0)
+
+    def closest(first: float, last: float):
+        there = Obstacle(disc_or_ball(0.5, 2), Sampled([first, last], [(0.0, 2.0)] * 2), "there")
+        return closest_approaches(replace(run, obstacles=(there,)))[0]
+
+    assert closest(0.0, 9.9) == closest(14.1, 20.0) == (math.inf, math.inf)
+    assert closest(0.0, 10.0) == pytest.approx((1.0, 10.0))
+    assert closest(14.0, 20.0) == pytest.approx((math.hypot(4.0, 2.0) - 1.0, 14.0))
+    assert closest(11.5, 20.0) == pytest.approx((math.hypot(1.5, 2.0) - 1.0, 11.5))
+    assert closest(0.0, 20.0) == pytest.approx((1.0, 10.0))
+
+
+def test_positions_between_steps_are_on_the_parabola() -> None:
+    run = driven([(2, 0), (0, -2)], speed=(0, 1), dt=1.0, start=5.0)
+    found = positions_at(run, 0, np.array([5.0, 5.5, 6.0, 6.5, 7.0]))
+    np.testing.assert_allclose(found, [(0, 0), (0.25, 0.5), (1, 1), (2, 1.25), (3, 1)])
+
+
+def test_metrics_share_nothing_with_the_deciding_kernels() -> None:
+    """Contact and metrics work where no kernel can even be imported."""
+    code = (
+        "import sys\n"
+        "import slalom.kernels\n"
+        "sys.modules['slalom.kernels.compiled'] = None\n"
+        "sys.modules['numba'] = None\n"
+        "from slalom.sim import Recording\n"
+        "from slalom.sim.metrics import METRICS\n"
+        "run = Recording.load(sys.argv[1])\n"
+        "print(METRICS['min_clearance'](run), len([metric(run) for metric in METRICS.values()]))\n"
+    )
+    import tempfile
+
+    with tempfile.NamedTemporaryFile(suffix=".h5") as file:
+        STRAIGHT.save(file.name)
+        result = subprocess.run([sys.executable, "-c", code, file.name], check=True, capture_output=True, text=True)
+    least, count = result.stdout.split()
+    assert float(least) == metrics.min_clearance(STRAIGHT)
+    assert int(count) == len(METRICS)

@@ -1,0 +1,442 @@
+"""Scenario files: what they say is what is run, and every mistake is named at once with its place."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slalom import (
+    METHODS,
+    Ball,
+    Circular,
+    ConstantAcceleration,
+    ConstantVelocity,
+    Disc,
+    InvalidFile,
+    InvalidInput,
+    Sampled,
+    Stationary,
+)
+from slalom.sim import Scenario, load, read_scenario, simulate
+from slalom.sim.scenario import SETTINGS
+from slalom.trajectory import TRAJECTORIES
+
+EVERYTHING = """\
+# A comment.
+name: everything
+start: 1.5
+duration: 12
+dt: 0.05
+replan: 0.2
+horizon: 4.0
+margin: 0.1
+patience: 0.3
+holds: [0.5, 1]
+robot:
+  position: [0, 0]
+  velocity: [1.0, -1]
+  radius: 0.4
+  max_speed: 2.5
+  max_acceleration: 1.5
+  velocity_bounds:
+    - {normal: [-2, 0], offset: 1}
+  acceleration_bounds:
+    - {normal: [0, 1], offset: 1.25}
+  goal:
+    trajectory: {kind: constant_velocity, position: [20, 0], velocity: [0, 0.1]}
+    tolerance: 0.3
+    stop: true
+obstacles:
+  - {name: rock, radius: 1, trajectory: {kind: stationary, position: [5, 5]}}
+  - {radius: 0.5, trajectory: {kind: constant_velocity, position: [9, 0], velocity: [-1, 0], at: 2}}
+  - radius: 0.6
+    trajectory:
+      kind: constant_acceleration
+      position: [3, -9]
+      velocity: [0, 1]
+      acceleration: [0.1, 0]
+      at: -1
+  - {radius: 0.7, trajectory: {kind: circular, center: [10, 0], radius: 3, speed: -1, phase: 0.5}}
+  - {radius: 0, trajectory: {kind: sampled, times: [0, 1, 4], positions: [[7, 7], [8, 7], [8, 8]]}}
+  - {radius: 1, trajectory: {kind: sampled, times: [0, 1], positions: [[7, 0], [8, 0]], interpolation: linear}}
+recording: {file: tracks.csv, radius: 0.25, interpolation: linear}
+"""
+
+ROBOT = "robot: {position: [0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {position: [20, 0]}}\n"
+
+
+def write(folder: Path, content: str | bytes, name: str = "scenario.yaml") -> Path:
+    """A file of this content."""
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def mistakes(folder: Path, content: str | bytes) -> list[str]:
+    """What is wrong with a file of this content."""
+    with pytest.raises(InvalidFile) as caught:
+        read_scenario(write(folder, content))
+    assert caught.value.mistakes
+    assert not any("\n" in line for line in caught.value.mistakes)
+    return caught.value.mistakes
+
+
+def check(folder: Path, marked: str, *expected: str) -> None:
+    """Every @ in the text marks the place of a mistake; `expected` are their messages in the order of the places."""
+    places, content = [], ""
+    for part in re.split("(@)", marked):
+        if part == "@":
+            places.append((content.count("\n") + 1, len(content) - content.rfind("\n")))
+        else:
+            content += part
+    prefix = folder / "scenario.yaml"
+    wanted = [f"{prefix}:{line}:{column}: {text}" for (line, column), text in zip(places, expected, strict=True)]
+    assert sorted(mistakes(folder, content)) == sorted(wanted)
+
+
+def test_everything_is_read(tmp_path: Path) -> None:
+    write(tmp_path, "t,id,x,y\n0,4,30,0\n9,4,31,0\n0,2,30,5\n9,2,31,5\n", "tracks.csv")
+    scenario = read_scenario(write(tmp_path, EVERYTHING))
+    found = {name: getattr(scenario, name) for name in SETTINGS}
+    assert found == {
+        "start": 1.5,
+        "duration": 12.0,
+        "dt": 0.05,
+        "replan": 0.2,
+        "horizon": 4.0,
+        "margin": 0.1,
+        "patience": 0.3,
+    }
+    assert (scenario.name, scenario.holds) == ("everything", (0.5, 1.0))
+    robot = scenario.robot
+    assert robot.shape == Disc(0.4)
+    assert robot.state.velocity.tolist() == [1.0, -1.0]
+    assert (robot.limits.max_speed, robot.limits.max_acceleration) == (2.5, 1.5)
+    (velocity,), (acceleration,) = robot.limits.velocity_bounds, robot.limits.acceleration_bounds
+    assert (velocity.normal.tolist(), velocity.offset) == ([-1.0, 0.0], 0.5)
+    assert (acceleration.normal.tolist(), acceleration.offset) == ([0.0, 1.0], 1.25)
+    assert (robot.goal.tolerance, robot.goal.stop) == (0.3, True)
+    assert robot.goal.trajectory.velocity(0.0).tolist() == [0.0, 0.1]
+    kinds = [type(o.trajectory) for o in scenario.obstacles]
+    assert kinds == [Stationary, ConstantVelocity, ConstantAcceleration, Circular, *[Sampled] * 4]
+    assert set(kinds) == set(TRAJECTORIES.values())
+    names = [o.name for o in scenario.obstacles]
+    assert names == ["rock", *(f"obstacle {k}" for k in range(1, 6)), "agent 2", "agent 4"]
+    assert [o.shape.radius for o in scenario.obstacles] == [1.0, 0.5, 0.6, 0.7, 0.0, 1.0, 0.25, 0.25]
+    _, line, parabola, circle, smooth, linear, *_ = (o.trajectory for o in scenario.obstacles)
+    assert line.position(2.0).tolist() == [9.0, 0.0]
+    assert parabola.position(-1.0).tolist() == [3.0, -9.0]
+    assert parabola.acceleration(0.0).tolist() == [0.1, 0.0]
+    assert circle.position(0.0) == pytest.approx([10 + 3 * np.cos(0.5), 3 * np.sin(0.5)])
+    assert circle.rate == -1 / 3
+    assert (smooth.interpolation, linear.interpolation) == ("smooth", "linear")
+    assert scenario.obstacles[-1].trajectory.interpolation == "linear"
+    recording = simulate(scenario, METHODS["nao"])
+    assert len(recording.accelerations) > 0
+
+
+def test_the_least_that_a_file_says(tmp_path: Path) -> None:
+    """Everything else is as in `Scenario`; a robot without a velocity is at rest; the name is that of the file."""
+    scenario = read_scenario(write(tmp_path, ROBOT, "plain.yml"))
+    assert scenario.name == "plain"
+    assert scenario.robot.state.velocity.tolist() == [0.0, 0.0]
+    plain = Scenario("plain", scenario.robot)
+    assert all(getattr(scenario, name) == getattr(plain, name) for name in (*SETTINGS, "holds"))
+    assert isinstance(scenario.robot.goal.trajectory, Stationary)
+    assert scenario.robot.goal.tolerance == 0.5
+
+
+def test_space(tmp_path: Path) -> None:
+    write(tmp_path, "t,id,x,y,z\n0,4,30,0,1\n9,4,31,0,1\n", "tracks.csv")
+    content = ROBOT.replace("[0, 0]", "[0, 0, 0]").replace("[20, 0]", "[20, 0, 5]") + (
+        "obstacles: [{radius: 1, trajectory: {kind: circular, center: [9, 0, 0], radius: 2, speed: 1, "
+        "normal: [1, 0, 0]}}]\nrecording: {file: tracks.csv, radius: 1}\n"
+    )
+    scenario = read_scenario(write(tmp_path, content))
+    assert scenario.robot.shape == Ball(1)
+    assert [o.dimension for o in scenario.obstacles] == [3, 3]
+    assert scenario.obstacles[0].trajectory.normal.tolist() == [1.0, 0.0, 0.0]
+
+
+def test_load_takes_files_and_settings(tmp_path: Path) -> None:
+    path = str(write(tmp_path, ROBOT))
+    assert load(path, {"margin": 0.2}).margin == 0.2
+    with pytest.raises(InvalidInput, match=r"setting: expected one of .*found 'speed'"):
+        load(path, {"speed": 1.0})
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Mistakes.
+
+MISTAKEN = """\
+name: many mistakes
+robot:
+  position: [0, @zero]
+  @radus: 1
+  radius: @-0.5
+  max_speed: @fast
+  max_acceleration: @0
+  velocity_bounds:
+    - @{normal: [1, 0], @offsett: 2}
+  goal:
+    position: @[20]
+    stop: @perhaps
+obstacles:
+  - radius: 1
+    trajectory: @{kind: circle, center: [0, 0]}
+  - radius: @.inf
+    trajectory:
+      @kind: circular
+      center: @[1, 2, 3, 4]
+      @raduis: 3
+      speed: @[1]
+  - @trajectory: {kind: constant_velocity, position: [1, 1], velocity: [1, 0], @att: 3}
+  - radius: 1
+    trajectory: @{position: [1, 1]}
+  - radius: 1
+    trajectory: {kind: sampled, times: @3, positions: [[0, 0], @[1]], interpolation: @cubic}
+  - @7
+recording: @{radius: 1}
+dt: @0
+horizon: @-1
+holds: @[]
+@durration: 5
+"""
+IN_ROBOT = "position, velocity, radius, max_speed, max_acceleration, velocity_bounds, acceleration_bounds, goal"
+AT_TOP = "name, robot, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds"
+KINDS = "'stationary', 'constant_velocity', 'constant_acceleration', 'circular', 'sampled'"
+
+
+def test_all_mistakes_at_once(tmp_path: Path) -> None:
+    """Typos, wrong types, numbers out of range, missing keys, unknown kinds: the place, the key, what was expected."""
+    check(
+        tmp_path,
+        MISTAKEN,
+        "robot.position.1: expected a number, found 'zero'",
+        f"robot.radus: expected one of {IN_ROBOT}; found 'radus'; did you mean 'radius'?",
+        "robot.radius: expected 0 or more, found -0.5",
+        "robot.max_speed: expected a number, found 'fast'",
+        "robot.max_acceleration: expected a number above 0, found 0",
+        "robot.velocity_bounds.0.offset: expected this key, found none",
+        "robot.velocity_bounds.0.offsett: expected one of normal, offset; found 'offsett'; did you mean 'offset'?",
+        "robot.goal.position: expected at least 2 entries, found 1",
+        "robot.goal.stop: expected true or false, found 'perhaps'",
+        f"obstacles.0.trajectory: expected a kind among {KINDS}, found 'circle'",
+        "obstacles.1.radius: expected a finite number, found inf",
+        "obstacles.1.trajectory.radius: expected this key, found none",
+        "obstacles.1.trajectory.center: expected at most 3 entries, found 4",
+        "obstacles.1.trajectory.raduis: expected one of kind, center, radius, speed, phase, normal; found 'raduis'; "
+        "did you mean 'radius'?",
+        "obstacles.1.trajectory.speed: expected a number, found [1]",
+        "obstacles.2.radius: expected this key, found none",
+        "obstacles.2.trajectory.att: expected one of kind, position, velocity, at; found 'att'; did you mean 'at'?",
+        "obstacles.3.trajectory: expected a key 'kind', found none",
+        "obstacles.4.trajectory.times: expected a list, found 3",
+        "obstacles.4.trajectory.positions.1: expected at least 2 entries, found 1",
+        "obstacles.4.trajectory.interpolation: expected 'linear' or 'smooth', found 'cubic'",
+        "obstacles.5: expected a mapping, found 7",
+        "recording.file: expected this key, found none",
+        "dt: expected a number above 0, found 0",
+        "horizon: expected a number above 0, found -1",
+        "holds: expected at least 1 entries, found 0",
+        f"durration: expected one of {AT_TOP}; found 'durration'; did you mean 'duration'?",
+    )
+
+
+def test_values_that_do_not_go_together_all_at_once(tmp_path: Path) -> None:
+    """Dimensions, times that go backwards or repeat, directions of length 0: at the value that is wrong."""
+    check(
+        tmp_path,
+        """\
+robot:
+  position: [0, 0]
+  velocity: @[1, 0, 0]
+  radius: 1
+  max_speed: 2
+  max_acceleration: 1
+  velocity_bounds:
+    - {normal: [1, 0], offset: 1}
+    - @{normal: [0, 0], offset: 1}
+  goal: @{position: [20, 0], trajectory: {kind: stationary, position: [1, 1]}}
+obstacles:
+  - radius: 1
+    trajectory: @{kind: stationary, position: [9, 0, 0]}
+  - radius: 1
+    trajectory: @{kind: sampled, times: [0, 2, 1], positions: [[0, 0], [1, 0], [2, 0]]}
+  - radius: 1
+    trajectory: @{kind: sampled, times: [0, 1, 1], positions: [[0, 0], [1, 0], [2, 0]]}
+  - radius: 1
+    trajectory: @{kind: circular, center: [0, 0], radius: 3, speed: 1, normal: [0, 0, 1]}
+  - radius: 1
+    trajectory: @{kind: constant_velocity, position: [0, 0], velocity: [0, 0, 0]}
+  - radius: 1
+    trajectory: @{kind: sampled, times: [0], positions: [[0, 0]]}
+replan: @0.25
+""",
+        "robot.velocity: expected 2 numbers, found [1, 0, 0] of shape (3,)",
+        "robot.velocity_bounds.1: normal: expected a direction, found the zero vector",
+        "robot.goal: expected either position or trajectory, found both",
+        "obstacles.0.trajectory: obstacle 'obstacle 0': expected shape and trajectory of one dimension, found 2 and 3",
+        "obstacles.1.trajectory: times: expected increasing times, found 2 followed by 1 at index 2",
+        "obstacles.2.trajectory: times: expected increasing times, found 1 followed by 1 at index 2",
+        "obstacles.3.trajectory: normal: expected none for a circle in the plane, found one",
+        "obstacles.4.trajectory: speed: expected 2 numbers, found [0, 0, 0] of shape (3,)",
+        "obstacles.5.trajectory: times: expected at least two samples, found 1",
+        "replan: expected a multiple of dt = 0.1 s, found 0.25 s",
+    )
+
+
+def test_mistakes_of_every_sort_come_at_once(tmp_path: Path) -> None:
+    """One round is enough: a negative radius does not hide that the times of another obstacle go backwards."""
+    found = mistakes(
+        tmp_path,
+        ROBOT
+        + """\
+obstacles:
+  - {radius: -1, trajectory: {kind: stationary, position: [9, 0]}}
+  - {radius: 1, trajectory: {kind: sampled, times: [0, 2, 1], positions: [[0, 0], [1, 0], [2, 0]]}}
+  - {radius: 1, trajectory: {kind: stationary, position: [9, 0, 0]}}
+recording: {file: none.csv, radius: 1}
+""",
+    )
+    text = "\n".join(found)
+    assert ":3:14: obstacles.0.radius: expected 0 or more, found -1" in text
+    assert "obstacles.1.trajectory: times: expected increasing times" in text
+    assert "obstacles.2.trajectory:" in text
+    assert "none.csv" in text
+    assert len(found) == 4
+
+
+def test_a_goal_of_another_dimension(tmp_path: Path) -> None:
+    """Together with an obstacle that does not fit either."""
+    (one,) = mistakes(tmp_path, ROBOT.replace("[20, 0]", "[20, 0, 0]"))
+    assert ":1:78: robot.goal: expected dimension 2" in one
+    two = mistakes(
+        tmp_path,
+        ROBOT.replace("[20, 0]", "[20, 0, 0]")
+        + "obstacles: [{radius: 1, trajectory: {kind: stationary, position: [9, 0, 0]}}]\n",
+    )
+    assert len(two) == 2
+
+
+def test_a_goal_inside_an_obstacle(tmp_path: Path) -> None:
+    """Refused at the goal, if the obstacle rests there for ever."""
+    (one,) = mistakes(
+        tmp_path, ROBOT + "obstacles: [{name: lid, radius: 3, trajectory: {kind: stationary, position: [21, 0]}}]\n"
+    )
+    assert "scenario.yaml:1:78: robot.goal: expected a place that the robot can reach" in one
+    assert "'lid'" in one
+
+
+def test_a_start_inside_an_obstacle_is_run(tmp_path: Path) -> None:
+    """It has a status of its own."""
+    content = ROBOT + "duration: 1\nobstacles: [{radius: 3, trajectory: {kind: stationary, position: [1, 1]}}]\n"
+    recording = simulate(read_scenario(write(tmp_path, content)), METHODS["nao"])
+    assert recording.outcomes[0] == ("ESCAPING",)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("margin: @true", "margin: expected a number, found True"),
+        ("duration: @yesterday", "duration: expected a number, found 'yesterday'"),
+        ("duration: @.nan", "duration: expected a finite number, found nan"),
+        ("duration: @[3]", "duration: expected a number, found [3]"),
+        ("duration: @{a: 3}", "duration: expected a number, found a mapping"),
+        ("name: @5", "name: expected text, found 5"),
+        ("obstacles: @{}", "obstacles: expected a list, found a mapping"),
+        ("obstacles: @none", "obstacles: expected a list, found 'none'"),
+        ("recording: @tracks.csv", "recording: expected a mapping, found 'tracks.csv'"),
+        ("holds: [1, @-1]", "holds.1: expected a number above 0, found -1"),
+        ("patience: @-0.1", "patience: expected 0 or more, found -0.1"),
+        ("@Margin: 1", f"Margin: expected one of {AT_TOP}; found 'Margin'; did you mean 'margin'?"),
+        ("@xyz: 1", f"xyz: expected one of {AT_TOP}; found 'xyz'"),
+    ],
+)
+def test_one_mistake(line: str, expected: str, tmp_path: Path) -> None:
+    check(tmp_path, ROBOT + line + "\n", expected)
+
+
+def test_a_value_that_is_left_out(tmp_path: Path) -> None:
+    """The line is that of the key, not of what follows."""
+    (one,) = mistakes(tmp_path, ROBOT + "duration:\nhorizon: 3\n")
+    assert re.search(r"scenario\.yaml:2:\d+: duration: expected a number, found None", one)
+
+
+@pytest.mark.parametrize(
+    ("marked", "expected"),
+    [
+        ("robot:\n  position: [0, 0\n  radius@: 1\n", r"expected ',' or '\]', but got ':'"),
+        ("name: a\nrobot:\n  radius: 1\n@name: b\n", 'found duplicate key "name"'),
+        ("robot:\n  radius: 1\n  @radius: 2\n", 'found duplicate key "radius"'),
+        ("name: @*nobody\n", "found undefined alias 'nobody'"),
+        ("name: @!secret x\n", "could not determine a constructor for the tag '!secret'"),
+        ("name: @!!python/object/apply:os.getcwd []\n", "could not determine a constructor"),
+        ("name: a\n@---\nname: b\n", "found another document"),
+        ("name:\n@\tx: 1\n", "cannot start any token"),
+        ('name: "abc@', "found unexpected end of stream"),
+    ],
+)
+def test_what_is_not_yaml(marked: str, expected: str, tmp_path: Path) -> None:
+    line, column = (
+        marked[: marked.index("@")].count("\n") + 1,
+        marked.index("@") - marked.rfind("\n", 0, marked.index("@")),
+    )
+    (one,) = mistakes(tmp_path, marked.replace("@", ""))
+    assert one.startswith(f"{tmp_path / 'scenario.yaml'}:{line}:{column}: expected YAML, found a mistake: ")
+    assert re.search(expected, one)
+
+
+@pytest.mark.parametrize(
+    "content", ["", "# nothing but a comment\n", "---\n", "- 1\n- 2\n", "just text\n", "5\n", "~\n"]
+)
+def test_what_is_no_mapping(content: str, tmp_path: Path) -> None:
+    (one,) = mistakes(tmp_path, content)
+    assert re.search(r"scenario\.yaml:\d+:\d+: expected a mapping, found ", one)
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00\x01", b"name: a\x00b\n", b"name: \x07\n", b"\x89HDF\r\n\x1a\n" * 9])
+def test_what_is_no_text(content: bytes, tmp_path: Path) -> None:
+    (one,) = mistakes(tmp_path, content)
+    assert re.search(r"scenario\.yaml(:\d+:\d+)?: expected (a readable )?YAML.*, found ", one)
+
+
+@pytest.mark.parametrize("content", ["1: 2\n", "? [a, b]\n: 3\n", "a: &a [*a]\n", "robot: &a {x: *a}\n", "<<: [1]\n"])
+def test_strange_yaml_is_a_mistake_too(content: str, tmp_path: Path) -> None:
+    """Keys that are no text, things that contain themselves, merges of nothing."""
+    assert all("expected" in line or "Keys should be strings" in line for line in mistakes(tmp_path, content))
+
+
+def test_deep_nesting_is_a_mistake_too(tmp_path: Path) -> None:
+    (one,) = mistakes(tmp_path, "a: " + "[" * 5000 + "]" * 5000 + "\n")
+    assert "scenario.yaml" in one
+
+
+def test_files_that_are_not_there(tmp_path: Path) -> None:
+    for name in ("none.yaml", "."):
+        with pytest.raises(InvalidFile, match="expected a readable YAML file, found ") as caught:
+            read_scenario(tmp_path / name)
+        assert len(caught.value.mistakes) == 1
+
+
+def test_recordings_that_are_not_there_or_do_not_fit(tmp_path: Path) -> None:
+    """Beside the scenario file, not where the program runs."""
+    (one,) = mistakes(tmp_path, ROBOT + "recording: {file: none.csv, radius: 1}\n")
+    assert "none.csv: expected a readable CSV file, found " in one
+    write(tmp_path, "t,id,x,y\n0,1,0,left\n1,1,?,0\n", "bad.csv")
+    assert [
+        line.split("bad.csv")[1] for line in mistakes(tmp_path, ROBOT + "recording: {file: bad.csv, radius: 1}\n")
+    ] == [
+        ":2:7: expected a number, found 'left'",
+        ":3:5: expected a number, found '?'",
+    ]
+    write(tmp_path, "t,id,x,y,z\n" + "".join(f"{t},{k},9,{9 + k},0\n" for k in range(30) for t in (0, 1)), "space.csv")
+    found = mistakes(tmp_path, ROBOT + "recording: {file: space.csv, radius: 1}\n")
+    assert all("scenario.yaml:2:12: recording: " in line and "found 2 and 3" in line for line in found)
+
+
+def test_yaml_1_2(tmp_path: Path) -> None:
+    """`no` is text, 010 is ten, 1e1 is a number."""
+    scenario = read_scenario(write(tmp_path, ROBOT + "name: no\nduration: 1e1\nhorizon: 010\n"))
+    assert (scenario.name, scenario.duration, scenario.horizon) == ("no", 10.0, 10.0)
