@@ -80,13 +80,35 @@ def _sampled(p, t):
     return tuple(np.where(gone, np.nan, value) for value in found)
 
 
+def _polynomial(p, t):
+    begins = p["start"] + np.concatenate([[0.0], np.cumsum(p["durations"])])
+    k = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(p["durations"]) - 1)
+    gone = ((t < begins[0]) | (t > begins[-1]))[:, None]
+    found = []
+    for order in range(3):
+        rows = [
+            [np.polyval(np.polyder(np.poly1d(axis[::-1]), order), x - begins[i]) for axis in p["coefficients"][i].T]
+            for i, x in zip(k, t)
+        ]
+        found.append(np.where(gone, np.nan, np.array(rows).reshape(len(t), -1)))
+    return tuple(found)
+
+
 MOTIONS = {
+    "piecewise_polynomial": _polynomial,
     "stationary": _stationary,
     "constant_velocity": _constant_velocity,
     "constant_acceleration": _constant_acceleration,
     "circular": _circular,
     "sampled": _sampled,
 }
+
+
+STAMPS = {
+    "sampled": lambda p: np.asarray(p["times"], dtype=float),
+    "piecewise_polynomial": lambda p: p["start"] + np.concatenate([[0.0], np.cumsum(p["durations"])]),
+}
+"""Times at which a motion begins, may jump and ends, for those that have such times."""
 
 
 def motion(kind, parameters, t):
@@ -229,9 +251,9 @@ class Problem:
         """Position (n, d) of obstacle i at elapsed times t (n,); nan where it is not there."""
         kind, parameters = self.motions[i]
         absolute = self.start + t
-        if kind == "sampled":
+        if kind in STAMPS:
             # start + (stamp - start) may leave the life of an obstacle by one rounding; its ends belong to it.
-            inside = np.clip(absolute, *np.asarray(parameters["times"])[[0, -1]])
+            inside = np.clip(absolute, *STAMPS[kind](parameters)[[0, -1]])
             absolute = np.where(np.abs(inside - absolute) < 1e-12, inside, absolute)
         return motion(kind, parameters, absolute)[0]
 
@@ -243,16 +265,16 @@ class Problem:
     def span(self, i):
         """Elapsed times at which obstacle i appears and vanishes."""
         kind, parameters = self.motions[i]
-        if kind != "sampled":
+        if kind not in STAMPS:
             return 0.0, self.horizon
-        first, last = np.asarray(parameters["times"])[[0, -1]] - self.start
+        first, last = STAMPS[kind](parameters)[[0, -1]] - self.start
         return max(first, 0.0), min(last, self.horizon)
 
     @cached_property
     def times(self):
         """Elapsed times every millisecond and wherever something may jump."""
         at = [np.linspace(0.0, self.horizon, ceil(self.horizon / STEP) + 1)]
-        at += [np.asarray(p["times"]) - self.start for kind, p in self.motions if kind == "sampled"]
+        at += [STAMPS[kind](p) - self.start for kind, p in self.motions if kind in STAMPS]
         at = np.unique(np.concatenate(at))
         return at[(at >= 0) & (at <= self.horizon)]
 

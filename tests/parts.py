@@ -19,10 +19,12 @@ from slalom import (
     AtConstantVelocity,
     Ball,
     Circular,
+    Composite,
     ConstantAcceleration,
     ConstantVelocity,
     Disc,
     Forecast,
+    Function,
     HalfSpace,
     Jerk,
     Known,
@@ -30,6 +32,7 @@ from slalom import (
     Limits,
     Manoeuvre,
     Method,
+    PiecewisePolynomial,
     Response,
     Sampled,
     Shape,
@@ -130,6 +133,22 @@ def _first(dimension: int, *values: float) -> list[float]:
     return list(values[:dimension])
 
 
+def _polynomial(dimension: int) -> Trajectory:
+    """Four pieces of degree 7 that meet, the velocities of which do not."""
+    rng = np.random.default_rng(7)
+    durations = np.array([2.0, 1.5, 3.0, 2.5])
+    pieces = rng.normal(size=(4, 8, dimension)) * (0.3 ** np.arange(8))[:, None]
+    for k in range(1, 4):
+        pieces[k, 0] = (pieces[k - 1] * durations[k - 1] ** np.arange(8)[:, None]).sum(axis=0)
+    return PiecewisePolynomial(durations, pieces, -1.5)
+
+
+def _leaving_circle(dimension: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where a car on the circle of the composite is at 2.5 s, and how fast."""
+    circle = Circular(_first(dimension, 0.0, 0.0, 0.0), 3.0, 2.0)
+    return circle.position(2.5), circle.velocity(2.5)
+
+
 TRAJECTORIES: dict[str, Callable[[int], Trajectory]] = {
     "stationary": lambda d: Stationary(_first(d, 3.0, -1.0, 0.5)),
     "constant_velocity": lambda d: ConstantVelocity(_first(d, 4.0, 1.0, -1.0), _first(d, -1.2, 0.3, 0.4), 0.5),
@@ -141,6 +160,13 @@ TRAJECTORIES: dict[str, Callable[[int], Trajectory]] = {
     "sampled_smooth": lambda d: Sampled(_TIMES, _wander(d), "smooth"),
     "sampled_linear": lambda d: Sampled(_TIMES, _wander(d), "linear"),
     "sampled_pair": lambda d: Sampled([-1.0, 7.0], [_first(d, 0.0, 1.0, 2.0), _first(d, 5.0, -1.0, 0.0)]),
+    "piecewise_polynomial": _polynomial,
+    "composite": lambda d: Composite(
+        (Circular(_first(d, 0.0, 0.0, 0.0), 3.0, 2.0), ConstantVelocity(*_leaving_circle(d), 2.5)), (2.5,)
+    ),
+    "function": lambda d: Function(
+        lambda t: _first(d, 2.0 * np.sin(t), 0.3 * t * t, np.cos(2.0 * t)), 6.0, 5.0, -1.0, 7.5, tolerance=1e-3
+    ),
     "moved": lambda d: Moved(
         Circular(_first(d, 1.0, 0.0, 0.0), 2.0, 1.5), -np.eye(d), np.full(d, 0.5), np.full(d, 0.2), 0.7, 1.3
     ),

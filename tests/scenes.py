@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from oracle import Admissible, Problem, assumed, directions, motion
+from oracle import STAMPS, Admissible, Problem, assumed, directions, motion
 
 import slalom
 from slalom import METHODS, HalfSpace, Limits, Obstacle, State, Traffic
@@ -78,7 +78,26 @@ def _brief(rng, d, start, horizon):
     return _samples(rng, d, start + first * horizon, start + last * horizon, str(rng.choice(["linear", "smooth"])))
 
 
-KINDS = (_stationary, _constant_velocity, _constant_acceleration, _circular, _linear, _smooth, _brief)
+def _polynomials(rng, d, start, horizon):
+    """Pieces of degree 5 that meet, with velocities that may jump; some begin or end within the horizon."""
+    durations = rng.uniform(0.4, 3.0, size=int(rng.integers(1, 6)))
+    coefficients = rng.normal(size=(len(durations), 6, d)) * np.array([1.0, 1.0, 0.5, 0.2, 0.05, 0.01])[:, None]
+    for k in range(1, len(durations)):
+        coefficients[k, 0] = sum(coefficients[k - 1, power] * durations[k - 1] ** power for power in range(6))
+    first = start + (rng.uniform(0.0, 0.5) * horizon if rng.random() < 0.3 else -0.1)
+    return "piecewise_polynomial", {"durations": durations, "coefficients": coefficients, "start": first}
+
+
+KINDS = (
+    _stationary,
+    _constant_velocity,
+    _constant_acceleration,
+    _circular,
+    _linear,
+    _smooth,
+    _brief,
+    _polynomials,
+)
 """Every kind of trajectory: a later one joins here, and in `oracle.MOTIONS`."""
 
 
@@ -244,13 +263,16 @@ def _pull(offset):
 def _shift(parameters, rng, plain, forecast, kind, aimed, radius):
     """Move a trajectory so that, as it is foreseen, it stands in the way of the control `aimed` at some time."""
     now, t = plain.start, plain.horizon * rng.uniform(0.05, 1.0) ** 0.6
-    if kind == "sampled":
-        first, last = parameters["times"][[0, -1]] - now
+    if kind in STAMPS:
+        first, last = STAMPS[kind](parameters)[[0, -1]] - now
         t = rng.uniform(max(first, 0.0), min(last, plain.horizon))
     seen = assumed(type(forecast).__name__, kind, parameters, now) or (kind, parameters)
     target = plain.robot(aimed, np.array([t]))[0] + _offset(rng, plain.dimension, radius + plain.robot_radius)
     here = motion(*seen, [now + t])[0][0]
     if np.isnan(here[0]):
+        return
+    if kind == "piecewise_polynomial":
+        parameters["coefficients"][:, 0] += target - here
         return
     where = {"circular": "center", "sampled": "positions"}.get(kind, "place")
     parameters[where] = parameters[where] + (target - here)

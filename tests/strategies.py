@@ -14,6 +14,7 @@ from slalom import (
     ConstantVelocity,
     ControlObstacle,
     Obstacle,
+    PiecewisePolynomial,
     Response,
     Sampled,
     Shape,
@@ -94,12 +95,25 @@ def _sampled(draw: DrawFn, d: int) -> Trajectory:
     return Sampled(times, places, draw(st.sampled_from(["smooth", "linear"])))
 
 
+@st.composite
+def _piecewise_polynomial(draw: DrawFn, d: int) -> Trajectory:
+    """Pieces of degree 4 that meet."""
+    durations = draw(st.lists(numbers(0.4, 2.5), min_size=1, max_size=4))
+    place, pieces = draw(vectors(d, 8.0)), []
+    for duration in durations:
+        piece = np.array([place, *(draw(vectors(d, size)) for size in (2.0, 1.0, 0.3, 0.1))])
+        place = (piece * duration ** np.arange(5)[:, None]).sum(axis=0)
+        pieces.append(piece)
+    return PiecewisePolynomial(durations, pieces, draw(numbers(-1.0, 1.0)))
+
+
 KINDS: dict[str, Callable[[int], SearchStrategy[Trajectory]]] = {
     "stationary": _stationary,
     "constant_velocity": _constant_velocity,
     "constant_acceleration": _constant_acceleration,
     "circular": _circular,
     "sampled": _sampled,
+    "piecewise_polynomial": _piecewise_polynomial,
 }
 """One strategy for each kind of trajectory, by the names of `slalom.trajectory.TRAJECTORIES`."""
 

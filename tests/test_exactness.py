@@ -3,7 +3,7 @@
 import mpmath
 import numpy as np
 import pytest
-from oracle import MOTIONS, better_control, motion, polynomial_gap
+from oracle import MOTIONS, STAMPS, better_control, motion, polynomial_gap
 from oracle import RESPONSES as DERIVED
 from scenes import PARAMETERS, scene
 
@@ -190,8 +190,8 @@ def test_derived_motions_have_the_derivatives_they_state(number):
     s, h = scene(number, 2 + number % 2), 1e-4
     for kind, parameters in s.problem.motions:
         t = s.problem.start + np.linspace(0.05, 0.95, 7) * s.problem.horizon
-        if kind == "sampled":
-            stamps = np.asarray(parameters["times"])
+        if kind in STAMPS:
+            stamps = STAMPS[kind](parameters)
             t = 0.6 * stamps[1:] + 0.4 * stamps[:-1]
         before, now, after = (motion(kind, parameters, x) for x in (t - h, t, t + h))
         for order in (0, 1):

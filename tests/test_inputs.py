@@ -65,6 +65,7 @@ from slalom.io import tracks
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario
 from slalom.sim.gallery import build
 from slalom.sim.scenario_file import GoalSpec
+from slalom.trajectory import Composite, Function, PiecewisePolynomial
 from slalom.view import style
 
 SOURCES = Path(slalom.__file__).parent
@@ -74,6 +75,7 @@ ROCK, BALLOON = Obstacle(Disc(1), Stationary((9, 0))), Obstacle(Ball(1), Station
 GOAL = Goal(Stationary((20, 0)))
 LIMITS = Limits(2.0, 1.0)
 DISC = Disc(1)
+STILL = Stationary((0, 0))
 NEVER_BOUNDED = Admissible(np.empty((0, 2)), np.empty(0), np.array([[1.0, 0.0]]), np.array([1.0]))
 
 
@@ -353,6 +355,90 @@ CASES = [
         OutsideSpan,
         r"found 9 s",
         lambda _: Sampled([0, 1], np.zeros((2, 2))).acceleration(9),
+    ),
+    Case(
+        "PiecewisePolynomial.__post_init__",
+        InvalidInput,
+        r"coefficients: expected \(n, degree \+ 1, 2 or 3\) for n >= 1 durations, found \(1, 2, 2\) for \(2,\)",
+        lambda _: PiecewisePolynomial([1, 1], np.zeros((1, 2, 2))),
+    ),
+    Case(
+        "PiecewisePolynomial.__post_init__",
+        InvalidInput,
+        r"coefficients: expected .* found \(0, 2, 2\) for \(0,\)",
+        lambda _: PiecewisePolynomial([], np.zeros((0, 2, 2))),
+    ),
+    Case(
+        "PiecewisePolynomial.__post_init__",
+        InvalidInput,
+        r"durations: expected times above 0, found -1 at index 1",
+        lambda _: PiecewisePolynomial([1, -1], np.zeros((2, 2, 2))),
+    ),
+    Case(
+        "PiecewisePolynomial.__post_init__",
+        InvalidInput,
+        r"coefficients: expected pieces that meet, found a jump of 5 m after piece 0",
+        lambda _: PiecewisePolynomial([1, 1], [[(0, 0)], [(3, 4)]]),
+    ),
+    Case(
+        "PiecewisePolynomial._derivative",
+        OutsideSpan,
+        r"expected a time from 2 to 3 s, found 3.5 s",
+        lambda _: PiecewisePolynomial([1], [[(0, 0)]], 2).velocity(3.5),
+    ),
+    Case(
+        "Composite.__post_init__",
+        InvalidInput,
+        r"switches: expected one between two parts each, found 1 for 1 parts",
+        lambda _: Composite((STILL,), (1.0,)),
+    ),
+    Case(
+        "Composite.__post_init__",
+        InvalidInput,
+        r"switches: expected one between two parts each, found 0 for 1 parts",
+        lambda _: Composite((STILL,), ()),
+    ),
+    Case(
+        "Composite.__post_init__",
+        InvalidInput,
+        r"parts: expected one dimension, found \[2, 3\]",
+        lambda _: Composite((STILL, Stationary((0, 0, 0))), (1.0,)),
+    ),
+    Case(
+        "Composite.__post_init__",
+        InvalidInput,
+        r"switches: expected increasing times, found \(2.0, 1.0\)",
+        lambda _: Composite((STILL,) * 3, (2.0, 1.0)),
+    ),
+    Case(
+        "Composite.__post_init__",
+        InvalidInput,
+        r"switches: expected both parts to exist at 5 s, found a span \(0.0, 1.0\)",
+        lambda _: Composite((Sampled([0, 1], np.zeros((2, 2))), STILL), (5.0,)),
+    ),
+    Case(
+        "Composite.__post_init__",
+        InvalidInput,
+        r"parts: expected parts that meet, found a jump of 5 m at 1 s",
+        lambda _: Composite((STILL, Stationary((3, 4))), (1.0,)),
+    ),
+    Case(
+        "Function.__post_init__",
+        InvalidInput,
+        r"function: expected a place of 2 or 3 finite numbers, found \[0\.\]",
+        lambda _: Function(lambda t: [0.0], 1, 1, 0, 1),
+    ),
+    Case(
+        "Function.__post_init__",
+        InvalidInput,
+        r"function: expected a place of 2 or 3 finite numbers, found \[nan  0\.\]",
+        lambda _: Function(lambda t: [NAN, 0.0], 1, 1, 0, 1),
+    ),
+    Case(
+        "Function.position",
+        OutsideSpan,
+        r"expected a time from 0 to 1 s, found 1.5 s",
+        lambda _: Function(lambda t: [t, 0.0], 1, 1, 0, 1).position([0.5, 1.5]),
     ),
     # Decisions.
     Case(

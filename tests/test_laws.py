@@ -328,7 +328,7 @@ def test_path_stays_within_its_error(track, d: int) -> None:
         assert path.times[0] == start
         assert path.times[-1] == end
         assert np.all(np.diff(path.times) > 0.0)
-        assert np.all(path.error <= INTERPOLATION * getattr(track, "length", 1.0))
+        assert np.all(path.error <= getattr(track, "tolerance", INTERPOLATION * getattr(track, "length", 1.0)))
         np.testing.assert_allclose(path.points[1:, 0], path.points[:-1, 3], atol=1e-12)
         off = np.linalg.norm(along(path) - track.position(along_times(path)), axis=-1).max(axis=1)
         assert np.all(off <= path.error + ROUNDING)

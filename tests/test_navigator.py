@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,8 @@ from slalom.tolerances import ADJUSTMENT, KEPT
 
 PERIOD = 0.1
 PLANES = (2, 3)
+ALONE = ("vo", "avo", "nao")
+"""Without obstacles nlvo is vo, and ao is nao."""
 
 
 def vector(d: int, *values: float) -> np.ndarray:
@@ -219,13 +222,13 @@ def test_impact(d: int, method: str) -> None:
     assert np.linalg.norm(push) <= 1.0 + 1e-9
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize("d", PLANES)
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 0.7, 2.9])
 def test_escaping(offset: float, d: int, method: str) -> None:
     """From inside an obstacle, even from its very centre, the robot leaves, and then it drives on."""
     robot, obstacle = navigator(d, method), rock(d, 2.0, 0.0, -offset)
-    steps = list(follow(robot, at(d, 0.0), [obstacle], goal(d, -40.0), 60))
+    steps = list(follow(robot, at(d, 0.0), [obstacle], goal(d, -40.0), 40))
     assert steps[0].decision.outcome is Outcome.ESCAPING
     assert not steps[0].decision.outcome.safe
     escaping = [s.decision.outcome is Outcome.ESCAPING for s in steps]
@@ -363,13 +366,19 @@ def crowd(rng: np.random.Generator, d: int, count: int, *, still: bool = False) 
 
 
 def random_run(
-    seed: int, d: int, method: str, limits: Limits | None = None, speed: float = 1.0, still: bool = False
+    seed: int,
+    d: int,
+    method: str,
+    limits: Limits | None = None,
+    speed: float = 1.0,
+    still: bool = False,
+    most: float = 9.0,
 ) -> Recording:
-    """A run of at most nine seconds through a crowd."""
+    """A run of at most `most` seconds through a crowd."""
     rng = np.random.default_rng([seed, d])
     robot = Robot(disc_or_ball(0.5, d), limits or Limits(4.0, 3.0), at(d, speed), goal(d, 30.0))
     others = tuple(crowd(rng, d, 12 if d == 2 else 18, still=still))
-    return simulate(Scenario("random", robot, others, duration=9.0), METHODS[method], seed=seed)
+    return simulate(Scenario("random", robot, others, duration=most), METHODS[method], seed=seed)
 
 
 def up_to_first_unsafe(recording: Recording) -> Recording:
@@ -391,21 +400,21 @@ def up_to_first_unsafe(recording: Recording) -> Recording:
 def test_nothing_is_hit_while_outcomes_are_safe(d: int, method: str) -> None:
     """With known trajectories, in continuous time, by code that does not decide."""
     wholly_safe, chosen = 0, 0
-    for seed in range(5):
+    for seed in range(4):
         recording = random_run(seed, d, method)
         part = up_to_first_unsafe(recording)
         wholly_safe += len(part.outcomes) == len(recording.outcomes)
         chosen += sum(name == "CONSTRAINED" for (name,) in part.outcomes)
         least = min(closest.clearance for closest in closest_approaches(part))
         assert least >= -KEPT, f"seed {seed}"
-    assert wholly_safe >= 3
+    assert wholly_safe >= 2
     assert chosen >= 10
 
 
 @pytest.mark.parametrize("d", PLANES)
 def test_among_rocks_every_outcome_is_safe(d: int) -> None:
     """What stands still never surprises a robot that can stop within its horizon."""
-    for seed in range(3):
+    for seed in range(2):
         recording = random_run(seed, d, "nao", still=True)
         assert {name for (name,) in recording.outcomes} <= {o.name for o in Outcome if o.safe}, f"seed {seed}"
         assert min(closest.clearance for closest in closest_approaches(recording)) >= -KEPT
@@ -418,16 +427,15 @@ BOUNDED = (HalfSpace((-1, 0), 0.2),), (HalfSpace((0, 1), 1.0),)
 @pytest.mark.parametrize("d", PLANES)
 def test_limits_are_obeyed_at_every_step(d: int, method: str) -> None:
     """Whatever the outcome."""
-    for seed in (10, 11):
-        recording = random_run(seed, d, method, Limits(3.0, 2.0))
-        assert np.linalg.norm(recording.accelerations, axis=-1).max() <= 2.0 * (1 + 1e-8)
-        assert np.linalg.norm(recording.velocities, axis=-1).max() <= 3.0 * (1 + 1e-8)
+    recording = random_run(10, d, method, Limits(3.0, 2.0), most=7.0)
+    assert np.linalg.norm(recording.accelerations, axis=-1).max() <= 2.0 * (1 + 1e-8)
+    assert np.linalg.norm(recording.velocities, axis=-1).max() <= 3.0 * (1 + 1e-8)
 
 
 @pytest.mark.parametrize("method", ["nlvo", "nao"])
 def test_bounds_are_obeyed_at_every_step(method: str) -> None:
     """A robot that hardly drives backwards and turns left less sharply than right."""
-    recording = random_run(12, 2, method, Limits(3.0, 2.0, *BOUNDED))
+    recording = random_run(12, 2, method, Limits(3.0, 2.0, *BOUNDED), most=6.0)
     assert recording.velocities[..., 0].min() >= -0.2 - 1e-8
     assert recording.accelerations[..., 1].max() <= 1.0 + 1e-8
 
@@ -436,7 +444,7 @@ def test_bounds_are_obeyed_at_every_step(method: str) -> None:
 @pytest.mark.parametrize("d", PLANES)
 def test_a_robot_that_is_too_fast_brakes(d: int, method: str) -> None:
     """It never gets faster, and after some seconds it obeys; full braking would take one."""
-    recording = random_run(13, d, method, Limits(2.0, 2.0), speed=4.0)
+    recording = random_run(13, d, method, Limits(2.0, 2.0), speed=4.0, most=7.0)
     speeds = np.linalg.norm(recording.velocities[:, 0], axis=-1)
     assert np.linalg.norm(recording.accelerations, axis=-1).max() <= 2.0 * (1 + 1e-8)
     assert speeds.max() <= 4.0 + 1e-9
@@ -445,9 +453,9 @@ def test_a_robot_that_is_too_fast_brakes(d: int, method: str) -> None:
     assert speeds[obeys:].max() <= 2.0 * (1 + 1e-8)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["avo", "nao"])
 def test_a_repeat_is_the_same_to_the_bit(method: str) -> None:
-    one, two = random_run(14, 2, method), random_run(14, 2, method)
+    one, two = (random_run(14, 3, method, most=4.0) for _ in range(2))
     assert one.controls.tobytes() == two.controls.tobytes()
     assert one.responses == two.responses
     assert one.digest() == two.digest()
@@ -457,7 +465,7 @@ def test_a_repeat_is_the_same_to_the_bit(method: str) -> None:
 # Goals.
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize(
     "place",
     [
@@ -481,7 +489,7 @@ def test_a_moving_goal_is_reached(stop: bool, place, method: str) -> None:
         assert np.linalg.norm(place.velocity(end) - recording.velocities[-1, 0]) <= tolerance
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize("d", PLANES)
 def test_a_goal_to_stop_at(d: int, method: str) -> None:
     """Within thrice the time that full pushes would take."""
@@ -502,7 +510,7 @@ def test_a_goal_that_is_passed_is_passed_fast() -> None:
 
 def test_a_goal_beside_the_way_is_not_orbited() -> None:
     """Two metres abeam at full speed: turning at once would circle it for ever."""
-    for method in METHODS:
+    for method in ALONE:
         robot = Robot(disc_or_ball(0.5, 2), Limits(4.0, 1.0), at(2, 4.0), Goal(Stationary((0.0, 2.0)), 0.5))
         recording = simulate(Scenario("abeam", robot, duration=40.0), METHODS[method])
         assert np.isfinite(recording.arrived[0]), method
@@ -536,16 +544,16 @@ def test_most_clearance_keeps_farther_away(d: int) -> None:
     """At least three times as far as arriving does, when up to a metre is wished for."""
     obstacle, least = rock(d, 1.5, 12.0, 0.3), {}
     for wish in (Arrive(), MostClearance(1.0, Arrive())):
-        steps = list(follow(navigator(d, objective=wish, limits=Limits(3.0, 2.0)), at(d, 2.0), [obstacle], goal(d), 80))
+        steps = list(follow(navigator(d, objective=wish, limits=Limits(3.0, 2.0)), at(d, 2.0), [obstacle], goal(d), 70))
         least[type(wish)] = gaps(steps, obstacle).min() - 2.5
     assert 0.0 < least[Arrive] < 0.3
     assert least[MostClearance] > 3.0 * least[Arrive]
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize("d", PLANES)
 def test_follow_velocity(d: int, method: str) -> None:
-    """The velocity is reached and kept; round an obstacle it is left and found again."""
+    """The velocity is reached and kept, whatever response the method has."""
     wanted = vector(d, 1.5, -0.8, 0.4)
     robot = navigator(d, method, objective=FollowVelocity(wanted), limits=Limits(3.0, 2.0), patience=0.0)
     last = list(follow(robot, at(d, 0.0), [], goal(d), 60))[-1]
@@ -569,6 +577,7 @@ def test_mix_is_the_weighted_mean(method: str, weights: tuple[float, float]) -> 
 # Patience.
 
 
+@cache
 def judged(patience: float) -> tuple[Navigator, list[Step], list[Obstacle]]:
     """A run whose manoeuvres are changed more often the less patience there is."""
     rng = np.random.default_rng(15)

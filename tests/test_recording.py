@@ -28,7 +28,7 @@ from slalom import (
 )
 from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
-from slalom.trajectory import TRAJECTORIES
+from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "radii", "arrived")
 PLAIN = ("scenario", "method", "seed", "dt", "parameters", "responses", "outcomes")
@@ -52,6 +52,10 @@ def every_kind(d: int) -> dict[str, Trajectory]:
         "sampled": Sampled(times, walk, "smooth"),
         "sampled, linear": Sampled(times, walk, "linear"),
     }
+    coefficients = rng.normal(size=(2, 5, d)) / 3
+    coefficients[:, 0] += 7.0
+    coefficients[1, 0] = (coefficients[0] * (1 / 3) ** np.arange(5)[:, None]).sum(axis=0)
+    kinds["piecewise_polynomial"] = PiecewisePolynomial([1 / 3, 9.0], coefficients, -1 / 7)
     if d == 3:
         kinds |= {f"tilted {k}": Circular(near(), 1.0, 1.0, normal=rng.normal(size=3)) for k in range(20)}
     assert {type(kind) for kind in kinds.values()} == set(TRAJECTORIES.values())

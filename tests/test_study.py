@@ -16,22 +16,22 @@ SHORT = {"duration": 3.0}
 
 def test_jobs_do_not_matter() -> None:
     """Not even to the last bit or to the order of the keys."""
-    one, two = (compare("roundabout_crossing", ["nlvo", "vo"], 3, settings=SHORT, jobs=jobs) for jobs in (1, 2))
+    one, two = (compare("roundabout_crossing", ["nlvo", "vo"], 2, settings=SHORT, jobs=jobs) for jobs in (1, 2))
     assert json.dumps(one) == json.dumps(two)
 
 
 def test_the_table_is_that_of_the_single_runs() -> None:
     """Counts, means and the least clearance, from runs made one by one."""
     settings = {"duration": 9.0, "margin": 0.1}
-    table = compare("roundabout_exit", ["vo", "nlvo"], 3, settings=settings)
+    table = compare("roundabout_exit", ["vo", "nlvo"], 2, settings=settings)
     assert table["scenario"] == "roundabout_exit"
-    assert table["seeds"] == 3
+    assert table["seeds"] == 2
     assert table["settings"] == settings
     assert list(table["methods"]) == ["vo", "nlvo"]
     for name, row in table["methods"].items():
-        runs = [simulate(build("roundabout_exit", settings, seed=s), METHODS[name], seed=s) for s in range(3)]
+        runs = [simulate(build("roundabout_exit", settings, seed=s), METHODS[name], seed=s) for s in range(2)]
         done = [run for run in runs if np.isfinite(run.arrived[0])]
-        assert row["runs"] == 3
+        assert row["runs"] == 2
         assert row["runs_with_collision"] == sum(metrics.collisions(run) > 0 for run in runs)
         assert row["runs_all_arrived"] == len(done)
         assert row["adjustments"] == np.mean([metrics.adjustments(run) for run in runs])

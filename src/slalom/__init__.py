@@ -39,7 +39,17 @@ from slalom.response import (
 from slalom.selection import Choice, Status, select, select_clearest
 from slalom.shape import Ball, Disc, Shape
 from slalom.state import State
-from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, Sampled, Stationary, Trajectory
+from slalom.trajectory import (
+    Circular,
+    Composite,
+    ConstantAcceleration,
+    ConstantVelocity,
+    Function,
+    PiecewisePolynomial,
+    Sampled,
+    Stationary,
+    Trajectory,
+)
 
 __version__ = "0.1.0"
 
@@ -57,6 +67,7 @@ __all__ = [
     "Ball",
     "Choice",
     "Circular",
+    "Composite",
     "ConstantAcceleration",
     "ConstantVelocity",
     "ControlObstacle",
@@ -65,6 +76,7 @@ __all__ = [
     "Element",
     "FollowVelocity",
     "Forecast",
+    "Function",
     "Goal",
     "HalfSpace",
     "InvalidFile",
@@ -83,6 +95,7 @@ __all__ = [
     "Obstacle",
     "Outcome",
     "OutsideSpan",
+    "PiecewisePolynomial",
     "Response",
     "Sampled",
     "Shape",

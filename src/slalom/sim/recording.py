@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
 import h5py
@@ -14,9 +14,10 @@ from slalom.errors import InvalidFile
 from slalom.goal import Goal
 from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
+from slalom.path import Path
 from slalom.shape import round_shape
 from slalom.sim.scenario import Scenario
-from slalom.trajectory import TRAJECTORIES, Trajectory
+from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 
 FORMAT = "slalom recording 1"
 BOUNDS = ("velocity_bounds", "acceleration_bounds")
@@ -112,7 +113,7 @@ class Recording:
         content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
         return hashlib.sha256(content).hexdigest()
 
-    def save(self, path: Path | str) -> None:
+    def save(self, path: FilePath | str) -> None:
         """Write an HDF5 file with navground's group and attribute names where they exist.
 
         `poses` holds position and, last, the heading of the velocity [rad]; `twists` velocity and, last, 0.
@@ -139,6 +140,7 @@ class Recording:
             for name in ("responses", "outcomes"):
                 texts = np.array(getattr(self, name), dtype=h5py.string_dtype())
                 run[name] = texts.reshape(self.decision_times.shape)
+            span = float(self.times[0]), float(self.times[-1])
             for k, (limits, goal) in enumerate(zip(self.limits, self.goals)):
                 group = run.create_group(f"robots/{k}")
                 group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
@@ -147,14 +149,14 @@ class Recording:
                     rows = np.array([(*bound.normal, bound.offset) for bound in bounds])
                     group[name] = rows.reshape(-1, self.dimension + 1)
                 group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
-                _save_trajectory(group.create_group("goal"), goal.trajectory)
+                _save_trajectory(group.create_group("goal"), goal.trajectory, *span)
             for k, obstacle in enumerate(self.obstacles):
                 group = run.create_group(f"obstacles/{k}")
                 group.attrs.update(name=obstacle.name, radius=obstacle.shape.radius)
-                _save_trajectory(group.create_group("trajectory"), obstacle.trajectory)
+                _save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
 
     @classmethod
-    def load(cls, path: Path | str) -> "Recording":
+    def load(cls, path: FilePath | str) -> "Recording":
         """Read what `save` wrote. Raises InvalidFile for anything else."""
         try:
             with h5py.File(path) as file:
@@ -211,9 +213,16 @@ def _texts(rows: Any) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(text.decode() for text in row) for row in rows[:])
 
 
-def _save_trajectory(group: Any, trajectory: Trajectory) -> None:
-    """The kind of the trajectory and its fields, as they are: reading gives the same curve to the bit."""
-    kind = next(name for name, cls in TRAJECTORIES.items() if type(trajectory) is cls)
+def _save_trajectory(group: Any, trajectory: Trajectory, start: float, end: float) -> None:
+    """The kind of the trajectory and its fields, as they are: reading gives the same curve to the bit.
+
+    A kind that is not plain numbers (a composite, a Python function, one of yours) is saved as its cubic pieces over
+    the run, within its own path's error.
+    """
+    kind = next((name for name, cls in TRAJECTORIES.items() if type(trajectory) is cls), None)
+    if kind is None:
+        first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
+        trajectory, kind = _as_polynomial(trajectory.path(first, max(last, first + 1e-9))), "piecewise_polynomial"
     group.attrs["kind"] = kind
     for item in fields(trajectory):  # type: ignore[arg-type]
         value = getattr(trajectory, item.name)
@@ -221,6 +230,14 @@ def _save_trajectory(group: Any, trajectory: Trajectory) -> None:
             group[item.name] = value
         elif value is not None:
             group.attrs[item.name] = value
+
+
+def _as_polynomial(path: Path) -> PiecewisePolynomial:
+    """Cubic pieces in ascending powers of the time since each began."""
+    p0, p1, p2, p3 = (path.points[:, j] for j in range(4))
+    h = np.diff(path.times)
+    powers = np.stack([p0, 3 * (p1 - p0), 3 * (p2 - 2 * p1 + p0), p3 - 3 * p2 + 3 * p1 - p0], axis=1)
+    return PiecewisePolynomial(h, powers / h[:, None, None] ** np.arange(4)[None, :, None], float(path.times[0]))
 
 
 def _load_trajectory(group: Any) -> Trajectory:

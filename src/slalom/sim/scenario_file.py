@@ -19,7 +19,15 @@ from slalom.shape import round_shape
 from slalom.sim.file_mistakes import dotted, message, where
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
-from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, Sampled, Stationary, Trajectory
+from slalom.trajectory import (
+    Circular,
+    ConstantAcceleration,
+    ConstantVelocity,
+    PiecewisePolynomial,
+    Sampled,
+    Stationary,
+    Trajectory,
+)
 
 Vector = Annotated[list[FiniteFloat], Field(min_length=2, max_length=3)]
 Positive = Annotated[FiniteFloat, Field(gt=0)]
@@ -92,8 +100,25 @@ class SampledSpec(_Model):
         return Sampled(self.times, self.positions, self.interpolation)
 
 
+class PiecewisePolynomialSpec(_Model):
+    """Polynomials in pieces: coefficients[piece][power] is a vector."""
+
+    kind: Literal["piecewise_polynomial"]
+    durations: list[FiniteFloat]
+    coefficients: list[list[Vector]]
+    start: FiniteFloat = 0.0
+
+    def build(self) -> Trajectory:
+        return PiecewisePolynomial(self.durations, self.coefficients, self.start)
+
+
 TrajectorySpec = Annotated[
-    StationarySpec | ConstantVelocitySpec | ConstantAccelerationSpec | CircularSpec | SampledSpec,
+    StationarySpec
+    | ConstantVelocitySpec
+    | ConstantAccelerationSpec
+    | CircularSpec
+    | SampledSpec
+    | PiecewisePolynomialSpec,
     Field(discriminator="kind"),
 ]
 
@@ -266,6 +291,7 @@ def _allowed(place: tuple[str | int, ...]) -> list[str]:
         "constant_acceleration": ConstantAccelerationSpec,
         "circular": CircularSpec,
         "sampled": SampledSpec,
+        "piecewise_polynomial": PiecewisePolynomialSpec,
         "goal": GoalSpec,
         "robot": RobotSpec,
         "obstacles": ObstacleSpec,

@@ -1,6 +1,7 @@
 """Polynomials of any degree in pieces, as drone planners emit them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from math import comb
 
@@ -91,16 +92,16 @@ class PiecewisePolynomial:
     def breaks(self, start: float, end: float) -> Array:
         return self.times[(self.times > start) & (self.times < end)]
 
+    @cached_property
+    def _bounds(self) -> dict[int, Array]:
+        """For the first, second and fourth derivative, a bound of its norm on each eighth of each piece: (n, 8)."""
+        return {order: _norm_bounds(_derived(self.coefficients, order), self.durations) for order in (1, 2, 4)}
+
     def _bound(self, start: float, end: float, order: int) -> float:
         """A bound of |derivative| over start to end: of its Bernstein coefficients on each eighth of each piece."""
-        bound, derived = 0.0, _derived(self.coefficients, order)
-        for begin, duration, piece in zip(self.times[:-1], self.durations, derived):
-            a, b = max(start, begin) - begin, min(end, begin + duration) - begin
-            if a <= b:
-                edges = np.linspace(a, b, 9)
-                for low, high in pairwise(edges):
-                    bound = max(bound, float(np.linalg.norm(_bernstein(piece, low, high), axis=1).max()))
-        return bound
+        edges = self.times[:-1, None] + self.durations[:, None] * np.arange(9) / 8.0
+        there = (edges[:, :-1] <= end) & (edges[:, 1:] >= start)
+        return float(self._bounds[order][there].max(initial=0.0))
 
     def speed_bound(self, start: float, end: float) -> float:
         return self._bound(start, end, 1)
@@ -148,11 +149,16 @@ def _derived(coefficients: Array, order: int) -> Array:
     return coefficients
 
 
-def _bernstein(coefficients: Array, a: float, b: float) -> Array:
-    """Bernstein coefficients of one polynomial (degree + 1, d) on [a, b]: its values lie in their hull."""
-    n = len(coefficients) - 1
-    shifted = np.zeros_like(coefficients)
-    for power in range(n, -1, -1):  # Horner in t = a + (b - a) s
-        shifted[1:] = shifted[:-1] * (b - a) + shifted[1:] * a
-        shifted[0] = shifted[0] * a + coefficients[power]
-    return np.array([sum((comb(i, j) / comb(n, j)) * shifted[j] for j in range(i + 1)) for i in range(n + 1)])
+def _norm_bounds(coefficients: Array, durations: Array) -> Array:
+    """Bounds of |polynomial| on each eighth of each piece, (n, 8): the largest of its Bernstein coefficients there."""
+    n = coefficients.shape[1] - 1
+    powers = np.arange(n + 1)
+    eighth = durations[:, None] / 8.0 * np.ones(8)
+    begin = eighth * np.arange(8)
+    # p(begin + eighth s) = sum_k s^k eighth^k sum_j comb(j, k) begin^(j - k) c_j, then to Bernstein form in s.
+    shift = np.array([[comb(j, k) for j in powers] for k in powers], dtype=np.float64)
+    exponent = np.maximum(powers[None, :] - powers[:, None], 0)
+    moved = np.einsum("kj,pekj,pjd->pekd", shift, begin[..., None, None] ** exponent, coefficients)
+    scaled = moved * (eighth[..., None] ** powers)[..., None]
+    change = np.array([[comb(i, j) / comb(n, j) for j in powers] for i in powers])
+    return np.asarray(np.linalg.norm(np.einsum("ij,pejd->peid", change, scaled), axis=-1).max(axis=-1))

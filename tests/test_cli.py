@@ -1,0 +1,415 @@
+"""What the command line promises (design, section 6): commands, outputs, exit codes, one clear line per mistake."""
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import slalom
+from slalom import METHODS, Outcome
+from slalom.cli import call
+from slalom.sim import Recording, load, simulate
+from slalom.sim.gallery import GALLERY
+
+SCENE = """\
+robot: {position: [0, 0], velocity: [1, 0], radius: 0.5, max_speed: 2, max_acceleration: 1, goal: {position: [20, 0]}}
+obstacles:
+  - {name: rock, radius: 1, trajectory: {kind: stationary, position: [8, 0.2]}}
+"""
+MAGIC = {".svg": b"<?xml", ".pdf": b"%PDF", ".png": b"\x89PNG"}
+OF_RUN = {
+    "scenario",
+    "method",
+    "seed",
+    "robots",
+    "arrived",
+    "collisions",
+    "min_clearance",
+    "time",
+    "adjustments",
+    "decision_us",
+    "statuses",
+}
+OF_DECIDE = {"control", "status", "clearance", "time_to_collision"}
+OF_COMPARE = {"runs", "runs_with_collision", "runs_all_arrived", "adjustments", "time", "min_clearance"}
+
+
+class Said(NamedTuple):
+    """What a command did."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> dict:
+        """The one object on stdout."""
+        assert self.err == ""
+        assert self.out.endswith("\n")
+        assert len(self.out.splitlines()) == 1
+        found = json.loads(self.out, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+        assert isinstance(found, dict)
+        return found
+
+
+Say = Callable[..., Said]
+
+
+@pytest.fixture
+def say(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Say:
+    """Run a command in an empty folder with a scene in it."""
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    monkeypatch.chdir(tmp_path)
+
+    def run(*tokens: str) -> Said:
+        capsys.readouterr()
+        code = call(list(tokens))
+        return Said(code, *capsys.readouterr())
+
+    return run
+
+
+def process(*tokens: str, module: bool = False, **settings) -> Said:
+    """Run a command in a process of its own."""
+    program = [sys.executable, "-m", "slalom"] if module else [str(Path(sys.executable).with_name("slalom"))]
+    done = subprocess.run([*program, *tokens], capture_output=True, text=True, check=False, **settings)
+    return Said(done.returncode, done.stdout, done.stderr)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# run
+
+
+@pytest.mark.parametrize("scenario", ["scene.yaml", *(name for name in GALLERY if name != "recorded_roundabout")])
+def test_run_says_what_happened_in_json(scenario: str, say: Say) -> None:
+    """The numbers are those of the library."""
+    settings = {"duration": 3.0}
+    said = say("run", scenario, "--set", "duration=3", "--seed", "2", "--method", "nlvo", "--json")
+    found = said.json
+    assert set(found) >= OF_RUN
+    assert set(found["decision_us"]) == {"p50", "p99", "max"}
+    run = simulate(load(scenario, settings, seed=2), METHODS["nlvo"], seed=2)
+    assert found["scenario"] == run.scenario
+    assert (found["method"], found["seed"], found["robots"]) == ("nlvo", 2, 1)
+    assert found["time"] == run.times[-1] - run.times[0]
+    assert found["arrived"] == int(np.isfinite(run.arrived[0]))
+    assert sum(found["statuses"].values()) == len(run.outcomes)
+    assert set(found["statuses"]) <= {outcome.name for outcome in Outcome}
+    assert isinstance(found["collisions"], int)
+    assert said.code == (0 if found["arrived"] and not found["collisions"] else 1)
+
+
+def test_run_without_json_is_for_people(say: Say) -> None:
+    said = say("run", "scene.yaml")
+    assert said.code == 0
+    assert said.err == ""
+    assert said.out.startswith("scene with nao, seed 0: arrived, no collision\n")
+    assert re.search(r"least clearance +0\.0\d+ m", said.out)
+    assert max(len(line) for line in said.out.splitlines()) <= 120
+
+
+def test_run_fails_when_the_robot_does_not_arrive(say: Say) -> None:
+    said = say("run", "scene.yaml", "--set", "duration=2")
+    assert said.code == 1
+    assert "did not arrive" in said.out
+    assert say("run", "scene.yaml", "--set", "duration=2", "--json").json["arrived"] == 0
+
+
+def test_run_fails_when_something_is_hit(say: Say) -> None:
+    """A wall too near to stop."""
+    Path("wall.yaml").write_text(SCENE.replace("velocity: [1, 0]", "velocity: [2, 0]").replace("[8, 0.2]", "[2, 0]"))
+    said = say("run", "wall.yaml", "--json")
+    assert said.code == 1
+    assert said.json["collisions"] == 1
+    assert said.json["min_clearance"] < -0.001
+    assert "1 obstacles hit" in say("run", "wall.yaml").out
+
+
+def test_run_method_defaults_to_nao_and_seed_to_0(say: Say) -> None:
+    found = say("run", "empty", "--set", "duration=0.2", "--json").json
+    assert (found["method"], found["seed"]) == ("nao", 0)
+
+
+def test_settings_may_be_repeated(say: Say) -> None:
+    for tokens in (["--set", "distance=5", "--set", "duration=0.5"], ["--set", "distance=5", "duration=0.5"]):
+        found = say("run", "empty", *tokens, "--out", "run.h5", "--json").json
+        assert found["time"] == 0.5
+        assert Recording.load("run.h5").parameters == {"distance": 5.0, "duration": 0.5}
+        assert Recording.load("run.h5").goals[0].trajectory.place.tolist() == [5.0, 0.0]
+
+
+def test_the_same_run_again_says_the_same(say: Say) -> None:
+    """But for how long it took."""
+    one, two = (say("run", "roundabout_crossing", "--set", "duration=2", "--json").json for _ in range(2))
+    assert {**one, "decision_us": 0} == {**two, "decision_us": 0}
+
+
+def test_out_is_the_recording(say: Say) -> None:
+    said = say("run", "scene.yaml", "--out", "run.h5", "--json")
+    loaded = Recording.load("run.h5")
+    assert loaded.digest() == simulate(load("scene.yaml"), METHODS["nao"]).digest()
+    assert said.json["time"] == loaded.times[-1]
+
+
+@pytest.mark.parametrize("suffix", MAGIC)
+def test_figures_of_runs_and_decisions(suffix: str, say: Say) -> None:
+    assert say("run", "scene.yaml", "--set", "duration=2", "--figure", f"run{suffix}", "--json").json
+    assert say("decide", "scene.yaml", "--figure", f"scene{suffix}", "--json").json
+    for name in ("run", "scene"):
+        assert Path(name + suffix).read_bytes().startswith(MAGIC[suffix])
+
+
+def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
+    for at, shown in (("0", "0.0 s after the start"), ("1.04", "1.0 s after the start"), ("99", "1.9 s after")):
+        assert say("run", "scene.yaml", "--set", "duration=2", "--figure", "a.svg", "--at", at).code == 1
+        assert shown in Path("a.svg").read_text()
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# list, decide, compare
+
+
+def test_list(say: Say) -> None:
+    both, scenarios, methods = say("list"), say("list", "scenarios"), say("list", "methods")
+    assert both.code == scenarios.code == methods.code == 0
+    assert both.out == scenarios.out + methods.out
+    for entry in GALLERY.values():
+        assert entry.name in scenarios.out
+        assert entry.sentence in scenarios.out
+        assert all(f"{name}=" in scenarios.out for name in entry.parameters)
+    for method in METHODS.values():
+        assert method.name in methods.out
+        assert method.source in methods.out
+
+
+def test_list_json(say: Say) -> None:
+    both = say("list", "--json").json
+    assert set(both) == {"scenarios", "methods"}
+    assert set(both["scenarios"]) == set(GALLERY)
+    assert set(both["methods"]) == set(METHODS)
+    assert both["scenarios"]["head_on"]["parameters"] == {"speed": 5.0, "offset": 0.0}
+    assert say("list", "scenarios", "--json").json == {"scenarios": both["scenarios"]}
+    assert say("list", "methods", "--json").json == {"methods": both["methods"]}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_decide(method: str, say: Say) -> None:
+    said = say("decide", "scene.yaml", "--method", method, "--json")
+    found = said.json
+    assert set(found) >= OF_DECIDE
+    assert said.code == 0
+    assert found["status"] in ("CLEAR", "CONSTRAINED")
+    assert len(found["control"]) == 2
+    assert found["clearance"] >= 0.05 - 1e-6
+    assert found["time_to_collision"] is None or 0.0 < found["time_to_collision"] <= 6.0
+    text = say("decide", "scene.yaml", "--method", method)
+    assert text.code == 0
+    assert f"status             {found['status']}" in text.out
+
+
+def test_decide_time_to_collision_is_that_of_the_preferred_control(say: Say) -> None:
+    """The robot would drive straight into the rock, and first touch it half a metre and a metre before its centre."""
+    scene = SCENE.replace("velocity: [1, 0]", "velocity: [2, 0]").replace("0.2", "0")
+    Path("ahead.yaml").write_text(scene)
+    found = say("decide", "ahead.yaml", "--method", "nlvo", "--json").json
+    assert found["preferred"] == pytest.approx([2.0, 0.0])
+    assert found["time_to_collision"] == pytest.approx(6.5 / 2.0, abs=1e-6)
+
+
+def test_decide_fails_when_nothing_is_safe(say: Say) -> None:
+    fast = SCENE.replace("velocity: [1, 0]", "velocity: [2, 0]")
+    for name, place, status in (
+        ("near", "[2, 0]", "DELAYED"),
+        ("touch", "[1.6, 0]", "IMPACT"),
+        ("in", "[1, 0]", "ESCAPING"),
+    ):
+        Path(f"{name}.yaml").write_text(fast.replace("[8, 0.2]", place))
+        said = say("decide", f"{name}.yaml", "--json")
+        assert said.code == 1
+        assert said.json["status"] == status
+        assert set(said.json) >= OF_DECIDE
+    assert say("decide", "in.yaml").code == 1
+
+
+def test_decide_takes_gallery_names(say: Say) -> None:
+    assert say("decide", "empty", "--json").json["clearance"] is None
+
+
+def test_compare(say: Say) -> None:
+    tokens = ["compare", "roundabout_crossing", "--set", "duration=1", "--methods", "vo, nlvo", "--seeds", "2"]
+    said = say(*tokens, "--json")
+    assert said.code == 0
+    found = said.json
+    assert set(found) >= {"scenario", "seeds", "methods"}
+    assert (found["scenario"], found["seeds"]) == ("roundabout_crossing", 2)
+    assert list(found["methods"]) == ["vo", "nlvo"]
+    for row in found["methods"].values():
+        assert set(row) >= OF_COMPARE
+        assert row["runs"] == 2
+    text = say(*tokens)
+    assert text.code == 0
+    assert text.err == ""
+    assert [line.split()[0] for line in text.out.splitlines()[2:]] == ["vo", "nlvo"]
+
+
+def test_compare_in_several_processes_says_the_same() -> None:
+    tokens = ["compare", "head_on", "--methods", "vo,nlvo", "--seeds", "2", "--json", "--jobs"]
+    one, two = (process(*tokens, jobs) for jobs in ("1", "2"))
+    assert one.json == two.json
+    assert one.out == two.out
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Bad input.
+
+BAD = [
+    ("run full", r"scenario: expected a \.yaml file or one of empty, .*; found 'full'"),
+    ("run none.yaml", r"none\.yaml: expected a readable YAML file, found "),
+    ("run .", r"scenario: expected a \.yaml file or one of .*; found '\.'"),
+    ("run data.csv", r"scenario: expected a \.yaml file or one of .*; found 'data\.csv'"),
+    ("run empty --method best", r"method: expected one of vo, nlvo, avo, ao, nao; found 'best'"),
+    ("run empty --set distance", r"--set: expected NAME=NUMBER, found 'distance'"),
+    ("run empty --set distance=far", r"--set: expected NAME=NUMBER, found 'distance=far'"),
+    ("run empty --set =3", r"--set: expected NAME=NUMBER, found '=3'"),
+    ("run empty --set wheels=4", r"parameter of empty: expected one of distance, start, .*; found 'wheels'"),
+    ("run scene.yaml --set distance=4", r"setting: expected one of start, .*; found 'distance'"),
+    ("run empty --set distance=nan", r"place: expected finite numbers, found \[nan, 0\]"),
+    ("run empty --set duration=inf", r"duration: expected finite numbers, found \[inf\]"),
+    ("run empty --set duration=-1", r"duration: expected a number above 0, found -1"),
+    ("run empty --set dt=0", r"dt: expected a number above 0, found 0"),
+    ("run empty --set margin=-1", r"margin: expected 0 or more, found -1"),
+    ("run empty --set replan=0.25", r"replan: expected a multiple of dt"),
+    ("run curved_road --set radius=0", r"radius: expected a number above 0, found 0"),
+    ("run roundabout_crossing --seed -1", r"seed: expected 0 or more, found -1"),
+    ("run empty --seed one", r"one"),
+    ("run empty --figure a.gif", r"--figure: expected a file that ends in \.svg, \.pdf or \.png, found 'a\.gif'"),
+    ("run empty --figure none/a.svg", r"none/a\.svg: expected a file in a folder that exists, found no folder 'none'"),
+    ("run empty --out none/a.h5", r"none/a\.h5: expected a file in a folder that exists, found no folder 'none'"),
+    ("run empty --set duration=0.1 --out folder.h5", r"folder\.h5: expected .*, found "),
+    ("run empty --set duration=0.1 --figure folder.svg", r"folder\.svg: expected .*, found "),
+    ("run empty --set distance=0 --figure a.svg", r"--figure: expected a run with at least one step"),
+    ("run empty --at soon", r"soon"),
+    ("run", r"(?i)scenario"),
+    ("run empty head_on", r"head_on"),
+    ("run empty --speed 3", r"--speed"),
+    ("decide full", r"scenario: expected"),
+    ("decide none.yaml", r"none\.yaml: expected a readable YAML file"),
+    ("decide empty --method best", r"method: expected one of .*; found 'best'"),
+    ("decide empty --figure a", r"--figure: expected a file that ends in .*, found 'a'"),
+    ("decide empty --figure none/a.svg", r"found no folder 'none'"),
+    ("list everything", r"everything"),
+    ("compare full", r"scenario: expected"),
+    ("compare empty --methods best", r"method: expected one of .*; found 'best'"),
+    ("compare empty --methods ,", r"methods: expected at least one"),
+    ("compare empty --seeds 0", r"expected seeds of 1 or more and jobs not 0, found 0 and 1"),
+    ("compare empty --seeds many", r"many"),
+    ("compare empty --jobs 0 --seeds 1", r"found 1 and 0"),
+    ("compare empty --set wheels=4", r"parameter of empty: .*found 'wheels'"),
+    ("fly empty", r"fly"),
+    ("--fly", r"--fly"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("tokens", "message"), BAD, ids=[tokens for tokens, _ in BAD])
+def test_bad_input_is_one_clear_line(tokens: str, message: str, say: Say) -> None:
+    """Exit code 2, nothing on stdout, no traceback, no file left behind."""
+    for name in ("folder.h5", "folder.svg"):
+        Path(name).mkdir()
+    before = sorted(Path().iterdir())
+    said = say(*tokens.split())
+    assert said.code == 2
+    assert said.out == ""
+    assert len(said.err.splitlines()) == 1, said.err
+    assert re.search(message, said.err), said.err
+    assert sorted(Path().iterdir()) == before
+
+
+@pytest.mark.parametrize("command", ["run", "decide", "compare"])
+def test_every_mistake_of_a_file_is_a_line(command: str, say: Say) -> None:
+    """file:line:column: what was expected, what was found."""
+    Path("bad.yaml").write_text(SCENE.replace("radius: 0.5", "radius: -1").replace("max_speed", "max_sped"))
+    said = say(command, "bad.yaml")
+    assert said.code == 2
+    assert said.out == ""
+    lines = said.err.splitlines()
+    assert len(lines) == 3
+    assert all(re.match(r"bad\.yaml:1:\d+: robot\.\w+: expected .*found ", line) for line in lines)
+    assert any("did you mean 'max_speed'?" in line for line in lines)
+
+
+def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
+    said = say("run", "empty", "--set", "duration=0.1", "--out", "/proc/slalom.h5")
+    assert said.code == 2
+    assert said.out == ""
+    assert len(said.err.splitlines()) == 1
+    assert "/proc/slalom.h5: expected " in said.err
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The program itself.
+
+
+@pytest.mark.parametrize("command", ["run", "list", "decide", "compare"])
+def test_every_command_has_help(command: str, say: Say) -> None:
+    said = say(command, "--help")
+    assert said.code == 0
+    assert said.err == ""
+    assert f"slalom {command}" in said.out
+    options = {"run": ("--set", "--method", "--seed", "--out", "--figure", "--json"), "list": ("--json",)}
+    options |= {"decide": ("--method", "--json", "--figure"), "compare": ("--set", "--methods", "--seeds", "--jobs")}
+    for option in options[command]:
+        assert option in said.out
+
+
+def test_help_names_the_commands(say: Say) -> None:
+    """Also when nothing is asked for."""
+    for tokens in (["--help"], []):
+        said = say(*tokens)
+        assert said.code == 0
+        assert all(command in said.out for command in ("run", "list", "decide", "compare"))
+
+
+def test_version(say: Say) -> None:
+    said = say("--version")
+    assert (said.code, said.out.strip()) == (0, slalom.__version__)
+
+
+def test_help_is_quick() -> None:
+    """Neither numba nor what draws is imported for it."""
+    code = (
+        "import sys\n"
+        "from slalom.cli import call\n"
+        "assert call(['--help']) == 0\n"
+        "assert call(['run', '--help']) == 0\n"
+        "print(sorted({'numba', 'matplotlib', 'h5py', 'joblib', 'pydantic'} & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+
+
+def test_the_program_and_the_module_are_the_command_line() -> None:
+    """The same words on stdout, and exit codes that a shell sees."""
+    one, two = (process("list", "--json", module=module) for module in (False, True))
+    assert one == two
+    assert one.code == 0
+    assert one.json
+    assert process("run", "full", module=True).code == 2
+    failed = process("run", "empty", "--set", "duration=0.2", "--json")
+    assert failed.code == 1
+    assert failed.json["arrived"] == 0
+
+
+def test_a_reader_that_goes_away_is_no_error() -> None:
+    """slalom list | head -1"""
+    program = [sys.executable, "-m", "slalom", "list"]
+    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        running.stdout.close()
+        assert "Traceback" not in running.stderr.read()

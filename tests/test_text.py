@@ -1,0 +1,230 @@
+"""The sources as text: names, docstrings, lengths."""
+
+import ast
+import importlib
+import inspect
+import pkgutil
+import re
+import typing
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import slalom
+from slalom import errors, forecast, objective, response, tolerances, trajectory
+from slalom.sim import gallery
+
+SOURCES = Path(slalom.__file__).parent
+FILES = sorted(SOURCES.rglob("*.py"))
+LONGEST_MODULE, LONGEST_FUNCTION, SCREEN = 330, 70, 40
+VAGUE = {"utils", "util", "helpers", "helper", "common", "core", "misc", "info", "data", "manager", "handler", "base"}
+
+
+def name_of(path: Path) -> str:
+    """How a test shows a file."""
+    return str(path.relative_to(SOURCES))
+
+
+@cache
+def modules() -> tuple[ModuleType, ...]:
+    """Every module of the library."""
+    names = [module.name for module in pkgutil.walk_packages([str(SOURCES)], "slalom.")]
+    return (slalom, *(importlib.import_module(name) for name in names if not name.endswith("__main__")))
+
+
+def functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
+    """Every function and method of a module."""
+    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+
+
+def length(node: ast.stmt) -> int:
+    """Lines, docstring and all."""
+    return (node.end_lineno or node.lineno) - node.lineno + 1
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Public names.
+
+
+def order(name: str) -> tuple[int, str]:
+    """Constants, then classes, then functions, each by the alphabet: as the formatter sorts them."""
+    return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
+
+
+def with_all() -> list[ModuleType]:
+    """The modules that list their public names."""
+    return [module for module in modules() if hasattr(module, "__all__")]
+
+
+@pytest.mark.parametrize("module", with_all(), ids=lambda module: module.__name__)
+def test_public_names_resolve_and_are_sorted(module: ModuleType) -> None:
+    names = list(module.__all__)
+    assert names == sorted(names, key=order)
+    assert len(set(names)) == len(names)
+    assert all(getattr(module, name) is not None for name in names)
+
+
+def test_public_names_are_complete() -> None:
+    """What `slalom` imports is what it offers."""
+    imported = {
+        name for name, value in vars(slalom).items() if not name.startswith("_") and not inspect.ismodule(value)
+    }
+    assert imported == set(slalom.__all__)
+
+
+def test_every_part_is_public() -> None:
+    """Responses, trajectories, forecasts, objectives, errors: a new one is offered too."""
+    parts = [getattr(module, name) for module in (response, trajectory) for name in module.__all__]
+    parts = [part for part in parts if inspect.isclass(part)]
+    parts += [type(rule) for rule in forecast.FORECASTS.values()]
+    for module in (errors, objective):
+        parts += [c for _, c in inspect.getmembers(module, inspect.isclass) if c.__module__ == module.__name__]
+    missing = {part.__name__ for part in parts} - set(slalom.__all__) - {"Situation"}
+    assert not missing
+
+
+def test_version_is_that_of_the_package() -> None:
+    from importlib.metadata import version
+
+    assert slalom.__version__ == version("slalom")
+    assert re.fullmatch(r"\d+\.\d+\.\d+", slalom.__version__)
+
+
+def test_the_package_is_typed() -> None:
+    assert (SOURCES / "py.typed").is_file()
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Docstrings.
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_modules_classes_and_functions_have_docstrings(path: Path) -> None:
+    """Whatever has a public name at the top of a module, and the module itself: a sentence."""
+    tree = ast.parse(path.read_text())
+    public = [
+        node for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
+    ]
+    without = [node.name for node in public if not ast.get_docstring(node)]
+    assert not without
+    doc = ast.get_docstring(tree)
+    assert doc
+    assert doc[0].isupper() or doc[0] in "`_" or doc.startswith("slalom")
+    firsts = [(ast.get_docstring(node) or "").split("\n\n")[0] for node in public]
+    assert all(first.rstrip().endswith((".", ":", "?")) for first in firsts), firsts
+
+
+def protocols() -> list[type]:
+    """The protocols of the library."""
+    found = {value for module in modules() for value in vars(module).values() if getattr(value, "_is_protocol", False)}
+    return [cls for cls in found if cls is not typing.Protocol]
+
+
+def test_public_methods_have_docstrings() -> None:
+    """Of the classes that are offered: their own, or those of the protocol that names them."""
+    explained = {name for cls in protocols() for name, value in vars(cls).items() if inspect.getdoc(value)}
+    without = []
+    for name in slalom.__all__:
+        cls = getattr(slalom, name)
+        if inspect.isclass(cls) and cls.__module__.startswith("slalom"):
+            for what, value in vars(cls).items():
+                made_here = inspect.isfunction(value) or isinstance(value, property | classmethod | staticmethod)
+                if made_here and not what.startswith("_") and what not in explained and not inspect.getdoc(value):
+                    without.append(f"{name}.{what}")
+    assert len(protocols()) >= 5
+    assert not without
+
+
+def test_protocols_explain_every_method() -> None:
+    without = [
+        f"{cls.__name__}.{name}"
+        for cls in protocols()
+        for name, value in vars(cls).items()
+        if not name.startswith("_") and (inspect.isfunction(value) or isinstance(value, property)) and not value.__doc__
+    ]
+    assert not without
+
+
+def test_every_tolerance_is_explained() -> None:
+    """A constant, its unit in brackets, and why: a string under each."""
+    body = ast.parse(Path(tolerances.__file__).read_text()).body
+    names = []
+    for node, after in zip(body, [*body[1:], None]):
+        if isinstance(node, ast.AnnAssign):
+            assert isinstance(node.target, ast.Name)
+            name = node.target.id
+            names.append(name)
+            assert isinstance(after, ast.Expr), name
+            assert isinstance(after.value, ast.Constant), name
+            text = str(after.value.value)
+            assert re.match(r"\[[^\]]+\] |.*\(unit", text, re.S), f"{name}: no unit"
+            assert len(text) > 60, name
+            assert getattr(tolerances, name) > 0
+    assert set(names) == {name for name in vars(tolerances) if name.isupper()}
+    assert len(names) > 10
+
+
+def test_registries_have_sentences() -> None:
+    for method in slalom.METHODS.values():
+        assert method.sentence.endswith(".")
+        assert re.search(r"\b(19|20)\d\d$", method.source)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Lengths and names.
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_modules_and_functions_are_short(path: Path) -> None:
+    text = path.read_text()
+    assert len(text.splitlines()) <= LONGEST_MODULE
+    long = [f"{f.name}: {length(f)} lines" for f in functions(ast.parse(text)) if length(f) > LONGEST_FUNCTION]
+    assert not long
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_modules_have_telling_names(path: Path) -> None:
+    assert not {*path.relative_to(SOURCES).with_suffix("").parts} & VAGUE
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_nothing_prints_sleeps_or_draws_lots_in_secret(path: Path) -> None:
+    """Only the command line prints; randomness comes from a generator that is passed in; no path of a machine."""
+    text = path.read_text()
+    tree = ast.parse(text)
+    calls = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    assert "print" not in calls or path.name == "cli.py"
+    assert not calls & {"time.sleep", "sleep", "breakpoint", "eval", "exec", "input"}
+    drawn = {c for c in calls if c.startswith(("np.random.", "random.", "numpy.random."))} - {"np.random.default_rng"}
+    assert not drawn
+    assert not re.search(r"[\"'](/home|/work|/tmp|/root|/Users|C:\\)", text)
+    assert not re.search(r"\b(TODO|FIXME|XXX|HACK)\b", text)
+
+
+@pytest.mark.parametrize("name", gallery.GALLERY)
+def test_gallery_entries_build_and_fit_one_screen(name: str) -> None:
+    """A scenario is read at a glance, and is the same for the same seed."""
+    entry = gallery.GALLERY[name]
+    source = inspect.getsource(entry.build)
+    assert len(source.splitlines()) <= SCREEN
+    assert entry.sentence.endswith(".")
+    assert entry.name == name
+    one, two = (gallery.build(name, seed=5) for _ in range(2))
+    assert one.name == name
+    assert dict(one.parameters) == dict(entry.parameters)
+    assert all(f'p["{parameter}"]' in inspect.getsource(gallery) for parameter in entry.parameters)
+    for a, b in zip(one.obstacles, two.obstacles, strict=True):
+        first = max(one.start, a.trajectory.span[0])
+        assert a.trajectory.position(first).tobytes() == b.trajectory.position(first).tobytes()
+    free = [
+        float(np.linalg.norm(o.trajectory.position(one.start) - one.robot.state.position))
+        - o.shape.radius
+        - one.robot.shape.radius
+        for o in one.obstacles
+        if o.exists(one.start)
+    ]
+    assert min(free, default=1.0) > 0.0
