@@ -5,7 +5,7 @@ All formulas are derived again from plain numbers, none is taken from the librar
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, pi, sqrt
+from math import ceil, pi, prod, sqrt
 
 import numpy as np
 
@@ -84,13 +84,12 @@ def _polynomial(p, t):
     begins = p["start"] + np.concatenate([[0.0], np.cumsum(p["durations"])])
     k = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(p["durations"]) - 1)
     gone = ((t < begins[0]) | (t > begins[-1]))[:, None]
-    found = []
+    x, c = (t - begins[k])[:, None], np.asarray(p["coefficients"], dtype=float)[k]
+    powers, found = np.arange(c.shape[1]), []
     for order in range(3):
-        rows = [
-            [np.polyval(np.polyder(np.poly1d(axis[::-1]), order), x - begins[i]) for axis in p["coefficients"][i].T]
-            for i, x in zip(k, t)
-        ]
-        found.append(np.where(gone, np.nan, np.array(rows).reshape(len(t), -1)))
+        falling = np.array([float(prod(range(n - order + 1, n + 1))) if n >= order else 0.0 for n in powers])
+        terms = falling * x ** np.maximum(powers - order, 0)
+        found.append(np.where(gone, np.nan, (terms[:, :, None] * c).sum(axis=1)))
     return tuple(found)
 
 

@@ -89,8 +89,8 @@ def process(*tokens: str, module: bool = False, **settings) -> Said:
 @pytest.mark.parametrize("scenario", ["scene.yaml", *(name for name in GALLERY if name != "recorded_roundabout")])
 def test_run_says_what_happened_in_json(scenario: str, say: Say) -> None:
     """The numbers are those of the library."""
-    settings = {"duration": 3.0}
-    said = say("run", scenario, "--set", "duration=3", "--seed", "2", "--method", "nlvo", "--json")
+    settings = {"duration": 2.0}
+    said = say("run", scenario, "--set", "duration=2", "--seed", "2", "--method", "nlvo", "--json")
     found = said.json
     assert set(found) >= OF_RUN
     assert set(found["decision_us"]) == {"p50", "p99", "max"}
@@ -146,7 +146,7 @@ def test_settings_may_be_repeated(say: Say) -> None:
 
 def test_the_same_run_again_says_the_same(say: Say) -> None:
     """But for how long it took."""
-    one, two = (say("run", "roundabout_crossing", "--set", "duration=2", "--json").json for _ in range(2))
+    one, two = (say("run", "roundabout_crossing", "--set", "duration=1", "--json").json for _ in range(2))
     assert {**one, "decision_us": 0} == {**two, "decision_us": 0}
 
 
@@ -166,7 +166,7 @@ def test_figures_of_runs_and_decisions(suffix: str, say: Say) -> None:
 
 
 def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
-    for at, shown in (("0", "0.0 s after the start"), ("1.04", "1.0 s after the start"), ("99", "1.9 s after")):
+    for at, shown in (("0", "0.0 s after the start"), ("1.04", "1.0 s after the start")):
         assert say("run", "scene.yaml", "--set", "duration=2", "--figure", "a.svg", "--at", at).code == 1
         assert shown in Path("a.svg").read_text()
 
@@ -258,11 +258,11 @@ def test_compare(say: Say) -> None:
     assert [line.split()[0] for line in text.out.splitlines()[2:]] == ["vo", "nlvo"]
 
 
-def test_compare_in_several_processes_says_the_same() -> None:
-    tokens = ["compare", "head_on", "--methods", "vo,nlvo", "--seeds", "2", "--json", "--jobs"]
-    one, two = (process(*tokens, jobs) for jobs in ("1", "2"))
+def test_compare_in_several_processes_says_the_same(say: Say) -> None:
+    tokens = ["compare", "head_on", "--set", "duration=1", "--methods", "vo,nlvo", "--seeds", "2", "--json", "--jobs"]
+    one, two = say(*tokens, "1"), process(*tokens, "2")
     assert one.json == two.json
-    assert one.out == two.out
+    assert one == two
 
 
 # ---------------------------------------------------------------------------------------------------------------------

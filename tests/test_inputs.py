@@ -64,7 +64,6 @@ from slalom import (
 from slalom.io import tracks
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario
 from slalom.sim.gallery import build
-from slalom.sim.scenario_file import GoalSpec
 from slalom.trajectory import Composite, Function, PiecewisePolynomial
 from slalom.view import style
 
@@ -139,6 +138,15 @@ def foreign_hdf5(folder: Path) -> object:
 
     with h5py.File(folder / "a.h5", "w") as file:
         file.attrs["format"] = "something else"
+    return Recording.load(folder / "a.h5")
+
+
+def empty_recording(folder: Path) -> object:
+    """A recording in which everything is missing."""
+    import h5py
+
+    with h5py.File(folder / "a.h5", "w") as file:
+        file.attrs["format"] = "slalom recording 1"
     return Recording.load(folder / "a.h5")
 
 
@@ -291,7 +299,7 @@ CASES = [
         lambda _: Obstacle(Disc(1), Stationary((0, 0, 0)), "rock"),
     ),
     Case(
-        "HalfSpace.__post_init__",
+        "unit",
         InvalidInput,
         r"normal: expected a direction, found the zero vector",
         lambda _: HalfSpace((0, 0), 1),
@@ -303,7 +311,7 @@ CASES = [
         lambda _: Circular((0, 0), 1, 1, normal=(0, 0, 1)),
     ),
     Case(
-        "Circular.__post_init__",
+        "unit",
         InvalidInput,
         r"normal: expected a direction, found the zero vector",
         lambda _: Circular((0, 0, 0), 1, 1, normal=(0, 0, 0)),
@@ -503,7 +511,7 @@ CASES = [
         r"found none",
         lambda _: preferred_control((Aim(Acceleration().position(FLAT, 0.0), np.zeros(2)),)),
     ),
-    Case("preferred_control", InvalidInput, r"found none", lambda _: decide(objective=Mix(((0, Arrive()),)))),
+    Case("positive", InvalidInput, r"sum of weights: expected a number above 0", lambda _: Mix(((0, Arrive()),))),
     Case(
         "Mix.__post_init__",
         InvalidInput,
@@ -537,7 +545,7 @@ CASES = [
         lambda _: Robot(Ball(1), LIMITS, SPACE, GOAL),
     ),
     Case(
-        "Scenario.__post_init__",
+        "whole_periods",
         InvalidInput,
         r"replan: expected a multiple of dt = 0.1 s, found 0.25 s",
         lambda _: scenario(replan=0.25),
@@ -578,6 +586,20 @@ CASES = [
         r"expected seeds of 1 or more and jobs not 0, found 0 and 1",
         lambda _: compare("empty", ["nao"], 0),
     ),
+    Case(
+        "compare", InvalidInput, r"methods: expected at least one of .*; found none", lambda _: compare("empty", [], 1)
+    ),
+    Case("build", InvalidInput, r"seed: expected 0 or more, found -1", lambda _: build("empty", seed=-1)),
+    Case(
+        "Scenario._refuse_hidden_goal",
+        InvalidInput,
+        r"goal: expected a place that the robot can reach, found one 0.5 m from the centre of obstacle 'hill'",
+        lambda _: Scenario(
+            "test",
+            Robot(Disc(1), LIMITS, FLAT, GOAL),
+            (Obstacle(Disc(9), Stationary(GOAL.trajectory.place + np.array([0.5, 0.0])), "hill"),),
+        ),
+    ),
     Case("compare", InvalidInput, r"found 1 and 0", lambda _: compare("empty", ["nao"], 1, jobs=0)),
     Case(
         "Recording.load",
@@ -585,6 +607,7 @@ CASES = [
         r"a\.h5: expected a file of format 'slalom recording 1', found 'something else'",
         foreign_hdf5,
     ),
+    Case("Recording.load", InvalidFile, r"a\.h5: expected .*, found ", empty_recording),
     Case(
         "Recording.load",
         InvalidFile,
@@ -592,10 +615,10 @@ CASES = [
         reading(Recording.load, "a.h5", "text"),
     ),
     Case(
-        "GoalSpec.build",
-        InvalidInput,
-        r"expected either position or trajectory, found neither",
-        lambda _: GoalSpec().build(),
+        "read_scenario",
+        InvalidFile,
+        r"robot\.goal: expected either position or trajectory, found neither",
+        reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "stop: true")),
     ),
     Case(
         "read_scenario",
@@ -604,10 +627,22 @@ CASES = [
         reading(read_scenario, "a.yaml", b"\xff\xfe\x00"),
     ),
     Case(
-        "read_scenario",
+        "compose",
         InvalidFile,
         r"a\.yaml:1:\d+: expected YAML, found a mistake",
         reading(read_scenario, "a.yaml", "a: [1"),
+    ),
+    Case(
+        "compose",
+        InvalidFile,
+        r"a\.yaml: expected YAML, found .*special characters",
+        reading(read_scenario, "a.yaml", "a: \x07"),
+    ),
+    Case(
+        "compose",
+        InvalidFile,
+        r"a\.yaml: expected YAML that can be read, found one nested too deeply",
+        reading(read_scenario, "a.yaml", "a: " + "[" * 5000 + "]" * 5000),
     ),
     Case(
         "read_scenario",
@@ -616,10 +651,22 @@ CASES = [
         reading(read_scenario, "a.yaml", "name: x"),
     ),
     Case(
-        "_build",
+        "read_scenario",
         InvalidFile,
         r"robot\.goal: expected either",
         reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "tolerance: 1")),
+    ),
+    Case(
+        "GoalSpec.build",
+        InvalidInput,
+        r"expected either position or trajectory, found neither",
+        lambda _: GoalSpec.model_construct().build(),
+    ),
+    Case(
+        "read_tracks",
+        InvalidFile,
+        r"a\.csv:2:1: expected rows after the header, found none",
+        reading(read_tracks, "a.csv", "t,id,x,y"),
     ),
     Case(
         "read_tracks",
@@ -642,7 +689,7 @@ CASES = [
     Case(
         "read_tracks",
         InvalidFile,
-        r"a\.csv:2:1: expected finite numbers, found '0,1,nan,0'",
+        r"a\.csv:2:5: expected a finite number, found 'nan'",
         reading(tracks.read_tracks, "a.csv", ROW.replace("0,1,0,0", "0,1,nan,0")),
     ),
     Case(

@@ -33,6 +33,7 @@ from slalom import (
     State,
     Stationary,
 )
+from slalom.objective import Situation
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.contact import closest_approaches
 from slalom.sim.simulate import drive
@@ -224,7 +225,7 @@ def test_impact(d: int, method: str) -> None:
 
 @pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize("d", PLANES)
-@pytest.mark.parametrize("offset", [0.0, 1e-9, 0.7, 2.9])
+@pytest.mark.parametrize("offset", [0.0, 1e-9, 0.7])
 def test_escaping(offset: float, d: int, method: str) -> None:
     """From inside an obstacle, even from its very centre, the robot leaves, and then it drives on."""
     robot, obstacle = navigator(d, method), rock(d, 2.0, 0.0, -offset)
@@ -266,8 +267,8 @@ def test_inside_the_margin_is_no_overlap(d: int, inside: float) -> None:
 
 
 def test_outcomes_are_ordered_and_explained() -> None:
-    assert [o.safe for o in Outcome] == [True] * 5 + [False] * 3
-    assert len({o.value for o in Outcome}) == len(Outcome) == 8
+    assert [o.safe for o in Outcome] == [True] * 5 + [False] * 4
+    assert len({o.value for o in Outcome}) == len(Outcome) == 9
     assert all(o.value.endswith(".") for o in Outcome)
 
 
@@ -400,7 +401,7 @@ def up_to_first_unsafe(recording: Recording) -> Recording:
 def test_nothing_is_hit_while_outcomes_are_safe(d: int, method: str) -> None:
     """With known trajectories, in continuous time, by code that does not decide."""
     wholly_safe, chosen = 0, 0
-    for seed in range(4):
+    for seed in range(3):
         recording = random_run(seed, d, method)
         part = up_to_first_unsafe(recording)
         wholly_safe += len(part.outcomes) == len(recording.outcomes)
@@ -408,7 +409,7 @@ def test_nothing_is_hit_while_outcomes_are_safe(d: int, method: str) -> None:
         least = min(closest.clearance for closest in closest_approaches(part))
         assert least >= -KEPT, f"seed {seed}"
     assert wholly_safe >= 2
-    assert chosen >= 10
+    assert chosen >= 8
 
 
 @pytest.mark.parametrize("d", PLANES)
@@ -427,7 +428,7 @@ BOUNDED = (HalfSpace((-1, 0), 0.2),), (HalfSpace((0, 1), 1.0),)
 @pytest.mark.parametrize("d", PLANES)
 def test_limits_are_obeyed_at_every_step(d: int, method: str) -> None:
     """Whatever the outcome."""
-    recording = random_run(10, d, method, Limits(3.0, 2.0), most=7.0)
+    recording = random_run(10, d, method, Limits(3.0, 2.0), most=5.0)
     assert np.linalg.norm(recording.accelerations, axis=-1).max() <= 2.0 * (1 + 1e-8)
     assert np.linalg.norm(recording.velocities, axis=-1).max() <= 3.0 * (1 + 1e-8)
 
@@ -487,6 +488,16 @@ def test_a_moving_goal_is_reached(stop: bool, place, method: str) -> None:
     assert np.linalg.norm(place.position(end) - recording.positions[-1, 0]) <= tolerance
     if stop:
         assert np.linalg.norm(place.velocity(end) - recording.velocities[-1, 0]) <= tolerance
+
+
+@pytest.mark.parametrize("method", ALONE)
+@pytest.mark.parametrize("stop", [False, True], ids=["pass", "stop"])
+def test_a_goal_that_exists_for_a_while_is_reached_in_time(stop: bool, method: str) -> None:
+    """Sampled for ten seconds: no look beyond its end, although a straight chase would take longer."""
+    place = Sampled([0.0, 10.0], [(5.0, 0.0), (12.0, 0.0)], "linear")
+    robot = Robot(disc_or_ball(0.5, 2), Limits(2.0, 1.0), at(2, 0.0), Goal(place, 0.5, stop))
+    recording = simulate(Scenario("brief", robot, duration=9.9), METHODS[method])
+    assert recording.arrived[0] < 10.0
 
 
 @pytest.mark.parametrize("method", ALONE)
@@ -582,7 +593,15 @@ def judged(patience: float) -> tuple[Navigator, list[Step], list[Obstacle]]:
     """A run whose manoeuvres are changed more often the less patience there is."""
     rng = np.random.default_rng(15)
     robot, others = navigator(patience=patience, limits=Limits(4.0, 3.0)), crowd(rng, 2, 10)
-    return robot, list(follow(robot, at(2, 1.0), others, goal(2, 30.0), 60)), others
+    return robot, list(follow(robot, at(2, 1.0), others, goal(2, 30.0), 50)), others
+
+
+def wished(robot: Navigator, step: Step, manoeuvre: Manoeuvre, until: float) -> float:
+    """What the objective says of a manoeuvre at a step of `judged`."""
+    response, aim = manoeuvre.response, goal(2, 30.0)
+    admissible = robot.limits.admissible(response, step.state, robot.horizon)
+    seen = Situation(response, step.state, aim, robot.limits, admissible, step.now, robot.horizon)
+    return robot.objective.cost(manoeuvre, seen, until)
 
 
 @pytest.mark.parametrize("patience", [0.0, 0.1, 1.0])
@@ -596,7 +615,7 @@ def test_regret_is_what_keeping_has_cost(patience: float) -> None:
             kept += 1
             committed, until = step.decision.manoeuvre, robot.free_again(fresh.manoeuvre)
             assert committed is before.decision.manoeuvre
-            best, this = (robot.cost(m, goal(2, 30.0), step.now, until) for m in (fresh.manoeuvre, committed))
+            best, this = (wished(robot, step, m, until) for m in (fresh.manoeuvre, committed))
             expected = before.decision.regret + max(0.0, this - best)
             assert step.decision.regret == pytest.approx(expected, abs=1e-12)
             assert step.decision.regret <= patience
@@ -613,7 +632,7 @@ def test_without_patience_every_improvement_is_taken() -> None:
         if step.decision.outcome is Outcome.KEPT:
             fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now).manoeuvre
             until = robot.free_again(fresh)
-            best, this = (robot.cost(m, goal(2, 30.0), step.now, until) for m in (fresh, step.decision.manoeuvre))
+            best, this = (wished(robot, step, m, until) for m in (fresh, step.decision.manoeuvre))
             assert this <= best
             assert step.decision.regret == 0.0
 

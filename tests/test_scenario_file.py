@@ -316,7 +316,7 @@ recording: {file: none.csv, radius: 1}
 def test_a_goal_of_another_dimension(tmp_path: Path) -> None:
     """Together with an obstacle that does not fit either."""
     (one,) = mistakes(tmp_path, ROBOT.replace("[20, 0]", "[20, 0, 0]"))
-    assert ":1:78: robot.goal: expected dimension 2" in one
+    assert ":1:79: robot.goal: expected dimension 2" in one
     two = mistakes(
         tmp_path,
         ROBOT.replace("[20, 0]", "[20, 0, 0]")
@@ -330,7 +330,7 @@ def test_a_goal_inside_an_obstacle(tmp_path: Path) -> None:
     (one,) = mistakes(
         tmp_path, ROBOT + "obstacles: [{name: lid, radius: 3, trajectory: {kind: stationary, position: [21, 0]}}]\n"
     )
-    assert "scenario.yaml:1:78: robot.goal: expected a place that the robot can reach" in one
+    assert "scenario.yaml:1:79: robot.goal: expected a place that the robot can reach" in one
     assert "'lid'" in one
 
 

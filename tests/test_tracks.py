@@ -99,8 +99,8 @@ def test_blank_lines_are_skipped(tmp_path: Path) -> None:
         ("1.0,car,0,0", "4:5: expected a number, found 'car'"),
         ("1.0,3", "4:1: expected at least 4 columns, found 2"),
         ("1.0;3;0;0", "4:1: expected at least 4 columns, found 1"),
-        ("1.0,3,inf,0", "4:1: expected finite numbers, found '1.0,3,inf,0'"),
-        ("nan,3,0,0", "4:1: expected finite numbers, found 'nan,3,0,0'"),
+        ("1.0,3,inf,0", "4:7: expected a finite number, found 'inf'"),
+        ("nan,3,0,0", "4:1: expected a finite number, found 'nan'"),
         ("1.0,3,1_0,0", "4:7: expected a number, found '1_0'"),
         ('1.0,3,"1",0', "4:7: expected a number, found '\"1\"'"),
     ],
@@ -129,7 +129,7 @@ def test_many_mistakes_are_counted(tmp_path: Path) -> None:
 def test_places_are_right_after_blank_lines(tmp_path: Path) -> None:
     """Whatever is wrong, its line is counted as an editor counts."""
     head = "t,id,x,y\n\n0,1,0,0\n\n"
-    assert mistakes(tmp_path, head + "1,1,nan,0\n") == ["5:1: expected finite numbers, found '1,1,nan,0'"]
+    assert mistakes(tmp_path, head + "1,1,nan,0\n") == ["5:5: expected a finite number, found 'nan'"]
     assert mistakes(tmp_path, head + "1,1,?,0\n") == ["5:5: expected a number, found '?'"]
     assert mistakes(tmp_path, head + "1,1,0,0\n2,9,0,0\n") == ["6:1: expected at least two rows of agent 9, found one"]
     assert mistakes(tmp_path, head + "0,1,5,5\n") == ["5:1: expected one row of agent 1 at 0 s, found two"]

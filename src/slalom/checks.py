@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.errors import InvalidInput
+from slalom.tolerances import UNIT
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -15,7 +16,7 @@ def array(value: npt.ArrayLike, name: str) -> Array:
     """Return `value` as a float64 array of finite numbers, of any shape, that cannot be written to."""
     try:
         result = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InvalidInput(f"{name}: expected numbers, found {value!r}") from None
     if not np.all(np.isfinite(result)):
         raise InvalidInput(f"{name}: expected finite numbers, found {short(result)}")
@@ -70,6 +71,17 @@ def known(name: str, what: str, names: Sequence[str]) -> str:
     if name not in names:
         raise InvalidInput(f"{what}: expected one of {', '.join(names)}; found {name!r}")
     return name
+
+
+def unit(value: npt.ArrayLike, name: str) -> tuple[Array, float]:
+    """`value` (d,) as a unit vector, and its length; a vector of length 1 stays as it is, to the bit."""
+    given = vector(value, name)
+    length = float(np.linalg.norm(given))
+    if length == 0.0:
+        raise InvalidInput(f"{name}: expected a direction, found the zero vector")
+    if abs(length - 1.0) < UNIT:
+        return given, 1.0
+    return array(given / length, name), length
 
 
 def short(values: Array) -> str:

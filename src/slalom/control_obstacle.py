@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, not_negative, number, positive, vectors
+from slalom.checks import Array, array, not_negative, number, positive, vectors
 from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
 from slalom.path import hermite
@@ -97,8 +97,8 @@ class ControlObstacle:
                 f"horizon: expected at most the traffic's {self.traffic.horizon:g} s, found {horizon:g} s"
             )
         object.__setattr__(self, "horizon", horizon)
-        if np.ndim(self.margin) == 0:
-            not_negative(float(np.asarray(self.margin)), "margin")
+        least = float(np.min(array(self.margin, "margin"), initial=np.inf))
+        not_negative(min(least, 0.0), "margin")
         for what, dimension in (("robot", self.robot.dimension), ("obstacles", self.traffic.dimension)):
             if dimension not in (None, self.dimension):
                 raise InvalidInput(f"{what}: expected dimension {self.dimension} as of the state, found {dimension}")

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from slalom import kernels
 from slalom.checks import Array, positive
@@ -14,8 +15,8 @@ from slalom.trajectory import Stationary, Trajectory
 class Goal:
     """A place, at rest or moving, to pass within `tolerance` [m], or with `stop` to reach and stay at.
 
-    A robot has arrived when it is within `tolerance` of the goal; with `stop` also at most `tolerance` / s faster
-    or slower than it.
+    Before and after the span of its trajectory the goal rests where that begins and ends. A robot has arrived when it
+    is within `tolerance` of the goal; with `stop` also at most `tolerance` / s faster or slower than it.
     """
 
     trajectory: Trajectory
@@ -25,12 +26,21 @@ class Goal:
     def __post_init__(self) -> None:
         object.__setattr__(self, "tolerance", positive(self.tolerance, "tolerance"))
 
+    def position(self, t: npt.ArrayLike) -> Array:
+        """Where the goal is at times t (...): (..., d) [m]."""
+        return self.trajectory.position(np.clip(np.asarray(t, dtype=np.float64), *self.trajectory.span))
+
+    def velocity(self, t: float) -> Array:
+        """How fast the goal is at time t: (d,) [m/s]."""
+        first, last = self.trajectory.span
+        return self.trajectory.velocity(t) if first <= t <= last else np.zeros(self.trajectory.dimension)
+
     def reached(self, position: Array, velocity: Array, now: float) -> bool:
         """Whether a robot in this state at time `now` [s] has arrived."""
-        near = np.linalg.norm(self.trajectory.position(now) - position) <= self.tolerance
+        near = np.linalg.norm(self.position(now) - position) <= self.tolerance
         if not self.stop:
             return bool(near)
-        return bool(near and np.linalg.norm(self.trajectory.velocity(now) - velocity) <= self.tolerance)
+        return bool(near and np.linalg.norm(self.velocity(now) - velocity) <= self.tolerance)
 
     def meeting_point(self, position: Array, now: float, limits: Limits) -> Array:
         """Where a robot at `position` (d,) [m], at top speed from now on, meets the goal; the goal itself if at rest.
@@ -39,9 +49,9 @@ class Goal:
         """
         ahead = 0.0
         for _ in range(4):
-            away = np.linalg.norm(self.trajectory.position(now + ahead) - position)
+            away = np.linalg.norm(self.position(now + ahead) - position)
             ahead = min(float(away) / limits.max_speed, 2.0 * ahead + 10.0)
-        return self.trajectory.position(now + ahead)
+        return self.position(now + ahead)
 
     def desired_velocity(self, position: Array, velocity: Array, now: float, limits: Limits) -> Array:
         """The velocity (d,) [m/s] that leads a robot in this state to the goal as soon as possible.
@@ -57,10 +67,10 @@ class Goal:
             sine = np.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0
             turning = np.sqrt(limits.max_acceleration * distance / max(2.0 * sine, 1e-6))
             return np.asarray(away * min(limits.max_speed, float(turning)) / distance)
-        away = self.trajectory.position(now) - position
+        away = self.position(now) - position
         distance = max(float(np.linalg.norm(away)), 1e-12)
         speed = min(limits.max_speed, float(np.sqrt(1.4 * limits.max_acceleration * distance)))
-        wanted = self.trajectory.velocity(now) + away * speed / distance
+        wanted = self.velocity(now) + away * speed / distance
         return np.asarray(wanted / max(float(np.linalg.norm(wanted)) / limits.max_speed, 1.0))
 
     def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits) -> float:
@@ -74,10 +84,10 @@ class Goal:
         if not self.stop:
             ahead = 0.0
             for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
-                away = self.trajectory.position(now + ahead) - position
+                away = self.position(now + ahead) - position
                 ahead = kernels.earliest_arrival(away, velocity, push, top, 0.5 * self.tolerance)
             return float(ahead)
-        distance = max(0.0, float(np.linalg.norm(self.trajectory.position(now) - position)) - self.tolerance)
+        distance = max(0.0, float(np.linalg.norm(self.position(now) - position)) - self.tolerance)
         change = float(np.linalg.norm(self.desired_velocity(position, velocity, now, limits) - velocity))
         lost = change * change / (2.0 * push * top)
         braking = top * top / (2.0 * push)

@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.affine import Affine
-from slalom.checks import Array, Checked, array, number, positive, vector, vectors
-from slalom.errors import InvalidInput
+from slalom.checks import Array, Checked, number, positive, unit, vector, vectors
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE
 
@@ -43,6 +42,19 @@ class Admissible:
         scale = 1.0 + np.concatenate([self.radii, np.abs(self.offsets)]).max(initial=0.0)
         return np.asarray(self.excess(controls) <= ADMISSIBLE * scale)
 
+    def compromise(self, control: Array) -> Array:
+        """A control for when no control is in the set: projected on one boundary after the other, the last ball last.
+
+        In the sets that `Limits` makes the last ball is the acceleration limit: that one is obeyed.
+        """
+        for _ in range(100):
+            for normal, offset in zip(self.normals, self.offsets):
+                control = control - max(0.0, float(normal @ control) - offset) * normal
+            for center, radius in zip(self.centers, self.radii):
+                away = control - center
+                control = center + away * min(1.0, radius / max(float(np.linalg.norm(away)), 1e-300))
+        return control
+
     def rows(self) -> Array:
         """The boundaries as the kernels take them, (n, 5), see `kernels/boundaries.py`."""
         balls, flats = len(self.radii), len(self.offsets)
@@ -69,11 +81,8 @@ class HalfSpace:
     offset: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
 
     def __post_init__(self) -> None:
-        normal = self.normal
-        length = float(np.linalg.norm(normal))
-        if length == 0.0:
-            raise InvalidInput("normal: expected a direction, found the zero vector")
-        object.__setattr__(self, "normal", array(normal / length, "normal"))
+        normal, length = unit(self.normal, "normal")
+        object.__setattr__(self, "normal", normal)
         object.__setattr__(self, "offset", number(self.offset, "offset") / length)
 
 
@@ -129,6 +138,7 @@ class Limits:
                 radii.append(self.max_acceleration / abs(float(peak.gain)))
         for bounds, peaks in ((self.velocity_bounds, speed_peaks), (self.acceleration_bounds, acceleration_peaks)):
             for bound in bounds:
+                vector(bound.normal, "normal of a bound", state.dimension)
                 for peak in peaks:
                     gain = float(peak.gain)
                     if gain:

@@ -21,7 +21,7 @@ from slalom.response import Response
 from slalom.selection import Status, select, select_clearest
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import KEPT, TOUCHING
+from slalom.tolerances import ADMISSIBLE, KEPT, TOUCHING
 
 
 class Outcome(Enum):
@@ -34,6 +34,7 @@ class Outcome(Enum):
     SQUEEZED = "No manoeuvre keeps the margin; this one keeps a clearance above 0."
     DELAYED = "Every manoeuvre collides as predicted; the one that collides last was chosen."
     IMPACT = "A collision within this control period is inevitable; the impact speed was made least."
+    INADMISSIBLE = "No control obeys the limits in this state; a compromise between them was made."
     ESCAPING = "The robot overlaps an obstacle; it moves apart as fast as it can."
 
     @property
@@ -130,6 +131,10 @@ class Navigator:
             )
         traffic = self.foresee(obstacles, now)
         responses = self.method.responses(self.limits, self.period, self.holds)
+        if self._too_fast(state):
+            # Held long, a weak push would obey the limit in the end; the speed must come down now.
+            soonest = min(response.settled(self.horizon) for response in responses)
+            responses = tuple(r for r in responses if r.settled(self.horizon) <= soonest)
         situations = [self._situation(response, state, goal, now) for response in responses]
         bare = self._blocked(situations[0], traffic, 0.0)
         if len(bare.overlapping):
@@ -182,21 +187,16 @@ class Navigator:
             return None
         manoeuvre = Manoeuvre(s.response, s.state, choice.control, s.now)
         outcome = Outcome.CLEAR if choice.status is Status.CLEAR else Outcome.CONSTRAINED
-        cost = self.cost(manoeuvre, s.goal, s.now, self.free_again(manoeuvre))
+        cost = self.objective.cost(manoeuvre, s, self.free_again(manoeuvre))
         return _Proposal(cost, manoeuvre, outcome, preferred, blocked)
+
+    def _too_fast(self, state: State) -> bool:
+        """Whether the robot exceeds its speed limit by more than rounding."""
+        return float(np.linalg.norm(state.velocity)) > self.limits.max_speed * (1.0 + 10.0 * ADMISSIBLE)
 
     def free_again(self, manoeuvre: Manoeuvre) -> float:
         """When the control of a manoeuvre has been carried out: absolute time [s]."""
         return manoeuvre.start + max(self.period, manoeuvre.response.settled(self.horizon))
-
-    def cost(self, manoeuvre: Manoeuvre, goal: Goal, now: float, until: float) -> float:
-        """Predicted time of arrival [s from now] of a robot that follows the manoeuvre until `until`, then is free."""
-        ahead = np.linspace(now, until, 9)
-        for t, place, speed in zip(ahead, manoeuvre.position(ahead), manoeuvre.velocity(ahead)):
-            if goal.reached(place, speed, float(t)):
-                return float(t - now)
-        after = goal.time_to_go(manoeuvre.position(until), manoeuvre.velocity(until), until, self.limits)
-        return float(until - now + after)
 
     def _continued(
         self, previous: Decision, s: Situation, traffic: Traffic, margins: Array, best: _Proposal | None
@@ -204,13 +204,13 @@ class Navigator:
         """The committed manoeuvre, if it is safe and either nothing else is or nothing else is better enough.
 
         Both are judged by where they lead until the new one is carried out. The loss of keeping is small at every
-        single step, since afterwards one is free to change; it adds up.
+        single step, since afterwards one is free to change; it adds up. A robot above its speed limit keeps nothing.
         """
         committed, regret = previous.manoeuvre, previous.regret
         if best is not None:
             until = self.free_again(best.manoeuvre)
-            regret += max(0.0, self.cost(committed, s.goal, s.now, until) - best.cost)
-            if regret > self.patience:
+            regret += max(0.0, self.objective.cost(committed, s, until) - best.cost)
+            if regret > self.patience or self._too_fast(s.state):
                 return None
         rest = committed.continuation(s.state, s.now)
         blocked = ControlObstacle(rest, s.state, traffic, self.robot, margins)
@@ -255,32 +255,43 @@ class Navigator:
     def _soften(self, s: Situation, traffic: Traffic) -> Decision:
         """A collision within this period: approach the velocity of what will be hit first."""
         blocked = self._blocked(s, traffic, 0.0)
-        first = int(np.argmin(blocked.times_to_collision(np.zeros(s.state.dimension))))
-        other = traffic.obstacles[first].trajectory.velocity(s.now)
-        preferred = s.response.velocity(s.state, self.period).inverse(other)
+        times = blocked.times_to_collision(np.zeros(s.state.dimension))
+        preferred, outcome = np.zeros(s.state.dimension), Outcome.INADMISSIBLE
+        if select(preferred, s.admissible, self._blocked(s, Traffic((), s.now, self.horizon), 0.0)).safe:
+            outcome = Outcome.IMPACT
+        if np.any(np.isfinite(times)):
+            first = int(np.argmin(times))
+            other = traffic.obstacles[first].trajectory.velocity(s.now + float(times[first]))
+            preferred = s.response.velocity(s.state, self.period).inverse(other)
         manoeuvre = Manoeuvre(s.response, s.state, self._nearest(preferred, s, []), s.now)
-        return Decision(manoeuvre, Outcome.IMPACT, preferred, blocked)
+        return Decision(manoeuvre, outcome, preferred, blocked)
 
     def _escape(self, s: Situation, blocked: ControlObstacle, now: float) -> Decision:
         """Apart from what is overlapped, as fast as the limits allow, and clear of everything else if possible."""
-        push = np.zeros(s.state.dimension)
-        for index in blocked.overlapping:
-            trajectory = blocked.traffic.obstacles[index].trajectory
+        overlapped = [blocked.traffic.obstacles[index].trajectory for index in blocked.overlapping]
+        aways = []
+        for trajectory in overlapped:
             away = s.state.position - trajectory.position(now)
             length = float(np.linalg.norm(away))
             # On top of each other every direction is as good; the first axis is taken.
-            away = away / length if length > 0.0 else np.eye(s.state.dimension)[0]
-            push += trajectory.velocity(now) + self.limits.max_speed * away
-        preferred = s.response.velocity(s.state, self.period).inverse(push / len(blocked.overlapping))
+            aways.append(away / length if length > 0.0 else np.eye(s.state.dimension)[0])
+        away = np.mean(aways, axis=0)
+        if np.linalg.norm(away) < 1e-6:
+            # Squeezed from opposite sides: out sideways, where both grow more distant.
+            axis = np.eye(s.state.dimension)[int(np.argmin(np.abs(aways[0])))]
+            away = axis - (axis @ aways[0]) * aways[0]
+        carried = np.mean([trajectory.velocity(now) for trajectory in overlapped], axis=0)
+        wanted = carried + self.limits.max_speed * away / np.linalg.norm(away)
+        preferred = s.response.velocity(s.state, self.period).inverse(wanted)
         others = [o for i, o in enumerate(blocked.traffic.obstacles) if i not in blocked.overlapping]
         manoeuvre = Manoeuvre(s.response, s.state, self._nearest(preferred, s, others), now)
         return Decision(manoeuvre, Outcome.ESCAPING, preferred, blocked)
 
     def _nearest(self, preferred: Array, s: Situation, others: Sequence[Obstacle]) -> Array:
-        """The admissible control nearest to `preferred`, clear of `others` if possible; braking if none is."""
+        """The admissible control nearest to `preferred`, clear of `others` if possible; a compromise if none is."""
         for avoided in (others, ()):
             blocked = ControlObstacle(s.response, s.state, Traffic(avoided, s.now, self.horizon), self.robot)
             choice = select(preferred, s.admissible, blocked)
             if choice.control is not None:
                 return choice.control
-        return np.asarray(s.admissible.centers[-1])
+        return s.admissible.compromise(preferred)

@@ -1,7 +1,7 @@
 """What the robot wants: a preferred control for each response, and how good a manoeuvre is."""
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from slalom.goal import Goal
 from slalom.limits import Admissible, Limits
 from slalom.response import Response
 from slalom.state import State
+from slalom.trajectory import Trajectory
 
 
 class Aim(NamedTuple):
@@ -55,6 +56,9 @@ class Objective(Protocol):
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         """At least one aim of positive weight and gain."""
 
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        """How long [s] the wish takes for a robot that follows `motion` until the time `until` and is free then."""
+
     @property
     def enough_clearance(self) -> float:
         """[m] Clearance beyond the margin up to which more is better than being nearer to the aims; usually 0."""
@@ -74,7 +78,7 @@ class Arrive:
         s = situation
         if s.goal.stop:
             return (self._velocity_aim(s),)
-        away = s.goal.trajectory.position(s.now) - s.state.position
+        away = s.goal.position(s.now) - s.state.position
         slowest = (
             4.0 * float(np.linalg.norm(away)) / s.limits.max_speed
             + 4.0 * s.limits.max_speed / s.limits.max_acceleration
@@ -82,7 +86,7 @@ class Arrive:
         times = np.geomspace(0.02, max(slowest, 0.04), 64)
         for _ in range(2):
             maps = s.response.position(s.state, times)
-            controls = maps.inverse(s.goal.trajectory.position(s.now + times))
+            controls = maps.inverse(s.goal.position(s.now + times))
             reached = s.admissible.excess(controls) <= 0.0
             if not np.any(reached):
                 return (self._velocity_aim(s),)
@@ -90,7 +94,16 @@ class Arrive:
             # Between the last time that is too early and this one lies the earliest: look again, closer.
             found, times = times[k], np.linspace(times[max(k - 1, 0)], times[k], 17)
         place = s.response.position(s.state, found)
-        return (Aim(place, s.goal.trajectory.position(s.now + found)),)
+        return (Aim(place, s.goal.position(s.now + found)),)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        s = situation
+        ahead = np.linspace(s.now, until, 9)
+        for t, place, speed in zip(ahead, motion.position(ahead), motion.velocity(ahead)):
+            if s.goal.reached(place, speed, float(t)):
+                return float(t - s.now)
+        after = s.goal.time_to_go(motion.position(until), motion.velocity(until), until, s.limits)
+        return float(until - s.now + after)
 
     def _velocity_aim(self, s: Situation) -> Aim:
         """Have the desired velocity of the place where the robot will be, once the control has had its effect."""
@@ -110,17 +123,31 @@ class KeepAcceleration:
         s = situation
         return (Aim(s.response.acceleration(s.state, 0.0), s.state.acceleration),)
 
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        s = situation
+        change = motion.acceleration(s.now) - s.state.acceleration
+        return float(np.linalg.norm(change)) / s.limits.max_acceleration
+
 
 @dataclass(frozen=True, eq=False)
 class FollowVelocity:
-    """Have the given velocity (d,) [m/s], one second from now at the latest."""
+    """Have the given velocity (d,) [m/s] once the control has been carried out."""
+
+    SOON: ClassVar[float] = 1e-3
+    """[s] For controls that take effect at once."""
 
     velocity: Checked = Checked(vector)
     enough_clearance: float = 0.0
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
-        return (Aim(s.response.velocity(s.state, min(1.0, s.horizon)), self.velocity),)
+        wanted = vector(self.velocity, "velocity to follow", s.state.dimension)
+        return (Aim(s.response.velocity(s.state, max(s.response.settled(s.horizon), self.SOON)), wanted),)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        s = situation
+        missing = float(np.linalg.norm(motion.velocity(until) - self.velocity))
+        return float(until - s.now) + missing / s.limits.max_acceleration
 
 
 @dataclass(frozen=True)
@@ -140,6 +167,9 @@ class MostClearance:
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         return self.then.aims(situation)
 
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        return self.then.cost(motion, situation, until)
+
 
 @dataclass(frozen=True)
 class Mix:
@@ -150,8 +180,7 @@ class Mix:
     def __post_init__(self) -> None:
         if not self.parts:
             raise InvalidInput("parts: expected at least one objective, found none")
-        for weight, _ in self.parts:
-            not_negative(weight, "weight")
+        positive(sum(not_negative(weight, "weight") for weight, _ in self.parts), "sum of weights")
 
     @property
     def enough_clearance(self) -> float:
@@ -165,3 +194,7 @@ class Mix:
             curvature = sum(aim.weight * float(aim.map.gain) ** 2 for aim in aims)
             mixed += [aim._replace(weight=aim.weight * weight / curvature) for aim in aims]
         return tuple(mixed)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        weights = sum(weight for weight, _ in self.parts)
+        return sum(weight * part.cost(motion, situation, until) for weight, part in self.parts) / weights

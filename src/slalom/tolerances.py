@@ -48,6 +48,9 @@ Candidates are intersections of element boundaries and carry rounding of this or
 (up to kilometres) it stays below CONTACT, so no collision hides in it.
 """
 
+UNIT: Final = 1e-14
+"""[1] By how much the length of a unit vector may differ from 1: such a vector is kept to the bit when read back."""
+
 PARALLEL: Final = 1e-12
 """[1] Sine of the angle below which two planes count as parallel, and relative distance from a circle's axis.
 

@@ -3,12 +3,16 @@
 from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
+from slalom.checks import Array
 from slalom.errors import InvalidFile
 from slalom.trajectory import Sampled
 
+Indices: TypeAlias = npt.NDArray[np.int64]
 COLUMNS = ("t", "id", "x", "y")
 
 
@@ -28,44 +32,59 @@ def read_tracks(path: Path | str, *, interpolation: str = "smooth") -> dict[int,
     """
     path = Path(path)
     try:
-        lines = path.read_text().splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidFile([f"{path}: expected a readable CSV file, found {error}"]) from None
     header = [name.strip() for name in lines[0].split(",")] if lines else []
     if tuple(header[:4]) != COLUMNS:
         raise InvalidFile([f"{path}:1:1: expected a header t,id,x,y[,z], found {lines[0] if lines else 'nothing'!r}"])
     width = 5 if header[4:5] == ["z"] else 4
+    # Blank lines are passed over, but count: `numbers` are the line numbers of the rows.
+    numbers = np.array([k for k, line in enumerate(lines[1:], start=2) if line.strip()], dtype=np.int64)
+    if not numbers.size:
+        raise InvalidFile([f"{path}:2:1: expected rows after the header, found none"])
+    rows = [lines[k - 1] for k in numbers]
     try:
-        table = np.loadtxt(lines[1:], delimiter=",", usecols=range(width), ndmin=2, dtype=np.float64)
+        table = np.loadtxt(rows, delimiter=",", usecols=range(width), ndmin=2, dtype=np.float64, comments=None)
     except ValueError:
-        raise InvalidFile(_bad_cells(path, lines, width)) from None
-    mistakes = [
-        f"{path}:{row + 2}:1: expected finite numbers, found {lines[row + 1]!r}"
-        for row in np.flatnonzero(~np.isfinite(table).all(axis=1))[:10]
-    ]
-    if mistakes:
-        raise InvalidFile(mistakes)
-    return _by_agent(path, table, interpolation)
+        table = np.full((len(rows), width), np.nan)
+    wrong = ~np.isfinite(table).all(axis=1) | (table[:, 1] != np.round(table[:, 1]))
+    if np.any(wrong) or any("_" in row for row in rows):
+        mistakes = _bad_cells(path, lines, numbers, width)
+        if mistakes:
+            raise InvalidFile(mistakes)
+    return _by_agent(path, table, numbers, interpolation)
 
 
-def _bad_cells(path: Path, lines: list[str], width: int) -> list[str]:
+def _bad_cells(path: Path, lines: list[str], numbers: Indices, width: int) -> list[str]:
     """One message for each cell that is not a number, ten at most."""
     mistakes = []
-    for number, line in enumerate(lines[1:], start=2):
-        cells = line.split(",")
+    for number in numbers:
+        cells = lines[number - 1].split(",")
         if len(cells) < width:
             mistakes.append(f"{path}:{number}:1: expected at least {width} columns, found {len(cells)}")
             continue
-        for cell in range(width):
-            try:
-                float(cells[cell])
-            except ValueError:
-                column = 1 + sum(len(before) + 1 for before in cells[:cell])
-                mistakes.append(f"{path}:{number}:{column}: expected a number, found {cells[cell]!r}")
+        for cell, text in enumerate(cells[:width]):
+            column = 1 + sum(len(before) + 1 for before in cells[:cell])
+            value = _number(text)
+            if value is None:
+                mistakes.append(f"{path}:{number}:{column}: expected a number, found {text!r}")
+            elif not np.isfinite(value):
+                mistakes.append(f"{path}:{number}:{column}: expected a finite number, found {text!r}")
+            elif cell == 1 and value != round(value):
+                mistakes.append(f"{path}:{number}:{column}: expected a whole number, found {text!r}")
     return mistakes[:10] + ([f"{path}: and {len(mistakes) - 10} more"] if len(mistakes) > 10 else [])
 
 
-def _by_agent(path: Path, table: np.ndarray, interpolation: str) -> dict[int, Sampled]:
+def _number(text: str) -> float | None:
+    """The number that a cell holds; Python's 1_000 is none."""
+    try:
+        return None if "_" in text else float(text)
+    except ValueError:
+        return None
+
+
+def _by_agent(path: Path, table: Array, numbers: Indices, interpolation: str) -> dict[int, Sampled]:
     order = np.lexsort((table[:, 0], table[:, 1]))
     table = table[order]
     starts = np.flatnonzero(np.diff(table[:, 1], prepend=np.nan) != 0)
@@ -74,9 +93,9 @@ def _by_agent(path: Path, table: np.ndarray, interpolation: str) -> dict[int, Sa
         agent, rows = int(table[start, 1]), table[start:end]
         again = np.flatnonzero(np.diff(rows[:, 0]) == 0)
         if len(rows) < 2:
-            mistakes.append(f"{path}:{order[start] + 2}:1: expected at least two rows of agent {agent}, found one")
+            mistakes.append(f"{path}:{numbers[order[start]]}:1: expected at least two rows of agent {agent}, found one")
         elif again.size:
-            line = order[start + again[0] + 1] + 2
+            line = numbers[order[start + again[0] + 1]]
             mistakes.append(f"{path}:{line}:1: expected one row of agent {agent} at {rows[again[0], 0]:g} s, found two")
         else:
             tracks[agent] = Sampled(rows[:, 0], rows[:, 2:], interpolation)

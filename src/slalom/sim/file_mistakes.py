@@ -5,7 +5,26 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from slalom.errors import InvalidFile
+from slalom.trajectory import TRAJECTORIES
+
+
+def compose(path: Path, text: str) -> tuple[Node | None, Any]:
+    """The nodes of a YAML text, with their places, and its content. Raises InvalidFile for what is not YAML."""
+    try:
+        return YAML(typ="safe").compose(text), YAML(typ="safe").load(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
+        raise InvalidFile([f"{place}: expected YAML, found a mistake: {error.problem or error.context}"]) from None
+    except YAMLError as error:
+        raise InvalidFile([f"{path}: expected YAML, found {' '.join(str(error).split())}"]) from None
+    except RecursionError:
+        raise InvalidFile([f"{path}: expected YAML that can be read, found one nested too deeply"]) from None
 
 
 def dotted(place: tuple[str | int, ...]) -> str:
@@ -29,7 +48,8 @@ def _find(root: Node | None, place: tuple[str | int, ...]) -> tuple[Node | None,
 def where(path: Path, root: Node | None, place: tuple[str | int, ...], at_key: bool = False) -> str:
     """file:line:column of the value at `place`, or of its key."""
     key, node = _find(root, place)
-    marked = key if at_key and key is not None else node
+    left_out = isinstance(node, ScalarNode) and node.value == "" and node.style is None
+    marked = key if key is not None and (at_key or left_out) else node
     if marked is None:
         return f"{path}:1:1"
     return f"{path}:{marked.start_mark.line + 1}:{marked.start_mark.column + 1}"
@@ -40,17 +60,21 @@ _EXPECTED = {
     "greater_than": "expected a number above {gt:g}, found {input}",
     "greater_than_equal": "expected {ge:g} or more, found {input}",
     "finite_number": "expected a finite number, found {input}",
-    "float_parsing": "expected a number, found {input!r}",
-    "float_type": "expected a number, found {input!r}",
+    "float_parsing": "expected a number, found {input}",
+    "float_type": "expected a number, found {input}",
     "too_short": "expected at least {min_length} entries, found {actual_length}",
     "too_long": "expected at most {max_length} entries, found {actual_length}",
-    "literal_error": "expected {expected}, found {input!r}",
+    "literal_error": "expected {expected}, found {input}",
     "union_tag_invalid": "expected a kind among {expected_tags}, found {tag!r}",
     "union_tag_not_found": "expected a key 'kind', found none",
-    "list_type": "expected a list, found {input!r}",
-    "string_type": "expected text, found {input!r}",
-    "bool_parsing": "expected true or false, found {input!r}",
-    "model_type": "expected a mapping, found {input!r}",
+    "list_type": "expected a list, found {input}",
+    "string_type": "expected text, found {input}",
+    "bool_type": "expected true or false, found {input}",
+    "bool_parsing": "expected true or false, found {input}",
+    "model_type": "expected a mapping, found {input}",
+    "model_attributes_type": "expected a mapping, found {input}",
+    "dict_type": "expected a mapping, found {input}",
+    "value_error": "{error}",
 }
 
 
@@ -58,15 +82,24 @@ def message(
     path: Path, root: Node | None, mistake: dict[str, Any], keys: Callable[[tuple[str | int, ...]], list[str]]
 ) -> str:
     """One line for one of pydantic's mistakes; `keys` gives the keys that are known at a place."""
-    place, kind = tuple(mistake["loc"]), mistake["type"]
-    found = mistake.get("input")
+    kind, found = mistake["type"], mistake.get("input")
+    allowed = keys(tuple(mistake["loc"])[:-1])
+    place = _as_written(tuple(mistake["loc"]))
     if kind == "extra_forbidden":
-        allowed = keys(place[:-1])
-        near = get_close_matches(str(place[-1]), allowed, n=1)
+        near = get_close_matches(str(place[-1]).lower(), allowed, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         text = f"expected one of {', '.join(allowed)}; found {place[-1]!r}{hint}"
         return f"{where(path, root, place, at_key=True)}: {dotted(place)}{text}"
-    shown = "a mapping" if isinstance(found, dict) else found
     template = _EXPECTED.get(kind)
-    text = template.format(input=shown, **mistake.get("ctx", {})) if template else f"{mistake['msg']}, found {shown!r}"
+    shown = "a mapping" if isinstance(found, dict) else repr(found)
+    text = template.format(input=shown, **mistake.get("ctx", {})) if template else f"{mistake['msg']}, found {shown}"
     return f"{where(path, root, place)}: {dotted(place)}{text}"
+
+
+def _as_written(place: tuple[str | int, ...]) -> tuple[str | int, ...]:
+    """The place without the name of the kind that pydantic puts after a key with several kinds."""
+    return tuple(
+        part
+        for k, part in enumerate(place)
+        if not (k and place[k - 1] == "trajectory" and k < len(place) and part in TRAJECTORIES)
+    )

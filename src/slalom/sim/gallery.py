@@ -148,6 +148,8 @@ def build(name: str, settings: Mapping[str, float] | None = None, *, seed: int =
         InvalidInput: an unknown name or parameter; the message lists the known ones.
     """
     entry = GALLERY[known(name, "scenario", list(GALLERY))]
+    if seed < 0:
+        raise InvalidInput(f"seed: expected 0 or more, found {seed}")
     changed = dict(settings or {})
     unknown = [key for key in changed if key not in entry.parameters and key not in SETTINGS]
     if unknown:

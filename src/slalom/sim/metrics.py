@@ -55,11 +55,15 @@ def path_length(recording: Recording) -> float:
 
 
 def spl(recording: Recording) -> float:
-    """Success weighted by path length: the straight distance over the longer of itself and the path."""
+    """Success weighted by path length: the straight distance over the longer of itself and the path.
+
+    A robot that starts at its goal needs no path: its success counts in full.
+    """
     goal = recording.goals[0]
     start = recording.positions[0, 0]
-    straight = float(np.linalg.norm(goal.trajectory.position(recording.times[-1]) - start)) - goal.tolerance
-    return success(recording) * straight / max(path_length(recording), straight)
+    straight = float(np.linalg.norm(goal.position(recording.times[-1]) - start)) - goal.tolerance
+    longer = max(path_length(recording), straight)
+    return success(recording) * straight / longer if straight > 0.0 else success(recording)
 
 
 def adjustments(recording: Recording) -> float:
@@ -131,7 +135,7 @@ def stalled_time(recording: Recording) -> float:
 def failures_to_progress(recording: Recording) -> float:
     """Intervals of PROGRESS[1] seconds in which the goal comes nearer by less than PROGRESS[0] metres."""
     nearer, seconds = PROGRESS
-    goal = recording.goals[0].trajectory.position(recording.times)
+    goal = recording.goals[0].position(recording.times)
     distance = np.linalg.norm(goal - recording.positions[:, 0], axis=1)[:: max(1, round(seconds / recording.dt))]
     return float((distance[:-1] - distance[1:] < nearer).sum())
 

@@ -166,6 +166,9 @@ class Recording:
                 return cls._from_group(file["run_0"])
         except OSError as error:
             raise InvalidFile([f"{path}: expected an HDF5 recording, found {error}"]) from None
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+            # What h5py and the checks of the parts raise for a file that lacks something or holds something else.
+            raise InvalidFile([f"{path}: expected what a recording holds, found {error}"]) from None
 
     @classmethod
     def _from_group(cls, run: Any) -> "Recording":

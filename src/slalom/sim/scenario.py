@@ -66,8 +66,7 @@ class Scenario:
         for name in ("duration", "dt", "horizon"):
             positive(getattr(self, name), name)
         not_negative(self.replan, "replan")
-        if self.replan and abs(round(self.replan / self.dt) * self.dt - self.replan) > 1e-9 * self.replan:
-            raise InvalidInput(f"replan: expected a multiple of dt = {self.dt:g} s, found {self.replan:g} s")
+        whole_periods(self.replan, self.dt)
         for obstacle in self.obstacles:
             if obstacle.dimension != self.robot.state.dimension:
                 raise InvalidInput(
@@ -92,7 +91,7 @@ class Scenario:
     @property
     def steps_per_decision(self) -> int:
         """Steps of dt between decisions."""
-        return max(1, round(self.replan / self.dt))
+        return whole_periods(self.replan, self.dt)
 
     def with_settings(self, settings: Mapping[str, float]) -> "Scenario":
         """The scenario with other settings. Raises InvalidInput for a name that is not a setting."""
@@ -114,6 +113,14 @@ class Scenario:
             holds=self.holds,
             patience=self.patience,
         )
+
+
+def whole_periods(replan: float, dt: float) -> int:
+    """Steps of dt [s] in an interval of `replan` [s], at least 1. Raises InvalidInput if that is not a multiple."""
+    steps = max(1, round(replan / dt))
+    if replan and abs(steps * dt - replan) > 1e-9 * replan:
+        raise InvalidInput(f"replan: expected a multiple of dt = {dt:g} s, found {replan:g} s")
+    return steps
 
 
 SETTINGS = ("start", "duration", "dt", "replan", "horizon", "margin", "patience")

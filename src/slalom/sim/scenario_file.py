@@ -1,12 +1,12 @@
 """Scenario files: YAML 1.2 in, every mistake at once as file:line:column."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 from ruamel.yaml.nodes import Node
 
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
@@ -16,8 +16,8 @@ from slalom.limits import HalfSpace, Limits
 from slalom.methods import HOLDS
 from slalom.obstacle import Obstacle
 from slalom.shape import round_shape
-from slalom.sim.file_mistakes import dotted, message, where
-from slalom.sim.scenario import Robot, Scenario
+from slalom.sim.file_mistakes import compose, dotted, message, where
+from slalom.sim.scenario import SETTINGS, Robot, Scenario, whole_periods
 from slalom.state import State
 from slalom.trajectory import (
     Circular,
@@ -33,13 +33,27 @@ Vector = Annotated[list[FiniteFloat], Field(min_length=2, max_length=3)]
 Positive = Annotated[FiniteFloat, Field(gt=0)]
 NotNegative = Annotated[FiniteFloat, Field(ge=0)]
 T = TypeVar("T")
+M = TypeVar("M", bound=BaseModel)
 
 
 class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=False)
+    model_config = ConfigDict(extra="forbid", strict=True)
 
 
-class StationarySpec(_Model):
+class _Built(_Model, ABC):
+    """A model of a part: what the part itself refuses is a mistake like any other."""
+
+    @abstractmethod
+    def build(self) -> object:
+        """The part. Raises InvalidInput, which pydantic collects with the other mistakes."""
+
+    @model_validator(mode="after")
+    def _buildable(self) -> "_Built":
+        self.build()
+        return self
+
+
+class StationarySpec(_Built):
     """At rest."""
 
     kind: Literal["stationary"]
@@ -49,7 +63,7 @@ class StationarySpec(_Model):
         return Stationary(self.position)
 
 
-class ConstantVelocitySpec(_Model):
+class ConstantVelocitySpec(_Built):
     """A straight line; position at time `at` [s]."""
 
     kind: Literal["constant_velocity"]
@@ -61,7 +75,7 @@ class ConstantVelocitySpec(_Model):
         return ConstantVelocity(self.position, self.velocity, self.at)
 
 
-class ConstantAccelerationSpec(_Model):
+class ConstantAccelerationSpec(_Built):
     """A parabola; position and velocity at time `at` [s]."""
 
     kind: Literal["constant_acceleration"]
@@ -74,7 +88,7 @@ class ConstantAccelerationSpec(_Model):
         return ConstantAcceleration(self.position, self.velocity, self.acceleration, self.at)
 
 
-class CircularSpec(_Model):
+class CircularSpec(_Built):
     """A circle; `speed` > 0 is counter-clockwise, `phase` [rad] the angle at time 0."""
 
     kind: Literal["circular"]
@@ -88,7 +102,7 @@ class CircularSpec(_Model):
         return Circular(self.center, self.radius, self.speed, self.phase, self.normal)
 
 
-class SampledSpec(_Model):
+class SampledSpec(_Built):
     """Time-stamped positions."""
 
     kind: Literal["sampled"]
@@ -100,7 +114,7 @@ class SampledSpec(_Model):
         return Sampled(self.times, self.positions, self.interpolation)
 
 
-class PiecewisePolynomialSpec(_Model):
+class PiecewisePolynomialSpec(_Built):
     """Polynomials in pieces: coefficients[piece][power] is a vector."""
 
     kind: Literal["piecewise_polynomial"]
@@ -123,7 +137,7 @@ TrajectorySpec = Annotated[
 ]
 
 
-class GoalSpec(_Model):
+class GoalSpec(_Built):
     """Where to be: a place or a moving one."""
 
     position: Vector | None = None
@@ -140,7 +154,7 @@ class GoalSpec(_Model):
         raise InvalidInput(f"expected either position or trajectory, found {found}")
 
 
-class HalfSpaceSpec(_Model):
+class HalfSpaceSpec(_Built):
     """normal . x <= offset."""
 
     normal: Vector
@@ -207,80 +221,147 @@ def read_scenario(path: Path | str) -> Scenario:
         text = path.read_text()
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidFile([f"{path}: expected a readable YAML file, found {error}"]) from None
+    root, content = compose(path, text)
+    mistakes = []
     try:
-        root = YAML(typ="safe").compose(text)
-        content = YAML(typ="safe").load(text)
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        where = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
-        raise InvalidFile([f"{where}: expected YAML, found a mistake: {error.problem or error.context}"]) from None
-    try:
-        spec = ScenarioSpec.model_validate(content)
+        ScenarioSpec.model_validate(content)
     except ValidationError as error:
         mistakes = [message(path, root, dict(mistake), _allowed) for mistake in error.errors()]
-        raise InvalidFile(mistakes) from None
-    return _build(spec, path, root)
+    parts = _Parts(path, root)
+    scenario = parts.assemble(content) if isinstance(content, dict) else None
+    mistakes += parts.mistakes
+    if mistakes or scenario is None:
+        raise InvalidFile(mistakes)
+    return scenario
 
 
-def _build(spec: ScenarioSpec, path: Path, root: Node) -> Scenario:
-    """The scenario; what the values refuse is reported with the place in the file, all at once."""
-    mistakes: list[str] = []
+class _Parts:
+    """Puts the parts of a file together that are right by themselves, and notes which do not fit each other.
 
-    def at(place: tuple[str | int, ...], make: Callable[[], T]) -> T | None:
+    Parts are validated one by one, so that a mistake in one does not hide that another does not fit.
+    """
+
+    def __init__(self, path: Path, root: Node | None) -> None:
+        self.path, self.root = path, root
+        self.mistakes: list[str] = []
+
+    def note(self, place: tuple[str | int, ...], text: str) -> None:
+        """One more mistake."""
+        self.mistakes.append(f"{where(self.path, self.root, place)}: {dotted(place)}{text}")
+
+    def attempt(self, place: tuple[str | int, ...], make: Callable[[], T]) -> T | None:
+        """What `make` gives, or None and a mistake at `place`."""
         try:
             return make()
         except InvalidFile as error:
-            mistakes.extend(error.mistakes)
+            self.mistakes.extend(error.mistakes)
         except SlalomError as error:
-            mistakes.append(f"{where(path, root, place)}: {dotted(place)}{error}")
+            # The message may begin with the name of the value, which the place says already.
+            self.note(place, str(error).removeprefix(dotted(place)).removeprefix(f"{place[-1]}: "))
         return None
 
-    me = spec.robot
-    state = at(("robot",), lambda: State(me.position, me.velocity or [0.0] * len(me.position)))
-    goal = at(("robot", "goal"), me.goal.build)
-    limits = at(
-        ("robot",),
-        lambda: Limits(
-            me.max_speed,
-            me.max_acceleration,
-            tuple(bound.build() for bound in me.velocity_bounds),
-            tuple(bound.build() for bound in me.acceleration_bounds),
-        ),
-    )
-    d = len(me.position)
-    obstacles = [
-        at(
-            ("obstacles", k, "trajectory"),
-            lambda o=o, k=k: Obstacle(round_shape(o.radius, d), o.trajectory.build(), o.name or f"obstacle {k}"),  # type: ignore[misc]
+    def assemble(self, content: dict[str, Any]) -> Scenario | None:
+        """The scenario, if everything is right."""
+        given = _valid(RobotSpec, content.get("robot"))
+        d = self.dimension(content.get("robot"))
+        robot = self.robot(given) if given else None
+        listed = content.get("obstacles", [])
+        obstacles = [
+            self.obstacle(k, one, d)
+            for k, raw in enumerate(listed if isinstance(listed, list) else [])
+            if (one := _valid(ObstacleSpec, raw)) and d
+        ]
+        recording = _valid(RecordingSpec, content.get("recording"))
+        if recording and d:
+            obstacles += self.recorded(recording, d)
+        self.periods(content)
+        spec = _valid(ScenarioSpec, content)
+        if spec is None or robot is None or self.mistakes:
+            return None
+        settings = spec.model_dump(include=set(SETTINGS))
+        there = tuple(obstacle for obstacle in obstacles if obstacle is not None)
+        # All that a scenario can still refuse is a goal under an obstacle.
+        return self.attempt(
+            ("robot", "goal"),
+            lambda: Scenario(spec.name or self.path.stem, robot, there, holds=tuple(spec.holds), **settings),
         )
-        for k, o in enumerate(spec.obstacles)
-    ]
-    if spec.recording is not None:
-        recorded = spec.recording
-        tracks = at(
-            ("recording",), lambda: read_tracks(path.parent / recorded.file, interpolation=recorded.interpolation)
+
+    def dimension(self, robot: object) -> int | None:
+        """The dimension of the robot's position, even if something else about the robot is wrong."""
+        given = robot if isinstance(robot, dict) else {}
+        position, velocity = (_valid_vector(given.get(name)) for name in ("position", "velocity"))
+        if position and velocity and len(position) != len(velocity):
+            shown = "[" + ", ".join(f"{x:g}" for x in velocity) + "]"
+            self.note(
+                ("robot", "velocity"),
+                f"expected {len(position)} numbers, found {shown} of shape ({len(velocity)},)",
+            )
+        return len(position) if position else None
+
+    def periods(self, content: dict[str, Any]) -> None:
+        """The interval of decisions must be a multiple of that of steps."""
+        dt, replan = content.get("dt", ScenarioSpec.model_fields["dt"].default), content.get("replan", 0.0)
+        if all(isinstance(x, int | float) and np.isfinite(x) for x in (dt, replan)) and dt > 0 and replan > 0:
+            try:
+                whole_periods(replan, dt)
+            except InvalidInput as error:
+                self.note(("replan",), str(error).removeprefix("replan: "))
+
+    def robot(self, me: RobotSpec) -> Robot | None:
+        """The robot, if its parts are of one dimension."""
+        d, before = len(me.position), len(self.mistakes)
+        bounds = [
+            tuple(self.bound((name, k), spec, d) for k, spec in enumerate(getattr(me, name)))
+            for name in ("velocity_bounds", "acceleration_bounds")
+        ]
+        velocity = me.velocity or [0.0] * d
+        state = State(me.position, velocity) if len(velocity) == d else None
+        limits = Limits(me.max_speed, me.max_acceleration, *bounds)
+        shape, goal = round_shape(me.radius, d), me.goal.build()
+        if state is None:
+            return None
+        robot = self.attempt(("robot", "goal"), lambda: Robot(shape, limits, state, goal))
+        return robot if len(self.mistakes) == before else None
+
+    def bound(self, place: tuple[str, int], spec: HalfSpaceSpec, d: int) -> HalfSpace:
+        """A half-space of the robot's dimension."""
+        if len(spec.normal) != d:
+            self.note(("robot", *place, "normal"), f"expected {d} numbers, found {len(spec.normal)}")
+        return spec.build()
+
+    def obstacle(self, k: int, spec: ObstacleSpec, d: int) -> Obstacle | None:
+        """An obstacle of the robot's dimension."""
+        name = spec.name or f"obstacle {k}"
+        return self.attempt(
+            ("obstacles", k, "trajectory"), lambda: Obstacle(round_shape(spec.radius, d), spec.trajectory.build(), name)
         )
-        shape = round_shape(recorded.radius, d)
-        for agent, track in (tracks or {}).items():
-            obstacles.append(at(("recording",), lambda t=track, a=agent: Obstacle(shape, t, f"agent {a}")))  # type: ignore[misc]
-    if not mistakes:
-        assert state is not None
-        assert goal is not None
-        assert limits is not None
-        settings = spec.model_dump(include={"start", "duration", "dt", "replan", "horizon", "margin", "patience"})
-        scenario = at(
-            ("robot",),
-            lambda: Scenario(
-                spec.name or path.stem,
-                Robot(round_shape(me.radius, d), limits, state, goal),
-                tuple(o for o in obstacles if o is not None),
-                holds=tuple(spec.holds),
-                **settings,
-            ),
-        )
-        if scenario is not None:
-            return scenario
-    raise InvalidFile(mistakes)
+
+    def recorded(self, spec: RecordingSpec, d: int) -> list[Obstacle | None]:
+        """The agents of a recording as obstacles."""
+        file = self.path.parent / spec.file
+        tracks = self.attempt(("recording",), lambda: read_tracks(file, interpolation=spec.interpolation)) or {}
+        shape = round_shape(spec.radius, d)
+        wrong = [agent for agent, track in tracks.items() if track.dimension != d]
+        if wrong:
+            self.note(
+                ("recording",), f"expected tracks of the robot's dimension, found {d} and {tracks[wrong[0]].dimension}"
+            )
+            return []
+        return [Obstacle(shape, track, f"agent {agent}") for agent, track in tracks.items()]
+
+
+def _valid_vector(raw: object) -> list[float] | None:
+    """Two or three numbers, or None."""
+    right = isinstance(raw, list) and len(raw) in (2, 3) and all(isinstance(x, int | float) for x in raw)
+    return raw if right else None  # type: ignore[return-value]
+
+
+def _valid(model: type[M], raw: object) -> M | None:
+    """The model of a part, or None if it has mistakes of its own, which are reported with those of the whole file."""
+    try:
+        return model.model_validate(raw)
+    except ValidationError:
+        return None
 
 
 def _allowed(place: tuple[str | int, ...]) -> list[str]:

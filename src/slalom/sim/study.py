@@ -56,6 +56,8 @@ def compare(
     """
     for method in methods:
         known(method, "method", list(METHODS))
+    if not methods:
+        raise InvalidInput(f"methods: expected at least one of {', '.join(METHODS)}; found none")
     if seeds < 1 or jobs == 0:
         raise InvalidInput(f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {seeds} and {jobs}")
     load(name, settings or {})

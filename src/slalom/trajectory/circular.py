@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, array, number, positive, vector
+from slalom.checks import Array, Checked, number, positive, unit, vector
 from slalom.errors import InvalidInput
 from slalom.path import Path, even_knots, hermite, hermite_step
 from slalom.tolerances import INTERPOLATION
@@ -33,10 +33,8 @@ class Circular(Endless):
         if self.normal is not None:
             if self.center.size == 2:
                 raise InvalidInput("normal: expected none for a circle in the plane, found one")
-            normal = vector(self.normal, "normal", 3)
-            if not np.any(normal):
-                raise InvalidInput("normal: expected a direction, found the zero vector")
-            object.__setattr__(self, "normal", array(normal / np.linalg.norm(normal), "normal"))
+            normal, _ = unit(vector(self.normal, "normal", 3), "normal")
+            object.__setattr__(self, "normal", normal)
 
     @property
     def dimension(self) -> int:

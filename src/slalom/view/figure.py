@@ -217,7 +217,7 @@ def paths(
     start, end = float(stamps[0]), float(stamps[-1])
     scale = ScalarMappable(Normalize(start, end), _TIMES)
     shots = np.linspace(start, end, max(2, snapshots))
-    target = around(goal.trajectory.position(end), goal.tolerance)
+    target = around(goal.position(end), goal.tolerance)
     corners = [target, *(around(place, robot.radius) for place in places), *_corners(obstacles, shots)]
     left, right, low, high = box(np.concatenate(corners), 0.4)
     with style():

@@ -237,14 +237,14 @@ def _robot(ax: Axes, state: State, robot: Shape) -> Line2D:
 
 def draw_goal(ax: Axes, goal: Goal, now: float, start: float, end: float) -> Line2D:
     """Where the goal is `now`: its tolerance as a circle, a cross in the middle, and its path if it moves."""
-    place = goal.trajectory.position(now)
+    place = goal.position(now)
     disc(ax, place, goal.tolerance, "goal", fill=False, edgecolor=GOAL, linewidth=1.1, zorder=5.8)
     ax.plot(*place[:2], linestyle="none", marker="+", markersize=5, markeredgewidth=0.9, color=GOAL, zorder=5.8)
     if place.size == 3:
         write_height(ax, place, goal.tolerance)
     there = moments(goal.trajectory, start, end, 49)
     if there.size and goal.trajectory.speed_bound(float(there[0]), float(there[-1])) > 0.0:
-        fading_line(ax, goal.trajectory.position(there), GOAL, width=0.8, faintest=0.1, zorder=2.1)
+        fading_line(ax, goal.position(there), GOAL, width=0.8, faintest=0.1, zorder=2.1)
     return _dot("none", GOAL, "goal")
 
 
@@ -267,7 +267,7 @@ def _extent(traffic: Traffic, state: State, robot: Shape, goal: Goal | None, tra
         if obstacle.exists(traffic.start):
             points.append(around(obstacle.trajectory.position(traffic.start), obstacle.shape.radius))
     if goal is not None:
-        points.append(around(goal.trajectory.position(traffic.start), goal.tolerance))
+        points.append(around(goal.position(traffic.start), goal.tolerance))
     if track is not None:
         points.append(track[:, :2])
     return box(np.concatenate(points), 1.0)
