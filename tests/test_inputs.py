@@ -64,6 +64,7 @@ from slalom import (
 from slalom.io import tracks
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario
 from slalom.sim.gallery import build
+from slalom.sim.scenario_spec import GoalSpec
 from slalom.trajectory import Composite, Function, PiecewisePolynomial
 from slalom.view import style
 
@@ -666,7 +667,7 @@ CASES = [
         "read_tracks",
         InvalidFile,
         r"a\.csv:2:1: expected rows after the header, found none",
-        reading(read_tracks, "a.csv", "t,id,x,y"),
+        reading(tracks.read_tracks, "a.csv", "t,id,x,y"),
     ),
     Case(
         "read_tracks",

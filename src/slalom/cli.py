@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
-from slalom.errors import InvalidInput, SlalomError
+from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.report import list_text, run_text, shown, table_text
 
 if TYPE_CHECKING:
@@ -98,7 +98,8 @@ def run(
         recording = simulate(loaded, chosen, seed=seed, progress=advance)
     result = summary(recording)
     if out is not None:
-        recording.save(_writable(out))
+        with _writing(out):
+            recording.save(out)
     if figure is not None:
         _draw_run(recording, loaded, method, figure, at)
     _print(result, json, lambda: run_text(recording, result))
@@ -176,7 +177,8 @@ def decide(
     if figure is not None:
         from slalom import view
 
-        view.save(view.decision(decision, navigator, robot.goal, title=loaded.name), _writable(figure))
+        with _writing(figure):
+            view.save(view.decision(decision, navigator, robot.goal, title=loaded.name), figure)
     _print(result, json, lambda: "\n".join(f"{k:18} {shown(v)}" for k, v in result.items()))
     return DONE if decision.outcome.safe else FAILED
 
@@ -245,10 +247,14 @@ def _check_suffix(figure: Path | None) -> None:
         raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
 
 
-def _writable(path: Path) -> Path:
-    if not path.parent.is_dir():
-        raise InvalidInput(f"{path}: expected a file in a folder that exists, found no folder {str(path.parent)!r}")
-    return path
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """What the system says when a file cannot be written, as one message of ours."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InvalidFile([f"{path}: expected a file that can be written, found {reason}"]) from None
 
 
 def _draw_run(recording: "Recording", scenario: "Scenario", method: str, figure: Path, at: float | None) -> None:
@@ -282,7 +288,8 @@ def _draw_run(recording: "Recording", scenario: "Scenario", method: str, figure:
         track=np.asarray(recording.positions[: step + 1, 0]),
         title=title,
     )
-    view.save(drawn, _writable(figure))
+    with _writing(figure):
+        view.save(drawn, figure)
 
 
 @contextmanager

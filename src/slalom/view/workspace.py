@@ -115,6 +115,7 @@ def moments(trajectory: Trajectory, start: float, end: float, count: int) -> Arr
 
 
 def write_height(ax: Axes, place: Array, radius: float) -> None:
+    """The height z [m] beside a ball, in space only."""
     text = ax.annotate(
         f"{place[2]:.1f}".replace("-", "−"),
         (place[0] + 0.75 * radius, place[1] + 0.75 * radius),
@@ -257,6 +258,7 @@ def box(points: Array, least: float) -> Extent:
 
 
 def around(place: Array, radius: float) -> Array:
+    """Lower and upper corner of the box about a disc."""
     return np.array([place[:2] - radius, place[:2] + radius])
 
 
