@@ -725,6 +725,12 @@ CASES = [
         command("decide", "empty", "--figure", "a.gif"),
     ),
     Case(
+        "_writing",
+        InvalidFile,
+        r"expected a file that can be written, found ",
+        command("run", "empty", "--set", "duration=0.1", "--out", "{}"),
+    ),
+    Case(
         "_writable",
         InvalidInput,
         r"expected a file in a folder that exists, found no folder",

@@ -94,6 +94,7 @@ def run(
 
     chosen, loaded = method_of(method), load(scenario, parse_settings(settings), seed=seed)
     _check_suffix(figure)
+    _writable(out)
     with _progress("running") as advance:
         recording = simulate(loaded, chosen, seed=seed, progress=advance)
     result = summary(recording)
@@ -245,6 +246,13 @@ def _check_suffix(figure: Path | None) -> None:
     """Refuse a figure that could not be saved before the work is done, not after."""
     if figure is not None and figure.suffix not in (".svg", ".pdf", ".png"):
         raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
+    _writable(figure)
+
+
+def _writable(path: Path | None) -> None:
+    """Refuse a folder that is not there before the work is done."""
+    if path is not None and not path.parent.is_dir():
+        raise InvalidInput(f"{path}: expected a file in a folder that exists, found no folder {str(path.parent)!r}")
 
 
 @contextmanager
