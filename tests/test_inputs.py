@@ -61,7 +61,7 @@ from slalom import (
     select_clearest,
     view,
 )
-from slalom.io import tracks
+from slalom.io import polynomials, tracks
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario
 from slalom.sim.gallery import build
 from slalom.sim.scenario_spec import GoalSpec
@@ -662,6 +662,36 @@ CASES = [
         InvalidInput,
         r"expected either position or trajectory, found neither",
         lambda _: GoalSpec.model_construct().build(),
+    ),
+    Case(
+        "read_polynomials",
+        InvalidFile,
+        r"none\.csv: expected a readable CSV file, found ",
+        lambda folder: polynomials.read_polynomials(folder / "none.csv"),
+    ),
+    Case(
+        "read_polynomials",
+        InvalidFile,
+        r"a\.csv:1:1: expected a header duration",
+        reading(polynomials.read_polynomials, "a.csv", "t,x\n"),
+    ),
+    Case(
+        "read_polynomials",
+        InvalidFile,
+        r"a\.csv:2:1: expected rows after the header, found none",
+        reading(polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n"),
+    ),
+    Case(
+        "read_polynomials",
+        InvalidFile,
+        r"a\.csv:2:1: expected 3 numbers, found '1,left,2'",
+        reading(polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n1,left,2\n"),
+    ),
+    Case(
+        "read_polynomials",
+        InvalidFile,
+        r"a\.csv: coefficients: expected pieces that meet, found a jump",
+        reading(polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n1,0,0\n1,5,0\n"),
     ),
     Case(
         "read_tracks",

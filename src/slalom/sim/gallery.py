@@ -12,10 +12,10 @@ from slalom.goal import Goal
 from slalom.io.tracks import read_tracks, sample_data
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
-from slalom.shape import Disc
+from slalom.shape import Ball, Disc
 from slalom.sim.scenario import SETTINGS, Robot, Scenario
 from slalom.state import State
-from slalom.trajectory import Circular, ConstantVelocity, Stationary
+from slalom.trajectory import Circular, ConstantVelocity, PiecewisePolynomial, Stationary
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,22 @@ def roundabout_exit(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
     return replace(crossing, name="roundabout_exit", robot=robot)
 
 
+def drones_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """A drone crosses a hall in which others fly back and forth on quintic pieces from waypoint to waypoint."""
+    others = []
+    for k in range(int(p["drones"])):
+        stops = np.column_stack([rng.uniform(-4, 4, 9), rng.uniform(-4, 4, 9), rng.uniform(0.5, 3.5, 9)])
+        durations = np.maximum(np.linalg.norm(np.diff(stops, axis=0), axis=1) / p["speed"], 0.8)
+        powers = np.zeros((8, 6, 3))
+        powers[:, 0] = stops[:-1]
+        for power, weight in ((3, 10.0), (4, -15.0), (5, 6.0)):
+            powers[:, power] = weight * np.diff(stops, axis=0) / durations[:, None] ** power
+        others.append(Obstacle(Ball(0.3), PiecewisePolynomial(durations, powers), f"drone {k + 1}"))
+    state, goal = State((-7.0, 0.0, 2.0), np.zeros(3)), Goal(Stationary((7.0, 0.0, 2.0)), 0.3, stop=True)
+    robot = Robot(Ball(0.3), Limits(3.0, 4.0), state, goal, "drone")
+    return Scenario("drones_crossing", robot, tuple(others), duration=25.0, horizon=4.0)
+
+
 def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """A recorded roundabout: 30 cars that yield to each other but not to the robot."""
     tracks = read_tracks(sample_data("roundabout_ring_11.csv"))
@@ -129,6 +145,12 @@ GALLERY: Final[dict[str, Entry]] = {
             roundabout_exit,
             {"max_acceleration": 4.0, "speed": 1.0},
             "The paper's roundabout, entered on the left and left at the top.",
+        ),
+        Entry(
+            "drones_crossing",
+            drones_crossing,
+            {"drones": 8.0, "speed": 1.5},
+            "In space: a drone crosses a hall in which others fly on planned polynomials.",
         ),
         Entry(
             "recorded_roundabout",
