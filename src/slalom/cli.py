@@ -283,7 +283,7 @@ def _draw_run(recording: "Recording", scenario: "Scenario", method: str, figure:
         early = [k for k in decided if recording.times[k] <= when] or decided
         chosen = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
         held = re.compile(r"hold=([0-9.]+)")
-        step = max(chosen, key=lambda k: float((held.findall(recording.responses[k][0]) or [0])[0]))
+        step = max(chosen, key=lambda k: (float((held.findall(recording.responses[k][0]) or [0])[0]), k))
     else:
         step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
     decision = decision_at(recording, scenario, METHODS[method], step)
