@@ -58,6 +58,9 @@ class Traffic:
         self.points = np.concatenate(points) if points else np.empty((0, 4, d))
         self.error = np.concatenate(error) if error else np.empty(0)
         self.owner = np.concatenate(owner) if owner else np.empty(0, dtype=np.int64)
+        # The first piece of each obstacle that is there when the window begins.
+        heads = np.flatnonzero(np.diff(self.owner, prepend=-1))
+        self.present = heads[self.times[heads, 0] <= 0.0]
         self.radii = np.array([obstacle.shape.radius for obstacle in self.obstacles], dtype=np.float64)
 
 
@@ -123,10 +126,11 @@ class ControlObstacle:
     def initial_distances(self) -> Array:
         """Distance between the centres now [m], (n,); inf for an obstacle that is not there."""
         distance = np.full(len(self.traffic.obstacles), np.inf)
-        first = np.flatnonzero(np.diff(self.traffic.owner, prepend=-1))
-        for s in first:
-            if self.traffic.times[s, 0] <= 0.0:
-                distance[self.traffic.owner[s]] = np.linalg.norm(self.traffic.points[s, 0] - self.state.position)
+        here = self.traffic.present
+        if not here.size:
+            return distance
+        away = self.traffic.points[here, 0] - self.state.position
+        distance[self.traffic.owner[here]] = np.sqrt((away * away).sum(axis=1))
         return distance
 
     @cached_property

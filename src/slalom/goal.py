@@ -30,17 +30,23 @@ class Goal:
         """Where the goal is at times t (...): (..., d) [m]."""
         return self.trajectory.position(np.clip(np.asarray(t, dtype=np.float64), *self.trajectory.span))
 
-    def velocity(self, t: float) -> Array:
-        """How fast the goal is at time t: (d,) [m/s]."""
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        """How fast the goal is at times t (...): (..., d) [m/s]."""
         first, last = self.trajectory.span
-        return self.trajectory.velocity(t) if first <= t <= last else np.zeros(self.trajectory.dimension)
+        time = np.asarray(t, dtype=np.float64)
+        there = ((time >= first) & (time <= last))[..., None]
+        return np.asarray(np.where(there, self.trajectory.velocity(np.clip(time, first, last)), 0.0))
 
     def reached(self, position: Array, velocity: Array, now: float) -> bool:
         """Whether a robot in this state at time `now` [s] has arrived."""
-        near = np.linalg.norm(self.position(now) - position) <= self.tolerance
-        if not self.stop:
-            return bool(near)
-        return bool(near and np.linalg.norm(self.velocity(now) - velocity) <= self.tolerance)
+        return bool(self.reached_at(position, velocity, np.asarray(now)))
+
+    def reached_at(self, positions: Array, velocities: Array, times: Array) -> npt.NDArray[np.bool_]:
+        """As `reached`, for states (..., d) at times (...)."""
+        near = np.linalg.norm(self.position(times) - positions, axis=-1) <= self.tolerance
+        if not self.stop or not np.any(near):
+            return np.asarray(near)
+        return np.asarray(near & (np.linalg.norm(self.velocity(times) - velocities, axis=-1) <= self.tolerance))
 
     def meeting_point(self, position: Array, now: float, limits: Limits) -> Array:
         """Where a robot at `position` (d,) [m], at top speed from now on, meets the goal; the goal itself if at rest.

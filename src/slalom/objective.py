@@ -99,9 +99,9 @@ class Arrive:
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         s = situation
         ahead = np.linspace(s.now, until, 9)
-        for t, place, speed in zip(ahead, motion.position(ahead), motion.velocity(ahead)):
-            if s.goal.reached(place, speed, float(t)):
-                return float(t - s.now)
+        reached = s.goal.reached_at(motion.position(ahead), motion.velocity(ahead), ahead)
+        if np.any(reached):
+            return float(ahead[int(np.argmax(reached))] - s.now)
         after = s.goal.time_to_go(motion.position(until), motion.velocity(until), until, s.limits)
         return float(until - s.now + after)
 
