@@ -13,6 +13,10 @@ class Forecast(Protocol):
     Law: a rule uses the true trajectory only at `now`, except `Known`, which is given all of it.
     """
 
+    @property
+    def foresees(self) -> bool:
+        """Whether obstacles that are not there yet are known of. If not, the rule is asked only of those that are."""
+
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         """The trajectory assumed from `now` on. Raises OutsideSpan when there is no obstacle at `now`."""
 
@@ -20,6 +24,10 @@ class Forecast(Protocol):
 @dataclass(frozen=True)
 class Known:
     """The trajectory itself: published plans, lanes, recordings. The assumption of NLVO and NAO."""
+
+    @property
+    def foresees(self) -> bool:
+        return True
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return trajectory
@@ -29,6 +37,10 @@ class Known:
 class AtConstantVelocity:
     """The velocity of this moment for ever. The assumption of VO and AVO."""
 
+    @property
+    def foresees(self) -> bool:
+        return False
+
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return ConstantVelocity(trajectory.position(now), trajectory.velocity(now), now)
 
@@ -36,6 +48,10 @@ class AtConstantVelocity:
 @dataclass(frozen=True)
 class AtConstantAcceleration:
     """The velocity and acceleration of this moment, the acceleration for ever. The assumption of AO."""
+
+    @property
+    def foresees(self) -> bool:
+        return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return ConstantAcceleration(

@@ -10,7 +10,6 @@ import numpy as np
 from slalom.checks import Array, not_negative, positive
 from slalom.control_obstacle import ControlObstacle, Traffic
 from slalom.errors import InvalidInput
-from slalom.forecast import Known
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
@@ -157,14 +156,14 @@ class Navigator:
     def foresee(self, obstacles: Sequence[Obstacle], now: float) -> Traffic:
         """The obstacles as the method's forecast sees them at `now`.
 
-        An obstacle that does not exist yet is seen only by a method that knows the trajectories.
+        An obstacle that does not exist yet is seen only by a forecast that foresees.
         """
-        seen = []
-        for obstacle in obstacles:
-            if isinstance(self.method.forecast, Known):
-                seen.append(obstacle)
-            elif obstacle.exists(now):
-                seen.append(replace(obstacle, trajectory=self.method.forecast(obstacle.trajectory, now)))
+        forecast = self.method.forecast
+        seen = [
+            replace(obstacle, trajectory=forecast(obstacle.trajectory, now))
+            for obstacle in obstacles
+            if forecast.foresees or obstacle.exists(now)
+        ]
         return Traffic(seen, now, self.horizon)
 
     def _situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
