@@ -8,8 +8,10 @@ from functools import cached_property
 from math import ceil, pi, prod, sqrt
 
 import numpy as np
+from hulls import Pair, turned
 
 STEP = 1e-3  # [s] of the dense samples
+JUMP = 1e-9  # [s] before and after a jump of a heading, bodies are looked at too
 LEVELS = 6  # times the search for pockets refines its lattice
 ABSENT = 1e18  # [m^2] stands for the squared distance of an obstacle that is not there; inf would give nan in products
 
@@ -115,6 +117,24 @@ def motion(kind, parameters, t):
     return MOTIONS[kind](parameters, np.asarray(t, dtype=float))
 
 
+def facing(kind, parameters, t):
+    """Unit vectors (n, 2) along the velocity at absolute times t (n,); nan where nothing is there.
+
+    Where something waits it keeps the direction in which it came. Here only straight pieces between samples wait.
+    """
+    t = np.asarray(t, dtype=float)
+    speed = motion(kind, parameters, t)[1]
+    if kind == "sampled" and parameters["interpolation"] == "linear":
+        stamps, gone = np.asarray(parameters["times"], dtype=float), np.isnan(speed)
+        rises = np.diff(np.asarray(parameters["positions"], dtype=float), axis=0)
+        for k in range(1, len(rises)):
+            if not rises[k].any():
+                rises[k] = rises[k - 1]
+        piece = np.clip(np.searchsorted(stamps, t, side="right") - 1, 0, len(rises) - 1)
+        speed = np.where(gone, np.nan, rises[piece])
+    return speed / np.sqrt((speed**2).sum(axis=1))[:, None]
+
+
 def assumed(forecast, kind, parameters, now):
     """The motion (kind, parameters) that a forecast assumes from `now` on; None when nothing is there to be seen."""
     place, speed, push = (value[0] for value in motion(kind, parameters, [now]))
@@ -217,7 +237,11 @@ class Admissible:
 
 @dataclass
 class Problem:
-    """One decision in plain numbers: `motions` are (kind, parameters), `radii` those of the obstacles."""
+    """One decision in plain numbers.
+
+    `shapes` and `robot_parts` are lists of rounded convex hulls (corners (n, d), radius) in the body frame, `headings`
+    angles or "motion", `motions` (kind, parameters).
+    """
 
     dimension: int
     start: float
@@ -226,13 +250,18 @@ class Problem:
     velocity: np.ndarray
     acceleration: np.ndarray
     response: tuple
-    robot_radius: float
-    radii: np.ndarray
+    robot_parts: list
+    shapes: list
+    headings: list
     motions: list
 
     def alone(self):
         """The same without obstacles."""
-        return replace(self, radii=np.empty(0), motions=[])
+        return self.among([], [], [])
+
+    def among(self, shapes, headings, motions):
+        """The same with these obstacles."""
+        return replace(self, shapes=shapes, headings=headings, motions=motions)
 
     def maps(self, t, order=0):
         """Drift (n, d) and gain (n,) of position, velocity or acceleration (order 0, 1, 2) at elapsed times t."""
@@ -246,20 +275,45 @@ class Problem:
         drift, gain = self.maps(t)
         return drift + gain[:, None] * u
 
-    def place(self, i, t):
-        """Position (n, d) of obstacle i at elapsed times t (n,); nan where it is not there."""
+    def _absolute(self, i, t):
+        """The times by the clock of obstacle i."""
         kind, parameters = self.motions[i]
         absolute = self.start + t
         if kind in STAMPS:
             # start + (stamp - start) may leave the life of an obstacle by one rounding; its ends belong to it.
             inside = np.clip(absolute, *STAMPS[kind](parameters)[[0, -1]])
             absolute = np.where(np.abs(inside - absolute) < 1e-12, inside, absolute)
-        return motion(kind, parameters, absolute)[0]
+        return absolute
+
+    def place(self, i, t):
+        """Position (n, d) of obstacle i at elapsed times t (n,); nan where it is not there."""
+        return motion(*self.motions[i], self._absolute(i, t))[0]
+
+    def facing(self, i, t):
+        """Unit vectors (n, 2) along the body of obstacle i; None where its parts are turned once and for all."""
+        if self.headings[i] != "motion":
+            return None
+        return facing(*self.motions[i], self._absolute(i, t))
+
+    @cached_property
+    def pairs(self):
+        """Each convex part of each obstacle with each of the robot."""
+        found = []
+        for i, (parts, heading) in enumerate(zip(self.shapes, self.headings)):
+            turns = heading == "motion"
+            for a, rounding in parts:
+                if not turns and heading != 0.0:
+                    a = turned(a, np.array([[np.cos(heading), np.sin(heading)]]))[:, :, 0].T
+                found += [Pair(i, a, b, rounding + radius, turns) for b, radius in self.robot_parts]
+        return found
+
+    def pair_gap(self, pair, u, t):
+        """Signed distance of the surfaces of one pair at elapsed times t (n,); inf where the obstacle is not there."""
+        return pair.gap(self.robot(u, t) - self.place(pair.obstacle, t), self.facing(pair.obstacle, t))
 
     def gap(self, i, u, t):
-        """Distance between the surfaces of robot and obstacle i at elapsed times t (n,); inf where it is not there."""
-        distance = np.sqrt(((self.place(i, t) - self.robot(u, t)) ** 2).sum(axis=1))
-        return np.where(np.isnan(distance), np.inf, distance - self.radii[i] - self.robot_radius)
+        """Signed distance (n,) of robot and obstacle i at elapsed times t (n,); inf where the obstacle is not there."""
+        return np.min([self.pair_gap(pair, u, t) for pair in self.pairs if pair.obstacle == i], axis=0)
 
     def span(self, i):
         """Elapsed times at which obstacle i appears and vanishes."""
@@ -271,9 +325,12 @@ class Problem:
 
     @cached_property
     def times(self):
-        """Elapsed times every millisecond and wherever something may jump."""
+        """Elapsed times every millisecond and wherever something may jump; where bodies may, on both sides of it."""
         at = [np.linspace(0.0, self.horizon, ceil(self.horizon / STEP) + 1)]
-        at += [STAMPS[kind](p) - self.start for kind, p in self.motions if kind in STAMPS]
+        for (kind, p), heading in zip(self.motions, self.headings):
+            if kind in STAMPS:
+                sides = [-JUMP, 0.0, JUMP] if heading == "motion" else [0.0]
+                at += [STAMPS[kind](p) - self.start + side for side in sides]
         at = np.unique(np.concatenate(at))
         return at[(at >= 0) & (at <= self.horizon)]
 
@@ -285,9 +342,26 @@ class Problem:
         return np.array(places).reshape(len(self.motions), -1, self.dimension), gain
 
     @cached_property
+    def facings(self):
+        """Where each obstacle faces at `times`."""
+        return [self.facing(i, self.times) for i in range(len(self.motions))]
+
+    @cached_property
+    def centered(self):
+        """Middle of each pair minus drift at `times`, (pairs, n, d): where the robot must not be."""
+        r, _ = self.relative
+        found = [r[pair.obstacle] + pair.middle(self.facings[pair.obstacle]) for pair in self.pairs]
+        return np.array(found).reshape(len(found), -1, self.dimension)
+
+    @cached_property
+    def bounds(self):
+        """Radius of a ball about its middle that holds all of a pair, (pairs,): no gap is less than for the ball."""
+        return np.array([pair.bound for pair in self.pairs])
+
+    @cached_property
     def squares(self):
-        """Rows a, b, c (m, d + 2, n) with |distance|^2 = a + b . u + c |u|^2 at `times`."""
-        r, gain = self.relative
+        """Rows a, b, c (pairs, d + 2, n) with |distance from the middle|^2 = a + b . u + c |u|^2 at `times`."""
+        (_, gain), r = self.relative, self.centered
         rows = np.empty((len(r), self.dimension + 2, len(gain)))
         rows[:, 0] = (r**2).sum(axis=-1)
         rows[:, 1:-1] = np.moveaxis(-2 * gain[:, None] * r, -1, 1)
@@ -305,43 +379,82 @@ class Problem:
         features = np.column_stack([np.ones(len(controls)), controls, (controls**2).sum(axis=1)])
         chunk, found = max(1, int(1e6 / rows[:, 0].size)), []
         for k in range(0, len(controls), chunk):
-            square = np.matmul(features[k : k + chunk], rows).min(axis=-1)
-            gap = np.sqrt(np.maximum(square, 0.0)) - (self.radii + self.robot_radius)[:, None]
-            found.append(gap.min(axis=0))
+            squares = np.matmul(features[k : k + chunk], rows)
+            found.append(self._least(squares, controls[k : k + chunk], every))
         return np.concatenate(found) if found else np.empty(0)
 
-    def sampled_gap(self, u):
-        """Gap to each obstacle at `times`, (m, n)."""
-        r, gain = self.relative
-        distance = np.sqrt(((r - gain[:, None] * u) ** 2).sum(axis=-1))
-        return np.where(np.isnan(distance), np.inf, distance - (self.radii + self.robot_radius)[:, None])
+    def _least(self, squares, controls, every):
+        """Least gap (k,) from squared distances (pairs, k, n): where they leave it open, the shapes themselves."""
+        nearest = squares.argmin(axis=-1)
+        lowest = np.take_along_axis(squares, nearest[..., None], axis=-1)[..., 0]
+        gap = np.sqrt(np.maximum(lowest, 0.0)) - self.bounds[:, None]
+        is_round = np.array([pair.is_round for pair in self.pairs])
+        found = gap[is_round].min(axis=0, initial=np.inf)
+        rest = np.flatnonzero(~is_round)
+        for p in rest:
+            found = np.minimum(found, self.exact(p, controls, every * nearest[p]))
+        for p in rest:
+            below = np.minimum(np.maximum(found + self.bounds[p], 0.0) ** 2, ABSENT / 2)
+            i, k = np.nonzero(squares[p] < below[:, None])
+            np.minimum.at(found, i, self.exact(p, controls[i], every * k))
+        return found
+
+    def exact(self, p, u, k):
+        """Gap of pair p under controls u (n, d) or (d,) at `times[k]`, k (n,)."""
+        (r, gain), pair, k = self.relative, self.pairs[p], np.asarray(k)
+        facing = self.facings[pair.obstacle]
+        return pair.gap(gain[k][:, None] * u - r[pair.obstacle][k], None if facing is None else facing[k])
+
+    def sampled_gap(self, u, below=np.inf):
+        """Gap of each pair at `times`, (pairs, n); where not `below`, perhaps less, but not below either."""
+        _, gain = self.relative
+        distance = np.sqrt(((self.centered - gain[:, None] * u) ** 2).sum(axis=-1))
+        gap = np.where(np.isnan(distance), np.inf, distance - self.bounds[:, None])
+        for p, pair in enumerate(self.pairs):
+            if not pair.is_round:
+                k = np.flatnonzero((gap[p] < below) & np.isfinite(gap[p]))
+                gap[p, k] = self.exact(p, u, k)
+        return gap
 
     def clearance(self, u):
         """Least clearance of control u (d,): the dense samples, then each low dip looked into ever more closely."""
         if not self.motions:
             return np.inf
-        gap, step = self.sampled_gap(u), self.longest_step(u)
-        best = gap.min()
-        wide = np.pad(gap, ((0, 0), (1, 1)), constant_values=np.inf)
         # From its samples the gap falls by no more than the relative motion between two of them; twice that is ample.
-        dips = (gap <= wide[:, :-2]) & (gap <= wide[:, 2:]) & (gap <= best + 2 * step)
-        for i, k in np.argwhere(dips):
-            first, last = self.span(i)
-            low, high = self.times[max(k - 1, 0)], self.times[min(k + 1, len(self.times) - 1)]
-            low, high = max(low, first), min(high, last)
-            while high - low > 1e-9:
-                t = np.linspace(low, high, 33)
-                near = self.gap(i, u, t)
-                j = int(np.argmin(near))
-                best = min(best, near[j])
-                low, high = t[max(j - 1, 0)], t[min(j + 1, 32)]
+        best = self.gaps(u[None])[0]
+        most = best + 2 * self.longest_step(u)
+        gap = self.sampled_gap(u, most + 1e-9)
+        wide = np.pad(gap, ((0, 0), (1, 1)), constant_values=np.inf)
+        before, after = wide[:, :-2], wide[:, 2:]
+        dips = (gap <= before) & (gap <= after) & ((gap < before) | (gap < after)) & (gap <= most)
+        for p in np.flatnonzero(dips.any(axis=1)):
+            best = min(best, self.look_closer(self.pairs[p], u, np.flatnonzero(dips[p])))
         return float(best)
 
+    def look_closer(self, pair, u, k):
+        """Least gap of a pair between the samples before and after each of `times[k]`."""
+        first, last = self.span(pair.obstacle)
+        low = np.maximum(self.times[np.maximum(k - 1, 0)], first)
+        high = np.minimum(self.times[np.minimum(k + 1, len(self.times) - 1)], last)
+        best, rows = np.inf, np.arange(len(k))
+        while (high - low).max() > 1e-9:
+            t = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, 33)
+            t[:, -1] = high
+            near = self.pair_gap(pair, u, t.ravel()).reshape(t.shape)
+            j = near.argmin(axis=1)
+            best = min(best, near.min())
+            low, high = t[rows, np.maximum(j - 1, 0)], t[rows, np.minimum(j + 1, 32)]
+        return best
+
     def longest_step(self, u):
-        """The longest relative motion [m] between two of `times` under control u."""
+        """The longest relative motion [m] of surfaces between two of `times` under control u, other than jumps."""
         r, gain = self.relative
-        steps = (np.diff(r - gain[:, None] * u, axis=1) ** 2).sum(axis=-1)
-        return sqrt(np.nanmax(steps, initial=0.0))
+        steps = np.sqrt((np.diff(r - gain[:, None] * u, axis=1) ** 2).sum(axis=-1))
+        for i, direction in enumerate(self.facings):
+            if direction is not None:
+                reach = max(np.sqrt((corners**2).sum(axis=1)).max() for corners, _ in self.shapes[i])
+                steps[i] += reach * pi / 2 * np.sqrt((np.diff(direction, axis=0) ** 2).sum(axis=1))
+        return np.nanmax(steps[:, np.diff(self.times) > 3 * JUMP], initial=0.0)
 
     def least_gap_near(self, u, t, width):
         """Least gap under control u within `width` [s] of time t."""
@@ -352,7 +465,7 @@ class Problem:
         """First sampled time at which control u overlaps an obstacle by more than `depth`; inf if never."""
         if not self.motions:
             return np.inf
-        deep = self.sampled_gap(u).min(axis=0) < -depth
+        deep = self.sampled_gap(u, 0.0).min(axis=0) < -depth
         return self.times[np.argmax(deep)] if deep.any() else np.inf
 
     def speeds(self, u):

@@ -17,18 +17,22 @@ from slalom import (
     Acceleration,
     AtConstantAcceleration,
     AtConstantVelocity,
-    Ball,
+    Bound,
+    Box,
     Circular,
     Composite,
     ConstantAcceleration,
     ConstantVelocity,
-    Disc,
+    ConvexPolygon,
     Forecast,
+    Friction,
     Function,
     HalfSpace,
+    HeadingCone,
     Jerk,
     Known,
     LaggedVelocity,
+    LeastSpeed,
     Limits,
     Manoeuvre,
     Method,
@@ -39,9 +43,12 @@ from slalom import (
     State,
     Stationary,
     Trajectory,
+    TurningRadius,
     Velocity,
 )
 from slalom.path import Path
+from slalom.shape import Ball, Capsule, Disc, Polygon, Polyline, Rectangle, Union, round_shape
+from slalom.trajectory.direction import direction_path
 
 PERIOD = 0.1
 """[s] Control period of the simulated robots."""
@@ -119,6 +126,12 @@ class Moved:
         points = self._turned(base.points, 0) + self.shift + places[..., None] * self.boost
         return Path(times, points, base.error * self.length)
 
+    def direction(self, start: float, end: float, tolerance: float) -> Path:
+        assert not np.any(self.boost), "which way it moves then is not known from the base"
+        base = direction_path(self.base, *(float(self._base_time(t)) for t in (start, end)), tolerance)
+        points = base.points if self.turn is None else base.points @ self.turn.T
+        return Path(base.times * self.time, points, base.error)
+
 
 _TIMES = np.array([-1.0, -0.2, 0.5, 1.0, 1.3, 2.1, 3.0, 3.2, 4.5, 5.0, 6.1, 7.0])
 
@@ -190,8 +203,70 @@ FORECASTS: dict[str, Forecast] = {
     "constant_acceleration": AtConstantAcceleration(),
 }
 
-SHAPES: dict[str, Callable[[float], Shape]] = {"disc": Disc, "ball": Ball}
-"""Functions of the radius [m]."""
+_DART = np.array([[-1.0, 0.9], [-0.4, 0.1], [-0.8, -1.0], [1.2, -0.1]])
+
+SHAPES: dict[str, Callable[[float, int], Shape]] = {
+    "disc": lambda size, d: Disc(size),
+    "ball": lambda size, d: Ball(size),
+    "capsule": lambda size, d: Capsule(
+        _first(d, -size, -0.2 * size, 0.3 * size), _first(d, 0.8 * size, 0.1 * size, -0.2 * size), 0.4 * size
+    ),
+    "rectangle": lambda size, d: Rectangle(2.0 * size, 0.9 * size, 0.0),
+    "rectangle_rounded": lambda size, d: Rectangle(1.2 * size, 0.9 * size, 0.2 * size),
+    "polygon": lambda size, d: Polygon(size * np.array([[-0.7, -0.6], [0.9, -0.4], [0.5, 0.7], [-0.3, 0.8]])),
+    "polygon_not_convex": lambda size, d: Polygon(size * _DART, 0.1 * size),
+    "polyline": lambda size, d: Polyline(size * np.array([[-1.2, 0.3], [-0.1, -0.2], [1.0, 0.1], [0.9, 1.0]])),
+    "union": lambda size, d: Union(
+        (Rectangle(1.5 * size, 0.7 * size), Capsule(_first(2, 0.2 * size, size), _first(2, 0.0, size), 0.3 * size))
+    ),
+}
+"""Functions of the size [m], about half the length, and the dimension; for that of a disc or ball its radius."""
+
+IN_SPACE = ("ball", "capsule")
+"""Shapes that are there in space; all but balls are in the plane."""
+
+
+def served(dimension: int) -> list[str]:
+    """Names of the shapes of that dimension, the round one first."""
+    return [name for name in SHAPES if (name in IN_SPACE if dimension == 3 else name != "ball")]
+
+
+def mapped(shape: Shape, matrix: np.ndarray, more: float = 0.0) -> Shape:
+    """The image of a shape under a matrix that scales, turns or mirrors, rounded by `more` [m] besides.
+
+    Part by part, so that what is not convex is cut at the same places.
+    """
+    scale, found = float(np.linalg.norm(matrix[:, 0])), []
+    for part in shape.parts:
+        corners, radius = part.corners @ matrix.T, scale * part.radius + more
+        if len(corners) == 1 and not corners.any():
+            found.append(round_shape(radius, shape.dimension))
+        elif len(corners) <= 2 and radius > 0.0:
+            found.append(Capsule(corners[0], corners[-1], radius))
+        else:
+            found.append(Polyline(corners, radius) if len(corners) == 2 else Polygon(corners, radius))
+    return found[0] if len(found) == 1 else Union(tuple(found))
+
+
+KITE = ((2.0, 0.0), (0.0, 1.5), (-3.0, 0.0), (0.0, -1.0))
+"""[m/s^2] Accelerates with 2, brakes with 3, turns left better than right."""
+
+BOUNDS: dict[str, Callable[[int], tuple[Bound, ...]]] = {
+    "friction": lambda d: (Friction(forward=2.0, braking=4.0, lateral=3.0),),
+    "friction_weak_brakes": lambda d: (Friction(3.0, 1.0, 0.6, heading=_first(d, 1.0, -2.0, 0.5)),),
+    "box": lambda d: (Box(_first(d, 1.0, 2.0, 0.7)),),
+    "box_body": lambda d: (Box((1.5, 0.5), "body") if d == 2 else Box((0.5, 0.6, 3.0)),),
+    "polygon": lambda d: (ConvexPolygon(KITE) if d == 2 else Box((3.0, 2.0, 1.0)),),
+    "polygon_body": lambda d: (
+        ConvexPolygon(KITE, "body", heading=(0.0, -1.0)) if d == 2 else Friction(1.0, 1.0, 1.0),
+    ),
+    "cone": lambda d: (HeadingCone(0.6),),
+    "half_plane": lambda d: (HeadingCone(np.pi / 2, heading=_first(d, 0.0, 1.0, 0.0)),),
+    "turning": lambda d: (TurningRadius(3.0, heading=_first(d, -1.0, 0.2, 0.0)),),
+    "moving": lambda d: (LeastSpeed(1.0),),
+    "vehicle": lambda d: (Friction(2.5, 3.5, 3.0), TurningRadius(2.0), HeadingCone(1.2), LeastSpeed(0.4)),
+}
+"""Functions of the dimension: several bounds together, each kind alone at least once."""
 
 LIMITS: dict[str, Callable[[int], Limits]] = {
     "walker": lambda d: Limits(max_speed=1.5, max_acceleration=1.0),
@@ -203,6 +278,9 @@ LIMITS: dict[str, Callable[[int], Limits]] = {
         velocity_bounds=(HalfSpace(_first(d, -2.0, 0.5, 0.1), 1.0),),
         acceleration_bounds=(HalfSpace(_first(d, 0.0, 1.0, 1.0), 1.5),),
     ),
+} | {
+    f"bounds_{name}": lambda d, bounds=bounds: Limits(max_speed=5.0, max_acceleration=4.0, bounds=bounds(d))
+    for name, bounds in BOUNDS.items()
 }
 """Functions of the dimension."""
 
@@ -211,4 +289,4 @@ ENROLLED_METHODS: dict[str, Method] = {name: METHODS[name] for name in ("vo", "n
 
 def disc_or_ball(radius: float, dimension: int) -> Shape:
     """The round shape of that dimension."""
-    return SHAPES["disc" if dimension == 2 else "ball"](radius)
+    return SHAPES["disc" if dimension == 2 else "ball"](radius, dimension)

@@ -1,19 +1,35 @@
 """Random decisions, each made from one integer: plain numbers for the oracle, and the library's objects from them."""
 
 from dataclasses import asdict, dataclass
+from functools import cached_property
 
 import numpy as np
 from oracle import STAMPS, Admissible, Problem, assumed, directions, motion
 
 import slalom
-from slalom import METHODS, HalfSpace, Limits, Obstacle, State, Traffic
+from slalom import (
+    METHODS,
+    Box,
+    ConvexPolygon,
+    Friction,
+    HalfSpace,
+    HeadingCone,
+    LeastSpeed,
+    Limits,
+    Obstacle,
+    State,
+    Traffic,
+    TurningRadius,
+)
 from slalom.methods import HOLDS
 from slalom.response import RESPONSES
-from slalom.shape import round_shape
+from slalom.shape import Capsule, Disc, Polygon, Polyline, Rectangle, Union, round_shape
 from slalom.trajectory import TRAJECTORIES
 
 INITIAL_CLEARANCE = 0.05  # [m]
 FASTEST = 15.0  # [m/s]
+SHAPED, SHAPED_ROBOT, WALL_STANDS = 0.5, 0.35, 0.7
+# How often not everything in a scene is round; then, how often the robot is not; how often a wall stands still.
 # How often the preferred control, or one drawn at random, is kept free, and how often a scene has many large obstacles:
 # they set the mix of statuses.
 CLEAR, HAVEN, CROWDED = 0.28, 0.8, 0.3
@@ -102,6 +118,107 @@ KINDS = (
 
 
 # ---------------------------------------------------------------------------------------------------------------------
+# Shapes by name, of random proportions; `size` [m] is the radius of a disc that takes about as much room.
+
+
+def _capsule(rng, d, size):
+    half, middle = _unit(rng, d) * size * rng.uniform(0.2, 1.2), rng.normal(size=d) * size * 0.3
+    if rng.random() < 0.1:
+        half = 0.0 * half  # a disc about somewhere else
+    return Capsule(middle - half, middle + half, size * rng.uniform(0.2, 0.8))
+
+
+def _rectangle(rng, d, size):
+    rounding = size * rng.uniform(0.05, 0.4) if rng.random() < 0.4 else 0.0
+    return Rectangle(size * rng.uniform(0.8, 3.0), size * rng.uniform(0.4, 1.5), rounding)
+
+
+def _around(rng, count):
+    """Angles of corners: one in each sector, so that neighbours are less than half a turn apart."""
+    return 2 * np.pi * (np.arange(count) + rng.uniform(0, 0.8, size=count)) / count
+
+
+def _ring(angles, radii):
+    return np.column_stack([np.cos(angles), np.sin(angles)]) * np.broadcast_to(radii, len(angles))[:, None]
+
+
+def _convex(rng, d, size):
+    """Corners on an ellipse, in either sense, not about its middle."""
+    corners = _ring(_around(rng, int(rng.integers(3, 8))), 1.0) * rng.uniform(0.5, 1.5, size=2)
+    corners = size * (corners + rng.normal(size=2) * 0.3)
+    rounding = size * rng.uniform(0.05, 0.4) if rng.random() < 0.3 else 0.0
+    return Polygon(corners[:: int(rng.choice([-1, 1]))], rounding)
+
+
+def _star(rng, d, size):
+    """Not convex: every second corner is much nearer."""
+    count = 2 * int(rng.integers(2, 5))
+    radii = np.where(np.arange(count) % 2, rng.uniform(0.2, 0.5, size=count), rng.uniform(0.9, 1.6, size=count))
+    rounding = size * rng.uniform(0.05, 0.2) if rng.random() < 0.3 else 0.0
+    return Polygon(size * _ring(_around(rng, count), radii)[:: int(rng.choice([-1, 1]))], rounding)
+
+
+def _polyline(rng, d, size):
+    steps = rng.uniform(-1.0, 1.0) * np.pi + np.cumsum(rng.uniform(-1.5, 1.5, size=int(rng.integers(1, 5))))
+    points = np.cumsum(np.concatenate([np.zeros((1, 2)), _ring(steps, rng.uniform(0.4, 1.5, size=len(steps)))]), axis=0)
+    return Polyline(size * (points - points.mean(axis=0)), size * float(rng.choice([0.0, rng.uniform(0.02, 0.3)])))
+
+
+def _union(rng, d, size):
+    kinds = rng.choice([_capsule, _rectangle, _convex, lambda rng, d, size: Disc(size)], size=2, replace=False)
+    return Union([kind(rng, d, 0.8 * size) for kind in kinds])
+
+
+SHAPES = {
+    "round": lambda rng, d, size: round_shape(size, d),
+    "capsule": _capsule,
+    "rectangle": _rectangle,
+    "convex": _convex,
+    "star": _star,
+    "polyline": _polyline,
+    "union": _union,
+}
+"""Random shapes of every kind: a later one joins here."""
+
+IN_SPACE = ("round", "capsule")
+"""Those that are there in space too."""
+
+ROBOTS = ("capsule", "rectangle", "convex", "star", "union")
+"""Those of which robots are, beside round ones. A wall is none."""
+
+HEADED = ("constant_velocity", "constant_acceleration", "circular", "sampled", "piecewise_polynomial")
+"""Trajectories along which a body can face."""
+
+
+def _robot(rng, d, size):
+    """Mostly round; whether it is; in space a capsule meets balls only."""
+    if rng.random() >= SHAPED_ROBOT:
+        return round_shape(size, d), True
+    return SHAPES["capsule" if d == 3 else str(rng.choice(ROBOTS))](rng, d, size), False
+
+
+def _body(rng, d, size, all_round):
+    """Name, shape and heading of an obstacle."""
+    if all_round or rng.random() < 0.2:
+        return "round", round_shape(size, d), 0.0
+    name = str(rng.choice(IN_SPACE if d == 3 else list(SHAPES)))
+    heading = 0.0
+    if d == 2 and rng.random() < 0.8:
+        heading = "motion" if rng.random() < 0.5 else float(rng.uniform(-7.0, 7.0))
+    return name, SHAPES[name](rng, d, size), heading
+
+
+def _speed(seen, heading, reach, t):
+    """The most [m/s] by which a point of an obstacle moves at times t, its turning included."""
+    _, speed, push = motion(*seen, t)
+    total = np.linalg.norm(speed, axis=1)
+    if heading == "motion":
+        across = speed[:, 0] * push[:, 1] - speed[:, 1] * push[:, 0]
+        total = total + reach * np.abs(across) / np.maximum(total, 1e-6) ** 2
+    return np.nanmax(total)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
 # Responses by class, for random ones beside those of the method rows.
 
 PARAMETERS = {
@@ -121,6 +238,9 @@ PARAMETERS = {
 BOXES = {"velocity_bounds": 0.15, "acceleration_bounds": 0.15}
 """How often a scene has half-spaces beside its largest norms."""
 
+BOUNDED = 0.3
+"""How often a scene has bounds that depend on the state."""
+
 
 @dataclass
 class Scene:
@@ -133,16 +253,27 @@ class Scene:
     limits: Limits
     admissible: slalom.Admissible
     preferred: np.ndarray
-    blocked: slalom.ControlObstacle
+    obstacles: list
     problem: Problem
     plain_admissible: Admissible
+    robot: slalom.Shape
+    shapes: list  # names of those of the obstacles
     trials: np.ndarray  # (n, d) controls to compare clearances at
 
+    @cached_property
+    def blocked(self):
+        """The library's answer to the scene, which the oracle's own tests do not ask for."""
+        traffic = Traffic(self.obstacles, self.problem.start, self.problem.horizon)
+        return slalom.ControlObstacle(self.response, self.state, traffic, self.robot)
+
     def __str__(self):
-        kinds = [kind for kind, _ in self.problem.motions]
+        bodies = [
+            f"{name} {kind} {heading if heading == 'motion' else round(heading, 3)}"
+            for name, (kind, _), heading in zip(self.shapes, self.problem.motions, self.problem.headings)
+        ]
         return (
             f"scenes.scene({self.seed}, {self.state.dimension}): {self.method}, {self.response}, "
-            f"horizon {self.problem.horizon:.3f} s, obstacles {kinds}"
+            f"horizon {self.problem.horizon:.3f} s, robot {type(self.robot).__name__}, obstacles {bodies}"
         )
 
 
@@ -154,6 +285,45 @@ def _response(rng, number, limits):
         return name, kind(**PARAMETERS[kind.__name__](rng))
     rows = METHODS[name].responses(limits, float(rng.choice([0.05, 0.1, 0.2])), HOLDS)
     return name, rows[(number // 10) % len(rows)]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Bounds on what a robot does, by kind: random parameters, about as strong as its largest acceleration.
+
+BOUNDS = {
+    "friction": lambda rng, d, push: Friction(*(push * rng.uniform(0.3, 1.2, 3)), heading=_faced(rng, d)),
+    "box": lambda rng, d, push: Box(push * rng.uniform(0.3, 1.2, d), _frame(rng, d), _faced(rng, d)),
+    "convex_polygon": lambda rng, d, push: ConvexPolygon(_corners(rng, push), _frame(rng, d), _faced(rng, d)),
+    "heading_cone": lambda rng, d, push: HeadingCone(rng.uniform(0.2, np.pi / 2), _faced(rng, d)),
+    "turning_radius": lambda rng, d, push: TurningRadius(rng.uniform(0.5, 5.0), _faced(rng, d)),
+    "least_speed": lambda rng, d, push: LeastSpeed(rng.uniform(0.1, 2.0), _faced(rng, d)),
+}
+"""Every kind of bound: a later one joins here, and in `definitions.out_of_bound`."""
+
+
+def _frame(rng, d):
+    return str(rng.choice(["world", "body"])) if d == 2 else "world"
+
+
+def _faced(rng, d):
+    return rng.normal(size=d) if rng.random() < 0.5 else None
+
+
+def _corners(rng, push):
+    """Three to seven corners on a circle, one in every half of it."""
+    while True:
+        angles = np.sort(rng.uniform(0.0, 2.0 * np.pi, int(rng.integers(3, 8))))
+        if np.diff(angles, append=angles[0] + 2.0 * np.pi).max() < 0.9 * np.pi:
+            return push * rng.uniform(0.5, 1.5) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+def _bounds(seed, d, push):
+    """None for most scenes, else one to three; from a generator of their own, which moves nothing else."""
+    rng = np.random.default_rng([seed, d, 1])
+    if rng.random() > BOUNDED:
+        return ()
+    kinds = [kind for kind in BOUNDS if d == 2 or kind != "convex_polygon"]
+    return tuple(BOUNDS[kind](rng, d, push) for kind in rng.choice(kinds, int(rng.integers(1, 4)), replace=False))
 
 
 def _admissible(response, state, limits, horizon):
@@ -178,7 +348,7 @@ def scene(seed, d):
             offset = max(0.2, float(normal @ now) + 0.1) + rng.uniform(0, 0.5)
             scale = rng.uniform(0.5, 2.0)
             bounds[what] = (HalfSpace(normal * scale, offset * scale),)
-    limits = Limits(top, push, **bounds)
+    limits = Limits(top, push, **bounds, bounds=_bounds(seed, d, push))
     method, response = _response(rng, seed, limits)
     admissible = _admissible(response, state, limits, horizon)
     forecast = METHODS[method].forecast
@@ -197,50 +367,63 @@ def scene(seed, d):
         velocity=np.array(state.velocity),
         acceleration=np.array(state.acceleration),
         response=(type(response).__name__, asdict(response)),
-        robot_radius=0.0,
-        radii=np.empty(0),
+        robot_parts=[],
+        shapes=[],
+        headings=[],
         motions=[],
     )
     # Sizes follow how far the controls reach, or else one obstacle would block every control of a weak robot.
     size = float(np.clip(plain.maps([horizon])[1][0] * reach, 0.5, 8.0))
-    plain.robot_radius = robot = float(size * rng.uniform(0.01, 0.06))
+    robot, is_round = round_shape(float(size * rng.uniform(0.01, 0.06)), d), True
+    all_round = rng.random() >= SHAPED
+    if not all_round:
+        robot, is_round = _robot(rng, d, robot.radius)
+        all_round = d == 3 and not is_round
+    plain.robot_parts = list(robot.parts)
     crowd = rng.random() < CROWDED
     count = int(rng.integers(4, 13)) if crowd else int(rng.integers(1, 13))
     haven = preferred if rng.random() < CLEAR else control(0.0, 1.0) if rng.random() < HAVEN else None
     if haven is not None and admissible.excess(haven) > 0:
         haven = None
-    truths, radii, motions, sparse = [], [], [], np.linspace(0.0, horizon, 60)
-    often = start + np.linspace(0.0, horizon, 400)
+    truths, shapes, headings, motions, names = [], [], [], [], []
+    sparse, dense = np.linspace(0.0, horizon, 60), start + np.arange(0.0, horizon, 2e-3)
     best = preferred if admissible.excess(preferred) <= 0 else middle + reach * _pull(preferred - middle)
     for index in range(count):
         for _ in range(12):
             kind, parameters = KINDS[int(rng.integers(len(KINDS)))](rng, d, start, horizon)
-            radius = float(size * (rng.uniform(0.08, 0.3) if crowd else rng.uniform(0.01, 0.15)))
+            room = float(size * (rng.uniform(0.08, 0.3) if crowd else rng.uniform(0.01, 0.15)))
+            name, shape, heading = _body(rng, d, room, all_round)
+            if name == "polyline" and rng.random() < WALL_STANDS:
+                kind, parameters = _stationary(rng, d, start, horizon)
+            if heading == "motion" and kind not in HEADED:
+                heading = float(rng.uniform(-7.0, 7.0))
             # In the way of the preferred control, or of one drawn from the admissible set, at some time.
             central = index == 0 and haven is not preferred
             aimed = best if central or rng.random() < 0.1 else control(0.0, 1.0 if crowd else 1.8)
-            _shift(parameters, rng, plain, forecast, kind, aimed, radius)
+            _shift(parameters, rng, plain, forecast, kind, aimed, room + robot.reach)
             seen = assumed(type(forecast).__name__, kind, parameters, start)
             if seen is None:
                 continue
-            plain.motions, plain.radii = [seen], np.array([radius])
-            # nan: not there yet
-            initial = np.linalg.norm(plain.place(0, np.zeros(1))[0] - plain.position) - radius - robot
-            if initial < INITIAL_CLEARANCE or (haven is not None and plain.gap(0, haven, sparse).min() < 0.01 * size):
+            alone = plain.among([list(shape.parts)], [heading], [seen])
+            # inf: not there yet
+            if alone.gap(0, preferred, np.zeros(1))[0] < INITIAL_CLEARANCE:
+                continue
+            if haven is not None and alone.gap(0, haven, sparse).min() < 0.01 * size:
                 continue
             # Faster than that, the millisecond samples of the oracle say little, and nothing real moves so.
-            if np.nanmax(np.linalg.norm(motion(*seen, often)[1], axis=1)) > FASTEST:
+            if _speed(seen, heading, shape.reach, dense) > FASTEST:
                 continue
             truths.append((kind, parameters))
+            shapes.append(shape)
+            headings.append(heading)
             motions.append(seen)
-            radii.append(radius)
+            names.append(name)
             break
-    plain.motions, plain.radii = motions, np.array(radii)
+    plain = plain.among([list(shape.parts) for shape in shapes], headings, motions)
     obstacles = [
-        Obstacle(round_shape(radius, d), forecast(TRAJECTORIES[kind](**parameters), start), f"{index} {kind}")
-        for index, (radius, (kind, parameters)) in enumerate(zip(radii, truths))
+        Obstacle(shape, forecast(TRAJECTORIES[kind](**parameters), start), f"{index} {kind}", heading=heading)
+        for index, (shape, heading, (kind, parameters)) in enumerate(zip(shapes, headings, truths))
     ]
-    blocked = slalom.ControlObstacle(response, state, Traffic(obstacles, start, horizon), round_shape(robot, d))
     return Scene(
         seed=seed,
         method=method,
@@ -249,9 +432,11 @@ def scene(seed, d):
         limits=limits,
         admissible=admissible,
         preferred=preferred,
-        blocked=blocked,
+        obstacles=obstacles,
         problem=plain,
         plain_admissible=Admissible(admissible.centers, admissible.radii, admissible.normals, admissible.offsets),
+        robot=robot,
+        shapes=names,
         trials=np.array([control(0.0, 1.3) for _ in range(5)]),
     )
 
@@ -260,14 +445,14 @@ def _pull(offset):
     return 0.98 * offset / np.linalg.norm(offset)
 
 
-def _shift(parameters, rng, plain, forecast, kind, aimed, radius):
+def _shift(parameters, rng, plain, forecast, kind, aimed, room):
     """Move a trajectory so that, as it is foreseen, it stands in the way of the control `aimed` at some time."""
     now, t = plain.start, plain.horizon * rng.uniform(0.05, 1.0) ** 0.6
     if kind in STAMPS:
         first, last = STAMPS[kind](parameters)[[0, -1]] - now
         t = rng.uniform(max(first, 0.0), min(last, plain.horizon))
     seen = assumed(type(forecast).__name__, kind, parameters, now) or (kind, parameters)
-    target = plain.robot(aimed, np.array([t]))[0] + _offset(rng, plain.dimension, radius + plain.robot_radius)
+    target = plain.robot(aimed, np.array([t]))[0] + _offset(rng, plain.dimension, room)
     here = motion(*seen, [now + t])[0][0]
     if np.isnan(here[0]):
         return

@@ -1,12 +1,12 @@
 """What Hypothesis draws: states, controls, obstacles of every kind, whole scenes; d = 2 and 3."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
-from parts import Moved, disc_or_ball
+from parts import SHAPES, Moved, disc_or_ball, served
 
 from slalom import (
     Circular,
@@ -124,9 +124,51 @@ def trajectories(dimension: int) -> SearchStrategy[Trajectory]:
 
 
 @st.composite
-def obstacles(draw: DrawFn, dimension: int) -> Obstacle:
-    """A round obstacle on any kind of trajectory."""
-    return Obstacle(disc_or_ball(draw(numbers(0.1, 2.0)), dimension), draw(trajectories(dimension)))
+def shapes(draw: DrawFn, dimension: int, low: float = 0.1, high: float = 2.0, without: tuple[str, ...] = ()) -> Shape:
+    """Of any kind but some."""
+    name = draw(st.sampled_from([name for name in served(dimension) if name not in without]))
+    return SHAPES[name](draw(numbers(low, high)), dimension)
+
+
+SLOWEST, QUICKEST_TURN = 0.1, 4.0
+"""[m/s], [rad/s] Where a body that faces along its motion is slower or turns faster, brute force would miss it."""
+
+
+def faces_its_motion(track: Trajectory) -> bool:
+    """Whether a body that faces along the motion turns slowly, apart from jumps."""
+    times = np.linspace(*np.clip(track.span, -2.0, 8.0), 1001)
+    v, a = track.velocity(times), track.acceleration(times)
+    speed = np.linalg.norm(v, axis=1)
+    if speed.min() < SLOWEST:
+        return False
+    return float(np.max(np.abs(v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0]) / speed**2)) < QUICKEST_TURN
+
+
+@st.composite
+def headings(draw: DrawFn, track: Trajectory) -> float | str:
+    """An angle or, of what moves in the plane, where it goes; in space 0."""
+    if track.dimension == 3:
+        return 0.0
+    turns = draw(st.booleans()) and faces_its_motion(track)
+    return "motion" if turns else draw(numbers(-4.0, 4.0))
+
+
+@st.composite
+def obstacles(draw: DrawFn, dimension: int, shaped: bool = True) -> Obstacle:
+    """Of any shape, or round only, on any kind of trajectory, with any heading."""
+    track = draw(trajectories(dimension))
+    if not shaped:
+        return Obstacle(disc_or_ball(draw(numbers(0.1, 2.0)), dimension), track)
+    return Obstacle(draw(shapes(dimension)), track, heading=draw(headings(track)))
+
+
+@st.composite
+def robots(draw: DrawFn, around: list[Obstacle], dimension: int, shaped: bool = True) -> Shape:
+    """Round or not. A wall is no robot; in space a capsule meets balls only, since more is not served."""
+    served = dimension == 2 or all(len(part.corners) == 1 for o in around for part in o.shape.parts)
+    if not shaped or not served or draw(st.booleans()):
+        return disc_or_ball(draw(numbers(0.0, 0.5)), dimension)
+    return draw(shapes(dimension, 0.05, 0.5, without=("polyline",)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,24 +202,24 @@ class Scene:
 
 
 @st.composite
-def scenes(draw: DrawFn, apart: float | None = 1e-3, most: int = 3) -> Scene:
-    """A robot, one to `most` obstacles and four controls.
+def scenes(draw: DrawFn, apart: float | None = 1e-3, most: int = 3, shaped: bool = True) -> Scene:
+    """A robot, one to `most` obstacles, of any shapes or all round, and four controls.
 
     With `apart` [m] obstacles are moved along the x axis until they begin at least that far from the robot; with None
     they may overlap it.
     """
     d = draw(dimensions)
     state, start = draw(states(d)), draw(numbers(-0.5, 1.0))
-    robot, margin = disc_or_ball(draw(numbers(0.0, 0.5)), d), draw(st.sampled_from([0.01, 0.2]))
-    found = []
-    for obstacle in draw(st.lists(obstacles(d), min_size=1, max_size=most)):
+    around, margin = draw(st.lists(obstacles(d, shaped), min_size=1, max_size=most)), draw(st.sampled_from([0.01, 0.2]))
+    robot, found = draw(robots(around, d, shaped)), []
+    for obstacle in around:
         track = obstacle.trajectory
         if apart is not None and obstacle.exists(start):
             away = track.position(start) - state.position
-            room = obstacle.shape.radius + robot.radius + margin + apart
+            room = obstacle.shape.reach + robot.reach + margin + apart
             if np.linalg.norm(away) < room:
                 track = Moved(track, shift=np.eye(d)[0] * np.copysign(2.0 * room, away[0]))
-        found.append(Obstacle(obstacle.shape, track))
+        found.append(replace(obstacle, trajectory=track))
     horizon = draw(numbers(0.5, 5.0))
     tried = np.array([draw(controls(d)) for _ in range(4)])
     return Scene(state, robot, tuple(found), start, horizon, margin, tried)

@@ -3,15 +3,19 @@
 import mpmath
 import numpy as np
 import pytest
+from definitions import out_of_bound
 from oracle import MOTIONS, STAMPS, better_control, motion, polynomial_gap
 from oracle import RESPONSES as DERIVED
-from scenes import PARAMETERS, scene
+from scenes import BOUNDS, PARAMETERS, SHAPES, scene
 
+import slalom
 from slalom import (
     METHODS,
     Acceleration,
     ConstantAcceleration,
+    ConvexPolygon,
     Jerk,
+    LeastSpeed,
     Obstacle,
     State,
     Status,
@@ -20,6 +24,7 @@ from slalom import (
     select,
 )
 from slalom.response import RESPONSES
+from slalom.shape import SHAPES as SERVED
 from slalom.shape import round_shape
 from slalom.trajectory import TRAJECTORIES
 
@@ -108,22 +113,49 @@ def test_admissible_controls_obey_the_limits(chunk):
                 assert excess <= 1e-7, f"over a limit by {excess:g} with {u.tolist()}: {s}"
                 for bound in bounds:
                     assert (values @ bound.normal).max() <= bound.offset + 1e-7, f"out of bounds, {u.tolist()}: {s}"
+            for bound in s.limits.bounds:
+                values = velocity if bound.of == "velocity" else acceleration
+                name, parameters = s.problem.response
+                if isinstance(bound, LeastSpeed) and "hold" in parameters:
+                    values = values[: max(1, int(len(values) * parameters["hold"] / s.problem.horizon) - 1)]
+                if name == "Jerk" and bound.of == "acceleration":
+                    # It begins from what was applied before, which no control changes.
+                    values = values[-1:]
+                excess = out_of_bound(bound, s.state.velocity, values).max()
+                assert excess <= 1e-7, f"out of {bound} by {excess:g}, {u.tolist()}: {s}"
+
+
+def test_the_scenes_have_bounds_of_every_kind():
+    assert set(BOUNDS) == set(slalom.bounds.BOUNDS)
+    for d in (2, 3):
+        seen = [type(bound) for number in range(100) for bound in scene(number, d).limits.bounds]
+        assert all(seen.count(kind) >= 3 for kind in slalom.bounds.BOUNDS.values() if (d, kind) != (3, ConvexPolygon))
 
 
 def test_the_scenes_are_hard_and_of_every_kind():
     assert set(MOTIONS) == set(TRAJECTORIES)
     assert set(DERIVED) == set(PARAMETERS) == {kind.__name__ for kind in RESPONSES}
-    seen = {what: set() for what in ("method", "response", "kind")}
-    statuses = []
+    seen = {what: set() for what in ("method", "response", "kind", "shape", "robot", "turning")}
+    statuses, all_round = [], 0
     for number in range(300):
         s = scene(number, 2)
         seen["method"].add(s.method)
         seen["response"].add((s.method, type(s.response).__name__))
         seen["kind"] |= {kind for kind, _ in s.problem.motions}
+        seen["shape"] |= {(name, type(o.shape)) for name, o in zip(s.shapes, s.obstacles)}
+        seen["robot"].add(type(s.robot))
+        seen["turning"] |= {(name, o.heading == "motion") for name, o in zip(s.shapes, s.obstacles)}
+        all_round += set(s.shapes) | {type(s.robot).__name__} <= {"round", "Disc"}
         statuses.append(select(s.preferred, s.admissible, s.blocked).status)
     assert seen["method"] == set(METHODS)
     assert len(seen["response"]) == len(METHODS) * len(RESPONSES)
     assert {"constant_acceleration", "circular", "sampled"} <= seen["kind"]
+    in_the_plane = {kind for name, kind in SERVED.items() if name != "ball"}
+    assert {name for name, _ in seen["shape"]} == set(SHAPES)
+    assert {kind for _, kind in seen["shape"]} == in_the_plane
+    assert seen["robot"] == in_the_plane - {SERVED["polyline"]}
+    assert seen["turning"] == {(name, turning) for name in SHAPES for turning in (False, True)}
+    assert 0.4 < all_round / len(statuses) < 0.6, all_round
     shares = {status: statuses.count(status) / len(statuses) for status in Status}
     assert shares[Status.CONSTRAINED] > 0.4, shares
     assert shares[Status.BLOCKED] > 0.1, shares

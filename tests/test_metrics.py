@@ -23,6 +23,7 @@ from slalom import (
     Stationary,
     Trajectory,
 )
+from slalom.shape import round_shape
 from slalom.sim import Recording, metrics, simulate
 from slalom.sim.contact import closest_approaches, positions_at
 from slalom.sim.gallery import build
@@ -66,7 +67,7 @@ def driven(
         responses=tuple(("Acceleration()",) for _ in pushes),
         outcomes=tuple((name,) for name in outcomes or ["CLEAR"] * len(pushes)),
         decision_times=np.full((len(pushes), 1), 1e-3),
-        radii=np.array([radius]),
+        shapes=(round_shape(radius, d),),
         limits=(Limits(10.0, 10.0),),
         goals=(goal,),
         arrived=np.array([times[-1] if done else np.inf]),
@@ -317,7 +318,7 @@ def brute(recording: Recording, obstacle: Obstacle, step: float = 1e-5) -> tuple
         j = int(np.argmin(distance))
         if distance[j] < best:
             best, when = float(distance[j]), float(t[j])
-    return best - obstacle.shape.radius - float(recording.radii[0]), when
+    return best - obstacle.shape.reach - recording.shapes[0].reach, when
 
 
 def wild(rng: np.random.Generator, d: int) -> tuple[Trajectory, ...]:

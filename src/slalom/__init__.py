@@ -7,7 +7,8 @@ records and measures; `slalom.view` draws.
 """
 
 from slalom.affine import Affine
-from slalom.control_obstacle import ControlObstacle, Element, Traffic, control_obstacle
+from slalom.bounds import Bound, Box, ConvexPolygon, Friction, HeadingCone, LeastSpeed, TurningRadius
+from slalom.control_obstacle import ControlObstacle, Element, control_obstacle
 from slalom.errors import InvalidFile, InvalidInput, OutsideSpan, SlalomError
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
 from slalom.goal import Goal
@@ -37,8 +38,9 @@ from slalom.response import (
     advance,
 )
 from slalom.selection import Choice, Status, select, select_clearest
-from slalom.shape import Ball, Disc, Shape
+from slalom.shape import Ball, Capsule, Disc, Part, Polygon, Polyline, Rectangle, Shape, Union
 from slalom.state import State
+from slalom.traffic import Traffic
 from slalom.trajectory import (
     Circular,
     Composite,
@@ -50,6 +52,7 @@ from slalom.trajectory import (
     Stationary,
     Trajectory,
 )
+from slalom.uncertainty import BoundedError, GaussianError, Uncertainty
 
 __version__ = "0.1.0"
 
@@ -65,26 +68,35 @@ __all__ = [
     "AtConstantAcceleration",
     "AtConstantVelocity",
     "Ball",
+    "Bound",
+    "BoundedError",
+    "Box",
+    "Capsule",
     "Choice",
     "Circular",
     "Composite",
     "ConstantAcceleration",
     "ConstantVelocity",
     "ControlObstacle",
+    "ConvexPolygon",
     "Decision",
     "Disc",
     "Element",
     "FollowVelocity",
     "Forecast",
+    "Friction",
     "Function",
+    "GaussianError",
     "Goal",
     "HalfSpace",
+    "HeadingCone",
     "InvalidFile",
     "InvalidInput",
     "Jerk",
     "KeepAcceleration",
     "Known",
     "LaggedVelocity",
+    "LeastSpeed",
     "Limits",
     "Manoeuvre",
     "Method",
@@ -95,7 +107,11 @@ __all__ = [
     "Obstacle",
     "Outcome",
     "OutsideSpan",
+    "Part",
     "PiecewisePolynomial",
+    "Polygon",
+    "Polyline",
+    "Rectangle",
     "Response",
     "Sampled",
     "Shape",
@@ -105,6 +121,9 @@ __all__ = [
     "Status",
     "Traffic",
     "Trajectory",
+    "TurningRadius",
+    "Uncertainty",
+    "Union",
     "Velocity",
     "admissible_ball",
     "advance",

@@ -11,57 +11,30 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.checks import Array, array, not_negative, number, positive, vectors
 from slalom.errors import InvalidInput
+from slalom.grown import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
 from slalom.path import hermite
 from slalom.response import Response
+from slalom.segments import Segments
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import CONTACT, TOUCHING
+from slalom.traffic import Bodies, Traffic
+
+_NO_ROWS = np.empty((0, 4, 2))
 
 
 class Element(NamedTuple):
-    """Temporal elements at one time: a ball of controls for each obstacle that is there."""
+    """Temporal elements at one time: for each body of an obstacle that is there, a rounded convex hull of controls."""
 
-    centers: Array  # (n, d)
-    radii: Array  # (n,)
-    owners: npt.NDArray[np.int64]  # (n,) index of the obstacle
+    corners: tuple[Array, ...]  # b arrays (n, d): one corner is a ball, two a capsule, more a polygon in the plane
+    radii: Array  # (b,)
+    owners: npt.NDArray[np.int64]  # (b,) index of the obstacle
 
-
-class Traffic:
-    """Obstacles over a window of time as cubic pieces: made once, used by every control obstacle of a decision.
-
-    Args:
-        obstacles: all of one dimension; those that do not exist within the window leave no piece.
-        start: absolute time [s] of the decision. horizon: length of the window [s] > 0.
-    """
-
-    def __init__(self, obstacles: Sequence[Obstacle], start: float, horizon: float) -> None:
-        self.obstacles = tuple(obstacles)
-        self.start = number(start, "start")
-        self.horizon = positive(horizon, "horizon")
-        dimensions = {obstacle.dimension for obstacle in self.obstacles}
-        if len(dimensions) > 1:
-            raise InvalidInput(f"obstacles: expected one dimension, found {sorted(dimensions)}")
-        self.dimension = dimensions.pop() if dimensions else None
-        times, points, error, owner = [], [], [], []
-        for index, obstacle in enumerate(self.obstacles):
-            first, last = obstacle.trajectory.span
-            begin, end = max(self.start, first), min(self.start + self.horizon, last)
-            if begin < end:
-                path = obstacle.trajectory.path(begin, end)
-                times.append(np.column_stack([path.times[:-1], path.times[1:]]) - self.start)
-                points.append(path.points)
-                error.append(path.error)
-                owner.append(np.full(len(path.points), index, dtype=np.int64))
-        d = self.dimension or 2
-        self.times = np.concatenate(times) if times else np.empty((0, 2))
-        self.points = np.concatenate(points) if points else np.empty((0, 4, d))
-        self.error = np.concatenate(error) if error else np.empty(0)
-        self.owner = np.concatenate(owner) if owner else np.empty(0, dtype=np.int64)
-        # The first piece of each obstacle that is there when the window begins.
-        heads = np.flatnonzero(np.diff(self.owner, prepend=-1))
-        self.present = heads[self.times[heads, 0] <= 0.0]
-        self.radii = np.array([obstacle.shape.radius for obstacle in self.obstacles], dtype=np.float64)
+    @property
+    def centers(self) -> Array:
+        """Middles of the hulls (b, d): of balls their centres."""
+        return np.array([0.5 * (corners.min(axis=0) + corners.max(axis=0)) for corners in self.corners])
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,52 +85,79 @@ class ControlObstacle:
         return self.state.dimension
 
     @cached_property
-    def radii(self) -> Array:
-        """Sum of radii and margin for each obstacle [m], less where the robot touches the obstacle already.
+    def _bodies(self) -> Bodies:
+        return self.traffic.bodies(self.robot)
+
+    @cached_property
+    def _wider(self) -> Array:
+        """The radius of each body with the margin [m]: (b,)."""
+        margin = np.asarray(self.margin)
+        return np.asarray(self._bodies.around + (margin[self._bodies.owner] if margin.ndim else margin))
+
+    @cached_property
+    def _gaps(self) -> Array:
+        """The distance of each body now, its radius not taken off [m], inf if it is not there: (b,)."""
+        return self.traffic.distances(self.robot, self.state.position)
+
+    @cached_property
+    def _radii(self) -> Array:
+        """The radius of each body with the margin [m], less where the robot touches the obstacle already: (b,).
 
         Contact is not overlap: from an obstacle that it is within TOUCHING of, the robot may still move away.
         """
-        radii = np.asarray(self.traffic.radii + self.robot.radius + self.margin, dtype=np.float64)
-        distance = self.initial_distances
-        touching = (distance - radii >= -CONTACT) & (distance - radii < TOUCHING)
-        return np.where(touching, np.maximum(distance - TOUCHING, 0.0), radii)
+        radii, gaps = self._wider, self._gaps
+        touching = (gaps - radii >= -CONTACT) & (gaps - radii < TOUCHING)
+        return np.where(touching, np.maximum(np.where(touching, gaps, 0.0) - TOUCHING, 0.0), radii)
 
     @cached_property
-    def initial_distances(self) -> Array:
-        """Distance between the centres now [m], (n,); inf for an obstacle that is not there."""
-        distance = np.full(len(self.traffic.obstacles), np.inf)
-        here = self.traffic.present
-        if not here.size:
-            return distance
-        away = self.traffic.points[here, 0] - self.state.position
-        distance[self.traffic.owner[here]] = np.sqrt((away * away).sum(axis=1))
-        return distance
+    def initial_clearances(self) -> Array:
+        """Clearance to each obstacle now [m], margin and uncertainty taken off: (n,); inf for one that is not there.
+
+        At least 0 where the robot touches the obstacle, see TOUCHING.
+        """
+        clearances = np.full(len(self.traffic.obstacles), np.inf)
+        np.minimum.at(clearances, self._bodies.owner, self._gaps - self._radii)
+        return clearances
 
     @cached_property
     def overlapping(self) -> npt.NDArray[np.int64]:
         """Indices of the obstacles that the robot (with its margin) overlaps now."""
-        return np.flatnonzero(self.initial_distances < self.radii - CONTACT)
+        return np.flatnonzero(self.initial_clearances < -CONTACT)
 
     @cached_property
-    def segments(self) -> tuple[Array, Array, Array, Array, Array, npt.NDArray[np.int64]]:
-        """begin, end, points, gains, radius, owner: the table of `kernels/segments.py`."""
-        state = self.state
+    def segments(self) -> Segments:
+        """The relative motion that everything else is computed from."""
+        state, bodies = self.state, self._bodies
+        rows = bodies.pieces
         # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
         reach = 2.0 * float(np.linalg.norm(state.velocity)) + 100.0
         knots = self.response.knots(self.horizon, reach)
         position, velocity = self.response.position(state, knots), self.response.velocity(state, knots)
         drift = hermite(knots, position.drift, velocity.drift).points
         gain = hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
-        return kernels.relative_segments(
-            self.traffic.times,
-            self.traffic.points,
-            self.traffic.error + self.response.interpolation_error,
-            self.radii[self.traffic.owner],
-            self.traffic.owner,
-            knots,
-            drift,
-            gain,
-            self.horizon,
+        radius = rows.radius + self.response.interpolation_error + self._radii[rows.body]
+        turns = rows.turns if bodies.turning else _NO_ROWS
+        begin, end, points, gains, radius, growth, turned, body = kernels.relative_segments(
+            rows.times, rows.points, radius, rows.growth, turns, rows.body, knots, drift, gain, self.horizon
+        )
+        hull = bodies.hull[body]
+        if not bodies.turning:
+            turned = np.zeros((4, 2, len(begin)))
+            turned[:, 0] = 1.0
+        return Segments(
+            begin,
+            end,
+            points,
+            gains,
+            radius,
+            radius + np.maximum(growth, 0.0) + bodies.spread[body],
+            bodies.owner[body],
+            hull,
+            turned,
+            bodies.corners,
+            bodies.first,
+            growth,
+            bodies.mixed,
         )
 
     def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
@@ -173,8 +173,8 @@ class ControlObstacle:
         CLEARANCE, below it by at most CERTIFIED, and by TOUCHING more where the robot touches the obstacle already.
         """
         flat, shape = self._controls(controls)
-        _, _, points, gains, radius, owner = self.segments
-        found = kernels.least_clearances(points, gains, radius, owner, len(self.traffic.obstacles), flat)
+        s, count = self.segments, len(self.traffic.obstacles)
+        found = kernels.least_clearances(s.points, s.gains, s.radius, s.growth, s.reach, s.hulls, s.owner, count, flat)
         return found.reshape(*shape, len(self.traffic.obstacles))
 
     def clearance(self, controls: npt.ArrayLike) -> Array:
@@ -188,8 +188,10 @@ class ControlObstacle:
     def times_to_collision(self, controls: npt.ArrayLike) -> Array:
         """Time of the first contact for controls (..., d) with each obstacle: (..., n) [s], inf if there is none."""
         flat, shape = self._controls(controls)
-        begin, end, points, gains, radius, owner = self.segments
-        found = kernels.contact_times(begin, end, points, gains, radius, owner, len(self.traffic.obstacles), flat)
+        s, count = self.segments, len(self.traffic.obstacles)
+        found = kernels.contact_times(
+            s.begin, s.end, s.points, s.gains, s.radius, s.growth, s.reach, s.hulls, s.owner, count, flat
+        )
         return found.reshape(*shape, len(self.traffic.obstacles))
 
     def time_to_collision(self, controls: npt.ArrayLike) -> Array:
@@ -205,11 +207,21 @@ class ControlObstacle:
         if not 0.0 < number(t, "t") <= self.horizon:
             raise InvalidInput(f"t: expected a time in (0, {self.horizon:g}] s, found {t:g} s")
         now = self.traffic.start + t
-        there = np.array([i for i, o in enumerate(self.traffic.obstacles) if o.exists(now)], dtype=np.int64)
-        places = [self.traffic.obstacles[i].trajectory.position(now) for i in there]
         image = self.response.position(self.state, t)
-        centers = image.inverse(np.array(places).reshape(-1, self.dimension))
-        return Element(centers, self.radii[there] / float(image.gain), there)
+        corners, radii, owners = [], [], []
+        margin = np.broadcast_to(np.asarray(self.margin), (len(self.traffic.obstacles),))
+        for index, obstacle in enumerate(self.traffic.obstacles):
+            if not obstacle.exists(now):
+                continue
+            unsure = obstacle.uncertainty
+            more = float(unsure.radius(t, self.dimension)) if unsure is not None else 0.0
+            for part in outline_parts(obstacle, now):
+                for own in self.robot.parts:
+                    places = (part.corners[:, None] - own.corners[None]).reshape(-1, self.dimension)
+                    corners.append(image.inverse(places if len(places) < 3 else hull_corners(places)))
+                    radii.append((part.radius + own.radius + margin[index] + more) / float(image.gain))
+                    owners.append(index)
+        return Element(tuple(corners), np.array(radii), np.array(owners, dtype=np.int64))
 
 
 def control_obstacle(

@@ -1,8 +1,11 @@
 """From what is observed of an obstacle now to where it will be: a rule that gives a trajectory."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Protocol, runtime_checkable
 
+import numpy as np
+
+from slalom.obstacle import Obstacle
 from slalom.trajectory import ConstantAcceleration, ConstantVelocity, Trajectory
 
 
@@ -65,3 +68,17 @@ FORECASTS: Final[dict[str, Forecast]] = {
     "constant_acceleration": AtConstantAcceleration(),
 }
 """Every forecast by name."""
+
+
+def foreseen(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
+    """The obstacle as a forecast sees it at `now` [s]; the same object if the forecast changes nothing.
+
+    One that is seen at rest keeps the heading that it stopped with.
+    """
+    trajectory = forecast(obstacle.trajectory, now)
+    if trajectory is obstacle.trajectory:
+        return obstacle
+    if obstacle.turns and not np.any(trajectory.velocity(now)) and not np.any(trajectory.acceleration(now)):
+        x, y = obstacle.direction(now)
+        return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))
+    return replace(obstacle, trajectory=trajectory)

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.checks import Array, not_negative, positive
-from slalom.control_obstacle import ControlObstacle, Traffic
+from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
+from slalom.forecast import foreseen
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
@@ -21,6 +22,7 @@ from slalom.selection import Status, select, select_clearest
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE, KEPT, TOUCHING
+from slalom.traffic import Traffic
 
 
 class Outcome(Enum):
@@ -138,7 +140,7 @@ class Navigator:
         bare = self._blocked(situations[0], traffic, 0.0)
         if len(bare.overlapping):
             return self._escape(situations[0], bare, now)
-        margins = np.clip(bare.initial_distances - bare.radii - TOUCHING, 0.0, self.margin)
+        margins = np.clip(bare.initial_clearances - TOUCHING, 0.0, self.margin)
         proposals = [p for s in situations if (p := self._propose(s, traffic, margins)) is not None]
         best = min(proposals, key=lambda p: p.cost, default=None)
         if previous is not None:
@@ -160,9 +162,7 @@ class Navigator:
         """
         forecast = self.method.forecast
         seen = [
-            replace(obstacle, trajectory=forecast(obstacle.trajectory, now))
-            for obstacle in obstacles
-            if forecast.foresees or obstacle.exists(now)
+            foreseen(obstacle, forecast, now) for obstacle in obstacles if forecast.foresees or obstacle.exists(now)
         ]
         return Traffic(seen, now, self.horizon)
 
@@ -203,7 +203,8 @@ class Navigator:
         """The committed manoeuvre, if it is safe and either nothing else is or nothing else is better enough.
 
         Both are judged by where they lead until the new one is carried out. The loss of keeping is small at every
-        single step, since afterwards one is free to change; it adds up. A robot above its speed limit keeps nothing.
+        single step, since afterwards one is free to change; it adds up. A robot above its speed limit keeps nothing;
+        none keeps what the bounds of its turned body do not allow.
         """
         committed, regret = previous.manoeuvre, previous.regret
         if best is not None:
@@ -211,6 +212,11 @@ class Navigator:
             regret += max(0.0, self.objective.cost(committed, s, until) - best.cost)
             if regret > self.patience or self._too_fast(s.state):
                 return None
+        if self.limits.bounds and not self.limits.allows(
+            s.state, committed.mean_acceleration(s.now, self.period), self.period
+        ):
+            # The body has turned and its bounds with it: the rest of the manoeuvre cannot be driven.
+            return None
         rest = committed.continuation(s.state, s.now)
         blocked = ControlObstacle(rest, s.state, traffic, self.robot, margins)
         if float(blocked.clearance(np.zeros(s.state.dimension))) < -KEPT:

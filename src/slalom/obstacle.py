@@ -1,23 +1,42 @@
 """An obstacle: a shape on a trajectory."""
 
 from dataclasses import dataclass
+from typing import Final, Literal
 
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, number
 from slalom.errors import InvalidInput
-from slalom.shape import Shape
+from slalom.path import Path
+from slalom.shape import Disc, Shape
+from slalom.tolerances import LOOK_BACK
 from slalom.trajectory import Trajectory
+from slalom.trajectory.direction import direction_path
+from slalom.uncertainty import Uncertainty
+
+MOTION: Final = "motion"
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
     """A `shape` that moves along a `trajectory`; `name` appears in messages and recordings.
 
+    Attributes:
+        heading: where the shape's x axis points, in the plane: an angle [rad], counter-clockwise from the world's, or
+            "motion": along the velocity at every time. While that is zero the last direction is kept.
+        uncertainty: how far from its trajectory the obstacle may be, by the time since the decision; None: nowhere
+        else.
+
     Raises:
-        InvalidInput: shape and trajectory of different dimension.
+        InvalidInput: shape and trajectory of different dimension; a heading in space, or none of the above.
     """
 
     shape: Shape
     trajectory: Trajectory
     name: str = ""
+    heading: float | Literal["motion"] = 0.0
+    uncertainty: Uncertainty | None = None
 
     def __post_init__(self) -> None:
         if self.shape.dimension != self.trajectory.dimension:
@@ -25,11 +44,68 @@ class Obstacle:
                 f"obstacle {self.name!r}: expected shape and trajectory of one dimension, "
                 f"found {self.shape.dimension} and {self.trajectory.dimension}"
             )
+        if isinstance(self.heading, str):
+            if self.heading != MOTION:
+                raise InvalidInput(f"heading: expected an angle [rad] or {MOTION!r}, found {self.heading!r}")
+        else:
+            object.__setattr__(self, "heading", number(self.heading, "heading"))
+        if self.dimension == 3 and self.heading != 0.0:
+            raise InvalidInput(
+                f"heading: expected 0 in space, where shapes keep their orientation, found {self.heading!r}"
+            )
 
     @property
     def dimension(self) -> int:
         """2 or 3."""
         return self.shape.dimension
+
+    @property
+    def turns(self) -> bool:
+        """Whether the shape is seen to turn: a disc is not."""
+        return self.heading == MOTION and not isinstance(self.shape, Disc)
+
+    def direction(self, t: npt.ArrayLike) -> Array:
+        """Where the shape's x axis points at times t (...) [s] in the plane: unit vectors (..., 2).
+
+        Raises:
+            InvalidInput: it should point along the motion, and the obstacle has not moved up to then.
+        """
+        time = np.asarray(t, dtype=np.float64)
+        if not isinstance(self.heading, str):
+            return np.asarray(np.broadcast_to([np.cos(self.heading), np.sin(self.heading)], (*time.shape, 2)))
+        velocity = self.trajectory.velocity(time)
+        speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
+        result = velocity / np.where(speed > 0.0, speed, 1.0)
+        for place in np.argwhere(speed[..., 0] == 0.0):
+            result[tuple(place)] = self._last_direction(float(time[tuple(place)]))
+        return np.asarray(result)
+
+    def _last_direction(self, t: float) -> Array:
+        """The direction with which the obstacle came to rest before t [s]."""
+        earliest = max(self.trajectory.span[0], t - LOOK_BACK)
+        if self.trajectory.speed_bound(earliest, t) == 0.0:
+            raise InvalidInput(
+                f"heading of obstacle {self.name!r}: expected one that moved before {t:g} s, found it at rest since "
+                f"{earliest:g} s; give the heading as an angle"
+            )
+        pieces = direction_path(self.trajectory, earliest, t, 1e-3).points[:, 3]
+        last = pieces[np.any(pieces != 0.0, axis=1)][-1]
+        return np.asarray(last / np.linalg.norm(last))
+
+    def directions(self, start: float, end: float, tolerance: float) -> Path:
+        """`direction` over start to end as cubic pieces, within `tolerance` [1] or with their own error."""
+        resting = self.heading != MOTION or self.trajectory.speed_bound(start, end) == 0.0
+        if resting:
+            pieces = np.broadcast_to(self.direction(start), (1, 4, 2))
+            return Path(np.array([start, end]), pieces, np.zeros(1))
+        path = direction_path(self.trajectory, start, end, tolerance)
+        first = int(np.argmax(np.any(self.trajectory.velocity(path.times) != 0.0, axis=-1)))
+        if first == 0:
+            return path
+        # It stands at first: the direction from before holds until it moves.
+        points = path.points.copy()
+        points[: first - 1] = self.direction(start)
+        return path._replace(points=points)
 
     def exists(self, t: float) -> bool:
         """Whether the obstacle is there at time t [s]."""

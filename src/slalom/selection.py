@@ -79,9 +79,19 @@ def select(
         )
     if len(blocked.overlapping):
         return Choice(None, Status.OVERLAPPING, np.inf)
-    _, _, points, gains, radius, _ = blocked.segments
+    s = blocked.segments
     code, found, elements, candidates = kernels.nearest_free(
-        wanted, dimension, admissible.rows(), points, gains, radius, most_elements, most_candidates
+        wanted,
+        dimension,
+        admissible.rows(),
+        s.points,
+        s.gains,
+        s.radius,
+        s.growth,
+        s.reach,
+        s.hulls,
+        most_elements,
+        most_candidates,
     )
     status = _STATUSES[code]
     if status is not Status.CONSTRAINED:

@@ -1,16 +1,31 @@
 """What an obstacle or a robot covers around its position."""
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from functools import cached_property
+from typing import Final, NamedTuple, Protocol, runtime_checkable
 
-from slalom.checks import not_negative
+import numpy as np
+
+from slalom.checks import Array, Checked, array, not_negative, positive, vector
+from slalom.errors import InvalidInput
+
+
+class Part(NamedTuple):
+    """The convex hull of `corners` (n, d) [m], relative to the position, rounded by `radius` [m].
+
+    All points within `radius` of the hull. In the plane three or more corners go counter-clockwise around it.
+    """
+
+    corners: Array
+    radius: float
 
 
 @runtime_checkable
 class Shape(Protocol):
-    """A set around a position: the points within `radius` [m] of it, in `dimension` 2 or 3.
+    """A union of rounded convex hulls around a position, in the body frame: x forward, y to the left.
 
-    Law: a robot of shape A at p meets an obstacle of shape B at c exactly if the point p lies in B grown by A at c.
+    Law: a robot of shape A at p meets an obstacle of shape B at c exactly if p lies in B grown by A (the Minkowski sum
+    of B and -A) at c. Elements are open sets: touching is not meeting.
     """
 
     @property
@@ -18,12 +33,45 @@ class Shape(Protocol):
         """2 or 3."""
 
     @property
-    def radius(self) -> float:
-        """[m]"""
+    def parts(self) -> tuple[Part, ...]:
+        """At least one."""
+
+    @property
+    def reach(self) -> float:
+        """Radius [m] of the smallest ball around the position that holds the shape."""
+
+
+class _Shaped:
+    """What all shapes that are not round have in common."""
+
+    parts: tuple[Part, ...]
+
+    @property
+    def dimension(self) -> int:
+        return int(self.parts[0].corners.shape[1])
+
+    @cached_property
+    def reach(self) -> float:
+        return max(float(np.linalg.norm(part.corners, axis=1).max()) + part.radius for part in self.parts)
+
+
+class _Round:
+    """What discs and balls have in common."""
+
+    radius: float
+    dimension: int
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        return (Part(np.zeros((1, self.dimension)), self.radius),)
+
+    @property
+    def reach(self) -> float:
+        return self.radius
 
 
 @dataclass(frozen=True)
-class Disc:
+class Disc(_Round):
     """A disc of `radius` >= 0 [m] in the plane."""
 
     radius: float
@@ -32,12 +80,12 @@ class Disc:
         object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
 
     @property
-    def dimension(self) -> int:
+    def dimension(self) -> int:  # type: ignore[override]
         return 2
 
 
 @dataclass(frozen=True)
-class Ball:
+class Ball(_Round):
     """A ball of `radius` >= 0 [m] in space."""
 
     radius: float
@@ -46,10 +94,148 @@ class Ball:
         object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
 
     @property
-    def dimension(self) -> int:
+    def dimension(self) -> int:  # type: ignore[override]
         return 3
+
+
+@dataclass(frozen=True, eq=False)
+class Capsule(_Shaped):
+    """All points within `radius` > 0 [m] of the straight line from `start` to `end` (d,) [m], in the plane or in
+    space.
+    """
+
+    start: Checked = Checked(vector)
+    end: Checked = Checked(vector)
+    radius: float  # type: ignore[misc]  # the fields before it have no default: Checked is a descriptor
+
+    def __post_init__(self) -> None:
+        vector(self.end, "end", self.start.size)
+        object.__setattr__(self, "radius", positive(self.radius, "radius"))
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+        return (_segment(self.start, self.end, self.radius),)
+
+
+@dataclass(frozen=True)
+class Rectangle(_Shaped):
+    """A rectangle about the position: `length` > 0 [m] along x (forward), `width` > 0 [m] along y, rounded by
+    `radius`.
+    """
+
+    length: float
+    width: float
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "length", positive(self.length, "length"))
+        object.__setattr__(self, "width", positive(self.width, "width"))
+        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+        signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        return (Part(signs * (0.5 * self.length, 0.5 * self.width), self.radius),)
+
+
+def _points(value: object, name: str) -> Array:
+    points = array(value, name)  # type: ignore[arg-type]
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise InvalidInput(f"{name}: expected points (n, 2) in the plane, found shape {points.shape}")
+    return points
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon(_Shaped):
+    """A simple polygon of three or more `corners` (n, 2) [m], convex or not, in either sense, rounded by `radius` [m].
+
+    One that is not convex is a union of triangles.
+    """
+
+    corners: Checked = Checked(_points)
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        import shapely
+
+        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+        if len(self.corners) < 3 or not shapely.Polygon(self.corners).is_valid:
+            found = f"{len(self.corners)} that {'do' if len(self.corners) >= 3 else 'are too few'}"
+            raise InvalidInput(
+                f"corners: expected 3 or more of a polygon that does not cross or touch itself, found {found}"
+            )
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+        import shapely
+
+        polygon = shapely.Polygon(self.corners)
+        hull = polygon.convex_hull
+        if hull.area <= polygon.area * (1.0 + 1e-12):
+            return (Part(_counter_clockwise(hull), self.radius),)
+        triangles = shapely.constrained_delaunay_triangles(polygon).geoms
+        return tuple(Part(_counter_clockwise(triangle), self.radius) for triangle in triangles)
+
+
+def _counter_clockwise(polygon: object) -> Array:
+    import shapely
+
+    ring = shapely.get_exterior_ring(shapely.orient_polygons(polygon))
+    return np.array(shapely.get_coordinates(ring)[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Polyline(_Shaped):
+    """A wall: all points within `radius` >= 0 [m] of the line through two or more `points` (n, 2) [m]."""
+
+    points: Checked = Checked(_points)
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+        if len(self.points) < 2 or not np.all(np.any(np.diff(self.points, axis=0) != 0.0, axis=1)):
+            raise InvalidInput(
+                f"points: expected 2 or more, each different from the one before it, found {self.points.tolist()}"
+            )
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+        return tuple(_segment(a, b, self.radius) for a, b in zip(self.points[:-1], self.points[1:]))
+
+
+@dataclass(frozen=True, eq=False)
+class Union(_Shaped):
+    """Several shapes of one dimension that move together: everything that one of them covers."""
+
+    shapes: tuple[Shape, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "shapes", tuple(self.shapes))
+        dimensions = sorted({shape.dimension for shape in self.shapes})
+        if len(dimensions) != 1:
+            raise InvalidInput(f"shapes: expected one or more of one dimension, found dimensions {dimensions}")
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+        return tuple(part for shape in self.shapes for part in shape.parts)
+
+
+def _segment(a: Array, b: Array, radius: float) -> Part:
+    return Part(np.array([a] if np.array_equal(a, b) else [a, b]), radius)
 
 
 def round_shape(radius: float, dimension: int) -> Shape:
     """The disc or ball of that radius."""
     return Disc(radius) if dimension == 2 else Ball(radius)
+
+
+SHAPES: Final = {
+    "disc": Disc,
+    "ball": Ball,
+    "capsule": Capsule,
+    "rectangle": Rectangle,
+    "polygon": Polygon,
+    "polyline": Polyline,
+    "union": Union,
+}
+"""Every shape by name."""

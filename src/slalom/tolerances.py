@@ -57,6 +57,15 @@ PARALLEL: Final = 1e-12
 Boundaries that meet at a smaller angle have no intersection that rounding would not move anywhere.
 """
 
+STANDING: Final = 1e-3
+"""[s] Within less than this a heading that follows the motion is not resolved: the body turns about on the spot.
+
+For that long it counts as the disc about its position that holds it. Smaller: more pieces where speed vanishes.
+"""
+
+LOOK_BACK: Final = 600.0
+"""[s] How long ago an obstacle at rest may have moved last for its heading to be known from that motion."""
+
 JUMP: Final = 1e-4
 """[m] By how much two pieces of a trajectory may miss each other where they meet.
 
@@ -95,4 +104,24 @@ KEPT: Final = CONTACT + CERTIFIED
 
 It was chosen with clearance >= 0 over other knots; the interpolation errors and one contact tolerance may
 lie between the two tests. Smaller: manoeuvres that are still safe are dropped by rounding.
+"""
+
+REST: Final = 1e-6
+"""[m/s] A robot slower than this is at rest: it has no heading but the one that it was given.
+
+Bounds in the frame of the body need a heading. Larger: a slow vehicle may start off sideways. Much smaller: rounding of
+the velocity decides where a robot at rest faces.
+"""
+
+BOUNDARY: Final = 5e-5
+"""[1] How far the drawn boundary of a control obstacle may be off, as a share of the radius of the window.
+
+Smaller by 4: twice as many points. What collides is never decided by it.
+"""
+
+STILL: Final = 0.1
+"""[1] An element that moves less than this share of a boundary's tolerance stands: its outline is an arc there.
+
+Larger: corners of the boundary are off by as much. Smaller: more points where an envelope begins, ends or bends
+sharply.
 """

@@ -9,12 +9,14 @@ if TYPE_CHECKING:
     from slalom.kernels.arrival import earliest_arrival
     from slalom.kernels.clearance import contact_times, least_clearances
     from slalom.kernels.exchange import nearest_free
+    from slalom.kernels.hulls import distances
     from slalom.kernels.segments import relative_segments
 
-__all__ = ["contact_times", "earliest_arrival", "least_clearances", "nearest_free", "relative_segments"]
+__all__ = ["contact_times", "distances", "earliest_arrival", "least_clearances", "nearest_free", "relative_segments"]
 
 _MODULES = {
     "contact_times": "clearance",
+    "distances": "hulls",
     "earliest_arrival": "arrival",
     "least_clearances": "clearance",
     "nearest_free": "exchange",

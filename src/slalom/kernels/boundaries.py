@@ -1,13 +1,21 @@
 """Balls and half-spaces in control space: membership, projections, intersections.
 
 A boundary is a row (side, x, y, z, r): side 1, outside the ball of centre (x, y, z) and radius r; side -1,
-inside it; side 0, the half-space x u0 + y u1 + z u2 <= r with a unit normal. In the plane z is 0.
+inside it; side 0, the half-space x u0 + y u1 + z u2 <= r with a unit normal. In the plane z is 0. Circles (side 2) and
+lines (side 3, x u0 + y u1 = r) of rounded polygons give candidates only: whether a control is outside those is
+asked of the polygon itself (`polygons`).
 """
 
 import numpy as np
 
 from slalom.kernels.compiled import Array, Plane, kernel
 from slalom.tolerances import ADMISSIBLE, ELEMENT, PARALLEL
+
+
+@kernel
+def is_flat(boundaries: Array, b: int) -> bool:
+    """Whether the boundary is a plane or a line."""
+    return bool(boundaries[b, 0] == 0.0 or boundaries[b, 0] == 3.0)
 
 
 @kernel
@@ -21,7 +29,7 @@ def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k:
         if side == 0.0:
             if x * u[0] + y * u[1] + z * u[2] > r + ADMISSIBLE * (1.0 + abs(r)):
                 return False
-        else:
+        elif side < 2.0:
             square = (u[0] - x) ** 2 + (u[1] - y) ** 2 + (u[2] - z) ** 2
             if side > 0.0:
                 if square < r * r * (1.0 - ELEMENT):
@@ -35,7 +43,7 @@ def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k:
 def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
     """Nearest point of boundary b to u, into found[0]. At the centre of a ball every direction is as near."""
     x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
-    if boundaries[b, 0] == 0.0:
+    if is_flat(boundaries, b):
         step = r - (x * u[0] + y * u[1] + z * u[2])
         found[0, 0], found[0, 1], found[0, 2] = u[0] + step * x, u[1] + step * y, u[2] + step * z
         return
@@ -50,7 +58,7 @@ def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
 @kernel
 def apart(boundaries: Array, i: int, j: int) -> bool:
     """Whether two balls are too far apart to have common points: the quick test before their intersection."""
-    if boundaries[i, 0] == 0.0 or boundaries[j, 0] == 0.0:
+    if is_flat(boundaries, i) or is_flat(boundaries, j):
         return False
     square = 0.0
     for axis in range(1, 4):
@@ -64,8 +72,8 @@ def plane_of(boundaries: Array, i: int, j: int) -> tuple[bool, float, float, flo
 
     For two balls it is their radical plane, for a ball and a half-space the latter's boundary.
     """
-    if boundaries[i, 0] == 0.0 or boundaries[j, 0] == 0.0:
-        b = i if boundaries[i, 0] == 0.0 else j
+    if is_flat(boundaries, i) or is_flat(boundaries, j):
+        b = i if is_flat(boundaries, i) else j
         return True, boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
     x, y, z = boundaries[i, 1], boundaries[i, 2], boundaries[i, 3]
     dx, dy, dz = boundaries[j, 1] - x, boundaries[j, 2] - y, boundaries[j, 3] - z
@@ -104,7 +112,7 @@ def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, f
     line), and its nearest point to u is taken; seen from the circle's axis all its points are as near, one is taken
     in each of four directions.
     """
-    flat_i, flat_j = boundaries[i, 0] == 0.0, boundaries[j, 0] == 0.0
+    flat_i, flat_j = is_flat(boundaries, i), is_flat(boundaries, j)
     if flat_i and flat_j:
         meet, px, py, pz, ex, ey, ez = line_of(flat(boundaries, i), flat(boundaries, j))
         if not meet:
@@ -164,7 +172,7 @@ def intersect_three(boundaries: Array, i: int, j: int, k: int, found: Array) -> 
     """Points in which three boundaries in space meet, into found; their number."""
     ball = -1
     for b in (i, j, k):
-        if boundaries[b, 0] != 0.0:
+        if not is_flat(boundaries, b):
             ball = b
     if ball < 0:
         meet, px, py, pz, ex, ey, ez = line_of(flat(boundaries, i), flat(boundaries, j))

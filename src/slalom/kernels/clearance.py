@@ -3,7 +3,8 @@
 import numpy as np
 
 from slalom.kernels.bezier import first_below, least, new_stack, put_gap
-from slalom.kernels.compiled import Array, Indices, kernel
+from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.hulls import hull_first_below, hull_least, load, new_course
 from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CLEARANCE, TIME
 
@@ -25,21 +26,38 @@ def put_segment(
 
 
 @kernel
-def least_clearances(points: Array, gains: Array, radius: Array, owner: Indices, owners: int, controls: Array) -> Array:
+def least_clearances(
+    points: Array,
+    gains: Array,
+    radius: Array,
+    growth: Array,
+    reach: Array,
+    hulls: Hulls,
+    owner: Indices,
+    owners: int,
+    controls: Array,
+) -> Array:
     """Least clearance [m] to each owner for each control, (k, owners); inf for an owner without segments.
 
     Never above the true minimum by more than CLEARANCE.
     """
     result = np.full((len(controls), owners), np.inf)
-    stack, gaps = new_stack(), np.empty(len(radius))
+    stack, gaps, hull = new_stack(), np.empty(len(radius)), hulls[0]
+    course, q = new_course(hulls)
     for c in range(len(controls)):
-        ux, uy, uz = controls[c, 0], controls[c, 1], controls[c, 2]
-        chord_gaps(points, gains, ux, uy, uz, gaps)
+        u = controls[c]
+        chord_gaps(points, gains, u[0], u[1], u[2], gaps)
         for s in range(len(radius)):
             best = result[c, owner[s]]
-            if gaps[s] - radius[s] >= best:
+            if gaps[s] - reach[s] >= best:
                 continue
-            put_segment(stack, points, gains, s, ux, uy, uz, 0.0)
+            if hull[s] >= 0:
+                load(points, gains, hulls, s, u, course)
+                result[c, owner[s]] = hull_least(
+                    course, hulls, hull[s], radius[s], growth[s], stack, q, best, CLEARANCE
+                )
+                continue
+            put_segment(stack, points, gains, s, u[0], u[1], u[2], 0.0)
             ceiling = best + radius[s]
             found, place = least(stack, ceiling * ceiling, CLEARANCE)
             if place >= 0.0:
@@ -49,19 +67,35 @@ def least_clearances(points: Array, gains: Array, radius: Array, owner: Indices,
 
 @kernel
 def contact_times(
-    begin: Array, end: Array, points: Array, gains: Array, radius: Array, owner: Indices, owners: int, controls: Array
+    begin: Array,
+    end: Array,
+    points: Array,
+    gains: Array,
+    radius: Array,
+    growth: Array,
+    reach: Array,
+    hulls: Hulls,
+    owner: Indices,
+    owners: int,
+    controls: Array,
 ) -> Array:
     """Elapsed time [s] of the first contact with each owner for each control, (k, owners); inf if there is none."""
     result = np.full((len(controls), owners), np.inf)
-    stack, gaps = new_stack(), np.empty(len(radius))
+    stack, gaps, hull = new_stack(), np.empty(len(radius)), hulls[0]
+    course, q = new_course(hulls)
     for c in range(len(controls)):
-        ux, uy, uz = controls[c, 0], controls[c, 1], controls[c, 2]
-        chord_gaps(points, gains, ux, uy, uz, gaps)
+        u = controls[c]
+        chord_gaps(points, gains, u[0], u[1], u[2], gaps)
         for s in range(len(radius)):
-            if begin[s] >= result[c, owner[s]] or gaps[s] >= radius[s]:
+            if begin[s] >= result[c, owner[s]] or gaps[s] >= reach[s]:
                 continue
-            put_segment(stack, points, gains, s, ux, uy, uz, radius[s] * radius[s])
-            place = first_below(stack, TIME)
+            if hull[s] >= 0:
+                load(points, gains, hulls, s, u, course)
+                place = hull_first_below(course, hulls, hull[s], radius[s], growth[s], stack, q, TIME)
+            else:
+                put_segment(stack, points, gains, s, u[0], u[1], u[2], radius[s] * radius[s])
+                place = first_below(stack, TIME)
             if place >= 0.0:
-                result[c, owner[s]] = begin[s] + place * (end[s] - begin[s])
+                # Segments of several parts are not in the order of time.
+                result[c, owner[s]] = min(result[c, owner[s]], begin[s] + place * (end[s] - begin[s]))
     return result

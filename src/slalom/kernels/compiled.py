@@ -20,6 +20,9 @@ Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.int64]
 Plane: TypeAlias = tuple[bool, float, float, float, float]
 Candidate: TypeAlias = tuple[float, float, float, int, int, int]
+Direction: TypeAlias = tuple[float, float, float, float]
+Hulls: TypeAlias = tuple[Indices, Array, Array, Indices, npt.NDArray[np.bool_]]
+"""hull, turns, corners, first, mixed: see `slalom.segments`."""
 
 
 def _digest() -> str:

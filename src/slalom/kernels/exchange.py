@@ -1,11 +1,12 @@
 """The exact choice: the admissible control nearest to the preferred one that collides with nothing.
 
 Exchange of elements. The working set holds the boundaries of the admissible set (balls and half-spaces, to stay
-inside) and temporal elements (balls, to stay outside), at first none of these. The nearest point of "admissible and
-outside the working set" is among finitely many critical points: the preferred control, its projections on single
-boundaries, and the nearest points of intersections of two (in space: and three) of them. They wait in a
-heap by distance. The nearest one that is admissible and outside all elements is tested in the workspace, for all
-time; if it collides, the element of a worst violation joins the working set, which rejects it for good.
+inside) and temporal elements (balls and, in the plane, rounded convex polygons, to stay outside), at first none of
+these. The nearest point of "admissible and outside the working set" is among finitely many critical points: the
+preferred control, its projections on single boundaries, and the nearest points of intersections of two (in space: and
+three) of them. The boundaries of a rounded polygon are circles and lines. They wait in a heap by distance. The nearest
+one that is admissible and outside all elements is tested in the workspace, for all time; if it collides, the element of
+a worst violation joins the working set, which rejects it for good.
 
 Every answer is at least as near as any control that keeps CONTACT clear, since the working set is always a part of
 the control obstacle; the first candidate that passes the test is therefore the optimum.
@@ -18,7 +19,18 @@ import numpy as np
 from slalom.kernels.bezier import below, new_stack, value
 from slalom.kernels.boundaries import apart, intersect_three, intersect_two, meets, project
 from slalom.kernels.clearance import put_segment
-from slalom.kernels.compiled import Array, Candidate, kernel
+from slalom.kernels.compiled import Array, Candidate, Hulls, kernel
+from slalom.kernels.elements import hull_element, nearest_ball
+from slalom.kernels.hulls import bound, excess, hull_below, hull_sink, load, new_course
+from slalom.kernels.polygons import (
+    add_polygon,
+    add_rounded,
+    new_boundaries,
+    new_polygons,
+    outside_polygons,
+    smallest_ball,
+    with_room,
+)
 from slalom.kernels.refine import sink
 from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CONTACT, SMALLEST_GAIN
@@ -28,65 +40,101 @@ SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
 
 @kernel
 def deepest_violation(
-    points: Array, gains: Array, radius: Array, gaps: Array, stack: Array, u: Array, element: Array
+    points: Array,
+    gains: Array,
+    radius: Array,
+    growth: Array,
+    reach: Array,
+    hulls: Hulls,
+    gaps: Array,
+    stack: Array,
+    course: Array,
+    q: Array,
+    u: Array,
+    element: Array,
 ) -> int:
-    """Write the element that rejects u by the most, in control units, into `element`; -1 if u is free.
+    """The segment that rejects u by the most, in control units; -1 if u is free, -2 if it overlaps before u matters.
 
-    Returns the segment of the element, or -1. For each colliding segment the time of deepest approach is sought
-    from a witness; any time of collision would do for correctness, a deep one makes the exchange short.
+    The element's place in [0, 1] on that segment, and for a ball its centre and radius, go into `element` (5,). For
+    each colliding segment the time of deepest approach is sought from a witness; any time of collision would do for
+    correctness, a deep one makes the exchange short.
     """
     worst, deepest = -1, 0.0
+    hull = hulls[0]
     chord_gaps(points, gains, u[0], u[1], u[2], gaps)
     for s in range(len(gaps)):
-        if gaps[s] >= radius[s]:
+        if gaps[s] >= reach[s]:
             continue
-        put_segment(stack, points, gains, s, u[0], u[1], u[2], radius[s] * radius[s])
-        place = below(stack)
-        if place < 0.0:
-            continue
-        place = sink(points[:, :, s], gains[:, s], u, place)
+        if hull[s] >= 0:
+            load(points, gains, hulls, s, u, course)
+            place = hull_below(course, hulls, hull[s], radius[s], growth[s], stack, q)
+            if place < 0.0:
+                continue
+            place = hull_sink(course, gains[:, s], hulls, hull[s], radius[s], growth[s], q, place)
+        else:
+            put_segment(stack, points, gains, s, u[0], u[1], u[2], radius[s] * radius[s])
+            place = below(stack)
+            if place < 0.0:
+                continue
+            place = sink(points[:, :, s], gains[:, s], u, place)
         g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], place)
         if g < SMALLEST_GAIN:
             return -2
-        x = value(points[0, 0, s], points[1, 0, s], points[2, 0, s], points[3, 0, s], place) / g
-        y = value(points[0, 1, s], points[1, 1, s], points[2, 1, s], points[3, 1, s], place) / g
-        z = value(points[0, 2, s], points[1, 2, s], points[2, 2, s], points[3, 2, s], place) / g
-        away = np.sqrt((x - u[0]) ** 2 + (y - u[1]) ** 2 + (z - u[2]) ** 2)
-        depth = radius[s] / g - away
+        if hull[s] >= 0:
+            depth = -excess(course, hulls, hull[s], radius[s], growth[s], place, q)[0] / g
+            x, y, z = 0.0, 0.0, 0.0
+        else:
+            x = value(points[0, 0, s], points[1, 0, s], points[2, 0, s], points[3, 0, s], place) / g
+            y = value(points[0, 1, s], points[1, 1, s], points[2, 1, s], points[3, 1, s], place) / g
+            z = value(points[0, 2, s], points[1, 2, s], points[2, 2, s], points[3, 2, s], place) / g
+            depth = radius[s] / g - np.sqrt((x - u[0]) ** 2 + (y - u[1]) ** 2 + (z - u[2]) ** 2)
         if worst < 0 or depth > deepest:
             worst, deepest = s, depth
-            element[0], element[1], element[2], element[3] = x, y, z, (radius[s] + CONTACT) / g
+            element[0], element[1], element[2], element[3], element[4] = place, x, y, z, (radius[s] + CONTACT) / g
     return worst
 
 
 @kernel
-def within_reach(limits: Array, points: Array, gains: Array, radius: Array) -> tuple[Array, Array, Array]:
+def within_reach(
+    limits: Array, points: Array, gains: Array, radius: Array, growth: Array, reach: Array, hulls: Hulls
+) -> tuple[Array, Array, Array, Array, Array, Hulls]:
     """The segments that some admissible control can collide on, as copies of their rows.
 
     All admissible controls lie within the smallest ball of `limits`; moving the control by r from its centre
     moves the robot by at most r times the largest gain of the segment.
     """
-    smallest = -1
-    for b in range(len(limits)):
-        if limits[b, 0] < 0.0 and (smallest < 0 or limits[b, 4] < limits[smallest, 4]):
-            smallest = b
-    x, y, z, r = limits[smallest, 1], limits[smallest, 2], limits[smallest, 3], limits[smallest, 4]
+    smallest = smallest_ball(limits)
+    center, r = limits[smallest, 1:4], limits[smallest, 4]
+    hull, turns, corners, first, mixed = hulls
     gaps, keep = np.empty(len(radius)), np.empty(len(radius), np.int64)
-    chord_gaps(points, gains, x, y, z, gaps)
+    course, q = new_course(hulls)
+    chord_gaps(points, gains, center[0], center[1], center[2], gaps)
     count = 0
     for s in range(len(gaps)):
         farthest = r * max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
-        if gaps[s] < radius[s] + farthest:
-            keep[count] = s
-            count += 1
-    near, gain = np.empty((4, 3, count)), np.empty((4, count))
+        if gaps[s] >= reach[s] + farthest:
+            continue
+        if hull[s] >= 0:
+            # A long wall may be out of reach although the disc about it is not.
+            load(points, gains, hulls, s, center, course)
+            _, vx, vy, vz = excess(course, hulls, hull[s], radius[s], growth[s], 0.5, q)
+            if bound(course, hulls, hull[s], radius[s], growth[s], 0.0, 1.0, vx, vy, vz) >= farthest:
+                continue
+        keep[count] = s
+        count += 1
+    kept = keep[:count]
+    near, gain, turned = np.empty((4, 3, count)), np.empty((4, count)), np.empty((4, 2, count))
     for j in range(4):
         for i in range(count):
-            gain[j, i] = gains[j, keep[i]]
+            gain[j, i] = gains[j, kept[i]]
         for axis in range(3):
             for i in range(count):
-                near[j, axis, i] = points[j, axis, keep[i]]
-    return near, gain, radius[keep[:count]]
+                near[j, axis, i] = points[j, axis, kept[i]]
+        if turns.shape[2] > 0:
+            for axis in range(2):
+                for i in range(count):
+                    turned[j, axis, i] = turns[j, axis, kept[i]]
+    return near, gain, radius[kept], growth[kept], reach[kept], (hull[kept], turned, corners, first, mixed)
 
 
 @kernel
@@ -149,26 +197,25 @@ def nearest_free(
     points: Array,
     gains: Array,
     radius: Array,
+    growth: Array,
+    reach: Array,
+    hulls: Hulls,
     most_elements: int,
     most_candidates: int,
 ) -> tuple[int, Array, int, int]:
     """Nearest safe admissible control.
 
-    Args:
-        preferred: (3,) control. limits: (n, 5) boundaries of the admissible set, see `boundaries`.
-        points, gains, radius: the segments of all obstacles.
-
-    Returns:
-        status, control (3,), elements used, candidates examined.
+    Of `limits` (n, 5), see `boundaries`, and segments as in `slalom.segments`. Returns status, control (3,), elements
+    used, candidates examined.
     """
-    points, gains, radius = within_reach(limits, points, gains, radius)
+    points, gains, radius, growth, reach, hulls = within_reach(limits, points, gains, radius, growth, reach, hulls)
     admissible = len(limits)
-    boundaries = np.empty((admissible + 64, 5))
-    boundaries[:admissible] = limits
-    stack, element, found, gaps = new_stack(), np.zeros(4), np.zeros((4, 3)), np.empty(len(radius))
+    boundaries, polygons = new_boundaries(limits), new_polygons()
+    stack, element, found, gaps = new_stack(), np.zeros(5), np.zeros((4, 3)), np.empty(len(radius))
+    course, q = new_course(hulls)
     u = preferred.copy()
     heap, candidates = [(0.0, 0)], [(u[0], u[1], u[2], -1, -1, -1)]
-    count, proposed, examined, reached = admissible, admissible, 0, False
+    count, elements, proposed, examined, reached = admissible, 0, admissible, 0, False
     if not meets(boundaries, 0, admissible, u, -1, -1, -1):
         # Only then can the admissible set's own boundary hold the optimum: the set is convex.
         heap.pop()
@@ -182,23 +229,31 @@ def nearest_free(
         ux, uy, uz, i, j, k = candidates[heapq.heappop(heap)[1]]
         examined += 1
         if examined > most_candidates:
-            return UNDECIDED, u, count - admissible, examined
+            return UNDECIDED, u, elements, examined
         u[0], u[1], u[2] = ux, uy, uz
         reached = True
-        if not meets(boundaries, admissible, count, u, i, j, k):
+        if not meets(boundaries, admissible, count, u, i, j, k) or not outside_polygons(polygons, u[0], u[1]):
             continue
-        segment = deepest_violation(points, gains, radius, gaps, stack, u, element)
+        segment = deepest_violation(points, gains, radius, growth, reach, hulls, gaps, stack, course, q, u, element)
         if segment == -2:
-            return OVERLAPPING, u, count - admissible, examined
+            return OVERLAPPING, u, elements, examined
         if segment == -1:
-            return SAFE, u, count - admissible, examined
-        if count - admissible >= most_elements:
-            return UNDECIDED, u, count - admissible, examined
-        if count == len(boundaries):
-            larger = np.empty((2 * count, 5))
-            larger[:count] = boundaries
-            boundaries = larger
+            return SAFE, u, elements, examined
+        if elements >= most_elements:
+            return UNDECIDED, u, elements, examined
+        elements += 1
+        if hulls[0][segment] >= 0:
+            place = element[0]
+            n, r = hull_element(points, gains, radius, growth, hulls, segment, place, u, dimension, limits, course, q)
+            if dimension == 3 and n > 1:
+                n = nearest_ball(q, u)
+            if n > 1:
+                polygons = add_polygon(polygons, q, n, r)
+                boundaries, count = add_rounded(boundaries, admissible, count, q, n, r)
+                continue
+            element[1], element[2], element[3], element[4] = q[0, 0], q[0, 1], q[0, 2], r
+        boundaries = with_room(boundaries, count + 1)
         boundaries[count, 0] = 1.0
-        boundaries[count, 1:] = element
+        boundaries[count, 1:] = element[1:]
         count += 1
-    return (BLOCKED if reached else INADMISSIBLE), u, count - admissible, examined
+    return (BLOCKED if reached else INADMISSIBLE), u, elements, examined

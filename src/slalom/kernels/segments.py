@@ -1,9 +1,7 @@
 """The relative motion of obstacles and a controlled robot as one flat table of cubic segments.
 
-Segment s of the table: over the elapsed times begin[s] to end[s], the position of obstacle owner[s] relative to the
-robot under control u is the cubic with control points points[j, :, s] - gains[j, s] * u, j = 0..3. It collides
-while nearer to the origin than radius[s]. In the plane the third coordinate is 0. Segments lie along the last axis
-so that one pass over all of them runs on vector registers.
+What its rows mean is written in `slalom.segments`. They lie along the last axis so that one pass over all of them runs
+on vector registers.
 """
 
 import numpy as np
@@ -16,34 +14,37 @@ from slalom.kernels.compiled import Array, Indices, kernel
 def relative_segments(
     times: Array,
     points: Array,
-    error: Array,
     radius: Array,
-    owner: Indices,
+    growth: Array,
+    turns: Array,
+    body: Indices,
     knots: Array,
     drift: Array,
     gain: Array,
     horizon: float,
-) -> tuple[Array, Array, Array, Array, Array, Indices]:
-    """Cut the obstacles' pieces where the response has a knot, and subtract the drift.
+) -> tuple[Array, Array, Array, Array, Array, Array, Array, Indices]:
+    """Cut the bodies' pieces where the response has a knot, and subtract the drift.
 
     Args:
-        times: (n, 2) elapsed begin and end of each obstacle piece; pieces of an owner in order.
-        points: (n, 4, d) its control points; error, radius, owner: (n,).
+        times: (n, 2) elapsed begin and end of each piece of a body; pieces of a body in order.
+        points: (n, 4, d) its control points; radius, growth: (n,) as at its begin, and the change to its end.
+        turns: (n, 4, 2) control points of its direction, or (0, 4, 2) if nothing turns. body: (n,).
         knots: (m + 1,) elapsed times of the response's pieces, from 0 to at least `horizon`.
         drift: (m, 4, d), gain: (m, 4): control points of its position map.
 
     Returns:
-        begin, end, points (4, 3, k), gains (4, k), radius, owner.
+        begin, end, points (4, 3, k), gains (4, k), radius, growth, turns (4, 2, k), body.
     """
     n, m, d = len(times), len(drift), points.shape[2]
-    room = n + (owner[-1] + 1 if n else 0) * m + 1
+    turning = len(turns) > 0
+    room = n + (body[-1] + 1 if n else 0) * m + 1
     begin, end = np.empty(room), np.empty(room)
-    rel, gains = np.zeros((4, 3, room)), np.empty((4, room))
-    reach, who = np.empty(room), np.empty(room, np.int64)
+    rel, gains, turned = np.zeros((4, 3, room)), np.empty((4, room)), np.empty((4, 2, room if turning else 0))
+    around, widening, who = np.empty(room), np.empty(room), np.empty(room, np.int64)
     k, piece = 0, 0
     for s in range(n):
         t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
-        if s == 0 or owner[s] != owner[s - 1]:
+        if s == 0 or body[s] != body[s - 1]:
             piece = 0
         while t0 < t1:
             while piece < m - 1 and knots[piece + 1] <= t0:
@@ -64,11 +65,17 @@ def relative_segments(
             gains[0, k], gains[1, k], gains[2, k], gains[3, k] = restrict(
                 gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f
             )
-            begin[k], end[k] = t0, stop
-            reach[k], who[k] = radius[s] + error[s], owner[s]
+            if turning:
+                for axis in range(2):
+                    turned[0, axis, k], turned[1, axis, k], turned[2, axis, k], turned[3, axis, k] = restrict(
+                        turns[s, 0, axis], turns[s, 1, axis], turns[s, 2, axis], turns[s, 3, axis], a, b
+                    )
+            begin[k], end[k], who[k] = t0, stop, body[s]
+            around[k], widening[k] = radius[s] + growth[s] * a, growth[s] * (b - a)
             k += 1
             t0 = stop
-    return begin[:k], end[:k], rel[:, :, :k].copy(), gains[:, :k].copy(), reach[:k], who[:k]
+    rel, gains, turned = rel[:, :, :k].copy(), gains[:, :k].copy(), turned[:, :, :k].copy()
+    return begin[:k], end[:k], rel, gains, around[:k], widening[:k], turned, who[:k]
 
 
 @kernel

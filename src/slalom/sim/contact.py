@@ -2,7 +2,7 @@
 
 The robot moves on parabolas, obstacles on their true trajectories. Between two times the relative position stays within
 M h^2 / 8 of the chord between its ends, M a bound of the relative acceleration; intervals whose bound exceeds what is
-known already are dropped, the others halved.
+known already are dropped, the others halved. How deep bodies with corners overlap is looked for to FINEST seconds.
 """
 
 from typing import NamedTuple
@@ -11,8 +11,12 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.obstacle import Obstacle
+from slalom.sim.gaps import Pair, differences, lowest, pairs, signed
 from slalom.sim.recording import Recording
 from slalom.tolerances import METRIC
+
+FINEST = 1e-3
+"""[s]"""
 
 
 class Closest(NamedTuple):
@@ -43,39 +47,56 @@ def _closest(recording: Recording, robot: int, obstacle: Obstacle) -> Closest:
     start, end = max(first, float(recording.times[0])), min(last, float(recording.times[-1]))
     if start > end:
         return Closest(np.inf, np.inf)
-    touch = float(obstacle.shape.radius + recording.radii[robot])
     inner = recording.times[(recording.times > start) & (recording.times < end)]
     breaks = obstacle.trajectory.breaks(start, end)
     times = np.unique(np.concatenate([[start], inner, breaks, [end]]))
-    relative = obstacle.trajectory.position(times) - positions_at(recording, robot, times)
-    distance = np.linalg.norm(relative, axis=1)
-    nearest = int(np.argmin(distance))
-    best, when = float(distance[nearest]), float(times[nearest])
-    if start == end:
-        return Closest(best - touch, when)
     own = np.linalg.norm(recording.accelerations[:, robot], axis=1).max(initial=0.0)
-    bend = (own + obstacle.trajectory.acceleration_bound(start, end)) / 8.0
-    a, b, p, q = times[:-1], times[1:], relative[:-1], relative[1:]
+    bend = (own + obstacle.trajectory.acceleration_bound(start, end)) / 8.0 if start < end else 0.0
+    best = Closest(np.inf, start)
+    for pair in pairs(obstacle.shape, recording.shapes[robot]):
+        best = _closest_parts(recording, robot, obstacle, pair, times, bend, best)
+    return best
+
+
+def _closest_parts(
+    recording: Recording, robot: int, obstacle: Obstacle, pair: Pair, times: Array, bend: float, best: Closest
+) -> Closest:
+    """The closest approach of two parts if it is closer than `best`, else that."""
+
+    def corners(at: Array) -> Array:
+        return differences(obstacle, pair, at, positions_at(recording, robot, at))
+
+    def nearer(at: Array, q: Array) -> Closest:
+        gap = signed(q) - pair.radius
+        k = int(np.argmin(gap))
+        return min(best, Closest(float(gap[k]), float(at[k])), key=lambda closest: closest.clearance)
+
+    points = corners(times)
+    best = nearer(times, points)
+    a, b, p, q = times[:-1], times[1:], points[:-1], points[1:]
     for _ in range(60):
-        low = _chord_distance(p, q) - bend * (b - a) ** 2
-        keep = low < best - METRIC
+        turned = _turn(obstacle, pair, a, b)
+        low = lowest(p, q, turned + bend * (b - a) ** 2) - pair.radius
+        keep = low < best.clearance - METRIC
+        if best.clearance < 0.0 and p.shape[1] > 1:
+            # Hulls tell nothing of depth: overlapping bodies are halved to the end.
+            keep &= b - a > FINEST
         if not np.any(keep):
             break
         a, b, p, q = a[keep], b[keep], p[keep], q[keep]
         middle = 0.5 * (a + b)
-        m = obstacle.trajectory.position(middle) - positions_at(recording, robot, middle)
-        distance = np.linalg.norm(m, axis=1)
-        nearest = int(np.argmin(distance))
-        if distance[nearest] < best:
-            best, when = float(distance[nearest]), float(middle[nearest])
+        m = corners(middle)
+        best = nearer(middle, m)
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
         p, q = np.concatenate([p, m]), np.concatenate([m, q])
-    return Closest(best - touch, when)
+    return best
 
 
-def _chord_distance(p: Array, q: Array) -> Array:
-    """Distance of the origin from the segments p to q, (k,)."""
-    along = q - p
-    square = np.maximum(np.sum(along * along, axis=1), 1e-300)
-    share = np.clip(-np.sum(p * along, axis=1) / square, 0.0, 1.0)[:, None]
-    return np.asarray(np.linalg.norm(p + share * along, axis=1))
+def _turn(obstacle: Obstacle, pair: Pair, a: Array, b: Array) -> Array:
+    """By how much corners leave their straight line from a to b (k,) since the body turns evenly in between [m]."""
+    if not obstacle.turns:
+        return np.zeros(len(a))
+    change = np.linalg.norm(obstacle.direction(b) - obstacle.direction(a), axis=1)
+    reach = float(np.linalg.norm(pair.obstacle.corners, axis=1).max())
+    # Half a turn between two times tells nothing of what lies between.
+    return np.where(change < 1.0, 0.25 * reach * change**2, 2.0 * reach)

@@ -13,6 +13,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.sim.contact import closest_approaches, positions_at
+from slalom.sim.gaps import clearances
 from slalom.sim.recording import Recording
 from slalom.tolerances import ADJUSTMENT, COLLISION
 
@@ -20,6 +21,9 @@ STALLED: Final = 0.05
 """[m/s] Speed below which a robot stands (Francis et al.)."""
 PROGRESS: Final = (0.1, 5.0)
 """[m, s] A robot that comes less than this nearer to its goal in this time fails to progress (Francis et al.)."""
+SOON: Final = 1e-6
+"""[s] Over which the closing speed of bodies with corners is measured."""
+
 PERSONAL: Final = 0.5
 """[m] Clearance below which space is not complied with (Francis et al.)."""
 
@@ -146,9 +150,9 @@ def _clearances_at_steps(recording: Recording) -> Array:
     for obstacle in recording.obstacles:
         first, last = obstacle.trajectory.span
         there = (recording.times >= first) & (recording.times <= last)
-        away = obstacle.trajectory.position(recording.times[there]) - recording.positions[there, 0]
-        gap = np.linalg.norm(away, axis=1) - obstacle.shape.radius - recording.radii[0]
-        nearest[there] = np.minimum(nearest[there], gap)
+        if np.any(there):
+            gap = clearances(obstacle, recording.shapes[0], recording.times[there], recording.positions[there, 0])
+            nearest[there] = np.minimum(nearest[there], gap)
     return nearest
 
 
@@ -170,11 +174,18 @@ def min_time_to_collision(recording: Recording) -> float:
         first, last = obstacle.trajectory.span
         there = (recording.times >= first) & (recording.times <= last)
         times = recording.times[there]
-        away = obstacle.trajectory.position(times) - recording.positions[there, 0]
+        if not np.any(there):
+            continue
+        robot, own = recording.shapes[0], recording.positions[there, 0]
         relative = obstacle.trajectory.velocity(times) - recording.velocities[there, 0]
-        distance = np.linalg.norm(away, axis=1)
-        closing = -np.sum(away * relative, axis=1) / np.maximum(distance, 1e-12)
-        gap = np.maximum(distance - obstacle.shape.radius - recording.radii[0], 0.0)
+        here = clearances(obstacle, robot, times, own)
+        if len(obstacle.shape.parts) == len(robot.parts) == 1 and len(obstacle.shape.parts[0].corners) == 1:
+            away = obstacle.trajectory.position(times) - own
+            closing = -np.sum(away * relative, axis=1) / np.maximum(np.linalg.norm(away, axis=1), 1e-12)
+        else:
+            # How fast the gap closes if both go on straight for a moment.
+            closing = (here - clearances(obstacle, robot, times, own - SOON * relative)) / SOON
+        gap = np.maximum(here, 0.0)
         near = closing > 1e-9
         least = min(least, float((gap[near] / closing[near]).min(initial=np.inf)))
     return least

@@ -84,3 +84,13 @@ class Circular(Endless):
         first, second = self.basis
         position = self.center + self.radius * (cosine * first + sine * second)
         return hermite(times, position, self.speed * (cosine * second - sine * first), error)
+
+    def direction(self, start: float, end: float, tolerance: float) -> Path:
+        """See `direction.Directed`. Raises InvalidInput at speed 0."""
+        if self.speed == 0.0:
+            raise InvalidInput("heading: expected a trajectory that moves, found a circle at speed 0")
+        fourth = self.rate**4
+        times = even_knots(start, end, hermite_step(fourth, tolerance))
+        error = fourth * (times[1] - times[0]) ** 4 / 384.0
+        side = np.sign(self.speed)
+        return hermite(times, self._on_circle(times, 1, side), self._on_circle(times, 2, side * self.rate), error)

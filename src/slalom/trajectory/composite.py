@@ -10,6 +10,7 @@ from slalom.checks import Array, array, not_negative, positive
 from slalom.errors import InvalidInput, OutsideSpan
 from slalom.path import Path, even_knots, hermite_pieces
 from slalom.tolerances import JUMP
+from slalom.trajectory.direction import direction_path
 from slalom.trajectory.protocol import Trajectory
 
 
@@ -89,10 +90,18 @@ class Composite:
     def acceleration_bound(self, start: float, end: float) -> float:
         return max(part.acceleration_bound(a, b) for part, a, b in self._pieces(start, end))
 
+    def direction(self, start: float, end: float, tolerance: float) -> Path:
+        """See `direction.Directed`."""
+        return _joined([direction_path(part, a, b, tolerance) for part, a, b in self._pieces(start, end)])
+
     def path(self, start: float, end: float) -> Path:
-        paths = [part.path(a, b) for part, a, b in self._pieces(start, end)]
-        times = np.concatenate([paths[0].times[:1], *(path.times[1:] for path in paths)])
-        return Path(times, np.concatenate([p.points for p in paths]), np.concatenate([p.error for p in paths]))
+        return _joined([part.path(a, b) for part, a, b in self._pieces(start, end)])
+
+
+def _joined(paths: list[Path]) -> Path:
+    """One path after the other."""
+    times = np.concatenate([paths[0].times[:1], *(path.times[1:] for path in paths)])
+    return Path(times, np.concatenate([p.points for p in paths]), np.concatenate([p.error for p in paths]))
 
 
 @dataclass(frozen=True, eq=False)

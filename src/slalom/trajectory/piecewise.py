@@ -12,6 +12,7 @@ from slalom.checks import Array, Checked, array, number
 from slalom.errors import InvalidInput, OutsideSpan
 from slalom.path import Path, even_knots, hermite_pieces, hermite_step
 from slalom.tolerances import INTERPOLATION, JUMP
+from slalom.trajectory.direction import direction_pieces
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +110,14 @@ class PiecewisePolynomial:
     def acceleration_bound(self, start: float, end: float) -> float:
         return self._bound(start, end, 2)
 
+    def direction(self, start: float, end: float, tolerance: float) -> Path:
+        """See `direction.Directed`."""
+        edges = np.concatenate([[start], self.breaks(start, end), [end]])
+        k = np.clip(np.searchsorted(self.times, 0.5 * (edges[:-1] + edges[1:]), side="right") - 1, 0, None)
+        slopes = _derived(self.coefficients, 1)[k]
+        velocities = _bernstein(slopes, (edges[:-1] - self.times[k])[:, None], np.diff(edges)[:, None])[:, 0]
+        return direction_pieces(edges, velocities, tolerance)
+
     def path(self, start: float, end: float) -> Path:
         edges = np.concatenate([[start], self.breaks(start, end), [end]])
         times, errors = [start], []
@@ -151,14 +160,20 @@ def _derived(coefficients: Array, order: int) -> Array:
 
 def _norm_bounds(coefficients: Array, durations: Array) -> Array:
     """Bounds of |polynomial| on each eighth of each piece, (n, 8): the largest of its Bernstein coefficients there."""
+    eighth = durations[:, None] / 8.0 * np.ones(8)
+    return np.asarray(np.linalg.norm(_bernstein(coefficients, eighth * np.arange(8), eighth), axis=-1).max(axis=-1))
+
+
+def _bernstein(coefficients: Array, begin: Array, width: Array) -> Array:
+    """Control points (n, e, degree + 1, d) of each piece (n, degree + 1, d) from `begin` on for `width`, both (n,
+    e).
+    """
     n = coefficients.shape[1] - 1
     powers = np.arange(n + 1)
-    eighth = durations[:, None] / 8.0 * np.ones(8)
-    begin = eighth * np.arange(8)
-    # p(begin + eighth s) = sum_k s^k eighth^k sum_j comb(j, k) begin^(j - k) c_j, then to Bernstein form in s.
+    # p(begin + width s) = sum_k s^k width^k sum_j comb(j, k) begin^(j - k) c_j, then to Bernstein form in s.
     shift = np.array([[comb(j, k) for j in powers] for k in powers], dtype=np.float64)
     exponent = np.maximum(powers[None, :] - powers[:, None], 0)
     moved = np.einsum("kj,pekj,pjd->pekd", shift, begin[..., None, None] ** exponent, coefficients)
-    scaled = moved * (eighth[..., None] ** powers)[..., None]
+    scaled = moved * (width[..., None] ** powers)[..., None]
     change = np.array([[comb(i, j) / comb(n, j) for j in powers] for i in powers])
-    return np.asarray(np.linalg.norm(np.einsum("ij,pejd->peid", change, scaled), axis=-1).max(axis=-1))
+    return np.asarray(np.einsum("ij,pejd->peid", change, scaled))

@@ -1,0 +1,244 @@
+"""Obstacles over a window of time: made once, used by every control obstacle of a decision."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom import kernels
+from slalom.checks import Array, number, positive
+from slalom.errors import InvalidInput
+from slalom.grown import Grown, grown
+from slalom.obstacle import Obstacle
+from slalom.shape import Shape
+from slalom.tolerances import INTERPOLATION
+from slalom.trajectory import Circular, Composite, Function, PiecewisePolynomial, Sampled
+
+Indices = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+WIDENINGS = 8
+"""Straight lines that stand for a growing radius over one window."""
+
+
+class Pieces(NamedTuple):
+    """Rows for pieces of bodies."""
+
+    times: Array  # (n, 2) elapsed [s]
+    points: Array  # (n, 4, d)
+    radius: Array  # (n,) [m] to add to that of the body: errors and uncertainty
+    growth: Array  # (n,) [m] how much that changes over the piece
+    turns: Array  # (n, 4, 2)
+    body: Indices  # (n,)
+
+
+class Bodies(NamedTuple):
+    """All pieces of all bodies, and the bodies: what relative motion is made of, see `segments.Segments`."""
+
+    pieces: Pieces
+    turning: bool
+    owner: Indices  # (b,) the obstacle
+    around: Array  # (b,) [m] the body's own radius
+    spread: Array  # (b,) [m]
+    hull: Indices  # (b,) its own number, or -1 for a point
+    corners: Array  # (c, 5)
+    first: Indices  # (b + 1,)
+    mixed: Flags  # (b,)
+    heads: Indices  # rows with which bodies begin that are there when the window begins
+
+
+class Traffic:
+    """Obstacles over a window of time as cubic pieces.
+
+    Args:
+        obstacles: all of one dimension; those that do not exist within the window leave no piece.
+        start: absolute time [s] of the decision. horizon: length of the window [s] > 0.
+        horizons: (n,) [s] one for each obstacle, above 0 and at most `horizon`; beyond it that obstacle counts no more.
+
+    Raises:
+        InvalidInput: different dimensions, a horizon that is not above 0.
+    """
+
+    def __init__(
+        self, obstacles: Sequence[Obstacle], start: float, horizon: float, horizons: npt.ArrayLike | None = None
+    ) -> None:
+        self.obstacles = tuple(obstacles)
+        self.start = number(start, "start")
+        self.horizon = positive(horizon, "horizon")
+        dimensions = {obstacle.dimension for obstacle in self.obstacles}
+        if len(dimensions) > 1:
+            raise InvalidInput(f"obstacles: expected one dimension, found {sorted(dimensions)}")
+        self.dimension = dimensions.pop() if dimensions else None
+        self._until = [self.horizon] * len(self.obstacles) if horizons is None else self._each(horizons)
+        self._bodies: dict[Shape, Bodies] = {}
+        self._distances: tuple[tuple[Shape, bytes], Array] | None = None
+
+    def _each(self, horizons: npt.ArrayLike) -> list[float]:
+        each = [positive(one, f"horizons[{k}]") for k, one in enumerate(np.atleast_1d(np.asarray(horizons)))]
+        if len(each) != len(self.obstacles) or max(each, default=0.0) > self.horizon:
+            raise InvalidInput(
+                f"horizons: expected {len(self.obstacles)} of at most {self.horizon:g} s, found {len(each)} up to "
+                f"{max(each, default=0.0):g} s"
+            )
+        return each
+
+    def bodies(self, robot: Shape) -> Bodies:
+        """The pieces of all obstacles grown by a robot's shape."""
+        if robot not in self._bodies:
+            self._bodies[robot] = self._grow(robot)
+        return self._bodies[robot]
+
+    def distances(self, robot: Shape, position: Array) -> Array:
+        """The distance [m] of each body, its radius not taken off, from a robot at `position` (d,) now: (b,).
+
+        Less what it may be off now; inf for a body that is not there.
+        """
+        key = (robot, position.tobytes())
+        if self._distances is None or self._distances[0] != key:
+            self._distances = (key, self._measure(robot, position))
+        return self._distances[1]
+
+    def _measure(self, robot: Shape, position: Array) -> Array:
+        bodies = self.bodies(robot)
+        result = np.full(len(bodies.around), np.inf)
+        rows, heads = bodies.pieces, bodies.heads
+        if not heads.size:
+            return result
+        which = rows.body[heads]
+        # Pieces may have begun before the window does.
+        x = -rows.times[heads, 0] / (rows.times[heads, 1] - rows.times[heads, 0])
+        weights = np.stack([(1 - x) ** 3, 3 * x * (1 - x) ** 2, 3 * x * x * (1 - x), x**3], axis=1)
+        places = np.zeros((len(which), 3))
+        places[:, : position.size] = np.einsum("nj,njd->nd", weights, rows.points[heads]) - position
+        directions = np.einsum("nj,njd->nd", weights, rows.turns[heads])
+        hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
+        result[which] = kernels.distances(places, directions, bodies.hull[which], hulls)
+        # How far it may be off now is a distance, not a part of its shape.
+        unsure = np.array([obstacle.uncertainty is not None for obstacle in self.obstacles])[bodies.owner[which]]
+        result[which] -= np.where(unsure, rows.radius[heads] + rows.growth[heads] * x, 0.0)
+        return result
+
+    def _grow(self, robot: Shape) -> Bodies:
+        found, rows, count = [], [], 0
+        for index, obstacle in enumerate(self.obstacles):
+            shape = grown(obstacle, robot)
+            pieces = self._pieces(index, shape, robot)
+            if pieces is not None:
+                found.append((index, shape))
+                rows.append(pieces._replace(times=pieces.times - self.start, body=pieces.body + count))
+                count += len(shape.around)
+        if not found:
+            return _nothing(self.dimension or 2)
+        together = Pieces._make(np.concatenate(column) for column in zip(*rows))
+        owner = np.repeat(np.array([i for i, _ in found]), [len(shape.around) for _, shape in found])
+        counts = np.concatenate([shape.counts for _, shape in found])
+        plain = np.array([o.uncertainty is None for o in self.obstacles])
+        spread = np.concatenate([shape.spread for _, shape in found])
+        point = (counts == 1) & (spread == 0.0) & plain[owner]
+        heads = np.flatnonzero(np.diff(together.body, prepend=-1))
+        return Bodies(
+            together,
+            turning=any(self.obstacles[index].turns for index, _ in found),
+            owner=owner,
+            around=np.concatenate([shape.around for _, shape in found]),
+            spread=spread,
+            hull=np.where(point, -1, np.arange(count)),
+            corners=np.concatenate([shape.corners for _, shape in found]),
+            first=np.concatenate([[0], np.cumsum(counts)]),
+            mixed=np.concatenate([shape.mixed for _, shape in found]),
+            heads=heads[together.times[heads, 0] <= 0.0],
+        )
+
+    def _pieces(self, index: int, shape: Grown, robot: Shape) -> Pieces | None:
+        """The pieces of one obstacle's bodies that overlap the window, in absolute time; None if there are none."""
+        obstacle, until = self.obstacles[index], self._until[index]
+        first, last = obstacle.trajectory.span
+        begin, end = max(self.start, first), min(self.start + until, last)
+        if begin >= end:
+            return None
+        if isinstance(obstacle.trajectory, TABULATED) and obstacle.uncertainty is None and until == self.horizon:
+            return _slice(_tabulated(obstacle, shape, robot, self.start, self.horizon), begin, end)
+        return _rows(obstacle, shape, self.start, begin, end)
+
+
+TABULATED = (Circular, Sampled, PiecewisePolynomial, Composite, Function)
+"""Trajectories with many pieces, which are cut once for many decisions."""
+
+_TABLES: "WeakKeyDictionary[Obstacle, dict[tuple[Shape, int, float], Pieces]]" = WeakKeyDictionary()
+
+
+def _tabulated(obstacle: Obstacle, shape: Grown, robot: Shape, start: float, horizon: float) -> Pieces:
+    """The pieces of an obstacle over a stretch of three horizons that holds the window, cut once.
+
+    Stretches begin at multiples of two horizons, whenever they are asked for: decisions do not depend on earlier ones.
+    """
+    number_of_stretch = int(np.floor(start / (2.0 * horizon)))
+    tables = _TABLES.setdefault(obstacle, {})
+    key = (robot, number_of_stretch, horizon)
+    if key not in tables:
+        if len(tables) >= 8:
+            tables.clear()
+        first, last = obstacle.trajectory.span
+        begin = 2.0 * horizon * number_of_stretch
+        end = max(begin + 3.0 * horizon, start + horizon)
+        tables[key] = _rows(obstacle, shape, begin, max(begin, first), min(end, last))
+    return tables[key]
+
+
+def _slice(pieces: Pieces, begin: float, end: float) -> Pieces:
+    """The pieces that overlap begin to end; they may begin earlier and end later."""
+    times = pieces.times
+    bodies = int(pieces.body[-1]) + 1
+    if bodies > 1:
+        keep = (times[:, 1] > begin) & (times[:, 0] < end)
+        return Pieces._make(column[keep] for column in pieces)
+    i = int(np.searchsorted(times[:, 1], begin, side="right"))
+    j = int(np.searchsorted(times[:, 0], end, side="left"))
+    return Pieces._make(column[i:j] for column in pieces)
+
+
+def _rows(obstacle: Obstacle, shape: Grown, decided: float, begin: float, end: float) -> Pieces:
+    """The pieces of an obstacle's bodies from begin to end, all absolute [s], foreseen at `decided`.
+
+    Body after body, each in the order of time.
+    """
+    path = obstacle.trajectory.path(begin, end)
+    turns: Array | None = None
+    radius, growth = path.error, np.zeros(len(path.error))
+    if obstacle.uncertainty is not None:
+        path = path.cut(np.union1d(path.times, np.linspace(begin, end, WIDENINGS + 1)))
+        widths = obstacle.uncertainty.radius(path.times - decided, obstacle.dimension)
+        radius, growth = path.error + widths[:-1], np.diff(widths)
+    if obstacle.turns:
+        largest = max(float(shape.spread.max()), 1e-3)
+        course = obstacle.directions(begin, end, INTERPOLATION / largest)
+        times = np.union1d(path.times, course.times)
+        k = np.clip(np.searchsorted(path.times, times[:-1], side="right") - 1, 0, len(growth) - 1)
+        width = np.diff(path.times)[k]
+        radius = radius[k] + growth[k] * (times[:-1] - path.times[k]) / width
+        growth = growth[k] * np.diff(times) / width
+        path, course = path.cut(times), course.cut(times)
+        turns, radius = course.points, radius + course.error * largest
+    b, n = len(shape.around), len(path.points)
+    times = np.column_stack([path.times[:-1], path.times[1:]])
+    if b == 1:
+        points = path.points + shape.offsets
+    else:
+        points = (path.points[None] + shape.offsets[:, None, None]).reshape(b * n, 4, -1)
+        times, radius, growth = np.tile(times, (b, 1)), np.tile(radius, b), np.tile(growth, b)
+        turns = None if turns is None else np.tile(turns, (b, 1, 1))
+    if turns is None:
+        turns = np.broadcast_to(_AHEAD, (b * n, 4, 2))
+    return Pieces(times, points, radius, growth, turns, np.repeat(np.arange(b), n))
+
+
+_AHEAD = np.array([1.0, 0.0])
+
+
+def _nothing(d: int) -> Bodies:
+    none, no = np.empty(0), np.empty(0, np.int64)
+    pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)
+    first = np.zeros(1, np.int64)
+    return Bodies(pieces, False, no, none, none, no, np.empty((0, 5)), first, np.empty(0, np.bool_), no)
