@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,17 +27,25 @@ from slalom import (
     Aim,
     Arrive,
     Ball,
+    BoundedError,
+    Box,
+    Capsule,
     Circular,
     ConstantAcceleration,
     ConstantVelocity,
     ControlObstacle,
+    ConvexPolygon,
     Disc,
     FollowVelocity,
+    Friction,
+    GaussianError,
     Goal,
     HalfSpace,
+    HeadingCone,
     InvalidFile,
     InvalidInput,
     LaggedVelocity,
+    LeastSpeed,
     Limits,
     Manoeuvre,
     Mix,
@@ -44,12 +53,17 @@ from slalom import (
     Navigator,
     Obstacle,
     OutsideSpan,
+    Polygon,
+    Polyline,
+    Rectangle,
     Sampled,
     Shape,
     SlalomError,
     State,
     Stationary,
     Traffic,
+    TurningRadius,
+    Union,
     Velocity,
     admissible_ball,
     checks,
@@ -65,7 +79,10 @@ from slalom.io import polynomials, tracks
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario
 from slalom.sim.gallery import build
 from slalom.sim.scenario_spec import GoalSpec
+from slalom.sim.shape_spec import Shaped
+from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 from slalom.trajectory import Composite, Function, PiecewisePolynomial
+from slalom.trajectory.direction import direction_path
 from slalom.view import style
 
 SOURCES = Path(slalom.__file__).parent
@@ -175,6 +192,112 @@ robot: {position: [0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {G
 ROW = "t,id,x,y\n0,1,0,0\n1,1,1,0\n"
 
 CASES = [
+    # Shapes, headings, uncertainty, traffic.
+    Case(
+        "Polygon.__post_init__",
+        InvalidInput,
+        r"corners: expected 3 or more .* 2 that are",
+        lambda _: Polygon([(0, 0), (1, 0)]),
+    ),
+    Case(
+        "Polygon.__post_init__",
+        InvalidInput,
+        r"corners: expected 3 or more of a polygon that does not cross .* found 4 that do",
+        lambda _: Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]),
+    ),
+    Case(
+        "_points",
+        InvalidInput,
+        r"corners: expected points \(n, 2\) .* found shape \(3, 3\)",
+        lambda _: Polygon(np.eye(3)),
+    ),
+    Case(
+        "Polyline.__post_init__",
+        InvalidInput,
+        r"points: expected 2 or more, each diff",
+        lambda _: Polyline([(0, 0), (0, 0)]),
+    ),
+    Case(
+        "Union.__post_init__",
+        InvalidInput,
+        r"shapes: .* found dimensions \[2, 3\]",
+        lambda _: Union((Disc(1), Ball(1))),
+    ),
+    Case("Union.__post_init__", InvalidInput, r"shapes: .* found dimensions \[\]", lambda _: Union(())),
+    Case(
+        "Obstacle.__post_init__",
+        InvalidInput,
+        r"heading: expected an angle \[rad\] or 'motion', found 'north'",
+        lambda _: Obstacle(Rectangle(2, 1), STILL, heading="north"),
+    ),
+    Case(
+        "Obstacle.__post_init__",
+        InvalidInput,
+        r"heading: expected 0 in space, .* found 'motion'",
+        lambda _: Obstacle(Ball(1), Stationary((0, 0, 0)), heading="motion"),
+    ),
+    Case(
+        "Obstacle._last_direction",
+        InvalidInput,
+        r"heading of obstacle 'car': expected one that moved before 0 s, found it at rest since -600 s",
+        lambda _: Obstacle(Rectangle(2, 1), STILL, "car", heading="motion").direction(0.0),
+    ),
+    Case(
+        "direction_path",
+        InvalidInput,
+        r"heading: expected a trajectory with a direction of motion, found Function",
+        lambda _: direction_path(Function(lambda t: (np.sin(t), t), 2.0, 1.0, 0.0, 9.0), 0.0, 5.0, 1e-6),
+    ),
+    Case(
+        "direction_pieces",
+        InvalidInput,
+        r"heading: expected a trajectory that moves, found one at rest",
+        lambda _: direction_path(STILL, 0.0, 5.0, 1e-6),
+    ),
+    Case(
+        "Circular.direction",
+        InvalidInput,
+        r"heading: expected a trajectory that moves, found a circle at speed 0",
+        lambda _: direction_path(Circular((0, 0), 1.0, 0.0), 0.0, 5.0, 1e-6),
+    ),
+    Case("not_negative", InvalidInput, r"velocity: expected 0 or more, found -1", lambda _: BoundedError(velocity=-1)),
+    Case(
+        "GaussianError.__post_init__",
+        InvalidInput,
+        r"probability: expected a number between 0 and 1, found 1",
+        lambda _: GaussianError(0.1, 0.1, 1.0),
+    ),
+    Case(
+        "Traffic._each",
+        InvalidInput,
+        r"horizons: expected 1 of at most 5 s, found 2 up to 9 s",
+        lambda _: Traffic([ROCK], 0.0, 5.0, [4.0, 9.0]),
+    ),
+    Case(
+        "_grown",
+        InvalidInput,
+        r"robot: expected a ball, or obstacles that are balls, in space; found parts with 2 and 2 corners",
+        lambda _: (
+            ControlObstacle(
+                Acceleration(),
+                SPACE,
+                Traffic([Obstacle(Capsule((0, 0, 0), (1, 0, 0), 0.1), Stationary((9, 0, 0)))], 0.0, 5.0),
+                Capsule((0, 0, 0), (0, 1, 0), 0.1),
+            ).segments
+        ),
+    ),
+    Case(
+        "Shaped._one_of_them",
+        InvalidInput,
+        r"expected either this key or shape, found both",
+        lambda _: Shaped._one_of_them(1.0, SimpleNamespace(data={"shape": DISC})),
+    ),
+    Case(
+        "Shaped.whole_shape",
+        InvalidInput,
+        r"expected a shape of dimension 2 as of the robot, found 3",
+        lambda _: Shaped(shape={"kind": "ball", "radius": 1.0}).whole_shape(2),
+    ),
     # Numbers.
     Case("array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),
     Case("array", InvalidInput, r"position: expected numbers", lambda _: State(((1, 2), (3,)), (0, 0))),
@@ -304,6 +427,95 @@ CASES = [
         InvalidInput,
         r"normal: expected a direction, found the zero vector",
         lambda _: HalfSpace((0, 0), 1),
+    ),
+    Case("unit", InvalidInput, r"heading: expected a direction", lambda _: LeastSpeed(1, heading=(0, 0))),
+    Case("positive", InvalidInput, r"lateral: expected a number above 0, found 0", lambda _: Friction(1, 1, 0)),
+    Case("positive", InvalidInput, r"least: expected a number above 0, found -1", lambda _: TurningRadius(-1)),
+    Case("positive", InvalidInput, r"least of half_widths: .* found 0", lambda _: Box((1, 0))),
+    Case("known", InvalidInput, r"frame: expected one of world, body; found 'me'", lambda _: Box((1, 1), "me")),
+    Case(
+        "ConvexPolygon.__post_init__",
+        InvalidInput,
+        r"corners: expected an array \(n, 2\) with n >= 3, found shape \(2, 2\)",
+        lambda _: ConvexPolygon(((1, 0), (0, 1))),
+    ),
+    *(
+        Case(
+            "ConvexPolygon.__post_init__",
+            InvalidInput,
+            r"corners: expected those of a convex polygon around 0, counter-clockwise, .* found",
+            lambda _, corners=corners: ConvexPolygon(corners),
+        )
+        for corners in (
+            ((1, 0), (0, -1), (-1, 1)),  # clockwise
+            ((1, 0), (2, 0), (1, 1)),  # 0 outside
+            ((2, 0), (0.1, 0.1), (0, 2), (-1, -1)),  # a dent
+            ((1, 0), (1, 0), (0, 1), (-1, -1)),  # a corner twice
+            [(np.cos(a), np.sin(a)) for a in 0.8 * np.pi * np.arange(5)],  # a star
+        )
+    ),
+    Case(
+        "ConvexPolygon.half_spaces",
+        InvalidInput,
+        r"corners: expected a robot in the plane, found one of dimension 3",
+        lambda _: ConvexPolygon(((1, 0), (0, 1), (-1, -1))).half_spaces(SPACE),
+    ),
+    Case(
+        "_turned",
+        InvalidInput,
+        r"frame: expected 'world' for a robot in space, .* found 'body'",
+        lambda _: Box((1, 1, 1), "body").half_spaces(SPACE),
+    ),
+    Case(
+        "HeadingCone.__post_init__",
+        InvalidInput,
+        r"half_angle: expected at most pi / 2, found 2",
+        lambda _: HeadingCone(2.0),
+    ),
+    # Vehicles.
+    Case("vector", InvalidInput, r"position: expected 2 numbers", lambda _: Vehicle((0, 0, 0), 0, 1)),
+    Case("not_negative", InvalidInput, r"speed: expected 0 or more, found -1", lambda _: Vehicle((0, 0), 0, -1)),
+    Case(
+        "Bicycle.__post_init__",
+        InvalidInput,
+        r"max_steering: expected less than pi / 2, found 2",
+        lambda _: Bicycle(1, 2),
+    ),
+    Case(
+        "_shares",
+        InvalidInput,
+        r"min_speed: expected a speed .* less than about a third .* 0.1 s at 1 m/s\^2, found 0.1",
+        lambda _: Bicycle(1, 1).tracking_error(LIMITS, 0.1, 0.1),
+    ),
+    Case(
+        "Bicycle.turning_radius",
+        InvalidInput,
+        r"max_steering: expected more than feedback needs at 0.5 m/s, found 0.01",
+        lambda _: Bicycle(1, 0.01).turning_radius(LIMITS, 0.1, 0.5),
+    ),
+    Case(
+        "Bicycle.command",
+        InvalidInput,
+        r"speed: expected a bicycle that moves, found 0 now and 0 next",
+        lambda _: Bicycle(1, 1).step(Vehicle((0, 0), 0, 0), State((0, 0), (0, 0)), np.zeros(2), 0.1),
+    ),
+    Case(
+        "Bicycle.command",
+        InvalidInput,
+        r"steering: expected at most 0.1, found that 0.7\d* is needed",
+        lambda _: Bicycle(1, 0.1).step(Vehicle.on(FLAT), FLAT, np.array([0.0, 1.0]), 0.1),
+    ),
+    Case(
+        "DifferentialDrive.tracking_error",
+        InvalidInput,
+        r"max_wheel_speed: expected at least 2.\d+, which tracking may need, found 2",
+        lambda _: DifferentialDrive(0.5, 2).tracking_error(LIMITS, 0.1, 1.0),
+    ),
+    Case(
+        "DifferentialDrive.command",
+        InvalidInput,
+        r"wheel: expected at most 1 m/s, found that 1.\d+ is needed",
+        lambda _: DifferentialDrive(0.5, 1).step(Vehicle.on(FLAT), FLAT, np.array([0.0, 1.0]), 0.1),
     ),
     Case(
         "Circular.__post_init__",
@@ -560,7 +772,7 @@ CASES = [
     Case(
         "Scenario._refuse_hidden_goal",
         InvalidInput,
-        r"goal: expected a place that the robot can reach, found one 0.5 m .* obstacle 'lid', .* 4 m away",
+        r"goal: expected a place that the robot can reach, found one 3.5 m deep in .* 'lid' grown by the robot",
         lambda _: replace(scenario(), obstacles=(Obstacle(Disc(3), Stationary((20, 0.5)), "lid"),)),
     ),
     Case(
@@ -594,7 +806,7 @@ CASES = [
     Case(
         "Scenario._refuse_hidden_goal",
         InvalidInput,
-        r"goal: expected a place that the robot can reach, found one 0.5 m from the centre of obstacle 'hill'",
+        r"goal: expected a place that the robot can reach, found one 9.5 m deep in obstacle 'hill'",
         lambda _: Scenario(
             "test",
             Robot(Disc(1), LIMITS, FLAT, GOAL),
@@ -767,10 +979,16 @@ CASES = [
         command("run", "empty", "--set", "duration=0.1", "--out", "{}/none/a.h5"),
     ),
     Case(
-        "_draw_run",
+        "replay",
         InvalidInput,
         r"--figure: expected a run with at least one step",
         command("run", "empty", "--set", "distance=0", "--figure", "{}/a.svg"),
+    ),
+    Case(
+        "make",
+        InvalidInput,
+        r"seeds, jobs: expected seeds of 1 or more and jobs not 0, found 0 and 2",
+        command("reproduce", "cone", "--seeds", "0", "--out", "{}"),
     ),
     Case(
         "control_space",
@@ -938,6 +1156,10 @@ ANYWHERE = {
     "a bound on the acceleration of another dimension": lambda: decide(
         limits=Limits(2, 1, acceleration_bounds=(HalfSpace((1, 0, 0), 1),))
     ),
+    "a box of another dimension": lambda: decide(limits=Limits(2, 1, bounds=(Box((1, 1, 1)),))),
+    "a heading of another dimension": lambda: decide(limits=Limits(2, 1, bounds=(HeadingCone(1, (1, 0, 0)),))),
+    "a vehicle in space": lambda: Vehicle.on(SPACE),
+    "a period of 0": lambda: Bicycle(1, 1).tracking_error(LIMITS, 0.0, 1.0),
     "a robot of another dimension": lambda: decide(obstacles=(), robot=Ball(1)),
     "obstacles of two dimensions": lambda: decide(obstacles=(ROCK, BALLOON)),
     "a time of decision that is not a number": lambda: navigator().decide(FLAT, [ROCK], GOAL, now=NAN),

@@ -6,7 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from parts import PERIOD, disc_or_ball
+from parts import BOUNDS, PERIOD, disc_or_ball
 
 from slalom import (
     METHODS,
@@ -29,7 +29,7 @@ from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial
 
-ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "radii", "arrived")
+ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
 PLAIN = ("scenario", "method", "seed", "dt", "parameters", "responses", "outcomes")
 
 
@@ -105,7 +105,7 @@ def test_arrays_and_texts_come_back(saved: tuple[Recording, Path]) -> None:
         assert type(getattr(recording, name)) is type(getattr(loaded, name)), name
     assert loaded.digest() == recording.digest()
     assert loaded.dimension == recording.dimension
-    assert {f.name for f in fields(Recording)} == {*ARRAYS, *PLAIN, "limits", "goals", "obstacles"}
+    assert {f.name for f in fields(Recording)} == {*ARRAYS, *PLAIN, "limits", "goals", "shapes", "obstacles"}
 
 
 def test_trajectories_come_back(saved: tuple[Recording, Path]) -> None:
@@ -129,6 +129,15 @@ def test_limits_and_goals_come_back(saved: tuple[Recording, Path]) -> None:
         assert getattr(loaded.limits[0], name) == getattr(recording.limits[0], name)
     for name in ("velocity_bounds", "acceleration_bounds"):
         assert same_bits(getattr(recording.limits[0], name), getattr(loaded.limits[0], name)), name
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_bounds_of_every_kind_come_back(d: int, tmp_path: Path) -> None:
+    one = recorded(d, duration=0.1, replan=0.0)
+    for name, bounds in BOUNDS.items():
+        recording = replace(one, limits=(replace(one.limits[0], bounds=bounds(d)),))
+        recording.save(tmp_path / "run.h5")
+        assert same_bits(Recording.load(tmp_path / "run.h5").limits, recording.limits), name
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -236,7 +245,7 @@ def damaged(path: Path, target: Path, what: str) -> Path:
             del run["times"]
             run.create_group("times")
         elif what == "a negative radius":
-            run["obstacles/0"].attrs["radius"] = -1.0
+            run["obstacles/0/shape"].attrs["radius"] = -1.0
         else:
             del run[what]
     return target

@@ -18,6 +18,7 @@ from slalom import (
     Sampled,
     Stationary,
 )
+from slalom.bounds import BOUNDS
 from slalom.sim import Scenario, load, read_scenario, simulate
 from slalom.sim.scenario import SETTINGS
 from slalom.trajectory import TRAJECTORIES
@@ -43,6 +44,13 @@ robot:
     - {normal: [-2, 0], offset: 1}
   acceleration_bounds:
     - {normal: [0, 1], offset: 1.25}
+  bounds:
+    - {kind: friction, forward: 1, braking: 1.5, lateral: 0.75, heading: [0, 2]}
+    - {kind: box, half_widths: [1, 2], frame: body}
+    - {kind: convex_polygon, corners: [[1, 0], [0, 1], [-2, 0], [0, -1]]}
+    - {kind: heading_cone, half_angle: 1.5}
+    - {kind: turning_radius, least: 0.5}
+    - {kind: least_speed, least: 0.25}
   goal:
     trajectory: {kind: constant_velocity, position: [20, 0], velocity: [0, 0.1]}
     tolerance: 0.3
@@ -64,6 +72,9 @@ recording: {file: tracks.csv, radius: 0.25, interpolation: linear}
 """
 
 ROBOT = "robot: {position: [0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {position: [20, 0]}}\n"
+
+
+BLOCK = "robot:\n  position: {}\n  radius: 1\n  max_speed: 2\n  max_acceleration: 1\n  goal: {{position: {}}}\n"
 
 
 def write(folder: Path, content: str | bytes, name: str = "scenario.yaml") -> Path:
@@ -116,6 +127,13 @@ def test_everything_is_read(tmp_path: Path) -> None:
     (velocity,), (acceleration,) = robot.limits.velocity_bounds, robot.limits.acceleration_bounds
     assert (velocity.normal.tolist(), velocity.offset) == ([-1.0, 0.0], 0.5)
     assert (acceleration.normal.tolist(), acceleration.offset) == ([0.0, 1.0], 1.25)
+    assert [type(bound) for bound in robot.limits.bounds] == list(BOUNDS.values())
+    friction, box, polygon, cone, turning, least = robot.limits.bounds
+    assert (friction.forward, friction.braking, friction.lateral) == (1.0, 1.5, 0.75)
+    assert friction.heading.tolist() == [0.0, 1.0]
+    assert (box.half_widths.tolist(), box.frame) == ([1.0, 2.0], "body")
+    assert (polygon.corners.tolist(), polygon.frame) == ([[1, 0], [0, 1], [-2, 0], [0, -1]], "world")
+    assert (cone.half_angle, turning.least, least.least) == (1.5, 0.5, 0.25)
     assert (robot.goal.tolerance, robot.goal.stop) == (0.3, True)
     assert robot.goal.trajectory.velocity(0.0).tolist() == [0.0, 0.1]
     kinds = [type(o.trajectory) for o in scenario.obstacles]
@@ -139,6 +157,50 @@ def test_every_kind_of_trajectory_has_its_words(tmp_path: Path) -> None:
     """What recordings can hold, scenario files can say."""
     (one,) = mistakes(tmp_path, ROBOT + "obstacles: [{radius: 1, trajectory: {kind: x}}]\n")
     assert set(re.findall(r"'(\w+)'", one)) - {"x"} == set(TRAJECTORIES)
+
+
+def test_mistakes_in_bounds(tmp_path: Path) -> None:
+    """What is written wrong, what a bound itself refuses, and what does not fit the robot: at its place."""
+    kinds = ", ".join(f"{name!r}" for name in BOUNDS)
+    check(
+        tmp_path,
+        BLOCK.format("[0, 0]", "[20, 0]")
+        + """\
+  bounds:
+    - @{kind: friction, forward: 1, braking: @-1}
+    - {kind: turning_radius, least: 1, @leest: 2}
+    - @{kind: ellipse}
+    - @{kind: convex_polygon, corners: [[1, 0], [0, 1]]}
+    - @{kind: heading_cone, half_angle: 2}
+    - {kind: box, half_widths: [1, 1], frame: @body-fixed}
+""",
+        "robot.bounds.0.lateral: expected this key, found none",
+        "robot.bounds.0.braking: expected a number above 0, found -1",
+        "robot.bounds.1.leest: expected one of kind, heading, least; found 'leest'; did you mean 'least'?",
+        f"robot.bounds.2: expected a kind among {kinds}, found 'ellipse'",
+        "robot.bounds.3: corners: expected an array (n, 2) with n >= 3, found shape (2, 2)",
+        "robot.bounds.4: half_angle: expected at most pi / 2, found 2",
+        "robot.bounds.5.frame: expected 'world' or 'body', found 'body-fixed'",
+    )
+
+
+def test_bounds_that_do_not_fit_the_robot(tmp_path: Path) -> None:
+    check(
+        tmp_path,
+        BLOCK.format("[0, 0, 0]", "[20, 0, 0]")
+        + """\
+  bounds:
+    - {kind: friction, forward: 1, braking: 1, lateral: 1}
+    - @{kind: box, half_widths: [1, 1]}
+    - @{kind: box, half_widths: [1, 1, 1], frame: body}
+    - @{kind: convex_polygon, corners: [[1, 0], [0, 1], [-1, -1]]}
+    - @{kind: least_speed, least: 1, heading: [1, 0]}
+""",
+        "robot.bounds.1: half_widths: expected 3 numbers, found [1, 1] of shape (2,)",
+        "robot.bounds.2: frame: expected 'world' for a robot in space, whose sides are all alike, found 'body'",
+        "robot.bounds.3: corners: expected a robot in the plane, found one of dimension 3",
+        "robot.bounds.4: heading: expected 3 numbers, found [1, 0] of shape (2,)",
+    )
 
 
 def test_the_least_that_a_file_says(tmp_path: Path) -> None:
@@ -208,7 +270,9 @@ horizon: @-1
 holds: @[]
 @durration: 5
 """
-IN_ROBOT = "position, velocity, radius, max_speed, max_acceleration, velocity_bounds, acceleration_bounds, goal"
+IN_ROBOT = (
+    "shape, radius, position, velocity, max_speed, max_acceleration, velocity_bounds, acceleration_bounds, bounds, goal"
+)
 AT_TOP = "name, robot, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds"
 KINDS = ", ".join(f"{name!r}" for name in TRAJECTORIES)
 
@@ -234,7 +298,7 @@ def test_all_mistakes_at_once(tmp_path: Path) -> None:
         "obstacles.1.trajectory.raduis: expected one of kind, center, radius, speed, phase, normal; found 'raduis'; "
         "did you mean 'radius'?",
         "obstacles.1.trajectory.speed: expected a number, found [1]",
-        "obstacles.2.radius: expected this key, found none",
+        "obstacles.2.radius: expected either this key or shape, found neither",
         "obstacles.2.trajectory.att: expected one of kind, position, velocity, at; found 'att'; did you mean 'at'?",
         "obstacles.3.trajectory: expected a key 'kind', found none",
         "obstacles.4.trajectory.times: expected a list, found 3",

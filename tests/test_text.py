@@ -17,6 +17,7 @@ import pytest
 import slalom
 from slalom import errors, forecast, objective, response, tolerances, trajectory
 from slalom.sim import gallery
+from slalom.sim.gaps import clearances
 
 SOURCES = Path(slalom.__file__).parent
 FILES = sorted(SOURCES.rglob("*.py"))
@@ -220,11 +221,6 @@ def test_gallery_entries_build_and_fit_one_screen(name: str) -> None:
     for a, b in zip(one.obstacles, two.obstacles, strict=True):
         first = max(one.start, a.trajectory.span[0])
         assert a.trajectory.position(first).tobytes() == b.trajectory.position(first).tobytes()
-    free = [
-        float(np.linalg.norm(o.trajectory.position(one.start) - one.robot.state.position))
-        - o.shape.radius
-        - one.robot.shape.radius
-        for o in one.obstacles
-        if o.exists(one.start)
-    ]
+    now, place = np.array([one.start]), one.robot.state.position[None]
+    free = [float(clearances(o, one.robot.shape, now, place)[0]) for o in one.obstacles if o.exists(one.start)]
     assert min(free, default=1.0) > 0.0

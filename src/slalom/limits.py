@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.affine import Affine
+from slalom.bounds import Bound, HalfSpaces
 from slalom.checks import Array, Checked, number, positive, unit, vector, vectors
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE
@@ -104,6 +105,14 @@ class Limits:
     """What the robot can do: its largest speed [m/s] and acceleration [m/s^2], both Euclidean norms.
 
     `velocity_bounds` and `acceleration_bounds` are half-spaces that the velocity and the acceleration must stay in.
+    `bounds` are sets that depend on the state (see `slalom.bounds`): friction ellipse, box, polygon, heading cone,
+    turning radius, least speed.
+
+    What bounds in the frame of the body promise: at the decision the acceleration, and all along the predicted motion
+    acceleration and velocity, are in the set *as it stands at the decision*. While a control is held the body turns and
+    the set with it, so the later motion may leave the set of its own time. A navigator asks `allows` at every decision
+    and keeps no manoeuvre that has done so; what it applies is therefore always in the set of that decision, unless its
+    outcome says that no control is.
 
     Raises:
         InvalidInput: a limit that is not above 0.
@@ -113,10 +122,28 @@ class Limits:
     max_acceleration: float
     velocity_bounds: tuple[HalfSpace, ...] = field(default=())
     acceleration_bounds: tuple[HalfSpace, ...] = field(default=())
+    bounds: tuple[Bound, ...] = field(default=())
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "max_speed", positive(self.max_speed, "max_speed"))
         object.__setattr__(self, "max_acceleration", positive(self.max_acceleration, "max_acceleration"))
+
+    @property
+    def braking(self) -> float:
+        """How hard the robot can brake, however fast it is and whereto, as far as `bounds` say [m/s^2]."""
+        return min([self.max_acceleration, *(bound.braking for bound in self.bounds)])
+
+    def allows(self, state: State, acceleration: Array, period: float) -> bool:
+        """Whether a robot in `state` may hold an acceleration (d,) [m/s^2] for `period` [s] by all `bounds`.
+
+        Up to the relative tolerance ADMISSIBLE. The norms and the half-spaces, which do not turn, are not asked.
+        """
+        for bound in self.bounds:
+            normals, offsets = bound.half_spaces(state)
+            x = acceleration if bound.of == "acceleration" else state.velocity + period * acceleration
+            if np.any(normals @ x > offsets + ADMISSIBLE * (1.0 + np.abs(offsets))):
+                return False
+        return True
 
     def admissible(self, response: Limited, state: State, horizon: float) -> Admissible:
         """The controls that keep a robot in `state` within the limits up to `horizon` [s].
@@ -127,7 +154,7 @@ class Limits:
         speed_peaks = response.speed_peaks(state, horizon)
         acceleration_peaks = response.acceleration_peaks(state, horizon)
         speed = float(np.linalg.norm(state.velocity))
-        fastest = max(self.max_speed, speed - 0.5 * self.max_acceleration * response.settled(horizon))
+        fastest = max(self.max_speed, speed - 0.5 * self.braking * response.settled(horizon))
         centers, radii, normals, offsets = [], [], [], []
         for peak in speed_peaks:
             centers.append(peak.inverse(np.zeros_like(peak.drift)))
@@ -145,6 +172,20 @@ class Limits:
                         normals.append(bound.normal * np.sign(gain))
                         offsets.append((bound.offset - float(bound.normal @ peak.drift)) / abs(gain))
         d = state.dimension
-        return Admissible(
-            np.array(centers).reshape(-1, d), np.array(radii), np.array(normals).reshape(-1, d), np.array(offsets)
-        )
+        middles, sizes = np.array(centers).reshape(-1, d), np.array(radii)
+        flats = [(np.array(normals).reshape(-1, d), np.array(offsets))]
+        for turning in self.bounds:
+            half_spaces, smallest = turning.half_spaces(state), int(np.argmin(sizes))
+            for peak in speed_peaks if turning.of == "velocity" else acceleration_peaks:
+                if peak.gain:
+                    flats.append(_inverse(half_spaces, peak, middles[smallest], sizes[smallest]))
+        return Admissible(middles, sizes, *(flats[0] if len(flats) == 1 else map(np.concatenate, zip(*flats))))
+
+
+def _inverse(half_spaces: HalfSpaces, peak: Affine, center: Array, radius: float) -> HalfSpaces:
+    """The controls whose image under `peak` is in the half-spaces, without those that hold all of a ball."""
+    normals, offsets = half_spaces
+    gain = float(peak.gain)
+    turned, moved = normals * np.sign(gain), (offsets - normals @ peak.drift) / abs(gain)
+    cuts = turned @ center + radius > moved
+    return turned[cuts], moved[cuts]

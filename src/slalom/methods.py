@@ -43,7 +43,7 @@ def _lagged(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Re
 
 def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
     rounded = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
-    rate = min(limits.max_acceleration / limits.max_speed, 0.5 / period)
+    rate = min(limits.braking / limits.max_speed, 0.5 / period)
     coasting = [AccelerateThenCoast(hold) for hold in rounded]
     stopping = [AccelerateThenStop(hold, rate, period) for hold in rounded]
     return (*coasting, *stopping)

@@ -9,6 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from slalom.bounds import BOUNDS
 from slalom.errors import InvalidFile
 from slalom.trajectory import TRAJECTORIES
 
@@ -102,4 +103,5 @@ def _as_written(place: tuple[str | int, ...]) -> tuple[str | int, ...]:
         part
         for k, part in enumerate(place)
         if not (k and place[k - 1] == "trajectory" and k < len(place) and part in TRAJECTORIES)
+        and not (k > 1 and place[k - 2] == "bounds" and part in BOUNDS)
     )

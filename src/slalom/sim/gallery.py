@@ -12,10 +12,10 @@ from slalom.goal import Goal
 from slalom.io.tracks import read_tracks, sample_data
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
-from slalom.shape import Ball, Disc
+from slalom.shape import Ball, Disc, Polyline, Union
 from slalom.sim.scenario import SETTINGS, Robot, Scenario
 from slalom.state import State
-from slalom.trajectory import Circular, ConstantVelocity, PiecewisePolynomial, Stationary
+from slalom.trajectory import Circular, ConstantVelocity, PiecewisePolynomial, Sampled, Stationary
 
 
 @dataclass(frozen=True)
@@ -113,6 +113,33 @@ def drones_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
     return Scenario("drones_crossing", robot, tuple(others), duration=25.0, horizon=4.0)
 
 
+def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """A robot goes along a corridor and through a doorway in it, against and among people who walk through it."""
+    half, door, reach = 2.0, 0.5 * p["door"], 14.0
+    walls = Union(
+        (
+            Polyline([(-reach, half), (reach, half)], 0.05),
+            Polyline([(-reach, -half), (reach, -half)], 0.05),
+            Polyline([(0.0, half), (0.0, door)], 0.05),
+            Polyline([(0.0, -half), (0.0, -door)], 0.05),
+        )
+    )
+    people = []
+    for k in range(int(p["people"])):
+        # They line up for the doorway; every third goes the robot's way.
+        way = 1.0 if k % 3 == 0 else -1.0
+        pace, through = rng.uniform(0.9, 1.4), 4.0 + 3.0 * k + rng.uniform(-0.6, 0.6)
+        lanes = rng.uniform(-1.4, 1.4, 2)
+        x = np.array([-30.0, -8.0, -4.0, -0.6, 0.6, 4.0, 8.0, 30.0])
+        y = np.array([lanes[0], lanes[0], 0.6 * lanes[0], 0.0, 0.0, 0.6 * lanes[1], lanes[1], lanes[1]])
+        track = Sampled(through + x / pace, np.column_stack([way * x, y]), "smooth")
+        people.append(Obstacle(Disc(0.25), track, f"person {k + 1}"))
+    state, goal = State((-9.0, 0.0), (0.0, 0.0)), Goal(Stationary((9.0, 0.0)), 0.3, stop=True)
+    robot = Robot(Disc(0.3), Limits(1.5, 1.0), state, goal)
+    around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"), *people)
+    return Scenario("corridor", robot, around, duration=60.0, horizon=6.0)
+
+
 def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """A recorded roundabout: 30 cars that yield to each other but not to the robot."""
     tracks = read_tracks(sample_data("roundabout_ring_11.csv"))
@@ -151,6 +178,12 @@ GALLERY: Final[dict[str, Entry]] = {
             drones_crossing,
             {"drones": 8.0, "speed": 1.5},
             "In space: a drone crosses a hall in which others fly on planned polynomials.",
+        ),
+        Entry(
+            "corridor",
+            corridor,
+            {"people": 6.0, "door": 1.4},
+            "A corridor and a doorway in it, through which people walk both ways.",
         ),
         Entry(
             "recorded_roundabout",

@@ -1,7 +1,7 @@
 """What happened: everything that metrics, pictures and an exact replay need."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
@@ -9,18 +9,20 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from slalom.bounds import BOUNDS
 from slalom.checks import Array
 from slalom.errors import InvalidFile
 from slalom.goal import Goal
 from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
 from slalom.path import Path
-from slalom.shape import round_shape
+from slalom.shape import SHAPES, Shape, Union
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
+from slalom.uncertainty import UNCERTAINTIES
 
 FORMAT = "slalom recording 1"
-BOUNDS = ("velocity_bounds", "acceleration_bounds")
+HALF_SPACES = ("velocity_bounds", "acceleration_bounds")
 
 
 class Step(NamedTuple):
@@ -46,7 +48,7 @@ class Recording:
             response, whose text is in responses: (T, N).
         outcomes: (T, N) names of `Outcome`; "" where no decision was due. decision_times: (T, N) wall clock [s],
             the only part that is not the same in every run.
-        radii: (N,) [m]. limits: N. goals: N. arrived: (N,) absolute time, inf if not.
+        shapes: N. limits: N. goals: N. arrived: (N,) absolute time, inf if not.
         obstacles: with their true trajectories.
     """
 
@@ -63,7 +65,7 @@ class Recording:
     responses: tuple[tuple[str, ...], ...]
     outcomes: tuple[tuple[str, ...], ...]
     decision_times: Array
-    radii: Array
+    shapes: tuple[Shape, ...]
     limits: tuple[Limits, ...]
     goals: tuple[Goal, ...]
     arrived: Array
@@ -90,7 +92,7 @@ class Recording:
             responses=tuple((s.response,) for s in steps),
             outcomes=tuple((s.outcome,) for s in steps),
             decision_times=np.array([s.decision_time for s in steps]).reshape(-1, 1),
-            radii=np.array([robot.shape.radius]),
+            shapes=(robot.shape,),
             limits=(robot.limits,),
             goals=(robot.goal,),
             arrived=np.array([end if done else np.inf]),
@@ -135,24 +137,30 @@ class Recording:
             run["times"] = self.times
             run["poses"] = np.concatenate([self.positions, heading], axis=-1)
             run["twists"] = np.concatenate([self.velocities, np.zeros_like(heading)], axis=-1)
-            for name in ("accelerations", "controls", "decision_times", "radii", "arrived"):
+            for name in ("accelerations", "controls", "decision_times", "arrived"):
                 run[name] = getattr(self, name)
             for name in ("responses", "outcomes"):
                 texts = np.array(getattr(self, name), dtype=h5py.string_dtype())
                 run[name] = texts.reshape(self.decision_times.shape)
             span = float(self.times[0]), float(self.times[-1])
-            for k, (limits, goal) in enumerate(zip(self.limits, self.goals)):
+            for k, (shape, limits, goal) in enumerate(zip(self.shapes, self.limits, self.goals)):
                 group = run.create_group(f"robots/{k}")
+                _save_shape(group.create_group("shape"), shape)
                 group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
-                for name in BOUNDS:
+                for name in HALF_SPACES:
                     bounds = getattr(limits, name)
                     rows = np.array([(*bound.normal, bound.offset) for bound in bounds])
                     group[name] = rows.reshape(-1, self.dimension + 1)
+                for j, bound in enumerate(limits.bounds):
+                    _save_part(group.create_group(f"bounds/{j}"), bound, BOUNDS)
                 group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
                 _save_trajectory(group.create_group("goal"), goal.trajectory, *span)
             for k, obstacle in enumerate(self.obstacles):
                 group = run.create_group(f"obstacles/{k}")
-                group.attrs.update(name=obstacle.name, radius=obstacle.shape.radius)
+                group.attrs.update(name=obstacle.name, heading=obstacle.heading)
+                _save_shape(group.create_group("shape"), obstacle.shape)
+                if obstacle.uncertainty is not None:
+                    _save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)
                 _save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
 
     @classmethod
@@ -174,7 +182,6 @@ class Recording:
     def _from_group(cls, run: Any) -> "Recording":
         robots = [run[f"robots/{k}"] for k in range(len(run.get("robots", ())))]
         obstacles = [run[f"obstacles/{k}"] for k in range(len(run.get("obstacles", ())))]
-        dimension = run["poses"].shape[-1] - 1
         return cls(
             scenario=str(run.attrs["scenario"]),
             method=str(run.attrs["method"]),
@@ -189,18 +196,20 @@ class Recording:
             responses=_texts(run["responses"]),
             outcomes=_texts(run["outcomes"]),
             decision_times=run["decision_times"][:],
-            radii=run["radii"][:],
+            shapes=tuple(_load_shape(robot["shape"]) for robot in robots),
             limits=tuple(_load_limits(robot) for robot in robots),
             goals=tuple(
-                Goal(_load_trajectory(r["goal"]), float(r.attrs["goal_tolerance"]), bool(r.attrs["goal_stop"]))
+                Goal(_load_part(r["goal"], TRAJECTORIES), float(r.attrs["goal_tolerance"]), bool(r.attrs["goal_stop"]))
                 for r in robots
             ),
             arrived=run["arrived"][:],
             obstacles=tuple(
                 Obstacle(
-                    round_shape(float(o.attrs["radius"]), dimension),
-                    _load_trajectory(o["trajectory"]),
+                    _load_shape(o["shape"]),
+                    _load_part(o["trajectory"], TRAJECTORIES),
                     str(o.attrs["name"]),
+                    o.attrs["heading"],
+                    _load_part(o["uncertainty"], UNCERTAINTIES) if "uncertainty" in o else None,
                 )
                 for o in obstacles
             ),
@@ -208,8 +217,11 @@ class Recording:
 
 
 def _load_limits(group: Any) -> Limits:
-    bounds = {name: tuple(HalfSpace(row[:-1], float(row[-1])) for row in group[name][:]) for name in BOUNDS}
-    return Limits(float(group.attrs["max_speed"]), float(group.attrs["max_acceleration"]), **bounds)
+    flat = (tuple(HalfSpace(row[:-1], float(row[-1])) for row in group[name][:]) for name in HALF_SPACES)
+    others = tuple(_load_part(group[f"bounds/{k}"], BOUNDS) for k in range(len(group.get("bounds", ()))))
+    velocity_bounds, acceleration_bounds = flat
+    most = float(group.attrs["max_speed"]), float(group.attrs["max_acceleration"])
+    return Limits(*most, velocity_bounds, acceleration_bounds, others)
 
 
 def _texts(rows: Any) -> tuple[tuple[str, ...], ...]:
@@ -222,17 +234,37 @@ def _save_trajectory(group: Any, trajectory: Trajectory, start: float, end: floa
     A kind that is not plain numbers (a composite, a Python function, one of yours) is saved as its cubic pieces over
     the run, within its own path's error.
     """
-    kind = next((name for name, cls in TRAJECTORIES.items() if type(trajectory) is cls), None)
-    if kind is None:
+    if type(trajectory) not in TRAJECTORIES.values():
         first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
-        trajectory, kind = _as_polynomial(trajectory.path(first, max(last, first + 1e-9))), "piecewise_polynomial"
-    group.attrs["kind"] = kind
-    for item in fields(trajectory):  # type: ignore[arg-type]
-        value = getattr(trajectory, item.name)
+        trajectory = _as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
+    _save_part(group, trajectory, TRAJECTORIES)
+
+
+def _save_part(group: Any, part: Any, kinds: Mapping[str, type]) -> None:
+    """Its name among `kinds` and its fields."""
+    group.attrs["kind"] = next(name for name, cls in kinds.items() if type(part) is cls)
+    for item in fields(part):
+        value = getattr(part, item.name)
         if isinstance(value, np.ndarray):
             group[item.name] = value
         elif value is not None:
             group.attrs[item.name] = value
+
+
+def _save_shape(group: Any, shape: Shape) -> None:
+    if not isinstance(shape, Union):
+        _save_part(group, shape, SHAPES)
+        return
+    group.attrs["kind"] = "union"
+    for k, one in enumerate(shape.shapes):
+        _save_shape(group.create_group(str(k)), one)
+
+
+def _load_shape(group: Any) -> Shape:
+    if group.attrs["kind"] == "union":
+        return Union(tuple(_load_shape(group[str(k)]) for k in range(len(group))))
+    shape: Shape = _load_part(group, SHAPES)
+    return shape
 
 
 def _as_polynomial(path: Path) -> PiecewisePolynomial:
@@ -243,7 +275,7 @@ def _as_polynomial(path: Path) -> PiecewisePolynomial:
     return PiecewisePolynomial(h, powers / h[:, None, None] ** np.arange(4)[None, :, None], float(path.times[0]))
 
 
-def _load_trajectory(group: Any) -> Trajectory:
+def _load_part(group: Any, kinds: Mapping[str, type]) -> Any:
     values = {name: value for name, value in group.attrs.items() if name != "kind"}
     values.update({name: group[name][:] for name in group})
-    return TRAJECTORIES[str(group.attrs["kind"])](**values)
+    return kinds[str(group.attrs["kind"])](**values)

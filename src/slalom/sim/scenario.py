@@ -14,6 +14,7 @@ from slalom.methods import HOLDS, Method
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
+from slalom.sim.gaps import clearances
 from slalom.state import State
 from slalom.trajectory import Stationary
 
@@ -78,14 +79,13 @@ class Scenario:
 
     def _refuse_hidden_goal(self, obstacle: Obstacle) -> None:
         """A goal that a resting obstacle covers for ever is a mistake; one that a moving obstacle passes is not."""
-        goal = self.robot.goal
+        goal, robot = self.robot.goal, self.robot.shape
         if isinstance(goal.trajectory, Stationary) and isinstance(obstacle.trajectory, Stationary):
-            distance = float(np.linalg.norm(goal.trajectory.place - obstacle.trajectory.place))
-            needed = obstacle.shape.radius + self.robot.shape.radius
-            if distance + goal.tolerance < needed:
+            gap = float(clearances(obstacle, robot, np.zeros(1), goal.trajectory.place[None])[0])
+            if gap + goal.tolerance < 0.0:
                 raise InvalidInput(
-                    f"goal: expected a place that the robot can reach, found one {distance:g} m from the centre of "
-                    f"obstacle {obstacle.name!r}, which keeps robots {needed:g} m away"
+                    f"goal: expected a place that the robot can reach, found one {-gap:g} m deep in obstacle "
+                    f"{obstacle.name!r} grown by the robot's shape"
                 )
 
     @property

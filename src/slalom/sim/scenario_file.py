@@ -1,6 +1,7 @@
 """Scenario files: YAML 1.2 in, every mistake at once as file:line:column."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -122,15 +123,19 @@ class _Parts:
     def robot(self, me: RobotSpec) -> Robot | None:
         """The robot, if its parts are of one dimension."""
         d, before = len(me.position), len(self.mistakes)
-        bounds = [
+        along, pushes = (
             tuple(self.bound((name, k), spec, d) for k, spec in enumerate(getattr(me, name)))
             for name in ("velocity_bounds", "acceleration_bounds")
-        ]
+        )
         velocity = me.velocity or [0.0] * d
         state = State(me.position, velocity) if len(velocity) == d else None
-        limits = Limits(me.max_speed, me.max_acceleration, *bounds)
-        shape, goal = round_shape(me.radius, d), me.goal.build()
-        if state is None:
+        bounds = tuple(bound.build() for bound in me.bounds)
+        for k, bound in enumerate(bounds):
+            # Whether it fits the dimension shows in any state.
+            self.attempt(("robot", "bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
+        limits = Limits(me.max_speed, me.max_acceleration, along, pushes, bounds)
+        goal, shape = me.goal.build(), self.attempt(("robot",), lambda: me.whole_shape(d))
+        if state is None or shape is None:
             return None
         robot = self.attempt(("robot", "goal"), lambda: Robot(shape, limits, state, goal))
         return robot if len(self.mistakes) == before else None
@@ -144,8 +149,13 @@ class _Parts:
     def obstacle(self, k: int, spec: ObstacleSpec, d: int) -> Obstacle | None:
         """An obstacle of the robot's dimension."""
         name = spec.name or f"obstacle {k}"
+        shape = self.attempt(("obstacles", k), lambda: spec.whole_shape(d))
+        if shape is None:
+            return None
+        unsure = spec.uncertainty.build() if spec.uncertainty is not None else None
         return self.attempt(
-            ("obstacles", k, "trajectory"), lambda: Obstacle(round_shape(spec.radius, d), spec.trajectory.build(), name)
+            ("obstacles", k, "trajectory"),
+            lambda: Obstacle(shape, spec.trajectory.build(), name, spec.heading, unsure),
         )
 
     def recorded(self, spec: RecordingSpec, d: int) -> list[Obstacle | None]:

@@ -1,14 +1,18 @@
 """What a scenario file may say, as pydantic models: one for each mapping in it."""
 
-from abc import ABC, abstractmethod
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import Field, FiniteFloat
 
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import HalfSpace
 from slalom.methods import HOLDS
+from slalom.sim.bound_spec import BOUND_SPECS, BoundSpec
+from slalom.sim.file_model import Built as _Built
+from slalom.sim.file_model import Model as _Model
+from slalom.sim.file_model import NotNegative, Positive, Vector
+from slalom.sim.shape_spec import SHAPE_SPECS, Shaped, UncertaintySpec
 from slalom.trajectory import (
     Circular,
     ConstantAcceleration,
@@ -18,27 +22,6 @@ from slalom.trajectory import (
     Stationary,
     Trajectory,
 )
-
-Vector = Annotated[list[FiniteFloat], Field(min_length=2, max_length=3)]
-Positive = Annotated[FiniteFloat, Field(gt=0)]
-NotNegative = Annotated[FiniteFloat, Field(ge=0)]
-
-
-class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-
-class _Built(_Model, ABC):
-    """A model of a part: what the part itself refuses is a mistake like any other."""
-
-    @abstractmethod
-    def build(self) -> object:
-        """The part. Raises InvalidInput, which pydantic collects with the other mistakes."""
-
-    @model_validator(mode="after")
-    def _buildable(self) -> "_Built":
-        self.build()
-        return self
 
 
 class StationarySpec(_Built):
@@ -152,24 +135,25 @@ class HalfSpaceSpec(_Built):
         return HalfSpace(self.normal, self.offset)
 
 
-class RobotSpec(_Model):
-    """The robot: SI units."""
+class RobotSpec(Shaped):
+    """The robot: SI units. It keeps its orientation."""
 
     position: Vector
     velocity: Vector | None = None
-    radius: NotNegative
     max_speed: Positive
     max_acceleration: Positive
-    velocity_bounds: list[HalfSpaceSpec] = []
-    acceleration_bounds: list[HalfSpaceSpec] = []
+    velocity_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
+    acceleration_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
+    bounds: list[BoundSpec] = Field(default_factory=list)
     goal: GoalSpec
 
 
-class ObstacleSpec(_Model):
-    """A disc (in space a ball) on a trajectory."""
+class ObstacleSpec(Shaped):
+    """A shape on a trajectory."""
 
     name: str = ""
-    radius: NotNegative
+    heading: FiniteFloat | Literal["motion"] = 0.0
+    uncertainty: UncertaintySpec | None = None
     trajectory: TrajectorySpec
 
 
@@ -186,7 +170,7 @@ class ScenarioSpec(_Model):
 
     name: str = ""
     robot: RobotSpec
-    obstacles: list[ObstacleSpec] = []
+    obstacles: list[ObstacleSpec] = Field(default_factory=list)
     recording: RecordingSpec | None = None
     start: FiniteFloat = 0.0
     duration: Positive = 60.0
@@ -195,7 +179,7 @@ class ScenarioSpec(_Model):
     horizon: Positive = 6.0
     margin: NotNegative = 0.05
     patience: NotNegative = 0.1
-    holds: Annotated[list[Positive], Field(min_length=1)] = list(HOLDS)
+    holds: list[Positive] = Field(default_factory=lambda: list(HOLDS), min_length=1)
 
 
 def keys_at(place: tuple[str | int, ...]) -> list[str]:
@@ -213,6 +197,8 @@ def keys_at(place: tuple[str | int, ...]) -> list[str]:
         "recording": RecordingSpec,
         "velocity_bounds": HalfSpaceSpec,
         "acceleration_bounds": HalfSpaceSpec,
+        **BOUND_SPECS,
+        **SHAPE_SPECS,
     }
     named = [part for part in place if isinstance(part, str) and part in kinds]
     model = kinds[named[-1]] if named else ScenarioSpec

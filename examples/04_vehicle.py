@@ -1,0 +1,42 @@
+"""A bicycle that follows the decisions for a robot that can go anywhere: how much larger that robot must be."""
+
+import numpy as np
+
+import slalom
+from slalom.tracking import Bicycle, Vehicle
+
+bicycle, radius, dt, slowest = Bicycle(wheelbase=1.0, max_steering=0.7), 0.5, 0.1, 2.0
+plain = slalom.Limits(max_speed=6.0, max_acceleration=3.0)
+error = bicycle.tracking_error(plain, dt, slowest)
+turn = bicycle.turning_radius(plain, dt, slowest)
+limits = slalom.Limits(
+    6.0,
+    3.0,
+    bounds=(
+        slalom.Friction(forward=2.0, braking=3.0, lateral=2.5),
+        slalom.TurningRadius(turn),
+        slalom.HeadingCone(1.2),
+        slalom.LeastSpeed(slowest),
+    ),
+)
+navigator = slalom.Navigator(slalom.method("nao"), slalom.Disc(radius + error), limits, period=dt, margin=0.05)
+goal = slalom.Goal(slalom.Stationary((40.0, 0.0)), tolerance=2.0)
+rocks = [slalom.Obstacle(slalom.Disc(1.0), slalom.Stationary((x, y))) for x, y in ((10, 0.3), (18, -1.5), (26, 0.8))]
+
+state = slalom.State((0.0, 0.0), (4.0, 0.0))
+vehicle, decision, time, nearest, farthest = Vehicle.on(state), None, 0.0, np.inf, 0.0
+while time < 30.0 and not goal.reached(state.position, state.velocity, time):
+    decision = navigator.decide(state, rocks, goal, now=time, previous=decision)
+    push = decision.manoeuvre.mean_acceleration(time, dt)
+    vehicle = bicycle.step(vehicle, state, push, dt)
+    state = slalom.State(
+        state.position + dt * state.velocity + 0.5 * dt * dt * push, state.velocity + dt * push, acceleration=push
+    )
+    time += dt
+    farthest = max(farthest, float(np.linalg.norm(vehicle.position - state.position)))
+    gaps = [np.linalg.norm(vehicle.position - rock.trajectory.position(time)) - 1.0 - radius for rock in rocks]
+    nearest = min(nearest, *map(float, gaps))
+print(f"turning radius {turn:.2f} m; arrived after {time:.1f} s, never nearer to a rock than {nearest:.3f} m")
+print(f"off the reference by {1000 * farthest:.2f} mm, by the proof at most {1000 * error:.2f} mm")
+assert nearest > 0.0
+assert farthest <= error
