@@ -14,9 +14,12 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
 from slalom.checks import Array, vector
-from slalom.control_obstacle import ControlObstacle, Traffic
+from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
 from slalom.limits import Admissible
+from slalom.shape import Part
+from slalom.traffic import Traffic
+from slalom.view.bodies import body, outline
 from slalom.view.style import (
     FAINT,
     INK,
@@ -204,11 +207,6 @@ def _outline(ax: Axes, plane: Plane, field: Array, gid: str) -> None:
     ax.add_collection(drawn, autolim=False)
 
 
-def _polygon(region: Any) -> Outline:
-    rings = [Outline(np.asarray(ring.coords), closed=True) for ring in (region.exterior, *region.interiors)]
-    return Outline.make_compound_path(*rings)
-
-
 def _limits(ax: Axes, admissible: Admissible, region: Any, height: float | None, view: Any) -> list[Line2D]:
     """The set itself, and the circles that bound more than it dotted, if they meet `view`; their legend entry."""
     depth = np.zeros(len(admissible.radii)) if height is None else height - admissible.centers[:, -1]
@@ -222,7 +220,7 @@ def _limits(ax: Axes, admissible: Admissible, region: Any, height: float | None,
                 disc(ax, centre, radius, "limit", fill=False, edgecolor=INK, zorder=3, **look)
                 handles = [Line2D([], [], color=INK, label="speed, acceleration limits", **look)]
     if not region.is_empty:
-        patch = PathPatch(_polygon(region), fill=False, edgecolor=INK, linewidth=1.3, zorder=4)
+        patch = PathPatch(outline(region), fill=False, edgecolor=INK, linewidth=1.3, zorder=4)
         patch.set_path_effects(halo(2.6))
         patch.set_gid("admissible")
         ax.add_patch(patch)
@@ -232,10 +230,18 @@ def _limits(ax: Axes, admissible: Admissible, region: Any, height: float | None,
 def _element(ax: Axes, blocked: ControlObstacle, t: float, height: float | None) -> None:
     """The temporal elements at elapsed time t [s]; in space where they meet the plane."""
     found = blocked.element(t)
-    for centre, radius in zip(found.centers, found.radii):
-        square = radius**2 - (0.0 if height is None else (height - centre[2]) ** 2)
-        if square > 0.0:
-            disc(ax, centre, np.sqrt(square), f"element-{t:g}", fill=False, edgecolor=FAINT, linewidth=0.4, zorder=2.5)
+    look: dict[str, Any] = {"fill": False, "edgecolor": FAINT, "linewidth": 0.4, "zorder": 2.5}
+    for corners, radius in zip(found.corners, found.radii):
+        if height is None:
+            body(ax, [Part(corners, float(radius))], f"element-{t:g}", **look)
+            continue
+        # A ball meets the plane in a disc; a capsule is many balls.
+        share = np.linspace(0.0, 1.0, 33 if len(corners) > 1 else 1)[:, None]
+        centers = corners[0] + share * (corners[-1] - corners[0])
+        squares = radius**2 - (height - centers[:, 2]) ** 2
+        sections = [Part(c[None, :2], float(np.sqrt(s))) for c, s in zip(centers, squares) if s > 0.0]
+        if sections:
+            body(ax, sections, f"element-{t:g}", **look)
 
 
 def _controls(

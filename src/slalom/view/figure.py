@@ -15,12 +15,15 @@ from matplotlib.figure import Figure
 from slalom.checks import Array, array, vectors
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
+from slalom.grown import outline_parts
 from slalom.limits import Admissible
 from slalom.manoeuvre import Manoeuvre
 from slalom.navigator import Decision, Navigator, Outcome
 from slalom.objective import Situation, preferred_control
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
+from slalom.trajectory import Stationary
+from slalom.view.bodies import body, box_of, placed
 from slalom.view.control_space import Extent, control_space
 from slalom.view.style import (
     COLUMN,
@@ -30,7 +33,6 @@ from slalom.view.style import (
     admissible_region,
     colour_at,
     colour_bar,
-    disc,
     halo,
     kind,
     style,
@@ -218,7 +220,7 @@ def paths(
     scale = ScalarMappable(Normalize(start, end), _TIMES)
     shots = np.linspace(start, end, max(2, snapshots))
     target = around(goal.position(end), goal.tolerance)
-    corners = [target, *(around(place, robot.radius) for place in places), *_corners(obstacles, shots)]
+    corners = [target, *(box_of(placed(robot, place)) for place in places), *_corners(obstacles, shots)]
     left, right, low, high = box(np.concatenate(corners), 0.4)
     with style():
         ax = _column((high - low) / (right - left)) if ax is None else ax
@@ -248,24 +250,25 @@ def _column(ratio: float) -> Axes:
 def _corners(obstacles: Sequence[Obstacle], shots: Array) -> list[Array]:
     """What the obstacles cover at the moments `shots` [s]."""
     return [
-        around(obstacle.trajectory.position(float(t)), obstacle.shape.radius)
-        for obstacle in obstacles
-        for t in shots
-        if obstacle.exists(float(t))
+        box_of(outline_parts(obstacle, float(t))) for obstacle in obstacles for t in shots if obstacle.exists(float(t))
     ]
 
 
 def _passers(ax: Axes, obstacles: Sequence[Obstacle], shots: Array, scale: ScalarMappable) -> None:
     """The obstacles' paths, and discs at the moments `shots` [s]."""
     for index, obstacle in enumerate(obstacles):
+        if isinstance(obstacle.trajectory, Stationary):
+            parts = outline_parts(obstacle, float(shots[0]))
+            body(ax, parts, f"obstacle-{index}", zorder=1.5, facecolor=NEUTRAL, edgecolor=INK, linewidth=0.5)
+            continue
         there = moments(obstacle.trajectory, float(shots[0]), float(shots[-1]), 129)
         if there.size:
             ax.plot(*obstacle.trajectory.position(there).T[:2], color=NEUTRAL, linewidth=0.5, zorder=1)
         for k, t in enumerate(shots):
             if obstacle.exists(float(t)):
-                place, colour = obstacle.trajectory.position(float(t)), colour_at(scale, float(t))
+                colour = colour_at(scale, float(t))
                 look = {"facecolor": to_rgba(colour, 0.25), "edgecolor": to_rgba(colour, 0.85), "linewidth": 0.5}
-                disc(ax, place, obstacle.shape.radius, f"obstacle-{index}-{k}", zorder=2, **look)
+                body(ax, outline_parts(obstacle, float(t)), f"obstacle-{index}-{k}", zorder=2, **look)
 
 
 def _snapshots(ax: Axes, run: Array, shots: Array, robot: Shape, scale: ScalarMappable, apart: float) -> None:
@@ -277,12 +280,13 @@ def _snapshots(ax: Axes, run: Array, shots: Array, robot: Shape, scale: ScalarMa
     above, below = np.full(2, np.inf), np.full(2, np.inf)
     for number, t in enumerate(shots):
         place = np.array([np.interp(t, run[:, 0], column) for column in run.T[1:]])
-        disc(ax, place, robot.radius, f"robot-{number}", fc=colour_at(scale, float(t)), ec=INK, lw=0.8, zorder=5)
+        look = {"facecolor": colour_at(scale, float(t)), "edgecolor": INK, "linewidth": 0.8}
+        body(ax, placed(robot, place), f"robot-{number}", zorder=5, **look)
         up = bool(np.abs(place[:2] - above).max() >= apart or np.abs(place[:2] - below).max() < apart)
         above, below = (place[:2], below) if up else (above, place[:2])
         text = ax.annotate(
             f"{t:.1f} s" + (f"\nz {place[2]:.1f}".replace("-", "−") if len(place) == 3 else ""),
-            (place[0], place[1] + (robot.radius if up else -robot.radius)),
+            (place[0], place[1] + (robot.reach if up else -robot.reach)),
             xytext=(0, 2 if up else -2),
             textcoords="offset points",
             ha="center",

@@ -9,13 +9,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch
 
 from slalom.checks import Array, vectors
-from slalom.control_obstacle import Traffic
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
+from slalom.grown import outline_parts
 from slalom.manoeuvre import Manoeuvre
 from slalom.shape import Shape
 from slalom.state import State
+from slalom.traffic import Traffic
 from slalom.trajectory import Trajectory
+from slalom.view.bodies import body, box_of, placed
 from slalom.view.style import (
     FAINT,
     GOAL,
@@ -142,12 +144,11 @@ def _obstacles(ax: Axes, traffic: Traffic, times: Array) -> list[Line2D]:
             line = colour if met else FAINT
             fading_line(ax, points, line, width=1.0 if met else 0.6, faintest=0.08, zorder=2.0 if met else 1.0)
         if index in here:
-            place, radius = obstacle.trajectory.position(traffic.start), obstacle.shape.radius
             z = 3.0 + 0.9 * rank / max(1, len(times))
             look = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6 if met else 0.4}
-            disc(ax, place, radius, f"obstacle-{index}", zorder=z, **look)
+            body(ax, outline_parts(obstacle, traffic.start), f"obstacle-{index}", zorder=z, **look)
             if obstacle.dimension == 3 and index in named:
-                write_height(ax, place, radius)
+                write_height(ax, obstacle.trajectory.position(traffic.start), obstacle.shape.reach)
     handles = []
     if np.any(np.isfinite(times)):
         handles.append(_dot(colour_at(scale, float(times.min())), INK, "hit if preferred (colour: when)"))
@@ -210,15 +211,15 @@ def _contact(ax: Axes, traffic: Traffic, robot: Shape, preferred: Manoeuvre, tim
         "linestyle": (0, (2, 1.2)),
         "zorder": 5.6,
     }
-    disc(ax, preferred.position(when), robot.radius, "contact-robot", **look)
-    disc(ax, other.trajectory.position(when), other.shape.radius, "contact-obstacle", **look)
+    body(ax, placed(robot, preferred.position(when)), "contact-robot", **look)
+    body(ax, outline_parts(other, when), "contact-obstacle", **look)
 
 
 def _robot(ax: Axes, state: State, robot: Shape) -> Line2D:
     """The robot now, with an arrow as long as it moves in one second."""
-    disc(ax, state.position, robot.radius, "robot", facecolor=ROBOT, edgecolor=INK, linewidth=0.7, zorder=5)
+    body(ax, placed(robot, state.position), "robot", facecolor=ROBOT, edgecolor=INK, linewidth=0.7, zorder=5)
     if state.dimension == 3:
-        write_height(ax, state.position, robot.radius)
+        write_height(ax, state.position, robot.reach)
     if np.linalg.norm(state.velocity[:2]) > 0.0:
         x, y = (float(c) for c in state.position[:2])
         arrow = FancyArrowPatch(
@@ -264,10 +265,10 @@ def around(place: Array, radius: float) -> Array:
 
 def _extent(traffic: Traffic, state: State, robot: Shape, goal: Goal | None, track: Array | None) -> Extent:
     """Everybody now, the velocity arrow, the track and the goal; a square."""
-    points = [around(state.position, robot.radius), state.position[None, :2] + state.velocity[:2]]
+    points = [box_of(placed(robot, state.position)), state.position[None, :2] + state.velocity[:2]]
     for obstacle in traffic.obstacles:
         if obstacle.exists(traffic.start):
-            points.append(around(obstacle.trajectory.position(traffic.start), obstacle.shape.radius))
+            points.append(box_of(outline_parts(obstacle, traffic.start)))
     if goal is not None:
         points.append(around(goal.position(traffic.start), goal.tolerance))
     if track is not None:

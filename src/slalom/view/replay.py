@@ -1,0 +1,41 @@
+"""A figure of one decision of a recorded run."""
+
+import re
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from slalom.errors import InvalidInput
+from slalom.methods import METHODS
+from slalom.sim import Recording, Scenario, decision_at
+from slalom.sim.contact import closest_approaches
+from slalom.view.figure import decision
+
+
+def replay(recording: Recording, scenario: Scenario, method: str, at: float | None = None) -> Figure:
+    """The decision at time `at` [s] after the start, or by default one held long, before the closest approach.
+
+    Raises:
+        InvalidInput: a run without a step.
+    """
+    if not len(recording.accelerations):
+        raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
+    decided = [k for k, row in enumerate(recording.outcomes) if row[0]]
+    if at is None:
+        closest = min(closest_approaches(recording), default=None)
+        when = closest.time if closest is not None else float(recording.times[0])
+        early = [k for k in decided if recording.times[k] <= when] or decided
+        chosen = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
+        held = re.compile(r"hold=([0-9.]+)")
+        step = max(chosen, key=lambda k: (float((held.findall(recording.responses[k][0]) or [0])[0]), k))
+    else:
+        step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
+    made = decision_at(recording, scenario, METHODS[method], step)
+    elapsed = recording.times[step] - recording.times[0]
+    return decision(
+        made,
+        scenario.navigator(METHODS[method]),
+        scenario.robot.goal,
+        track=np.asarray(recording.positions[: step + 1, 0]),
+        title=f"{recording.scenario}, {method}, {elapsed:.1f} s after the start: {made.outcome.name.lower()}",
+    )
