@@ -6,8 +6,7 @@ import shapely
 from scenes import scene
 
 from slalom import Acceleration, ConstantAcceleration, ConstantVelocity, Disc, Obstacle, State, control_obstacle
-from slalom.boundary import boundary
-from slalom.envelope import grazing_curves
+from slalom.boundary import boundary, grazing_curves
 from slalom.segments import Segments
 from slalom.tolerances import BOUNDARY
 
@@ -23,8 +22,7 @@ def regions(blocked, center, radius):
     def inside(controls):
         return np.isfinite(blocked.times_to_collision(controls))
 
-    count = len(blocked.traffic.obstacles)
-    return boundary(blocked.segments, count, inside, center, radius, BOUNDARY * radius), inside
+    return list(blocked.boundary(center, radius).regions), inside
 
 
 def in_disc(rng, center, radius, n):
@@ -244,3 +242,18 @@ def test_an_obstacle_that_overlaps_the_robot_blocks_the_window():
 def test_corners_of_hulls_graze_too():
     curves = grazing_curves(CASES["box_turning"], np.array([1.0, 1.0]), 8.0, 8e-3)
     assert len(curves) >= 8  # two branches of four corners
+
+
+def test_curves_are_closed_and_bound_the_region():
+    """Two cars whose obstacles overlap: one region, its rings closed to the bit, its area that of the rings."""
+    cars = [Obstacle(Disc(1.0), ConstantVelocity((6.0, y), (-1.0, 0.0))) for y in (-0.5, 0.8)]
+    blocked = control_obstacle(Acceleration(), State((0, 0), (1, 0)), cars, Disc(0.5), horizon=5.0)
+    found = blocked.boundary((0, 0), 4.0)
+    (curve,) = found.curves
+    assert np.array_equal(curve[0], curve[-1])
+    assert shapely.Polygon(curve).area == pytest.approx(found.region.area)
+    assert found.region.area < sum(region.area for region in found.regions)
+    coarse = blocked.boundary((0, 0), 4.0, tolerance=0.05)
+    assert len(coarse.curves[0]) < 0.4 * len(curve)
+    assert coarse.region.symmetric_difference(found.region).area < 0.05 * found.region.length
+    assert blocked.boundary((0, 0), 4.0, tolerance=BOUNDARY * 4.0).region.equals(found.region)

@@ -14,6 +14,7 @@ import pytest
 import slalom
 from slalom import METHODS, Outcome
 from slalom.cli import call
+from slalom.reproduce.titles import TITLES
 from slalom.sim import Recording, load, simulate
 from slalom.sim.gallery import GALLERY
 
@@ -176,9 +177,9 @@ def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
 
 
 def test_list(say: Say) -> None:
-    both, scenarios, methods = say("list"), say("list", "scenarios"), say("list", "methods")
-    assert both.code == scenarios.code == methods.code == 0
-    assert both.out == scenarios.out + methods.out
+    every, scenarios, methods, figures = (say("list", *what) for what in ([], ["scenarios"], ["methods"], ["figures"]))
+    assert every.code == scenarios.code == methods.code == figures.code == 0
+    assert every.out == scenarios.out + methods.out + figures.out
     for entry in GALLERY.values():
         assert entry.name in scenarios.out
         assert entry.sentence in scenarios.out
@@ -186,11 +187,13 @@ def test_list(say: Say) -> None:
     for method in METHODS.values():
         assert method.name in methods.out
         assert method.source in methods.out
+    assert all(name in figures.out and title in figures.out for name, title in TITLES.items())
 
 
 def test_list_json(say: Say) -> None:
     both = say("list", "--json").json
-    assert set(both) == {"scenarios", "methods"}
+    assert set(both) == {"scenarios", "methods", "figures"}
+    assert set(both["figures"]) == set(TITLES)
     assert set(both["scenarios"]) == set(GALLERY)
     assert set(both["methods"]) == set(METHODS)
     assert both["scenarios"]["head_on"]["parameters"] == {"speed": 5.0, "offset": 0.0}
@@ -355,7 +358,7 @@ def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
 # The program itself.
 
 
-@pytest.mark.parametrize("command", ["run", "list", "decide", "compare"])
+@pytest.mark.parametrize("command", ["run", "list", "decide", "compare", "reproduce"])
 def test_every_command_has_help(command: str, say: Say) -> None:
     said = say(command, "--help")
     assert said.code == 0
@@ -363,6 +366,7 @@ def test_every_command_has_help(command: str, say: Say) -> None:
     assert f"slalom {command}" in said.out
     options = {"run": ("--set", "--method", "--seed", "--out", "--figure", "--json"), "list": ("--json",)}
     options |= {"decide": ("--method", "--json", "--figure"), "compare": ("--set", "--methods", "--seeds", "--jobs")}
+    options |= {"reproduce": ("--out", "--page", "--seeds", "--jobs", "--quick", "--json")}
     for option in options[command]:
         assert option in said.out
 
@@ -372,7 +376,7 @@ def test_help_names_the_commands(say: Say) -> None:
     for tokens in (["--help"], []):
         said = say(*tokens)
         assert said.code == 0
-        assert all(command in said.out for command in ("run", "list", "decide", "compare"))
+        assert all(command in said.out for command in ("run", "list", "decide", "compare", "reproduce"))
 
 
 def test_version(say: Say) -> None:

@@ -298,6 +298,12 @@ CASES = [
         r"expected a shape of dimension 2 as of the robot, found 3",
         lambda _: Shaped(shape={"kind": "ball", "radius": 1.0}).whole_shape(2),
     ),
+    Case(
+        "ControlObstacle._window",
+        InvalidInput,
+        r"boundary: expected a control obstacle in the plane, found one in space",
+        lambda _: blocked(SPACE, (BALLOON,), Ball(1)).boundary((0, 0), 1.0),
+    ),
     # Numbers.
     Case("array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),
     Case("array", InvalidInput, r"position: expected numbers", lambda _: State(((1, 2), (3,)), (0, 0))),

@@ -208,7 +208,9 @@ def test_the_outline_of_an_obstacle_has_no_clearance_to_it() -> None:
     for index in range(len(blocked.traffic.obstacles)):
         for lines in by_gid(ax, f"outline-{index}"):
             points = np.concatenate([path.vertices for path in lines.get_paths()])
-            assert np.abs(blocked.clearances(points)[:, index]).max() < 0.02
+            # Beyond the panel the lines go on along the rim of the window that the boundary was asked for.
+            points = points[np.abs(points).max(axis=1) < 4.0]
+            assert np.abs(blocked.clearances(points)[:, index]).max() < 1e-3
             seen += len(points)
     assert seen > 200
 

@@ -1,23 +1,19 @@
-"""The command line: run, list, decide, compare. Results on stdout, everything else on stderr.
+"""The command line: run, list, decide, compare, reproduce. Results on stdout, everything else on stderr.
 
 Heavy imports happen inside the commands, so that `slalom --help` answers at once.
 """
 
 import os
-import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
-from slalom.report import list_text, run_text, shown, table_text
-
-if TYPE_CHECKING:
-    from slalom.sim import Recording, Scenario
+from slalom.report import files_text, list_text, run_text, shown, table_text
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 METHOD = "nao"
@@ -102,28 +98,35 @@ def run(
         with _writing(out):
             recording.save(out)
     if figure is not None:
-        _draw_run(recording, loaded, method, figure, at)
+        from slalom import view
+        from slalom.view.replay import replay
+
+        with _writing(figure):
+            view.save(replay(recording, loaded, method, at), figure)
     _print(result, json, lambda: run_text(recording, result))
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
 
 
 @app.command(name="list")
-def list_(what: Literal["scenarios", "methods"] | None = None, /, *, json: Flag = False) -> int:
-    """List the scenarios of the gallery and the methods.
+def list_(what: Literal["scenarios", "methods", "figures"] | None = None, /, *, json: Flag = False) -> int:
+    """List the scenarios of the gallery, the methods, and the paper's figures and claims.
 
     Parameters
     ----------
     what
-        Only the scenarios or only the methods.
+        Only these.
     json
         Print one JSON object.
     """
     from slalom.methods import METHODS
+    from slalom.reproduce.titles import TITLES
     from slalom.sim.gallery import GALLERY
 
     scenarios = {e.name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for e in GALLERY.values()}
     methods = {m.name: {"sentence": m.sentence, "source": m.source} for m in METHODS.values()}
-    result = {k: v for k, v in (("scenarios", scenarios), ("methods", methods)) if what in (None, k)}
+    figures = {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
+    every = (("scenarios", scenarios), ("methods", methods), ("figures", figures))
+    result = {k: v for k, v in every if what in (None, k)}
     _print(result, json, lambda: list_text(result))
     return DONE
 
@@ -228,6 +231,48 @@ def compare(
     return DONE
 
 
+@app.command
+def reproduce(
+    name: str | None = None,
+    /,
+    *,
+    out: Path = Path("out/paper"),
+    page: Path | None = None,
+    seeds: int = 300,
+    jobs: int = 2,
+    quick: Flag = False,
+    json: Flag = False,
+) -> int:
+    """Make the figures of the paper, and measure its claims; everything, or only what is named.
+
+    Parameters
+    ----------
+    name
+        A figure or claim from `slalom list figures`.
+    out
+        Folder for NAME.svg of each figure and NAME.json of each claim; it is made if need be.
+    page
+        File for the page with captions and tables, by default paper.md in that folder.
+    seeds
+        How many runs are in each row of the sweep.
+    jobs
+        How many processes; -1 for one per core.
+    quick
+        Coarse grids and short runs, to see that it works.
+    json
+        Print one JSON object.
+    """
+    from slalom.reproduce import work
+
+    names, effort = work.names_of(name), work.Effort(seeds, jobs, quick)
+    _writable(page)
+    with _progress("reproducing") as advance, _writing(out):
+        written = work.make(names, out, effort, at=page, progress=advance)
+    result = {**effort._asdict(), "entries": names, "files": [str(path) for path in written]}
+    _print(result, json, lambda: files_text(result))
+    return DONE
+
+
 def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
     """NAME=VALUE pairs as a mapping. Raises InvalidInput for anything else."""
     parsed: dict[str, float] = {}
@@ -263,41 +308,6 @@ def _writing(path: Path) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise InvalidFile([f"{path}: expected a file that can be written, found {reason}"]) from None
-
-
-def _draw_run(recording: "Recording", scenario: "Scenario", method: str, figure: Path, at: float | None) -> None:
-    """The decision at time `at` after the start, or one held long, before the closest approach."""
-    import numpy as np
-
-    from slalom import view
-    from slalom.methods import METHODS
-    from slalom.sim import decision_at
-    from slalom.sim.contact import closest_approaches
-
-    if not len(recording.accelerations):
-        raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
-    decided = [k for k, row in enumerate(recording.outcomes) if row[0]]
-    if at is None:
-        closest = min(closest_approaches(recording), default=None)
-        when = closest.time if closest is not None else float(recording.times[0])
-        early = [k for k in decided if recording.times[k] <= when] or decided
-        chosen = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
-        held = re.compile(r"hold=([0-9.]+)")
-        step = max(chosen, key=lambda k: (float((held.findall(recording.responses[k][0]) or [0])[0]), k))
-    else:
-        step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
-    decision = decision_at(recording, scenario, METHODS[method], step)
-    elapsed = recording.times[step] - recording.times[0]
-    title = f"{recording.scenario}, {method}, {elapsed:.1f} s after the start: {decision.outcome.name.lower()}"
-    drawn = view.decision(
-        decision,
-        scenario.navigator(METHODS[method]),
-        scenario.robot.goal,
-        track=np.asarray(recording.positions[: step + 1, 0]),
-        title=title,
-    )
-    with _writing(figure):
-        view.save(drawn, figure)
 
 
 @contextmanager

@@ -3,13 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from slalom import kernels
-from slalom.checks import Array, array, not_negative, number, positive, vectors
+from slalom.boundary import boundary, grazing_curves
+from slalom.checks import Array, array, not_negative, number, positive, vector, vectors
 from slalom.errors import InvalidInput
 from slalom.grown import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
@@ -18,7 +20,7 @@ from slalom.response import Response
 from slalom.segments import Segments
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import CONTACT, TOUCHING
+from slalom.tolerances import BOUNDARY, CONTACT, TOUCHING
 from slalom.traffic import Bodies, Traffic
 
 _NO_ROWS = np.empty((0, 4, 2))
@@ -35,6 +37,23 @@ class Element(NamedTuple):
     def centers(self) -> Array:
         """Middles of the hulls (b, d): of balls their centres."""
         return np.array([0.5 * (corners.min(axis=0) + corners.max(axis=0)) for corners in self.corners])
+
+
+class Boundary(NamedTuple):
+    """The control obstacle of each obstacle within a window, as shapely polygons."""
+
+    regions: tuple[Any, ...]  # n, in the order of the obstacles; an empty one where nothing is blocked
+
+    @property
+    def region(self) -> Any:
+        """All of them together."""
+        return shapely.union_all(self.regions)
+
+    @property
+    def curves(self) -> list[Array]:
+        """The boundary of `region`: closed curves (k, 2), the first point again at the end."""
+        polygons = shapely.get_parts(self.region)
+        return [shapely.get_coordinates(ring) for polygon in polygons for ring in shapely.get_rings(polygon)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,6 +241,47 @@ class ControlObstacle:
                     radii.append((part.radius + own.radius + margin[index] + more) / float(image.gain))
                     owners.append(index)
         return Element(tuple(corners), np.array(radii), np.array(owners, dtype=np.int64))
+
+    def boundary(self, center: npt.ArrayLike, radius: float, *, tolerance: float = 0.0) -> Boundary:
+        """The exact boundary in the plane within the disc of controls of `center` (2,) and `radius` > 0.
+
+        A control is in `region` if it collides, except where it is within about `tolerance` (in units of the control;
+        by default the share BOUNDARY of the radius) of the boundary. The curves are sampled envelopes of the elements
+        (Stern and Shiller 2025; docs/theory.md, 6); which side of them is blocked is asked of `times_to_collision`.
+
+        Raises:
+            InvalidInput: in space; a radius that is not above 0.
+        """
+        middle, size = self._window(center, radius)
+        regions = boundary(
+            self.segments,
+            len(self.traffic.obstacles),
+            lambda controls: np.isfinite(self.times_to_collision(controls)),
+            middle,
+            size,
+            not_negative(tolerance, "tolerance") or BOUNDARY * size,
+        )
+        return Boundary(tuple(regions))
+
+    def grazing(
+        self, center: npt.ArrayLike, radius: float, *, tolerance: float = 0.0
+    ) -> list[tuple[int, Array, Array]]:
+        """Controls that graze an obstacle, in the same disc: (owner, times (k,) [s], controls (k, 2)) for each curve.
+
+        At that time the robot touches the obstacle and moves along its surface, relative to it. Not all of them bound
+        the control obstacle: one may collide at another time. For bodies with corners: of the discs around their
+        corners.
+
+        Raises:
+            InvalidInput: as `boundary`.
+        """
+        middle, size = self._window(center, radius)
+        return grazing_curves(self.segments, middle, size, not_negative(tolerance, "tolerance") or BOUNDARY * size)
+
+    def _window(self, center: npt.ArrayLike, radius: float) -> tuple[Array, float]:
+        if self.dimension != 2:
+            raise InvalidInput("boundary: expected a control obstacle in the plane, found one in space")
+        return vector(center, "center", 2), positive(radius, "radius")
 
 
 def control_obstacle(

@@ -37,7 +37,7 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
 
 
 def list_text(result: dict[str, Any]) -> str:
-    """Scenarios and methods, one or two lines each."""
+    """Scenarios, methods, and figures and claims of the paper, one or two lines each."""
     lines = []
     for what, entries in result.items():
         lines.append(f"{what}:")
@@ -45,10 +45,15 @@ def list_text(result: dict[str, Any]) -> str:
             lines.append(f"  {name:22} {entry['sentence']}")
             if "source" in entry:
                 lines.append(f"  {'':22} {entry['source']}")
-            elif entry["parameters"]:
+            elif entry.get("parameters"):
                 parameters = ", ".join(f"{k}={v:g}" for k, v in entry["parameters"].items())
                 lines.append(f"  {'':22} --set {parameters}")
     return "\n".join(lines)
+
+
+def files_text(result: dict[str, Any]) -> str:
+    """What was reproduced, one file a line."""
+    return "\n".join([f"{len(result['entries'])} figures and claims, {result['seeds']} seeds:", *result["files"]])
 
 
 def table_text(result: dict[str, Any]) -> str:

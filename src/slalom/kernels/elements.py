@@ -74,8 +74,8 @@ def swept(
 ) -> tuple[int, float]:
     """What the elements between a and b cover for sure: corners relative to the control, into q, number, and radius.
 
-    The convex hull of the elements at a and b, shrunk by as much as the motion in between may miss it (`sag`): towards a
-    point inside it, since shrinking by the share sag / rho moves its border inwards by at least sag, with rho the
+    The convex hull of the elements at a and b, shrunk by as much as the motion in between may miss it (`sag`): towards
+    a point inside it, since shrinking by the share sag / rho moves its border inwards by at least sag, with rho the
     distance of that point from the border. Nothing (0) where that leaves nothing.
     """
     m = corners_in_control(course, gain, hulls, h, a, q, 0)

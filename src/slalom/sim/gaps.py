@@ -88,5 +88,5 @@ def lowest(before: Array, after: Array, turned: Array) -> Array:
         return segment_distance(before[:, 0], after[:, 0]) - turned
     if before.shape[2] == 3:
         travel = np.linalg.norm(after - before, axis=2).max(axis=1)
-        return np.minimum(signed(before), signed(after)) - 0.5 * travel - turned
+        return np.asarray(np.minimum(signed(before), signed(after)) - 0.5 * travel - turned)
     return np.asarray(shapely.distance(shapely.convex_hull(shapely.multipoints(both)), ORIGIN) - turned)

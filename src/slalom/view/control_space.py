@@ -170,7 +170,11 @@ def _field(blocked: ControlObstacle, index: int, horizon: float, plane: Plane, c
 
 
 def _fill(ax: Axes, blocked: ControlObstacle, plane: Plane) -> None:
-    """The control obstacles of ever shorter horizons on top of each other, and the outline of each obstacle's."""
+    """The control obstacles of ever shorter horizons on top of each other, and the outline of each obstacle's.
+
+    In the plane that of the whole horizon is exact; the others, and all in space, are contours of the clearance on the
+    grid.
+    """
     controls = plane.controls
     times = blocked.times_to_collision(controls)
     levels = time_levels(blocked.horizon)
@@ -178,6 +182,11 @@ def _fill(ax: Axes, blocked: ControlObstacle, plane: Plane) -> None:
     met = np.flatnonzero(np.isfinite(times).any(axis=(0, 1)))
     for level, start in zip(levels[:0:-1], levels[-2::-1]):
         last = level == levels[-1]
+        colour = colour_at(colours, 0.5 * (start + level))
+        look: dict[str, Any] = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.1, "zorder": 1}
+        if last and plane.height is None:
+            _exact(ax, blocked, plane, look)
+            continue
         union = np.full(times.shape[:2], _FAR)
         for index in met:
             inside = np.isfinite(times[..., index]) if last else times[..., index] < level
@@ -187,10 +196,31 @@ def _fill(ax: Axes, blocked: ControlObstacle, plane: Plane) -> None:
                 if last:
                     _outline(ax, plane, field, f"outline-{index}")
         if np.any(union < 0.0):
-            colour = colour_at(colours, 0.5 * (start + level))
-            patch = PathPatch(filled(plane, union), facecolor=colour, edgecolor=colour, linewidth=0.1, zorder=1)
+            patch = PathPatch(filled(plane, union), **look)
             patch.set_gid("blocked" if last else f"blocked-{level:g}")
             ax.add_patch(patch)
+
+
+def _exact(ax: Axes, blocked: ControlObstacle, plane: Plane, look: dict[str, Any]) -> None:
+    """The control obstacle within the panel by its boundary."""
+    corners = np.array([[plane.x[0], plane.y[0]], [plane.x[-1], plane.y[-1]]])
+    panel = shapely.box(*corners.ravel())
+    size = float(np.linalg.norm(corners[1] - corners[0]))
+    # A window a little larger than the panel: its rim is not drawn.
+    found = blocked.boundary(corners.mean(axis=0), 0.51 * size)
+    for index, whole in enumerate(found.regions):
+        if not whole.intersects(panel):
+            continue
+        lines = [shapely.get_coordinates(ring) for one in shapely.get_parts(whole) for ring in shapely.get_rings(one)]
+        drawn = LineCollection(lines, colors=INK, linewidths=0.45, alpha=0.75, zorder=2)
+        drawn.set_gid(f"outline-{index}")
+        ax.add_collection(drawn, autolim=False)
+    region = shapely.intersection(found.region, panel)
+    parts = [part for part in shapely.get_parts(region) if part.geom_type == "Polygon"]
+    if parts:
+        patch = PathPatch(outline(shapely.MultiPolygon(parts)), **look)
+        patch.set_gid("blocked")
+        ax.add_patch(patch)
 
 
 def filled(plane: Plane, field: Array) -> Outline:

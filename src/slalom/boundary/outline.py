@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array
-from slalom.envelope import (
+from slalom.boundary.envelope import (
     Bends,
     Indices,
     Mask,
@@ -24,6 +23,7 @@ from slalom.envelope import (
     parts,
     sample,
 )
+from slalom.checks import Array
 from slalom.segments import Segments
 from slalom.tolerances import STILL
 

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, parts, point_nodes
+from slalom.boundary.outline import outlines
 from slalom.checks import Array
-from slalom.envelope import Indices, Mask, Nodes, Window, arc_step, parts, point_nodes
-from slalom.outline import outlines
 from slalom.segments import Segments
 
 
