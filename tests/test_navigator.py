@@ -12,14 +12,17 @@ from parts import disc_or_ball
 
 from slalom import (
     METHODS,
+    Acceleration,
     Arrive,
     Circular,
     ConstantAcceleration,
     ConstantVelocity,
     Decision,
+    Disc,
     FollowVelocity,
     Goal,
     HalfSpace,
+    HorizonByName,
     KeepAcceleration,
     Limits,
     Manoeuvre,
@@ -28,10 +31,13 @@ from slalom import (
     Navigator,
     Obstacle,
     Outcome,
+    Polyline,
+    SafeTime,
     Sampled,
     SlalomError,
     State,
     Stationary,
+    advance,
 )
 from slalom.objective import Situation
 from slalom.sim import Recording, Robot, Scenario, simulate
@@ -273,6 +279,52 @@ def test_outcomes_are_ordered_and_explained() -> None:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
+# Horizons.
+
+
+def test_each_obstacle_counts_until_its_own_horizon() -> None:
+    """A wall 30 m ahead blocks every way on for six seconds of foresight, but not for the time it takes to stop."""
+    wall = Obstacle(Polyline([(30.0, -40.0), (30.0, 40.0)]), Stationary((0.0, 0.0)), "wall")
+    rock = Obstacle(Disc(1.0), Stationary((9.0, 0.3)), "rock")
+    robot = navigator(limits=Limits(8.0, 4.0), horizon=6.0)
+    state, far = at(2, 6.0), Goal(Stationary((80.0, 0.0)), 1.0)
+    by_name = HorizonByName({"wall": 1.5}, 9.0)
+    for rule, expected in ((None, [6.0, 6.0]), (SafeTime(0.5), [2.0, 2.0]), (by_name, [6.0, 1.5])):
+        traffic = replace(robot, horizons=rule).foresee([rock, wall], state, 0.0)
+        ends = [traffic.bodies(robot.robot).pieces.times[k, 1] for k in (0, 1)]
+        assert ends == pytest.approx(expected)
+    assert robot.decide(state, [wall], far).outcome is Outcome.CONSTRAINED
+    assert replace(robot, horizons=SafeTime(0.5)).decide(state, [wall], far).outcome is Outcome.CLEAR
+
+
+@pytest.mark.parametrize("speed", [2.0, 6.0, 8.0])
+@pytest.mark.parametrize("push", [1.0, 4.0])
+def test_the_safe_time_is_long_enough_to_stop(speed: float, push: float) -> None:
+    """Towards a wall that is in the way of everything, seen only when it matters: the robot stops before it."""
+    wall = Obstacle(Polyline([(60.0, -90.0), (60.0, 90.0)]), Stationary((0.0, 0.0)), "wall")
+    robot = navigator(limits=Limits(8.0, push), horizon=20.0, horizons=SafeTime(0.4), holds=(0.2,))
+    state, decision, outcomes = at(2, speed), None, set()
+    for k in range(400):
+        decision = robot.decide(state, [wall], Goal(Stationary((80.0, 0.0)), 1.0), now=0.1 * k, previous=decision)
+        outcomes.add(decision.outcome)
+        pushed = decision.manoeuvre.mean_acceleration(0.1 * k, 0.1)
+        state = advance(Acceleration(), state, pushed, 0.1)
+    assert all(outcome.safe for outcome in outcomes), outcomes
+    assert state.position[0] < 59.0
+    assert state.position[0] > 40.0
+
+
+def test_out_of_a_wall_is_across_it() -> None:
+    """Overlapping the middle of a long wall, the robot leaves by its side, not along it."""
+    wall = Obstacle(Polyline([(-5.0, 0.0), (30.0, 0.0)], 0.2), Stationary((0.0, 0.0)), "wall")
+    decision = navigator().decide(State((10.0, 0.4), (0.0, 0.0)), [wall], goal(2))
+    assert decision.outcome is Outcome.ESCAPING
+    x, y = decision.manoeuvre.control
+    assert y > 0.0
+    assert abs(x) < 1e-6
+
+
+# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles that appear.
 
 
@@ -285,8 +337,8 @@ def test_who_sees_an_obstacle_that_appears_later(method: str, sees: bool) -> Non
     later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(place, 0.5)] * 2), "later")
     robot = navigator(method=method)
     alone, among = (robot.decide(at(2, speed), others, goal(2)) for others in ([], [later]))
-    assert len(robot.foresee([later], 0.0).obstacles) == sees
-    assert len(robot.foresee([later], 1.0).obstacles) == 1
+    assert len(robot.foresee([later], at(2, speed), 0.0).obstacles) == sees
+    assert len(robot.foresee([later], at(2, speed), 1.0).obstacles) == 1
     assert np.array_equal(alone.manoeuvre.control, among.manoeuvre.control) != sees
     assert among.outcome.safe
 

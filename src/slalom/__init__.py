@@ -9,13 +9,15 @@ records and measures; `slalom.view` draws.
 from slalom.affine import Affine
 from slalom.bounds import Bound, Box, ConvexPolygon, Friction, HeadingCone, LeastSpeed, TurningRadius
 from slalom.control_obstacle import ControlObstacle, Element, control_obstacle
+from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidFile, InvalidInput, OutsideSpan, SlalomError
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
 from slalom.goal import Goal
+from slalom.horizon import Horizon, HorizonByName, SafeTime
 from slalom.limits import Admissible, HalfSpace, Limits, admissible_ball
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import METHODS, Method, method
-from slalom.navigator import Decision, Navigator, Outcome
+from slalom.navigator import Navigator
 from slalom.objective import (
     Aim,
     Arrive,
@@ -90,6 +92,8 @@ __all__ = [
     "Goal",
     "HalfSpace",
     "HeadingCone",
+    "Horizon",
+    "HorizonByName",
     "InvalidFile",
     "InvalidInput",
     "Jerk",
@@ -113,6 +117,7 @@ __all__ = [
     "Polyline",
     "Rectangle",
     "Response",
+    "SafeTime",
     "Sampled",
     "Shape",
     "SlalomError",

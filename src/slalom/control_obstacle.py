@@ -116,7 +116,7 @@ class ControlObstacle:
     @cached_property
     def _gaps(self) -> Array:
         """The distance of each body now, its radius not taken off [m], inf if it is not there: (b,)."""
-        return self.traffic.distances(self.robot, self.state.position)
+        return self.traffic.distances(self.robot, self.state.position)[0]
 
     @cached_property
     def _radii(self) -> Array:
@@ -142,6 +142,15 @@ class ControlObstacle:
     def overlapping(self) -> npt.NDArray[np.int64]:
         """Indices of the obstacles that the robot (with its margin) overlaps now."""
         return np.flatnonzero(self.initial_clearances < -CONTACT)
+
+    def way_out(self, index: int) -> Array:
+        """The unit vector (d,) along which the robot gets away soonest from the part of an obstacle that is nearest.
+
+        For a robot inside it, the shortest way out. On top of a point every direction is as good.
+        """
+        bodies = np.flatnonzero(self._bodies.owner == index)
+        nearest = bodies[int(np.argmin(self._gaps[bodies] - self._radii[bodies]))]
+        return np.asarray(-self.traffic.distances(self.robot, self.state.position)[1][nearest])
 
     @cached_property
     def segments(self) -> Segments:

@@ -1,17 +1,19 @@
 """One robot's decision at each step: choose, keep, continue, fall back, escape."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from enum import Enum
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from slalom.checks import Array, not_negative, positive
 from slalom.control_obstacle import ControlObstacle
+from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidInput
+from slalom.fallback import delay, escape
 from slalom.forecast import foreseen
 from slalom.goal import Goal
+from slalom.horizon import Horizon
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
@@ -23,44 +25,6 @@ from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE, KEPT, TOUCHING
 from slalom.traffic import Traffic
-
-
-class Outcome(Enum):
-    """What a decision is; the value is the sentence for the user. Ordered from best to worst."""
-
-    CLEAR = "The preferred control collides with nothing."
-    CONSTRAINED = "The nearest safe control to the preferred one was chosen."
-    KEPT = "The committed manoeuvre is safe and no new one promises enough to change it."
-    CONTINUED = "No new safe manoeuvre exists; the committed one is continued and still safe."
-    SQUEEZED = "No manoeuvre keeps the margin; this one keeps a clearance above 0."
-    DELAYED = "Every manoeuvre collides as predicted; the one that collides last was chosen."
-    IMPACT = "A collision within this control period is inevitable; the impact speed was made least."
-    INADMISSIBLE = "No control obeys the limits in this state; a compromise between them was made."
-    ESCAPING = "The robot overlaps an obstacle; it moves apart as fast as it can."
-
-    @property
-    def safe(self) -> bool:
-        """Whether nothing is hit as long as the forecasts hold, up to the horizon."""
-        return self in (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
-
-
-@dataclass(frozen=True, eq=False)
-class Decision:
-    """What the robot does next.
-
-    Attributes:
-        manoeuvre: the committed future path; apply `manoeuvre.mean_acceleration(now, period)`.
-        outcome: how it came about.
-        preferred: the control (d,) that the objective asked of the manoeuvre's response.
-        blocked: the control obstacle of that response, for pictures and questions; not asked, not computed.
-        regret: [s] of predicted arrival lost by keeping the manoeuvre since it was chosen.
-    """
-
-    manoeuvre: Manoeuvre
-    outcome: Outcome
-    preferred: Array
-    blocked: ControlObstacle
-    regret: float = 0.0
 
 
 class _Proposal(NamedTuple):
@@ -89,6 +53,7 @@ class Navigator:
         holds: [s] how long accelerations are held.
         patience: [s] of predicted arrival that may be lost by keeping a manoeuvre before it is changed.
         objective: what it wants.
+        horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
     """
 
     method: Method
@@ -100,6 +65,7 @@ class Navigator:
     holds: tuple[float, ...] = HOLDS
     patience: float = 0.1
     objective: Objective = field(default_factory=Arrive)
+    horizons: Horizon | None = None
 
     def __post_init__(self) -> None:
         positive(self.period, "period")
@@ -130,7 +96,7 @@ class Navigator:
             raise InvalidInput(
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
-        traffic = self.foresee(obstacles, now)
+        traffic = self.foresee(obstacles, state, now)
         responses = self.method.responses(self.limits, self.period, self.holds)
         if self._too_fast(state):
             # Held long, a weak push would obey the limit in the end; the speed must come down now.
@@ -139,7 +105,7 @@ class Navigator:
         situations = [self._situation(response, state, goal, now) for response in responses]
         bare = self._blocked(situations[0], traffic, 0.0)
         if len(bare.overlapping):
-            return self._escape(situations[0], bare, now)
+            return escape(situations[0], self.robot, self.period, bare)
         margins = np.clip(bare.initial_clearances - TOUCHING, 0.0, self.margin)
         proposals = [p for s in situations if (p := self._propose(s, traffic, margins)) is not None]
         best = min(proposals, key=lambda p: p.cost, default=None)
@@ -153,9 +119,10 @@ class Navigator:
         if squeezed:
             best = min(squeezed, key=lambda p: p.cost)
             return Decision(best.manoeuvre, Outcome.SQUEEZED, best.preferred, best.blocked)
-        return self._delay(situations, traffic)
+        wishes = [preferred_control(self.objective.aims(s)) for s in situations]
+        return delay(situations, wishes, self.robot, self.period, traffic)
 
-    def foresee(self, obstacles: Sequence[Obstacle], now: float) -> Traffic:
+    def foresee(self, obstacles: Sequence[Obstacle], state: State, now: float) -> Traffic:
         """The obstacles as the method's forecast sees them at `now`.
 
         An obstacle that does not exist yet is seen only by a forecast that foresees.
@@ -164,7 +131,10 @@ class Navigator:
         seen = [
             foreseen(obstacle, forecast, now) for obstacle in obstacles if forecast.foresees or obstacle.exists(now)
         ]
-        return Traffic(seen, now, self.horizon)
+        if self.horizons is None:
+            return Traffic(seen, now, self.horizon)
+        each = np.minimum(self.horizons(state, seen, self.limits, now), self.horizon)
+        return Traffic(seen, now, self.horizon, each)
 
     def _situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
         admissible = self.limits.admissible(response, state, self.horizon)
@@ -223,80 +193,3 @@ class Navigator:
             return None
         outcome = Outcome.CONTINUED if best is None else Outcome.KEPT
         return Decision(committed, outcome, committed.control, self._blocked(s, traffic, margins), regret)
-
-    def _delay(self, situations: list[Situation], traffic: Traffic) -> Decision:
-        """Nothing is safe: the latest collision; among equals (within one period) the least impact speed."""
-        options = []
-        for s in situations:
-            blocked, preferred = self._blocked(s, traffic, 0.0), preferred_control(self.objective.aims(s))
-            low, high, control = 0.0, self.horizon, None
-            while high - low > 0.1 * self.period:
-                middle = 0.5 * (low + high)
-                choice = select(preferred, s.admissible, replace(blocked, horizon=middle))
-                if choice.control is None:
-                    high = middle
-                else:
-                    low, control = middle, choice.control
-            if control is not None:
-                speed = self._impact_speed(blocked, control)
-                options.append((low, speed, Manoeuvre(s.response, s.state, control, s.now), preferred, blocked))
-        latest = max((option[0] for option in options), default=0.0)
-        if latest < self.period:
-            return self._soften(situations[0], traffic)
-        equal = [option for option in options if option[0] >= latest - self.period]
-        _, _, manoeuvre, preferred, blocked = min(equal, key=lambda option: option[1])
-        return Decision(manoeuvre, Outcome.DELAYED, preferred, blocked)
-
-    def _impact_speed(self, blocked: ControlObstacle, control: Array) -> float:
-        """Relative speed [m/s] at the first collision under `control`; 0 without one."""
-        times = blocked.times_to_collision(control)
-        first = int(np.argmin(times))
-        if not np.isfinite(times[first]):
-            return 0.0
-        own = blocked.response.velocity(blocked.state, times[first])(control)
-        other = blocked.traffic.obstacles[first].trajectory.velocity(blocked.traffic.start + float(times[first]))
-        return float(np.linalg.norm(own - other))
-
-    def _soften(self, s: Situation, traffic: Traffic) -> Decision:
-        """A collision within this period: approach the velocity of what will be hit first."""
-        blocked = self._blocked(s, traffic, 0.0)
-        times = blocked.times_to_collision(np.zeros(s.state.dimension))
-        preferred, outcome = np.zeros(s.state.dimension), Outcome.INADMISSIBLE
-        if select(preferred, s.admissible, self._blocked(s, Traffic((), s.now, self.horizon), 0.0)).safe:
-            outcome = Outcome.IMPACT
-        if np.any(np.isfinite(times)):
-            first = int(np.argmin(times))
-            other = traffic.obstacles[first].trajectory.velocity(s.now + float(times[first]))
-            preferred = s.response.velocity(s.state, self.period).inverse(other)
-        manoeuvre = Manoeuvre(s.response, s.state, self._nearest(preferred, s, []), s.now)
-        return Decision(manoeuvre, outcome, preferred, blocked)
-
-    def _escape(self, s: Situation, blocked: ControlObstacle, now: float) -> Decision:
-        """Apart from what is overlapped, as fast as the limits allow, and clear of everything else if possible."""
-        overlapped = [blocked.traffic.obstacles[index].trajectory for index in blocked.overlapping]
-        aways = []
-        for trajectory in overlapped:
-            away = s.state.position - trajectory.position(now)
-            length = float(np.linalg.norm(away))
-            # On top of each other every direction is as good; the first axis is taken.
-            aways.append(away / length if length > 0.0 else np.eye(s.state.dimension)[0])
-        away = np.mean(aways, axis=0)
-        if np.linalg.norm(away) < 1e-6:
-            # Squeezed from opposite sides: out sideways, where both grow more distant.
-            axis = np.eye(s.state.dimension)[int(np.argmin(np.abs(aways[0])))]
-            away = axis - (axis @ aways[0]) * aways[0]
-        carried = np.mean([trajectory.velocity(now) for trajectory in overlapped], axis=0)
-        wanted = carried + self.limits.max_speed * away / np.linalg.norm(away)
-        preferred = s.response.velocity(s.state, self.period).inverse(wanted)
-        others = [o for i, o in enumerate(blocked.traffic.obstacles) if i not in blocked.overlapping]
-        manoeuvre = Manoeuvre(s.response, s.state, self._nearest(preferred, s, others), now)
-        return Decision(manoeuvre, Outcome.ESCAPING, preferred, blocked)
-
-    def _nearest(self, preferred: Array, s: Situation, others: Sequence[Obstacle]) -> Array:
-        """The admissible control nearest to `preferred`, clear of `others` if possible; a compromise if none is."""
-        for avoided in (others, ()):
-            blocked = ControlObstacle(s.response, s.state, Traffic(avoided, s.now, self.horizon), self.robot)
-            choice = select(preferred, s.admissible, blocked)
-            if choice.control is not None:
-                return choice.control
-        return s.admissible.compromise(preferred)

@@ -73,7 +73,7 @@ class Traffic:
         self.dimension = dimensions.pop() if dimensions else None
         self._until = [self.horizon] * len(self.obstacles) if horizons is None else self._each(horizons)
         self._bodies: dict[Shape, Bodies] = {}
-        self._distances: tuple[tuple[Shape, bytes], Array] | None = None
+        self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
 
     def _each(self, horizons: npt.ArrayLike) -> list[float]:
         each = [positive(one, f"horizons[{k}]") for k, one in enumerate(np.atleast_1d(np.asarray(horizons)))]
@@ -90,22 +90,23 @@ class Traffic:
             self._bodies[robot] = self._grow(robot)
         return self._bodies[robot]
 
-    def distances(self, robot: Shape, position: Array) -> Array:
-        """The distance [m] of each body, its radius not taken off, from a robot at `position` (d,) now: (b,).
+    def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
+        """How far each body is now, its radius not taken off, from a robot at `position` (d,): (b,) [m], and where to.
 
-        Less what it may be off now; inf for a body that is not there.
+        Less what it may be off now; inf for a body that is not there. Inside a body the distance is minus the depth. A
+        robot leaves it, or goes away from it, soonest against the unit vectors (b, d).
         """
         key = (robot, position.tobytes())
         if self._distances is None or self._distances[0] != key:
-            self._distances = (key, self._measure(robot, position))
-        return self._distances[1]
+            self._distances = (key, *self._measure(robot, position))
+        return self._distances[1:]
 
-    def _measure(self, robot: Shape, position: Array) -> Array:
+    def _measure(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         bodies = self.bodies(robot)
-        result = np.full(len(bodies.around), np.inf)
+        result, towards = np.full(len(bodies.around), np.inf), np.zeros((len(bodies.around), position.size))
         rows, heads = bodies.pieces, bodies.heads
         if not heads.size:
-            return result
+            return result, towards
         which = rows.body[heads]
         # Pieces may have begun before the window does.
         x = -rows.times[heads, 0] / (rows.times[heads, 1] - rows.times[heads, 0])
@@ -114,11 +115,12 @@ class Traffic:
         places[:, : position.size] = np.einsum("nj,njd->nd", weights, rows.points[heads]) - position
         directions = np.einsum("nj,njd->nd", weights, rows.turns[heads])
         hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
-        result[which] = kernels.distances(places, directions, bodies.hull[which], hulls)
+        found = kernels.distances(places, directions, bodies.hull[which], hulls)
+        result[which], towards[which] = found[:, 0], found[:, 1 : 1 + position.size]
         # How far it may be off now is a distance, not a part of its shape.
         unsure = np.array([obstacle.uncertainty is not None for obstacle in self.obstacles])[bodies.owner[which]]
         result[which] -= np.where(unsure, rows.radius[heads] + rows.growth[heads] * x, 0.0)
-        return result
+        return result, towards
 
     def _grow(self, robot: Shape) -> Bodies:
         found, rows, count = [], [], 0

@@ -309,20 +309,21 @@ def hull_sink(
 
 @kernel
 def distances(places: Array, directions: Array, which: Indices, hulls: Hulls) -> Array:
-    """Signed distances (k,) of the origin to hulls which (k,), -1 for points, at places (k, 3) with directions (k,
-    2).
+    """Signed distance of the origin to hulls which (k,), -1 for points, and the unit vector that attains it: (k, 4).
+
+    The hulls are at places (k, 3), their bodies along directions (k, 2).
     """
-    result = np.empty(len(places))
+    result = np.empty((len(places), 4))
     course, q = new_course(hulls)
     for i in range(len(places)):
         if which[i] < 0:
-            result[i] = np.sqrt(places[i, 0] ** 2 + places[i, 1] ** 2 + places[i, 2] ** 2)
-            continue
-        course[0, :3], course[0, 3:] = places[i], directions[i]
-        for j in range(1, 4):
-            course[j] = course[0]
-        n = corners_at(course, hulls, which[i], 0.0, q)
-        if hulls[4][which[i]]:
-            n = order(q, n)
-        result[i] = signed_distance(q, n)[0]
+            q[0], n = places[i], 1
+        else:
+            course[0, :3], course[0, 3:] = places[i], directions[i]
+            for j in range(1, 4):
+                course[j] = course[0]
+            n = corners_at(course, hulls, which[i], 0.0, q)
+            if hulls[4][which[i]]:
+                n = order(q, n)
+        result[i, 0], result[i, 1], result[i, 2], result[i, 3] = signed_distance(q, n)
     return result

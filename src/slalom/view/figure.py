@@ -13,12 +13,13 @@ from matplotlib.colors import ListedColormap, Normalize, to_rgba
 from matplotlib.figure import Figure
 
 from slalom.checks import Array, array, vectors
+from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.grown import outline_parts
 from slalom.limits import Admissible
 from slalom.manoeuvre import Manoeuvre
-from slalom.navigator import Decision, Navigator, Outcome
+from slalom.navigator import Navigator
 from slalom.objective import Situation, preferred_control
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape

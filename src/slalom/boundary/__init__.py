@@ -1,0 +1,6 @@
+"""The boundary of control obstacles in the plane: envelopes of elements, outlines of hulls, faces between them."""
+
+from slalom.boundary.envelope import grazing_curves
+from slalom.boundary.faces import boundary
+
+__all__ = ["boundary", "grazing_curves"]
