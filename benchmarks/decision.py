@@ -45,9 +45,9 @@ def one_pass(blocked: ControlObstacle) -> float:
     """Time of one pass of the chord test over all segments [us]."""
     from slalom.kernels.segments import chord_gaps
 
-    _, _, points, gains, radius, _ = blocked.segments
-    gaps = np.empty(len(radius))
-    return microseconds(lambda: chord_gaps(points, gains, 1.0, 0.5, 0.0, gaps), 200)
+    s = blocked.segments
+    gaps = np.empty(len(s.radius))
+    return microseconds(lambda: chord_gaps(s.points, s.gains, 1.0, 0.5, 0.0, gaps), 200)
 
 
 def main() -> None:
@@ -63,7 +63,7 @@ def main() -> None:
     for blocked, situation, preferred in scenes:
         traffic = blocked.traffic
         rows["obstacles to pieces"].append(
-            microseconds(lambda t=traffic: Traffic(t.obstacles, t.start, HORIZON), 5)  # type: ignore[misc]
+            microseconds(lambda t=traffic, r=blocked.robot: Traffic(t.obstacles, t.start, HORIZON).bodies(r), 5)  # type: ignore[misc]
         )
 
         def fresh(blocked: ControlObstacle = blocked) -> object:
@@ -73,7 +73,7 @@ def main() -> None:
         rows["select"].append(microseconds(lambda: select(preferred, situation.admissible, blocked), 15))  # noqa: B023
         name = select(preferred, situation.admissible, blocked).status.name
         statuses[name] = statuses.get(name, 0) + 1
-    segments = float(np.median([len(blocked.segments[4]) for blocked, _, _ in scenes]))
+    segments = float(np.median([len(blocked.segments.begin) for blocked, _, _ in scenes]))
     print(f"{len(scenes)} scenes of 30 cars, {segments:.0f} segments, {statuses}")
     print(f"{'':24}{'median us':>12}{'99 % us':>12}{'median / pass':>16}")
     print(f"{'one pass, chord test':24}{passes:>12.1f}{'':>12}{1.0:>16.1f}")

@@ -286,7 +286,7 @@ def test_each_obstacle_counts_until_its_own_horizon() -> None:
     """A wall 30 m ahead blocks every way on for six seconds of foresight, but not for the time it takes to stop."""
     wall = Obstacle(Polyline([(30.0, -40.0), (30.0, 40.0)]), Stationary((0.0, 0.0)), "wall")
     rock = Obstacle(Disc(1.0), Stationary((9.0, 0.3)), "rock")
-    robot = navigator(limits=Limits(8.0, 4.0), horizon=6.0)
+    robot = navigator(method="nlvo", limits=Limits(8.0, 4.0), horizon=6.0)
     state, far = at(2, 6.0), Goal(Stationary((80.0, 0.0)), 1.0)
     by_name = HorizonByName({"wall": 1.5}, 9.0)
     for rule, expected in ((None, [6.0, 6.0]), (SafeTime(0.5), [2.0, 2.0]), (by_name, [6.0, 1.5])):

@@ -28,8 +28,9 @@ def smallest_ball(limits: Array) -> int:
 @kernel
 def new_boundaries(limits: Array) -> Array:
     """The boundaries of the admissible set, and room for more."""
-    boundaries = np.empty((len(limits) + 64, 5))
-    boundaries[: len(limits)] = limits
+    boundaries = np.empty((len(limits) + 64, 6))
+    boundaries[: len(limits), :5] = limits
+    boundaries[:, 5] = -1.0
     return boundaries
 
 
@@ -38,8 +39,9 @@ def with_room(boundaries: Array, count: int) -> Array:
     """The boundaries, moved to a larger array if there are fewer than `count` rows."""
     if count <= len(boundaries):
         return boundaries
-    larger = np.empty((2 * count, 5))
+    larger = np.empty((2 * count, 6))
     larger[: len(boundaries)] = boundaries
+    larger[len(boundaries) :, 5] = -1.0
     return larger
 
 
@@ -78,10 +80,10 @@ def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
 
 
 @kernel
-def outside_polygons(polygons: Polygons, x: float, y: float) -> bool:
-    """Whether the control (x, y) is outside all rounded polygons, up to rounding."""
+def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: float) -> bool:
+    """Whether the control (x, y) is outside the rounded polygons begin to end - 1, up to rounding."""
     corners, begins, radii, around = polygons
-    for k in range(begins[0]):
+    for k in range(begin, end):
         dx, dy, far = x - around[k, 0], y - around[k, 1], around[k, 2]
         if dx * dx + dy * dy >= far * far:
             continue
@@ -110,8 +112,10 @@ def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: floa
 
 
 @kernel
-def add_rounded(boundaries: Array, admissible: int, count: int, q: Array, n: int, r: float) -> tuple[Array, int]:
-    """The circles and lines of a rounded polygon that reach into the admissible set, as boundaries."""
+def add_rounded(
+    boundaries: Array, admissible: int, count: int, which: int, q: Array, n: int, r: float
+) -> tuple[Array, int]:
+    """The circles and lines of rounded polygon `which` that reach into the admissible set, as boundaries."""
     boundaries = with_room(boundaries, count + 2 * n)
     smallest = smallest_ball(boundaries[:admissible])
     x, y, most = boundaries[smallest, 1], boundaries[smallest, 2], boundaries[smallest, 4]
@@ -123,6 +127,7 @@ def add_rounded(boundaries: Array, admissible: int, count: int, q: Array, n: int
         if abs(distance - r) <= most + slack:
             boundaries[count, 0] = 2.0
             boundaries[count, 1], boundaries[count, 2], boundaries[count, 3], boundaries[count, 4] = ax, ay, 0.0, r
+            boundaries[count, 5] = which
             count += 1
         k = j + 1 if j + 1 < n else 0
         dx, dy = q[k, 0] - ax, q[k, 1] - ay
@@ -135,5 +140,6 @@ def add_rounded(boundaries: Array, admissible: int, count: int, q: Array, n: int
         if (ex + along * dx) ** 2 + (ey + along * dy) ** 2 <= (most + slack) ** 2:
             boundaries[count, 0], boundaries[count, 3] = 3.0, 0.0
             boundaries[count, 1], boundaries[count, 2], boundaries[count, 4] = nx, ny, nx * ax + ny * ay + r
+            boundaries[count, 5] = which
             count += 1
     return boundaries, count
