@@ -201,6 +201,19 @@ def _stop(t, hold, rate, period):
     )
 
 
+def _brake(t, hold, brake):
+    held, since = np.minimum(t, hold), np.clip(t - hold, 0.0, brake)
+    # Evenly from the speed at the end of the hold to none.
+    gone, now = since - since**2 / (2 * brake), 1 - since / brake
+    push = np.where((t >= hold) & (t < hold + brake), -1 / brake, 0.0)
+    inside, nil = t < hold, 0 * t
+    return (
+        (held + gone, nil, held**2 / 2 + hold * gone),
+        (now, nil, np.where(inside, held, hold * now)),
+        (push, nil, np.where(inside, 1.0, hold * push)),
+    )
+
+
 def _jerk(t):
     one, nil = np.ones_like(t), 0 * t
     return (t, t**2 / 2, t**3 / 6), (one, t, t**2 / 2), (nil, one, t)
@@ -212,6 +225,7 @@ RESPONSES = {
     "Acceleration": _acceleration,
     "AccelerateThenCoast": _coast,
     "AccelerateThenStop": _stop,
+    "AccelerateThenBrake": _brake,
     "Jerk": _jerk,
 }
 

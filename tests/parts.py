@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from slalom import (
     METHODS,
+    AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
     Acceleration,
@@ -64,6 +65,8 @@ RESPONSES: dict[str, Response] = {
     "coast_long": AccelerateThenCoast(hold=3.0),
     "stop": AccelerateThenStop(hold=0.5, rate=0.8, period=PERIOD),
     "stop_long": AccelerateThenStop(hold=2.0, rate=0.5, period=PERIOD),
+    "brake": AccelerateThenBrake(hold=0.5, brake=1.5),
+    "brake_long": AccelerateThenBrake(hold=2.0, brake=0.6),
     "jerk": Jerk(),
 }
 

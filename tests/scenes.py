@@ -231,6 +231,7 @@ PARAMETERS = {
         "rate": float(rng.uniform(0.2, 2.0)),
         "period": float(rng.choice([0.05, 0.1, 0.25])),
     },
+    "AccelerateThenBrake": lambda rng: {"hold": float(rng.uniform(0.2, 3.0)), "brake": float(rng.uniform(0.3, 3.0))},
     "Jerk": lambda rng: {},
 }
 """Random parameters for every kind of response: a later one joins here, and in `oracle.RESPONSES`."""

@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 import slalom
 from slalom import (
     METHODS,
+    AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
     Acceleration,
@@ -385,6 +386,7 @@ CASES = [
     Case("positive", InvalidInput, r"tolerance: .* found 0", lambda _: Goal(Stationary((0, 0)), 0)),
     Case("positive", InvalidInput, r"lag: .* found 0", lambda _: LaggedVelocity(0)),
     Case("positive", InvalidInput, r"hold: .* found -1", lambda _: AccelerateThenCoast(-1)),
+    Case("positive", InvalidInput, r"brake: .* found 0", lambda _: AccelerateThenBrake(1, 0)),
     Case("positive", InvalidInput, r"rate: .* found 0", lambda _: AccelerateThenStop(1, 0, 0.1)),
     Case("positive", InvalidInput, r"period: .* found 0", lambda _: AccelerateThenStop(1, 1, 0)),
     Case("positive", InvalidInput, r"1 - rate \* period: .* found 0", lambda _: AccelerateThenStop(1, 10, 0.1)),

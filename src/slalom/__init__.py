@@ -30,6 +30,7 @@ from slalom.objective import (
 )
 from slalom.obstacle import Obstacle
 from slalom.response import (
+    AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
     Acceleration,
@@ -60,6 +61,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "METHODS",
+    "AccelerateThenBrake",
     "AccelerateThenCoast",
     "AccelerateThenStop",
     "Acceleration",

@@ -133,9 +133,10 @@ def sag(course: Array, gain: Array, hulls: Hulls, h: int, far: float, a: float, 
     """By how much, in the workspace, the bodies between a and b may miss their straight interpolation.
 
     For every control within `far` of that of the course. A control in the hull of the elements at a and b collides with
-    the body interpolated between these times: with weights (1 - m) on the element at a and m on that at b, take the
-    time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. What remains is how far cubics bend from their chords, and
-    for a body that turns by a small angle how far it shrinks when interpolated.
+    the body interpolated between these times, as a sum of sets: with weights (1 - m) on the element at a and m on that
+    at b, take the time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. What remains is how far cubics bend from
+    their chords and, for a body that turns, how far the sum of two bodies in different directions e exceeds the body in
+    between: at l, by at most 2 l (1 - l) |e(b) - e(a)| of its size.
     """
     total = bend(course[:, 0], course[:, 1], a, b) + far * bend(gain, gain, a, b)
     spread = 0.0
@@ -147,7 +148,7 @@ def sag(course: Array, gain: Array, hulls: Hulls, h: int, far: float, a: float, 
         for axis in range(3, 5):
             p0, _, _, p3 = restrict(course[0, axis], course[1, axis], course[2, axis], course[3, axis], a, b)
             change += (p3 - p0) ** 2
-        total += np.sqrt(spread) * (turn + 0.25 * change)
+        total += np.sqrt(spread) * (turn + 0.5 * np.sqrt(change))
     return float(total)
 
 

@@ -2,13 +2,15 @@
 
 from typing import Final
 
-from slalom.response.acceleration import AccelerateThenCoast, AccelerateThenStop, Acceleration
+from slalom.response.acceleration import AccelerateThenCoast, Acceleration
 from slalom.response.jerk import Jerk
 from slalom.response.protocol import Response, advance
+from slalom.response.stopping import AccelerateThenBrake, AccelerateThenStop
 from slalom.response.velocity import LaggedVelocity, Velocity
 
 __all__ = [
     "RESPONSES",
+    "AccelerateThenBrake",
     "AccelerateThenCoast",
     "AccelerateThenStop",
     "Acceleration",
@@ -25,6 +27,7 @@ RESPONSES: Final[tuple[type[Response], ...]] = (
     Acceleration,
     AccelerateThenCoast,
     AccelerateThenStop,
+    AccelerateThenBrake,
     Jerk,
 )
 """Every kind of response."""

@@ -14,9 +14,10 @@ from slalom.state import State
 class Response(Protocol):
     """Position, velocity and acceleration as affine maps of the control, t seconds after it was chosen.
 
-    Laws: position(state, 0) maps every u to the present position; its gain increases strictly from 0; `velocity` is the
-    derivative of `position`, `acceleration` that of `velocity` (except at knots); advancing twice is advancing once
-    by the sum, for the responses whose `restartable` is True. t may have any shape (...): drift (..., d), gain (...).
+    Laws: position(state, 0) maps every u to the present position; its gain increases from 0 until the robot rests, if
+    it does, and never falls; `velocity` is the derivative of `position`, `acceleration` that of `velocity` (except at
+    knots); advancing twice is advancing once by the sum, for the responses whose `restartable` is True. t may have any
+    shape (...): drift (..., d), gain (...).
     """
 
     @property

@@ -20,6 +20,7 @@ from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.limits import Admissible
 from slalom.response import (
+    AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
     Acceleration,
@@ -127,7 +128,7 @@ def kind(response: Response) -> Kind:
             return Kind("acceleration", "a", "m/s²", "held")
         case AccelerateThenCoast():
             return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then coasting")
-        case AccelerateThenStop():
+        case AccelerateThenBrake() | AccelerateThenStop():
             return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then braking")
         case Jerk():
             return Kind("jerk", "j", "m/s³", "held")
