@@ -177,7 +177,7 @@ def test_bounds_are_obeyed_at_every_step_of_a_run(method: str, what: str, d: int
     limits = Limits(4.0, 3.0, bounds=ROAD[what])
     goal = Goal(Stationary(30.0 * np.eye(d)[0]), 1.0)
     robot = Robot(disc_or_ball(0.4, d), limits, State(np.zeros(d), 2.0 * np.eye(d)[0]), goal)
-    recording = simulate(Scenario("road", robot, others, duration=6.0), METHODS[method])
+    recording = simulate(Scenario("road", (robot,), others, duration=6.0), METHODS[method])
     turned, sideways, count = recording.velocities[:-1, 0], 0.0, 0
     for k, ((outcome,), push) in enumerate(zip(recording.outcomes, recording.accelerations[:, 0])):
         if outcome in ("IMPACT", "INADMISSIBLE", "ESCAPING"):

@@ -114,7 +114,7 @@ def decide(state: State = FLAT, obstacles=(ROCK,), goal: Goal = GOAL, **settings
 
 def scenario(**settings) -> Scenario:
     """A scenario in the plane."""
-    return Scenario("test", Robot(Disc(1), LIMITS, FLAT, GOAL), (ROCK,), **settings)
+    return Scenario("test", (Robot(Disc(1), LIMITS, FLAT, GOAL),), (ROCK,), **settings)
 
 
 class Case(NamedTuple):
@@ -774,7 +774,7 @@ CASES = [
     Case(
         "Scenario.__post_init__",
         InvalidInput,
-        r"obstacle '': expected dimension 2 as of the robot, found 3",
+        r"obstacle '': expected dimension 2 as of the robots, found 3",
         lambda _: replace(scenario(), obstacles=(BALLOON,)),
     ),
     Case(
@@ -817,7 +817,7 @@ CASES = [
         r"goal: expected a place that the robot can reach, found one 9.5 m deep in obstacle 'hill'",
         lambda _: Scenario(
             "test",
-            Robot(Disc(1), LIMITS, FLAT, GOAL),
+            (Robot(Disc(1), LIMITS, FLAT, GOAL),),
             (Obstacle(Disc(9), Stationary(GOAL.trajectory.place + np.array([0.5, 0.0])), "hill"),),
         ),
     ),

@@ -431,7 +431,7 @@ def random_run(
     rng = np.random.default_rng([seed, d])
     robot = Robot(disc_or_ball(0.5, d), limits or Limits(4.0, 3.0), at(d, speed), goal(d, 30.0))
     others = tuple(crowd(rng, d, 12 if d == 2 else 18, still=still))
-    return simulate(Scenario("random", robot, others, duration=most), METHODS[method], seed=seed)
+    return simulate(Scenario("random", (robot,), others, duration=most), METHODS[method], seed=seed)
 
 
 def up_to_first_unsafe(recording: Recording) -> Recording:
@@ -534,7 +534,7 @@ def test_a_moving_goal_is_reached(stop: bool, place, method: str) -> None:
     """With `stop` the robot ends slow relative to the goal, not to the ground."""
     d, tolerance = place.dimension, 0.5
     robot = Robot(disc_or_ball(0.5, d), Limits(4.0, 2.0), at(d, 0.0), Goal(place, tolerance, stop))
-    recording = simulate(Scenario("chase", robot, duration=40.0), METHODS[method])
+    recording = simulate(Scenario("chase", (robot,), duration=40.0), METHODS[method])
     end = recording.times[-1]
     assert recording.arrived[0] == end
     assert np.linalg.norm(place.position(end) - recording.positions[-1, 0]) <= tolerance
@@ -548,7 +548,7 @@ def test_a_goal_that_exists_for_a_while_is_reached_in_time(stop: bool, method: s
     """Sampled for ten seconds: no look beyond its end, although a straight chase would take longer."""
     place = Sampled([0.0, 10.0], [(5.0, 0.0), (12.0, 0.0)], "linear")
     robot = Robot(disc_or_ball(0.5, 2), Limits(2.0, 1.0), at(2, 0.0), Goal(place, 0.5, stop))
-    recording = simulate(Scenario("brief", robot, duration=9.9), METHODS[method])
+    recording = simulate(Scenario("brief", (robot,), duration=9.9), METHODS[method])
     assert recording.arrived[0] < 10.0
 
 
@@ -557,7 +557,7 @@ def test_a_goal_that_exists_for_a_while_is_reached_in_time(stop: bool, method: s
 def test_a_goal_to_stop_at(d: int, method: str) -> None:
     """Within thrice the time that full pushes would take."""
     robot = Robot(disc_or_ball(0.5, d), Limits(2.0, 1.0), at(d, 0.0), goal(d, 12.0, tolerance=0.2, stop=True))
-    recording = simulate(Scenario("stop", robot, duration=40.0), METHODS[method])
+    recording = simulate(Scenario("stop", (robot,), duration=40.0), METHODS[method])
     assert np.isfinite(recording.arrived[0])
     assert np.linalg.norm(recording.velocities[-1, 0]) <= 0.2
     assert recording.times[-1] <= 3.0 * (12.0 / 2.0 + 2.0)
@@ -565,7 +565,7 @@ def test_a_goal_to_stop_at(d: int, method: str) -> None:
 
 def test_a_goal_that_is_passed_is_passed_fast() -> None:
     robot = Robot(disc_or_ball(0.5, 2), Limits(2.0, 1.0), at(2, 0.0), goal(2, 20.0))
-    recording = simulate(Scenario("pass", robot, duration=40.0), METHODS["nao"])
+    recording = simulate(Scenario("pass", (robot,), duration=40.0), METHODS["nao"])
     fastest = 2.0 + (20.0 - 0.5 - 2.0) / 2.0
     assert fastest - 1e-9 <= recording.times[-1] <= 1.05 * fastest
     assert np.linalg.norm(recording.velocities[-1, 0]) == pytest.approx(2.0, abs=0.05)
@@ -575,7 +575,7 @@ def test_a_goal_beside_the_way_is_not_orbited() -> None:
     """Two metres abeam at full speed: turning at once would circle it for ever."""
     for method in ALONE:
         robot = Robot(disc_or_ball(0.5, 2), Limits(4.0, 1.0), at(2, 4.0), Goal(Stationary((0.0, 2.0)), 0.5))
-        recording = simulate(Scenario("abeam", robot, duration=40.0), METHODS[method])
+        recording = simulate(Scenario("abeam", (robot,), duration=40.0), METHODS[method])
         assert np.isfinite(recording.arrived[0]), method
 
 

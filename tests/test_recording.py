@@ -73,7 +73,7 @@ def recorded(d: int, goal: Trajectory | None = None, **settings) -> Recording:
     others = tuple(
         Obstacle(disc_or_ball(0.1, d), t, f"an {name} – {k}") for k, (name, t) in enumerate(every_kind(d).items())
     )
-    scenario = Scenario("every kind", robot, others, duration=1.2, replan=0.3, parameters={"a": 0.1, "b": 2.0})
+    scenario = Scenario("every kind", (robot,), others, duration=1.2, replan=0.3, parameters={"a": 0.1, "b": 2.0})
     return simulate(replace(scenario, **settings), METHODS["nao"], seed=7)
 
 

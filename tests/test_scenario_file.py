@@ -208,7 +208,7 @@ def test_the_least_that_a_file_says(tmp_path: Path) -> None:
     scenario = read_scenario(write(tmp_path, ROBOT, "plain.yml"))
     assert scenario.name == "plain"
     assert scenario.robot.state.velocity.tolist() == [0.0, 0.0]
-    plain = Scenario("plain", scenario.robot)
+    plain = Scenario("plain", (scenario.robot,))
     assert all(getattr(scenario, name) == getattr(plain, name) for name in (*SETTINGS, "holds"))
     assert isinstance(scenario.robot.goal.trajectory, Stationary)
     assert scenario.robot.goal.tolerance == 0.5

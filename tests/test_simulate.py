@@ -46,7 +46,7 @@ def scenario(d: int = 2, **settings) -> Scenario:
         Obstacle(disc_or_ball(0.6, d), Circular(vector(d, 10.0), 3.0, 1.2, 0.5), "circler"),
         Obstacle(disc_or_ball(0.5, d), Sampled(stamps, wander), "wanderer"),
     )
-    return Scenario("four", robot, obstacles, duration=30.0, **settings)
+    return Scenario("four", (robot,), obstacles, duration=30.0, **settings)
 
 
 def same(a: Recording, b: Recording) -> bool:

@@ -53,7 +53,7 @@ def list_text(result: dict[str, Any]) -> str:
 
 def files_text(result: dict[str, Any]) -> str:
     """What was reproduced, one file a line."""
-    return "\n".join([f"{len(result['entries'])} figures and claims, {result['seeds']} seeds:", *result["files"]])
+    return "\n".join([f"figures and claims: {len(result['entries'])}, seeds: {result['seeds']}", *result["files"]])
 
 
 def table_text(result: dict[str, Any]) -> str:

@@ -32,7 +32,7 @@ def empty(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """A robot alone."""
     state = State((0.0, 0.0), (0.0, 0.0))
     goal = Goal(Stationary((p["distance"], 0.0)), 0.2, stop=True)
-    return Scenario("empty", Robot(Disc(0.5), Limits(2.0, 1.0), state, goal))
+    return Scenario("empty", (Robot(Disc(0.5), Limits(2.0, 1.0), state, goal),))
 
 
 def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
@@ -40,7 +40,8 @@ def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     state = State((0.0, 0.0), (p["speed"], 0.0))
     goal = Goal(Stationary((40.0, 0.0)), 1.0)
     car = Obstacle(Disc(1.0), ConstantVelocity((40.0, p["offset"]), (-p["speed"], 0.0)), "car")
-    return Scenario("head_on", Robot(Disc(1.0), Limits(2 * p["speed"], 3.0), state, goal), (car,), duration=30.0)
+    robot = Robot(Disc(1.0), Limits(2 * p["speed"], 3.0), state, goal)
+    return Scenario("head_on", (robot,), (car,), duration=30.0)
 
 
 def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
@@ -58,7 +59,7 @@ def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     )
     place = Circular((0.0, 0.0), outer, speed, 15.0 / outer)
     robot = Robot(Disc(1.0), Limits(1.6 * speed, 4.0), State((outer, 0.0), (0.0, speed)), Goal(place, 1.5, stop=True))
-    return Scenario("curved_road", robot, cars, duration=40.0, horizon=3.0)
+    return Scenario("curved_road", (robot,), cars, duration=40.0, horizon=3.0)
 
 
 def lanes_of_cars(p: Mapping[str, float], rng: np.random.Generator) -> tuple[Obstacle, ...]:
@@ -87,14 +88,14 @@ def roundabout_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Sce
         State((-26.0, 0.0), (5.0, 0.0)),
         Goal(Stationary((26.0, 0.0)), 1.0),
     )
-    return Scenario("roundabout_crossing", robot, lanes_of_cars(p, rng), duration=60.0)
+    return Scenario("roundabout_crossing", (robot,), lanes_of_cars(p, rng), duration=60.0)
 
 
 def roundabout_exit(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """The paper's roundabout, entered on the left and left at the top."""
     crossing = roundabout_crossing(p, rng)
     robot = replace(crossing.robot, goal=Goal(Stationary((0.0, 26.0)), 1.0))
-    return replace(crossing, name="roundabout_exit", robot=robot)
+    return replace(crossing, name="roundabout_exit", robots=(robot,))
 
 
 def drones_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
@@ -110,7 +111,7 @@ def drones_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
         others.append(Obstacle(Ball(0.3), PiecewisePolynomial(durations, powers), f"drone {k + 1}"))
     state, goal = State((-7.0, 0.0, 2.0), np.zeros(3)), Goal(Stationary((7.0, 0.0, 2.0)), 0.3, stop=True)
     robot = Robot(Ball(0.3), Limits(3.0, 4.0), state, goal, "drone")
-    return Scenario("drones_crossing", robot, tuple(others), duration=25.0, horizon=4.0)
+    return Scenario("drones_crossing", (robot,), tuple(others), duration=25.0, horizon=4.0)
 
 
 def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
@@ -137,7 +138,7 @@ def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     state, goal = State((-9.0, 0.0), (0.0, 0.0)), Goal(Stationary((9.0, 0.0)), 0.3, stop=True)
     robot = Robot(Disc(0.3), Limits(1.5, 1.0), state, goal)
     around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"), *people)
-    return Scenario("corridor", robot, around, duration=60.0, horizon=6.0)
+    return Scenario("corridor", (robot,), around, duration=60.0, horizon=6.0)
 
 
 def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
@@ -147,7 +148,7 @@ def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Sce
     angle = rng.uniform(0.0, 2.0 * np.pi) if p["random"] else 0.0
     place = 58.0 * np.array([np.cos(angle), np.sin(angle)])
     robot = Robot(Disc(1.0), Limits(12.0, 4.0), State(place, np.zeros(2)), Goal(Stationary(-place), 1.5))
-    return Scenario("recorded_roundabout", robot, cars, start=p["at"], duration=45.0, horizon=8.0)
+    return Scenario("recorded_roundabout", (robot,), cars, start=p["at"], duration=45.0, horizon=8.0)
 
 
 GALLERY: Final[dict[str, Entry]] = {

@@ -74,28 +74,40 @@ class Recording:
     @classmethod
     def of(cls, scenario: Scenario, method: str, seed: int, steps: Sequence[Step], last: Any) -> "Recording":
         """The recording of one robot's steps that ended in the state `last`."""
-        robot, d = scenario.robot, scenario.robot.state.dimension
-        times = scenario.start + scenario.dt * np.arange(len(steps) + 1, dtype=np.float64)
-        end = float(times[-1])
-        done = robot.goal.reached(last.position, last.velocity, end)
+        end = scenario.start + scenario.dt * len(steps)
+        done = scenario.robot.goal.reached(last.position, last.velocity, end)
+        return cls.of_many(scenario, method, seed, [(step,) for step in steps], [last], [end if done else np.inf])
+
+    @classmethod
+    def of_many(
+        cls,
+        scenario: Scenario,
+        method: str,
+        seed: int,
+        steps: Sequence[Sequence[Step]],
+        last: Sequence[Any],
+        arrived: Sequence[float],
+    ) -> "Recording":
+        """The recording of all robots' steps, T rows of N, that ended in the states `last` (N)."""
+        d, n = scenario.dimension, len(scenario.robots)
         return cls(
             scenario=scenario.name,
             method=method,
             seed=seed,
             dt=scenario.dt,
             parameters=dict(scenario.parameters),
-            times=times,
-            positions=np.array([*(s.position for s in steps), last.position])[:, None],
-            velocities=np.array([*(s.velocity for s in steps), last.velocity])[:, None],
-            accelerations=np.array([s.acceleration for s in steps]).reshape(-1, 1, d),
-            controls=np.array([s.control for s in steps]).reshape(-1, 1, d),
-            responses=tuple((s.response,) for s in steps),
-            outcomes=tuple((s.outcome,) for s in steps),
-            decision_times=np.array([s.decision_time for s in steps]).reshape(-1, 1),
-            shapes=(robot.shape,),
-            limits=(robot.limits,),
-            goals=(robot.goal,),
-            arrived=np.array([end if done else np.inf]),
+            times=scenario.start + scenario.dt * np.arange(len(steps) + 1, dtype=np.float64),
+            positions=np.array([*([s.position for s in row] for row in steps), [s.position for s in last]]),
+            velocities=np.array([*([s.velocity for s in row] for row in steps), [s.velocity for s in last]]),
+            accelerations=np.array([[s.acceleration for s in row] for row in steps]).reshape(-1, n, d),
+            controls=np.array([[s.control for s in row] for row in steps]).reshape(-1, n, d),
+            responses=tuple(tuple(s.response for s in row) for row in steps),
+            outcomes=tuple(tuple(s.outcome for s in row) for row in steps),
+            decision_times=np.array([[s.decision_time for s in row] for row in steps]).reshape(-1, n),
+            shapes=tuple(robot.shape for robot in scenario.robots),
+            limits=tuple(robot.limits for robot in scenario.robots),
+            goals=tuple(robot.goal for robot in scenario.robots),
+            arrived=np.array(arrived),
             obstacles=scenario.obstacles,
         )
 

@@ -39,10 +39,11 @@ class Robot:
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """One robot among obstacles, and the settings of its navigator.
+    """Robots among obstacles, and the settings of their navigators.
 
     Attributes:
-        name: of the gallery or the file. start: [s] absolute time at which the run begins.
+        name: of the gallery or the file. robots: one robot, or several that meet each other. start: [s] absolute time
+        at which the run begins.
         duration: [s] after which a robot that has not arrived has failed.
         dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
             multiple of dt. horizon [s], margin [m], patience [s], holds [s]: see `Navigator`.
@@ -50,7 +51,7 @@ class Scenario:
     """
 
     name: str
-    robot: Robot
+    robots: tuple[Robot, ...]
     obstacles: tuple[Obstacle, ...] = ()
     start: float = 0.0
     duration: float = 60.0
@@ -63,30 +64,43 @@ class Scenario:
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        dimensions = sorted({robot.state.dimension for robot in self.robots})
+        if len(dimensions) != 1:
+            raise InvalidInput(f"robots: expected one or more of one dimension, found dimensions {dimensions}")
         number(self.start, "start")
         for name in ("duration", "dt", "horizon"):
             positive(getattr(self, name), name)
         not_negative(self.replan, "replan")
         whole_periods(self.replan, self.dt)
         for obstacle in self.obstacles:
-            if obstacle.dimension != self.robot.state.dimension:
+            if obstacle.dimension != self.dimension:
                 raise InvalidInput(
-                    f"obstacle {obstacle.name!r}: expected dimension {self.robot.state.dimension} as of the robot, "
+                    f"obstacle {obstacle.name!r}: expected dimension {self.dimension} as of the robots, "
                     f"found {obstacle.dimension}"
                 )
+            for robot in self.robots:
+                self._refuse_hidden_goal(obstacle, robot)
 
-            self._refuse_hidden_goal(obstacle)
-
-    def _refuse_hidden_goal(self, obstacle: Obstacle) -> None:
+    def _refuse_hidden_goal(self, obstacle: Obstacle, robot: Robot) -> None:
         """A goal that a resting obstacle covers for ever is a mistake; one that a moving obstacle passes is not."""
-        goal, robot = self.robot.goal, self.robot.shape
+        goal = robot.goal
         if isinstance(goal.trajectory, Stationary) and isinstance(obstacle.trajectory, Stationary):
-            gap = float(clearances(obstacle, robot, np.zeros(1), goal.trajectory.place[None])[0])
+            gap = float(clearances(obstacle, robot.shape, np.zeros(1), goal.trajectory.place[None])[0])
             if gap + goal.tolerance < 0.0:
                 raise InvalidInput(
                     f"goal: expected a place that the robot can reach, found one {-gap:g} m deep in obstacle "
                     f"{obstacle.name!r} grown by the robot's shape"
                 )
+
+    @property
+    def robot(self) -> Robot:
+        """The first robot; of most scenarios the only one."""
+        return self.robots[0]
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.robot.state.dimension
 
     @property
     def steps_per_decision(self) -> int:
@@ -101,12 +115,12 @@ class Scenario:
         changed: dict[str, Any] = dict(settings)
         return replace(self, **changed)
 
-    def navigator(self, method: Method) -> Navigator:
-        """The robot's navigator."""
+    def navigator(self, method: Method, robot: int = 0) -> Navigator:
+        """The navigator of a robot."""
         return Navigator(
             method,
-            self.robot.shape,
-            self.robot.limits,
+            self.robots[robot].shape,
+            self.robots[robot].limits,
             period=self.dt * self.steps_per_decision,
             horizon=self.horizon,
             margin=self.margin,

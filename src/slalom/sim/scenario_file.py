@@ -96,7 +96,7 @@ class _Parts:
         # All that a scenario can still refuse is a goal under an obstacle.
         return self.attempt(
             ("robot", "goal"),
-            lambda: Scenario(spec.name or self.path.stem, robot, there, holds=tuple(spec.holds), **settings),
+            lambda: Scenario(spec.name or self.path.stem, (robot,), there, holds=tuple(spec.holds), **settings),
         )
 
     def dimension(self, robot: object) -> int | None:

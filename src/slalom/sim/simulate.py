@@ -5,8 +5,8 @@ from time import perf_counter
 
 import numpy as np
 
-from slalom.methods import Method
 from slalom.decision import Decision
+from slalom.methods import Method
 from slalom.sim.recording import Recording, Step
 from slalom.sim.scenario import Scenario
 from slalom.state import State

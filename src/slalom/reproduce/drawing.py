@@ -1,0 +1,161 @@
+"""What the figures of the paper share: panels of a given size, the union with its elements, arrows and names."""
+
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch, PathPatch
+
+from slalom.checks import Array
+from slalom.control_obstacle import ControlObstacle
+from slalom.trajectory import Trajectory
+from slalom.view.control_space import Extent, Plane, filled
+from slalom.view.style import COLUMN, FAINT, INK, NEUTRAL, PAGE, ROBOT, colour_at, colour_bar, disc, halo, time_scale
+
+UNION: Final = "#ececec"
+"""Face of a union whose elements are drawn in colour."""
+DASHES: Final = (0, (4, 2))
+
+
+class Row(NamedTuple):
+    """Panels side by side."""
+
+    figure: Figure
+    axes: list[Axes]
+
+
+def panels(extents: Sequence[Extent], *, width: float, gap: float = 0.5, bar: bool = True, legend: int = 0) -> Row:
+    """Panels of equal height side by side on a figure `width` [inch] wide, with room for a colour bar on the right.
+
+    Args:
+        extents: x from, x to, y from, y to of each: its shape. gap: between panels [inch].
+        legend: lines of text under the panels.
+    """
+    left, right, bottom, top = 0.44, 0.52 if bar else 0.08, 0.4 + 0.15 * legend, 0.24
+    ratios = [(b - a) / (d - c) for a, b, c, d in extents]
+    height = (width - left - right - gap * (len(extents) - 1)) / sum(ratios)
+    tall = bottom + height + top
+    figure, axes, x = Figure(figsize=(width, tall)), [], left
+    for (a, b, c, d), ratio in zip(extents, ratios):
+        ax = figure.add_axes((x / width, bottom / tall, height * ratio / width, height / tall))
+        ax.set(xlim=(a, b), ylim=(c, d))
+        ax.set_aspect("equal")
+        axes.append(ax)
+        x += height * ratio + gap
+    return Row(figure, axes)
+
+
+def column(extent: Extent, **options: Any) -> Row:
+    """One panel in a column of a page."""
+    return panels([extent], width=COLUMN, **options)
+
+
+def page(extents: Sequence[Extent], **options: Any) -> Row:
+    """Panels across a page."""
+    return panels(extents, width=PAGE, **options)
+
+
+def name_axes(ax: Axes, letter: str, unit: str) -> None:
+    """What is drawn along the axes: places, or the components of a velocity or an acceleration."""
+    if letter == "x":
+        ax.set_xlabel(f"x [{unit}]")
+        ax.set_ylabel(f"y [{unit}]", labelpad=1)
+    else:
+        ax.set_xlabel(f"${letter}_x$ [{unit}]")
+        ax.set_ylabel(f"${letter}_y$ [{unit}]", labelpad=1)
+
+
+def union(ax: Axes, blocked: ControlObstacle, *, face: str = UNION, resolution: int = 361) -> None:
+    """The control obstacle within the view, by the contour of clearance 0."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    plane = Plane(np.linspace(left, right, resolution), np.linspace(low, high, resolution), None)
+    # Deep inside the clearance is bounded, far outside it is not: both are cut, the contour is the same.
+    field = np.clip(blocked.clearance(plane.controls), -1e3, 1e3)
+    patch = PathPatch(filled(plane, field), facecolor=face, edgecolor=INK, linewidth=0.8, zorder=1)
+    patch.set_gid("union")
+    ax.add_patch(patch)
+
+
+def elements(ax: Axes, blocked: ControlObstacle, times: Sequence[float], *, named: float = 0.0) -> None:
+    """Temporal elements at the given times [s], coloured by them; those up to `named` [s] with their time inside."""
+    scale = time_scale(blocked.horizon)
+    for t in sorted(times):
+        colour = colour_at(scale, t)
+        found = blocked.element(t)
+        for centre, radius in zip(found.centers, found.radii):
+            look: dict[str, Any] = {"facecolor": to_rgba(colour, 0.3), "edgecolor": colour, "linewidth": 0.9}
+            disc(ax, centre, radius, f"element-{t:g}", zorder=2.0 + 0.1 / t, **look)
+            if t <= named and _within(ax, centre):
+                label(ax, centre, f"{t:g} s", size=6.5)
+
+
+def _within(ax: Axes, place: Array) -> bool:
+    """Whether a name at `place` lies in the view, with a rim."""
+    for value, rim, (low, high) in zip(place, (0.1, 0.05), (ax.get_xlim(), ax.get_ylim())):
+        if not low + rim * (high - low) < value < high - rim * (high - low):
+            return False
+    return True
+
+
+def time_bar(ax: Axes, horizon: float, words: str = "time t [s]") -> None:
+    """The scale of times beside a panel."""
+    colour_bar(time_scale(horizon), ax, words)
+
+
+def arrow(ax: Axes, tail: npt.ArrayLike, tip: npt.ArrayLike, colour: str, gid: str, zorder: float = 6.0) -> None:
+    """A vector in data units."""
+    (x, y), (u, v) = np.asarray(tail, dtype=float)[:2], np.asarray(tip, dtype=float)[:2]
+    drawn = FancyArrowPatch(
+        (x, y), (u, v), arrowstyle="-|>,head_length=4,head_width=2", color=colour, linewidth=1.1, shrinkA=0, shrinkB=0
+    )
+    drawn.set(zorder=zorder, gid=gid)
+    ax.add_patch(drawn)
+
+
+def label(
+    ax: Axes, place: npt.ArrayLike, text: str, *, away: tuple[float, float] = (0, 0), size: float = 7.5, **look: Any
+) -> None:
+    """A name at `place`, moved by `away` [pt], readable on any colour."""
+    x, y = np.asarray(place, dtype=float)[:2]
+    options: dict[str, Any] = {"ha": "center", "va": "center", "color": INK, "zorder": 8} | look
+    drawn = ax.annotate(text, (float(x), float(y)), xytext=away, textcoords="offset points", fontsize=size, **options)
+    drawn.set_path_effects(halo(2.0))
+
+
+def point(ax: Axes, place: npt.ArrayLike, text: str, *, away: tuple[float, float], colour: str = ROBOT) -> None:
+    """A named control."""
+    x, y = np.asarray(place, dtype=float)[:2]
+    (mark,) = ax.plot([x], [y], marker="o", markersize=4.5, markerfacecolor=colour, markeredgecolor="white", zorder=7)
+    mark.set(linestyle="none", markeredgewidth=0.7)
+    mark.set_gid("point")
+    label(ax, place, text, away=away, color=colour)
+
+
+def path(ax: Axes, trajectory: Trajectory, end: float, colour: Any = FAINT, **look: Any) -> None:
+    """The way of an obstacle from now to `end` [s]."""
+    points = trajectory.position(np.linspace(0.0, end, 241))
+    ax.plot(*points.T[:2], **({"color": colour, "linewidth": 0.9, "zorder": 1.5} | look))
+
+
+def positions(
+    ax: Axes, trajectory: Trajectory, radius: float, times: Sequence[float], horizon: float, *, name: bool = True
+) -> None:
+    """An obstacle now, and at later times coloured by them."""
+    scale = time_scale(horizon)
+    disc(ax, trajectory.position(0.0), radius, "obstacle", facecolor=NEUTRAL, edgecolor=INK, linewidth=0.8, zorder=3)
+    for t in times:
+        colour = colour_at(scale, t)
+        look: dict[str, Any] = {"facecolor": to_rgba(colour, 0.3), "edgecolor": colour, "linewidth": 0.9}
+        disc(ax, trajectory.position(t), radius, f"obstacle-{t:g}", zorder=2, **look)
+        if name:
+            label(ax, trajectory.position(t), f"{t:g} s", size=6.5)
+
+
+def cross(ax: Axes, place: Array, text: str, *, away: tuple[float, float]) -> None:
+    """The robot as a point: obstacles have been grown by its radius."""
+    ax.plot(*place[:2], marker="o", markersize=4.5, color=INK, zorder=7, linestyle="none", gid="robot")
+    label(ax, place, text, away=away)

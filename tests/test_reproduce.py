@@ -1,0 +1,339 @@
+"""The paper's figures and claims: all of them run, their numbers are right where the answer is known."""
+
+import json
+import re
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, State, Stationary, Traffic, Velocity
+from slalom.cli import BAD_INPUT, DONE, call
+from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
+from slalom.limits import admissible_ball
+from slalom.reproduce import (
+    claims_crossing,
+    claims_road,
+    claims_shape,
+    controller,
+    obstacles,
+    road,
+    roundabout,
+    sweep,
+    work,
+)
+from slalom.reproduce.controller import RING, Rules, decide, hits, latest_collision, run
+from slalom.reproduce.entries import ENTRIES
+from slalom.reproduce.fleet import Fleet
+from slalom.reproduce.page import page
+from slalom.reproduce.titles import TITLES
+from slalom.selection import select
+from slalom.sim.contact import closest_approaches
+from slalom.sim.gallery import build
+from slalom.tolerances import COLLISION, METRIC
+
+DOCS = Path(__file__).parents[1] / "docs"
+START = State((-RING, 0.0), (5.0, 0.0))
+GOAL = np.array([RING, 0.0])
+LONE = Obstacle(Disc(1.0), Circular((0.0, 0.0), 12.0, 1e-9, phase=np.pi))
+"""A car that stands on the robot's straight way, for all that matters."""
+
+
+def nothing(share: float) -> None:
+    """Progress that nobody looks at."""
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Everything runs.
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_every_entry_leaves_its_file_and_the_page(name: str, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    tokens = ["reproduce", name, "--quick", "--seeds", "2", "--jobs", "1", "--out", str(tmp_path / "new"), "--json"]
+    assert call(tokens) == DONE
+    said = json.loads(capsys.readouterr().out)
+    entry = ENTRIES[name]
+    file = tmp_path / "new" / f"{name}.{'svg' if entry.draw else 'json'}"
+    assert said["entries"] == [name]
+    assert said["files"] == [str(file), str(tmp_path / "new" / "paper.md")]
+    if entry.draw:
+        assert ElementTree.parse(file).getroot().tag.endswith("svg")
+        assert file.stat().st_size < 2e6
+    else:
+        assert json.loads(file.read_text())
+    text = (tmp_path / "new" / "paper.md").read_text()
+    assert entry.title in text
+    assert f"({file.name})" in text
+    assert "--quick" in text
+
+
+def test_a_figure_is_the_same_file_every_time(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        work.make(["curved_road"], tmp_path / folder, work.Effort(), progress=nothing)
+    assert (tmp_path / "a" / "curved_road.svg").read_bytes() == (tmp_path / "b" / "curved_road.svg").read_bytes()
+
+
+def test_progress_grows_to_the_whole(tmp_path: Path) -> None:
+    shares: list[float] = []
+    work.make(["cone", "curves", "temporal_element"], tmp_path, work.Effort(1, 1, True), progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert len(shares) > 5
+
+
+def test_unknown_names_are_refused_with_the_known_ones(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    assert call(["reproduce", "figure_7", "--out", str(tmp_path / "x")]) == BAD_INPUT
+    said = capsys.readouterr().err
+    assert all(name in said for name in ENTRIES)
+    assert "'figure_7'" in said
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_folder_that_is_a_file_is_refused(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    (tmp_path / "x").write_text("")
+    assert call(["reproduce", "cone", "--quick", "--out", str(tmp_path / "x")]) == BAD_INPUT
+    assert "expected a file that can be written" in capsys.readouterr().err
+
+
+def test_the_page_links_to_the_folder_of_the_files(tmp_path: Path) -> None:
+    at, out = tmp_path / "docs" / "paper.md", tmp_path / "docs" / "images" / "paper"
+    at.parent.mkdir()
+    work.make(["cone", "temporal_element"], out, work.Effort(1, 1, True), at=at, progress=nothing)
+    for target in re.findall(r"\]\(([^)#]+)\)", at.read_text()):
+        assert (at.parent / target).exists(), target
+
+
+def test_titles_are_those_of_the_entries() -> None:
+    assert list(TITLES) == list(ENTRIES)
+    assert all((entry.draw is None) != (entry.measure is None) for entry in ENTRIES.values())
+
+
+def test_the_committed_page_is_that_of_the_committed_numbers() -> None:
+    """Every entry is on it, and the numbers in its text are those of the files beside it."""
+    folder = DOCS / "images" / "paper"
+    text = (DOCS / "paper.md").read_text()
+    assert re.findall(r": `(\w+)`$", text, re.M) == list(ENTRIES)
+    assert text == page(list(ENTRIES), work.read_results(folder), False, "images/paper/")
+    assert all((folder / f"{name}.svg").exists() for name, entry in ENTRIES.items() if entry.draw)
+    assert work.read_results(folder)["sweep"]["seeds"] == 300
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The figures show what their captions say.
+
+
+def test_velocities_in_the_figures_are_inside_and_outside() -> None:
+    v = obstacles.ROBOT_VELOCITY
+    kept = AtConstantVelocity()(obstacles.ROUND, 0.0)
+    assert obstacles.obstacle_of(obstacles.STRAIGHT, Velocity()).contains(v)
+    assert obstacles.obstacle_of(kept, Velocity()).contains(v)
+    assert not obstacles.obstacle_of(obstacles.ROUND, Velocity()).contains(v)
+    state = build("curved_road").robot.state
+    flagged = [road.seen(build("curved_road"), method).times_to_collision(state.velocity) for method in ("vo", "nlvo")]
+    assert np.isfinite(flagged[0]).tolist() == [True, False, False]
+    assert not np.isfinite(flagged[1]).any()
+
+
+def test_the_robot_that_follows_its_lane_is_in_the_ao_only() -> None:
+    push = obstacles.LANE.acceleration(0.0)
+    assert obstacles.LANE.velocity(0.0) == pytest.approx(obstacles.CAR_ROBOT)
+    for trajectory, inside in ((AtConstantAcceleration()(obstacles.CAR, 0.0), True), (obstacles.CAR, False)):
+        horizon, radius = obstacles.CAR_HORIZON, obstacles.CAR_RADIUS
+        blocked = obstacles.obstacle_of(trajectory, controller.RESPONSE, horizon, obstacles.CAR_ROBOT, radius)
+        assert bool(blocked.contains(push)) == inside
+
+
+def test_the_drawn_crossing_is_free_and_the_drawn_exit_hits_nobody() -> None:
+    scenario = build("roundabout_crossing", seed=roundabout.CROSSED)
+    chosen = roundabout.one_acceleration(scenario)
+    assert claims_crossing.clearances(scenario.obstacles, chosen[None])[0] >= roundabout.CLEAR
+    assert claims_crossing.crossing(chosen[None]).all()
+    goal = np.array([0.0, RING])
+    rules = Rules("nao", roundabout.REPLAN, keep=False, horizon=roundabout.HORIZON)
+    done = run(rules, build("roundabout_exit", seed=roundabout.LEFT).obstacles, START, goal)
+    assert done.out
+    assert hits(done.recording)[0] == 0
+    assert np.linalg.norm(done.recording.positions[-1, 0] - goal) < 3.0
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The paper's own way of driving.
+
+
+@pytest.mark.parametrize("method", ["ao", "nao"])
+@pytest.mark.parametrize("now", [0.0, 1.7])
+def test_fleet_sees_what_forecasts_see(method: str, now: float) -> None:
+    """Least clearances among all cars are those of the forecasts' own trajectories."""
+    cars = build("roundabout_crossing", {"speed": 1.5}, seed=4).obstacles
+    forecast = METHODS[method].forecast
+    seen = Traffic([replace(car, trajectory=forecast(car.trajectory, now)) for car in cars], now, 6.0)
+    fleet = Fleet(cars, known=method == "nao").traffic(now, 6.0, START.position)
+    controls = np.random.default_rng(1).uniform(-4, 4, (50, 2))
+    one, two = (ControlObstacle(controller.RESPONSE, START, t, Disc(1.0)).clearances(controls) for t in (seen, fleet))
+    assert np.abs(one - two).max() < 1e-5
+
+
+def test_fleet_takes_the_nearest() -> None:
+    cars = build("roundabout_crossing", seed=0).obstacles
+    place = np.array([3.0, -11.0])
+    seen = Fleet(cars, known=True).traffic(2.0, 3.0, place, 5)
+    distances = sorted(float(np.linalg.norm(car.trajectory.position(2.0) - place)) for car in cars)
+    found = sorted(float(np.linalg.norm(car.trajectory.position(2.0) - place)) for car in seen.obstacles)
+    assert found == pytest.approx(distances[:5])
+
+
+def test_alone_the_robot_drives_straight_to_the_other_side() -> None:
+    done = run(Rules("nao", 0.5, keep=False), [], START, GOAL)
+    record = done.recording
+    assert set(done.statuses) == {"CLEAR"}
+    assert np.all(record.positions[:, 0, 1] == 0.0)
+    assert record.positions[-1, 0, 0] > RING
+    assert record.velocities[-1, 0, 0] == pytest.approx(controller.CRUISE, rel=0.02)
+    assert hits(record) == (0, np.inf)
+
+
+def test_a_free_acceleration_is_kept_and_another_is_not() -> None:
+    """The car stands on the straight way, so that straight on is not free and a turn is."""
+    traffic = Fleet([LONE], known=True).traffic(0.0, 6.0, START.position)
+    wish = np.array([1.0, 0.0])
+    turn, straight = np.array([0.5, 1.5]), np.array([0.5, 0.0])
+    for keep, present, expected in (
+        (True, turn, "KEPT"),
+        (False, turn, "CONSTRAINED"),
+        (True, straight, "CONSTRAINED"),
+    ):
+        chosen, status = decide(START, traffic, Rules("nao", 0.5, keep=keep), wish, present)
+        assert status == expected
+        assert (chosen is turn) == (status == "KEPT")
+
+
+def test_hits_are_counted_by_car_in_continuous_time() -> None:
+    """Straight through a standing car, at decisions so rare that no state at one of them is near it."""
+    alone = run(Rules("nao", 4.0, keep=False), [], START, GOAL).recording
+    count, clearance = hits(replace(alone, obstacles=(LONE, Obstacle(Disc(1.0), Stationary((0.0, 3.0))))))
+    assert count == 1
+    assert clearance == pytest.approx(-2.0, abs=1e-3)
+    beside = hits(replace(alone, obstacles=(Obstacle(Disc(1.0), Stationary((0.0, 3.0))),)))
+    assert beside == (0, pytest.approx(1.0, abs=1e-3))
+
+
+def test_obstacles_that_are_not_asked_about_matter_not() -> None:
+    """Hits and least clearance are those of all obstacles; the bounds hold for each of them."""
+    scenario = build("roundabout_crossing", {"speed": 1.5}, seed=3)
+    record = run(Rules("ao", 1.0), scenario.obstacles, START, GOAL).recording
+    every = np.array([closest.clearance for closest in closest_approaches(record)])
+    low, high = controller._bounds(record)
+    assert np.all(low <= every + 1e-12)
+    assert np.all(every <= high + METRIC)
+    assert hits(record) == (int((every < -COLLISION).sum()), pytest.approx(every.min(), abs=METRIC))
+
+
+def test_the_latest_collision_is_not_beaten_by_samples() -> None:
+    """A wall of cars that no acceleration passes or escapes."""
+    wall = [Obstacle(Disc(1.0), Circular((0.0, 0.0), 24.0, 1e-9, phase=np.pi + 0.08 * k)) for k in range(-2, 3)]
+    state = State((-28.0, 0.3), (12.0, 0.0))
+    blocked = ControlObstacle(controller.RESPONSE, state, Traffic(wall, 0.0, 6.0), Disc(1.0))
+    ball = admissible_ball((0.0, 0.0), 2.0)
+    assert not select((0.0, 0.0), ball, blocked).safe
+    chosen = latest_collision(np.zeros(2), ball, blocked)
+    samples = np.random.default_rng(0).normal(size=(500, 2))
+    samples *= 2.0 / np.linalg.norm(samples, axis=1, keepdims=True)
+    found = float(blocked.time_to_collision(chosen))
+    assert found >= float(blocked.time_to_collision(samples).max()) - 0.02
+    assert bool(ball.contains(chosen))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The claims.
+
+
+def test_jobs_do_not_change_the_sweep() -> None:
+    rows = sweep.cells(quick=True)[:2]
+    one, two = (sweep.table(rows, 12, jobs, nothing) for jobs in (1, 2))
+    assert json.dumps(one) == json.dumps(two)
+    assert [row["runs"] for row in one] == [12, 12]
+
+
+def test_the_sweep_has_every_row_of_the_issue_once() -> None:
+    rows = sweep.cells()
+    assert len(rows) == len(set(rows)) == 2 * 5 * 2 * 2 * 2
+
+
+def test_rows_are_aggregated() -> None:
+    """Two runs by hand: one leaves on the far side, the other hits two cars and stays."""
+    run_of = {"mean_acceleration": 1.0, "mean_jerk": 2.0}
+    runs = [
+        run_of
+        | {"hits": 0, "clearance": 0.5, "adjustments": 1, "decisions": 10, "delayed": 0}
+        | {"time": 5.0, "out": True, "far_side": True},
+        run_of
+        | {"hits": 2, "clearance": -1.0, "adjustments": 4, "decisions": 30, "delayed": 10}
+        | {"time": 15.0, "out": False, "far_side": False},
+    ]
+    row = sweep.aggregate(sweep.cells()[0], runs)
+    assert (row["runs"], row["runs_with_collision"], row["cars_hit"]) == (2, 1, 2)
+    assert (row["left_the_ring"], row["far_side"], row["time"]) == (1, 1, 5.0)
+    assert (row["adjustments"], row["adjustments_per_second"]) == (2.5, 0.25)
+    assert (row["without_free_control"], row["least_clearance"]) == (0.25, -1.0)
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "crosses"),
+    [((0.0, 0.0), True), ((2.0, 0.5), True), ((-4.0, 0.0), False), ((0.0, 4.0), False), ((0.0, -4.0), False)],
+)
+def test_which_accelerations_cross(acceleration: tuple[float, float], crosses: bool) -> None:
+    """Straight on and nearly so; not back, not to the sides."""
+    assert claims_crossing.crossing(np.array([acceleration])).tolist() == [crosses]
+
+
+def test_crossings_past_a_standing_car() -> None:
+    """Straight on hits it; a bend clears it by what geometry says."""
+    found = claims_crossing.clearances([LONE], np.array([[0.0, 0.0], [0.0, 4.0]]))
+    t = np.linspace(0, 12, 200001)
+    away = np.column_stack([-RING + 5.0 * t, 2.0 * t * t]) - (-12.0, 0.0)
+    assert found[0] == pytest.approx(-2.0, abs=1e-5)
+    assert found[1] == pytest.approx(np.linalg.norm(away, axis=1).min() - 2.0, abs=1e-5)
+
+
+def test_jobs_do_not_change_the_crossings() -> None:
+    one, two = (claims_crossing.measure(3, jobs, True, nothing) for jobs in (1, 2))
+    assert json.dumps(one) == json.dumps(two)
+
+
+def test_alarms_on_a_road_known_by_hand() -> None:
+    """A car right behind on the inner lane points at the robot's way; one on the far side of the circle does not."""
+    question = claims_road.QUESTIONS["velocity"]
+    cars = claims_road.cars(20.0, 8.0, -1.0, [-8.0, 60.0], [1.3])
+    found = claims_road.alarms(question, 20.0, 8.0, cars, 3.0)
+    for k, car in enumerate(cars):
+        t = np.linspace(0.0, 3.0, 3001)[:, None]
+        own = np.array([20.0, 0.0]) + t * (0.0, 8.0)
+        straight = car.trajectory.position(0.0) + t * car.trajectory.velocity(0.0)
+        along = car.trajectory.position(t[:, 0])
+        for forecast, path in enumerate((straight, along)):
+            assert bool(found[forecast, k]) == bool((np.linalg.norm(path - own, axis=1) < 2.5).any())
+    assert claims_road.counted(np.array([[True, True, False], [True, False, True]])) == {
+        "cases": 3,
+        "first": 2,
+        "second": 2,
+        "only_first": 1,
+        "only_second": 1,
+    }
+
+
+def test_nobody_who_follows_the_lanes_collides() -> None:
+    """So that every alarm is a false one."""
+    least = claims_road.LANE - claims_road.ROBOT.reach - claims_road.CAR.reach
+    assert least > 0.0
+
+
+def test_the_cone_by_hand_and_the_claim() -> None:
+    apex, place = np.array([1.0, 1.0]), np.array([2.0, 0.0])
+    points = np.array([[3.0, 1.0], [0.0, 1.0], [2.0, 1.5], [2.0, 1.7]])
+    # Half-angle 30 degrees: at 1 ahead of the apex it is tan 30 = 0.577 wide.
+    assert claims_shape.in_cone(points, place, 1.0, apex).tolist() == [True, False, True, False]
+    rows = claims_shape.measure(quick=True)["rows"]
+    assert rows[0]["judged_differently"] == 0
+    assert min(row["judged_differently"] for row in rows[1:]) > 0
