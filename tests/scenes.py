@@ -32,7 +32,7 @@ SHAPED, SHAPED_ROBOT, WALL_STANDS = 0.5, 0.35, 0.7
 # How often not everything in a scene is round; then, how often the robot is not; how often a wall stands still.
 # How often the preferred control, or one drawn at random, is kept free, and how often a scene has many large obstacles:
 # they set the mix of statuses.
-CLEAR, HAVEN, CROWDED = 0.28, 0.8, 0.3
+CLEAR, HAVEN, CROWDED = 0.33, 0.8, 0.3
 
 
 def _unit(rng, d):
@@ -281,11 +281,12 @@ class Scene:
 def _response(rng, number, limits):
     """Method and response: in turn those of the method rows, and every kind with random parameters."""
     name = list(METHODS)[number % len(METHODS)]
-    if number % 2:
-        kind = RESPONSES[(number // 10) % len(RESPONSES)]
+    turn = number // len(METHODS)
+    if turn % 2:
+        kind = RESPONSES[(turn // 2) % len(RESPONSES)]
         return name, kind(**PARAMETERS[kind.__name__](rng))
     rows = METHODS[name].responses(limits, float(rng.choice([0.05, 0.1, 0.2])), HOLDS)
-    return name, rows[(number // 10) % len(rows)]
+    return name, rows[(turn // 2) % len(rows)]
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -12,8 +12,10 @@ from slalom.sim.gaps import clearances
 
 @pytest.mark.parametrize("name", gallery.GALLERY)
 def test_nao_crosses_every_scenario_without_a_collision(name):
-    result = metrics.summary(simulate(gallery.build(name), slalom.method("nao")))
-    assert result["arrived"] == 1
+    scenario = gallery.build(name)
+    method = "nao_shared" if len(scenario.robots) > 1 else "nao"
+    result = metrics.summary(simulate(scenario, slalom.method(method)))
+    assert result["arrived"] == len(scenario.robots)
     assert result["collisions"] == 0
 
 
@@ -61,3 +63,13 @@ def test_recorded_cars_are_the_recording():
     assert len(cars) == 30
     assert all(car.trajectory.span == (0.0, 119.9) for car in cars)
     assert np.allclose(cars[0].trajectory.position(0.0), (-41.938, 11.278))
+
+
+@pytest.mark.parametrize("chunk", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 25))])
+def test_the_corridor_is_crossed_without_a_collision(chunk):
+    """Among walls, a doorway and six people who do not give way: a hundred seeds, four at a time."""
+    for seed in range(4 * chunk, 4 * chunk + 4):
+        row = metrics.summary(simulate(gallery.build("corridor", seed=seed), slalom.METHODS["nao"], seed=seed))
+        assert row["collisions"] == 0, row
+        assert row["min_clearance"] >= 0.0, row
+        assert row["arrived"] == 1, row

@@ -42,7 +42,7 @@ from slalom import (
 from slalom.objective import Situation
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.contact import closest_approaches
-from slalom.sim.simulate import drive
+from slalom.sim.plant import drive
 from slalom.tolerances import ADJUSTMENT, KEPT
 
 PERIOD = 0.1

@@ -23,8 +23,6 @@ from slalom.state import State
 from slalom.tolerances import BOUNDARY, CONTACT, TOUCHING
 from slalom.traffic import Bodies, Traffic
 
-_NO_ROWS = np.empty((0, 4, 2))
-
 
 class Element(NamedTuple):
     """Temporal elements at one time: for each body of an obstacle that is there, a rounded convex hull of controls."""
@@ -164,9 +162,8 @@ class ControlObstacle:
         drift = hermite(knots, position.drift, velocity.drift).points
         gain = hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
         radius = rows.radius + self.response.interpolation_error + self._radii[rows.body]
-        turns = rows.turns if bodies.turning else _NO_ROWS
         begin, end, points, gains, radius, growth, turned, body = kernels.relative_segments(
-            rows.times, rows.points, radius, rows.growth, turns, rows.body, knots, drift, gain, self.horizon
+            rows.times, rows.points, radius, rows.growth, rows.turns, rows.body, knots, drift, gain, self.horizon
         )
         hull = bodies.hull[body]
         if not bodies.turning:

@@ -1,13 +1,21 @@
 """The table of methods: a method is a response and a forecast."""
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from slalom.checks import known, positive
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
 from slalom.limits import Limits
-from slalom.response import AccelerateThenCoast, AccelerateThenStop, LaggedVelocity, Response, Velocity
+from slalom.response import (
+    AccelerateThenBrake,
+    AccelerateThenCoast,
+    AccelerateThenStop,
+    LaggedVelocity,
+    Response,
+    Velocity,
+)
 
 HOLDS: Final = (0.2, 0.5, 1.0, 2.0, 4.0)
 """[s] How long accelerations are held when nothing else is asked for; see docs/design/0004."""
@@ -24,6 +32,8 @@ class Method:
         responses: from limits, control period [s] and holds [s] to the responses tried at each decision.
         forecast: from an obstacle's trajectory to the assumed one.
         sentence: what it is. source: where it comes from.
+        of_robots: the same for other robots, of which only the state now can be seen.
+        shared: robots know the manoeuvres that the others are committed to, and decide one after the other.
     """
 
     name: str
@@ -31,6 +41,8 @@ class Method:
     forecast: Forecast
     sentence: str
     source: str
+    of_robots: Forecast = field(default_factory=AtConstantVelocity)
+    shared: bool = False
 
 
 def _velocity(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
@@ -47,6 +59,13 @@ def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tu
     coasting = [AccelerateThenCoast(hold) for hold in rounded]
     stopping = [AccelerateThenStop(hold, rate, period) for hold in rounded]
     return (*coasting, *stopping)
+
+
+def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+    """Braking takes a whole number of periods, enough to brake from the largest speed."""
+    brake = math.ceil(limits.max_speed / limits.braking / period - 1e-9) * period
+    rounded = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
+    return tuple(AccelerateThenBrake(hold, brake) for hold in rounded)
 
 
 METHODS: Final[dict[str, Method]] = {
@@ -79,6 +98,7 @@ METHODS: Final[dict[str, Method]] = {
             AtConstantAcceleration(),
             "Acceleration obstacle: a new acceleration; obstacles keep theirs.",
             "Stern and Shiller, arXiv:2504.13637 and arXiv:2506.06255, 2025",
+            of_robots=AtConstantAcceleration(),
         ),
         Method(
             "nao",
@@ -86,6 +106,15 @@ METHODS: Final[dict[str, Method]] = {
             Known(),
             "Nonlinear acceleration obstacle: a new acceleration; obstacles follow known trajectories.",
             "Stern and Shiller, arXiv:2506.06255, 2025",
+        ),
+        Method(
+            "nao_shared",
+            _ending_at_rest,
+            Known(),
+            "As nao, and robots publish manoeuvres that end at rest, each of which avoids all published before it.",
+            "Stern and Shiller, arXiv:2506.06255, 2025; the guarantee: docs/theory.md, 16",
+            of_robots=Known(),
+            shared=True,
         ),
     )
 }

@@ -9,6 +9,7 @@ import numpy as np
 from slalom.checks import Array, not_negative, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
+from slalom.detour import way_round
 from slalom.errors import InvalidInput
 from slalom.fallback import delay, escape
 from slalom.forecast import foreseen
@@ -17,7 +18,7 @@ from slalom.horizon import Horizon
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
-from slalom.objective import Arrive, Objective, Situation, preferred_control
+from slalom.objective import Aim, Arrive, Objective, Situation, preferred_control
 from slalom.obstacle import Obstacle
 from slalom.response import Response
 from slalom.selection import Status, select, select_clearest
@@ -54,6 +55,9 @@ class Navigator:
         patience: [s] of predicted arrival that may be lost by keeping a manoeuvre before it is changed.
         objective: what it wants.
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
+        detours: angles [rad] by which the way to the goal is turned when it is not clear, in the plane; in this order
+        where
+            equally good. Without any, a robot waits for what stands in its way for ever.
     """
 
     method: Method
@@ -66,6 +70,7 @@ class Navigator:
     patience: float = 0.1
     objective: Objective = field(default_factory=Arrive)
     horizons: Horizon | None = None
+    detours: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         positive(self.period, "period")
@@ -108,6 +113,8 @@ class Navigator:
             return escape(situations[0], self.robot, self.period, bare)
         margins = np.clip(bare.initial_clearances - TOUCHING, 0.0, self.margin)
         proposals = [p for s in situations if (p := self._propose(s, traffic, margins)) is not None]
+        if not any(p.outcome is Outcome.CLEAR for p in proposals):
+            proposals += self._detours(situations, traffic, margins)
         best = min(proposals, key=lambda p: p.cost, default=None)
         if previous is not None:
             kept = self._continued(previous, situations[0], traffic, margins, best)
@@ -143,10 +150,26 @@ class Navigator:
     def _blocked(self, s: Situation, traffic: Traffic, margin: float | Array) -> ControlObstacle:
         return ControlObstacle(s.response, s.state, traffic, self.robot, margin)
 
-    def _propose(self, s: Situation, traffic: Traffic, margin: float | Array) -> _Proposal | None:
+    def _detours(self, situations: list[Situation], traffic: Traffic, margins: Array) -> list[_Proposal]:
+        """Proposals for ways that are turned off the one to the goal."""
+        found = []
+        for angle in self.detours:
+            turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+            for s in situations:
+                after = s.response.settled(s.horizon)
+                wanted = s.goal.desired_velocity(s.state.position, s.state.velocity, s.now, s.limits)
+                aims = (Aim(s.response.velocity(s.state, after), turn @ wanted),)
+                proposal = self._propose(s, traffic, margins, aims)
+                if proposal is not None:
+                    found.append(proposal._replace(outcome=Outcome.CONSTRAINED))
+        return found
+
+    def _propose(
+        self, s: Situation, traffic: Traffic, margin: float | Array, aims: tuple[Aim, ...] | None = None
+    ) -> _Proposal | None:
         """The exact choice for one response, or None when it has no safe control."""
         blocked = self._blocked(s, traffic, margin)
-        preferred = preferred_control(self.objective.aims(s))
+        preferred = preferred_control(aims or self.objective.aims(s))
         enough = self.objective.enough_clearance
         if enough:
             choice, _ = select_clearest(preferred, s.admissible, blocked, enough=enough)
@@ -156,8 +179,20 @@ class Navigator:
             return None
         manoeuvre = Manoeuvre(s.response, s.state, choice.control, s.now)
         outcome = Outcome.CLEAR if choice.status is Status.CLEAR else Outcome.CONSTRAINED
-        cost = self.objective.cost(manoeuvre, s, self.free_again(manoeuvre))
+        cost = self._cost(manoeuvre, s, self.free_again(manoeuvre), traffic)
         return _Proposal(cost, manoeuvre, outcome, preferred, blocked)
+
+    def _cost(self, motion: Manoeuvre, s: Situation, until: float, traffic: Traffic) -> float:
+        """How long the objective takes [s], and with detours how long it takes to go around what will be in the way."""
+        cost = self.objective.cost(motion, s, until)
+        if self.detours and traffic.obstacles:
+            end = traffic.start + traffic.horizon
+            there = [o for o in traffic.obstacles if o.exists(end)]
+            places = np.array([o.trajectory.position(end) for o in there]).reshape(-1, s.state.dimension)
+            radii = np.array([o.shape.reach for o in there]) + self.robot.reach + self.margin
+            longer = way_round(motion.position(until), s.goal.position(until), places, radii)
+            cost += float(longer.sum()) / self.limits.max_speed
+        return cost
 
     def _too_fast(self, state: State) -> bool:
         """Whether the robot exceeds its speed limit by more than rounding."""
@@ -179,7 +214,7 @@ class Navigator:
         committed, regret = previous.manoeuvre, previous.regret
         if best is not None:
             until = self.free_again(best.manoeuvre)
-            regret += max(0.0, self.objective.cost(committed, s, until) - best.cost)
+            regret += max(0.0, self._cost(committed, s, until, traffic) - best.cost)
             if regret > self.patience or self._too_fast(s.state):
                 return None
         if self.limits.bounds and not self.limits.allows(

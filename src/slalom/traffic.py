@@ -1,6 +1,7 @@
 """Obstacles over a window of time: made once, used by every control obstacle of a decision."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -30,7 +31,7 @@ class Pieces(NamedTuple):
     points: Array  # (n, 4, d)
     radius: Array  # (n,) [m] to add to that of the body: errors and uncertainty
     growth: Array  # (n,) [m] how much that changes over the piece
-    turns: Array  # (n, 4, 2)
+    turns: Array  # (n, 4, 2); in `Bodies` none if nothing turns
     body: Indices  # (n,)
 
 
@@ -113,7 +114,9 @@ class Traffic:
         weights = np.stack([(1 - x) ** 3, 3 * x * (1 - x) ** 2, 3 * x * x * (1 - x), x**3], axis=1)
         places = np.zeros((len(which), 3))
         places[:, : position.size] = np.einsum("nj,njd->nd", weights, rows.points[heads]) - position
-        directions = np.einsum("nj,njd->nd", weights, rows.turns[heads])
+        directions = np.broadcast_to(_AHEAD, (len(which), 2))
+        if bodies.turning:
+            directions = np.einsum("nj,njd->nd", weights, rows.turns[heads])
         hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
         found = kernels.distances(places, directions, bodies.hull[which], hulls)
         result[which], towards[which] = found[:, 0], found[:, 1 : 1 + position.size]
@@ -123,46 +126,55 @@ class Traffic:
         return result, towards
 
     def _grow(self, robot: Shape) -> Bodies:
-        found, rows, count = [], [], 0
+        tables, shapes, cuts, indices = [], [], [], []
         for index, obstacle in enumerate(self.obstacles):
+            first, last = obstacle.trajectory.span
+            begin, end = max(self.start, first), min(self.start + self._until[index], last)
+            if begin >= end:
+                continue
             shape = grown(obstacle, robot)
-            pieces = self._pieces(index, shape, robot)
-            if pieces is not None:
-                found.append((index, shape))
-                rows.append(pieces._replace(times=pieces.times - self.start, body=pieces.body + count))
-                count += len(shape.around)
-        if not found:
+            many = isinstance(obstacle.trajectory, TABULATED) and obstacle.uncertainty is None
+            if many and self._until[index] == self.horizon:
+                table = _tabulated(obstacle, shape, robot, self.start, self.horizon)
+                table, cut = _overlapping(table, begin, end)
+            else:
+                table = _rows(obstacle, shape, self.start, begin, end)
+                cut = slice(0, len(table.body))
+            tables.append(table)
+            cuts.append(cut)
+            shapes.append(shape)
+            indices.append(index)
+        if not tables:
             return _nothing(self.dimension or 2)
-        together = Pieces._make(np.concatenate(column) for column in zip(*rows))
-        owner = np.repeat(np.array([i for i, _ in found]), [len(shape.around) for _, shape in found])
-        counts = np.concatenate([shape.counts for _, shape in found])
-        plain = np.array([o.uncertainty is None for o in self.obstacles])
-        spread = np.concatenate([shape.spread for _, shape in found])
-        point = (counts == 1) & (spread == 0.0) & plain[owner]
-        heads = np.flatnonzero(np.diff(together.body, prepend=-1))
+        sizes = np.array([len(shape.around) for shape in shapes])
+        owner, count = np.repeat(np.array(indices), sizes), int(sizes.sum())
+        lengths = [cut.stop - cut.start for cut in cuts]
+        turning = any(self.obstacles[index].turns for index in indices)
+        pieces = Pieces(
+            np.concatenate([t.times[c] for t, c in zip(tables, cuts)]) - self.start,
+            np.concatenate([t.points[c] for t, c in zip(tables, cuts)]),
+            np.concatenate([t.radius[c] for t, c in zip(tables, cuts)]),
+            np.concatenate([t.growth[c] for t, c in zip(tables, cuts)]),
+            np.concatenate([t.turns[c] for t, c in zip(tables, cuts)]) if turning else _NO_TURNS,
+            np.concatenate([t.body[c] for t, c in zip(tables, cuts)]) + np.repeat(np.cumsum(sizes) - sizes, lengths),
+        )
+        counts = np.concatenate([shape.counts for shape in shapes])
+        plain = np.array([self.obstacles[index].uncertainty is None for index in indices])
+        spread = np.concatenate([shape.spread for shape in shapes])
+        point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
+        heads = np.flatnonzero(np.diff(pieces.body, prepend=-1))
         return Bodies(
-            together,
-            turning=any(self.obstacles[index].turns for index, _ in found),
+            pieces,
+            turning=turning,
             owner=owner,
-            around=np.concatenate([shape.around for _, shape in found]),
+            around=np.concatenate([shape.around for shape in shapes]),
             spread=spread,
             hull=np.where(point, -1, np.arange(count)),
-            corners=np.concatenate([shape.corners for _, shape in found]),
+            corners=np.concatenate([shape.corners for shape in shapes]),
             first=np.concatenate([[0], np.cumsum(counts)]),
-            mixed=np.concatenate([shape.mixed for _, shape in found]),
-            heads=heads[together.times[heads, 0] <= 0.0],
+            mixed=np.concatenate([shape.mixed for shape in shapes]),
+            heads=heads[pieces.times[heads, 0] <= 0.0],
         )
-
-    def _pieces(self, index: int, shape: Grown, robot: Shape) -> Pieces | None:
-        """The pieces of one obstacle's bodies that overlap the window, in absolute time; None if there are none."""
-        obstacle, until = self.obstacles[index], self._until[index]
-        first, last = obstacle.trajectory.span
-        begin, end = max(self.start, first), min(self.start + until, last)
-        if begin >= end:
-            return None
-        if isinstance(obstacle.trajectory, TABULATED) and obstacle.uncertainty is None and until == self.horizon:
-            return _slice(_tabulated(obstacle, shape, robot, self.start, self.horizon), begin, end)
-        return _rows(obstacle, shape, self.start, begin, end)
 
 
 TABULATED = (Circular, Sampled, PiecewisePolynomial, Composite, Function)
@@ -189,16 +201,16 @@ def _tabulated(obstacle: Obstacle, shape: Grown, robot: Shape, start: float, hor
     return tables[key]
 
 
-def _slice(pieces: Pieces, begin: float, end: float) -> Pieces:
-    """The pieces that overlap begin to end; they may begin earlier and end later."""
+def _overlapping(pieces: Pieces, begin: float, end: float) -> tuple[Pieces, slice]:
+    """The pieces that overlap begin to end, as a part of a table; they may begin earlier and end later."""
     times = pieces.times
-    bodies = int(pieces.body[-1]) + 1
-    if bodies > 1:
+    if pieces.body[-1] > 0:
         keep = (times[:, 1] > begin) & (times[:, 0] < end)
-        return Pieces._make(column[keep] for column in pieces)
-    i = int(np.searchsorted(times[:, 1], begin, side="right"))
-    j = int(np.searchsorted(times[:, 0], end, side="left"))
-    return Pieces._make(column[i:j] for column in pieces)
+        pieces = Pieces._make(column[keep] for column in pieces)
+        return pieces, slice(0, len(pieces.body))
+    return pieces, slice(
+        int(times[:, 1].searchsorted(begin, side="right")), int(times[:, 0].searchsorted(end, side="left"))
+    )
 
 
 def _rows(obstacle: Obstacle, shape: Grown, decided: float, begin: float, end: float) -> Pieces:
@@ -224,19 +236,29 @@ def _rows(obstacle: Obstacle, shape: Grown, decided: float, begin: float, end: f
         path, course = path.cut(times), course.cut(times)
         turns, radius = course.points, radius + course.error * largest
     b, n = len(shape.around), len(path.points)
-    times = np.column_stack([path.times[:-1], path.times[1:]])
+    times = np.empty((n, 2))
+    times[:, 0], times[:, 1] = path.times[:-1], path.times[1:]
+    if b == 1 and turns is None:
+        # The usual case, made for many obstacles at every decision.
+        return Pieces(times, path.points + shape.offsets, radius, growth, _ahead(n), np.zeros(n, np.int64))
     if b == 1:
         points = path.points + shape.offsets
     else:
         points = (path.points[None] + shape.offsets[:, None, None]).reshape(b * n, 4, -1)
         times, radius, growth = np.tile(times, (b, 1)), np.tile(radius, b), np.tile(growth, b)
         turns = None if turns is None else np.tile(turns, (b, 1, 1))
-    if turns is None:
-        turns = np.broadcast_to(_AHEAD, (b * n, 4, 2))
+    turns = _ahead(b * n) if turns is None else turns
     return Pieces(times, points, radius, growth, turns, np.repeat(np.arange(b), n))
 
 
+@lru_cache(maxsize=256)
+def _ahead(n: int) -> Array:
+    """Directions (n, 4, 2) of what does not turn."""
+    return np.broadcast_to(_AHEAD, (n, 4, 2))
+
+
 _AHEAD = np.array([1.0, 0.0])
+_NO_TURNS = np.empty((0, 4, 2))
 
 
 def _nothing(d: int) -> Bodies:

@@ -37,12 +37,16 @@ def hull_element(
     if n > 1 and dimension == 2:
         depth = -excess(course, hulls, h, radius[s], growth[s], place, q)[0]
         depth /= value(gain[0], gain[1], gain[2], gain[3], place)
+        turning = abs(course[0, 3] - course[3, 3]) + abs(course[0, 4] - course[3, 4]) > 0.0
         smallest = smallest_ball(limits)
         far = np.sqrt((u[0] - limits[smallest, 1]) ** 2 + (u[1] - limits[smallest, 2]) ** 2) + limits[smallest, 4]
         half = 0.25
         for _ in range(24):
             a, b = max(0.0, place - half), min(1.0, place + half)
-            m, r = swept(course, gain, hulls, h, radius[s], growth[s], far, a, b, q)
+            if turning:
+                m, r = fan(course, gain, hulls, h, radius[s], growth[s], far, a, b, q)
+            else:
+                m, r = swept(course, gain, hulls, h, radius[s], growth[s], far, a, b, q)
             # One that u is hardly inside of would reject little else.
             if m > 1 and r - signed_distance(q, m)[0] > max(0.7 * depth, 0.25 * r):
                 shift(q, m, u)
@@ -85,23 +89,92 @@ def swept(
     early = value(gain[0], gain[1], gain[2], gain[3], a)
     late = value(gain[0], gain[1], gain[2], gain[3], b)
     r = (radius + min(growth * a, growth * b) + CONTACT) / max(early, late)
-    miss = sag(course, gain, hulls, h, far, a, b) / min(early, late)
+    miss = sag(course, gain, far, a, b) / min(early, late)
     if miss <= 0.25 * CONTACT / late:
         return m, r - miss
-    x, y = 0.0, 0.0
-    for j in range(m):
-        x, y = x + q[j, 0] / m, y + q[j, 1] / m
-    rho = np.inf
-    for j in range(m):
-        k = j + 1 if j + 1 < m else 0
-        dx, dy = q[k, 0] - q[j, 0], q[k, 1] - q[j, 1]
-        rho = min(rho, (dx * (y - q[j, 1]) - dy * (x - q[j, 0])) / (np.sqrt(dx * dx + dy * dy) + 1e-300))
+    x, y, rho = inner_disc(q, m)
     if m < 3 or miss >= 0.5 * rho:
         return 0, 0.0
     for j in range(m):
         q[j, 0] += (x - q[j, 0]) * miss / rho
         q[j, 1] += (y - q[j, 1]) * miss / rho
     return m, r
+
+
+@kernel
+def fan(
+    course: Array,
+    gain: Array,
+    hulls: Hulls,
+    h: int,
+    radius: float,
+    growth: float,
+    far: float,
+    a: float,
+    b: float,
+    q: Array,
+) -> tuple[int, float]:
+    """As `swept`, for a body that turns: what one corner and the middle of the body cover from a to b.
+
+    All elements in between hold the element in the middle, shrunk by as much as its corners move. With one corner
+    they hold its hull with the chord of that corner's path, shrunk by what the path may miss the chord. The corner is
+    the one for which the control is deepest inside.
+    """
+    n = corners_in_control(course, gain, hulls, h, a, q, 0)
+    if n == 0:
+        return 0, 0.0
+    corners_in_control(course, gain, hulls, h, b, q, n)
+    corners_in_control(course, gain, hulls, h, 0.5 * (a + b), q, 2 * n)
+    early = value(gain[0], gain[1], gain[2], gain[3], a)
+    late = value(gain[0], gain[1], gain[2], gain[3], b)
+    r = (radius + min(growth * a, growth * b) + CONTACT) / max(early, late)
+    miss = corner_sag(course, gain, hulls, h, far, a, b) / min(early, late)
+    moved = 0.0
+    for j in range(n):
+        for k in (j, n + j):
+            moved = max(moved, np.sqrt((q[k, 0] - q[2 * n + j, 0]) ** 2 + (q[k, 1] - q[2 * n + j, 1]) ** 2))
+    moved += 2.0 * miss
+    core = order(q[2 * n :], n)
+    x, y, rho = inner_disc(q[2 * n :], core)
+    if core < 3 or moved >= 0.5 * rho:
+        return 0, 0.0
+    for j in range(2 * n, 2 * n + core):
+        q[j, 0] += (x - q[j, 0]) * moved / rho
+        q[j, 1] += (y - q[j, 1]) * moved / rho
+    share = miss / (rho - moved + miss)
+    best, deepest, trial = -1, 0.0, q[2 * n + core :]
+    for j in range(n + 1):
+        which = j if j < n else best
+        if which < 0:
+            return 0, 0.0
+        for k in range(core):
+            trial[k] = q[2 * n + k]
+        for k in range(2):
+            trial[core + k, 0] = q[which + k * n, 0] + share * (x - q[which + k * n, 0])
+            trial[core + k, 1] = q[which + k * n, 1] + share * (y - q[which + k * n, 1])
+            trial[core + k, 2] = 0.0
+        m = order(trial, core + 2)
+        if j < n:
+            depth = r - signed_distance(trial, m)[0]
+            if best < 0 or depth > deepest:
+                best, deepest = j, depth
+    for k in range(m):
+        q[k] = trial[k]
+    return m, r
+
+
+@kernel
+def inner_disc(q: Array, n: int) -> tuple[float, float, float]:
+    """The mean of the corners of a polygon, and its distance from the border."""
+    x, y = 0.0, 0.0
+    for j in range(n):
+        x, y = x + q[j, 0] / n, y + q[j, 1] / n
+    rho = np.inf
+    for j in range(n):
+        k = j + 1 if j + 1 < n else 0
+        dx, dy = q[k, 0] - q[j, 0], q[k, 1] - q[j, 1]
+        rho = min(rho, (dx * (y - q[j, 1]) - dy * (x - q[j, 0])) / (np.sqrt(dx * dx + dy * dy) + 1e-300))
+    return x, y, rho
 
 
 @kernel
@@ -129,27 +202,23 @@ def corners_in_control(course: Array, gain: Array, hulls: Hulls, h: int, x: floa
 
 
 @kernel
-def sag(course: Array, gain: Array, hulls: Hulls, h: int, far: float, a: float, b: float) -> float:
-    """By how much, in the workspace, the bodies between a and b may miss their straight interpolation.
+def sag(course: Array, gain: Array, far: float, a: float, b: float) -> float:
+    """By how much, in the workspace, a body between a and b may miss its straight interpolation if it does not turn.
 
     For every control within `far` of that of the course. A control in the hull of the elements at a and b collides with
-    the body interpolated between these times, as a sum of sets: with weights (1 - m) on the element at a and m on that
-    at b, take the time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. What remains is how far cubics bend from
-    their chords and, for a body that turns, how far the sum of two bodies in different directions e exceeds the body in
-    between: at l, by at most 2 l (1 - l) |e(b) - e(a)| of its size.
+    the body interpolated between these times: with weights (1 - m) on the element at a and m on that at b, take the
+    time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. What remains is how far cubics bend from their chords.
     """
-    total = bend(course[:, 0], course[:, 1], a, b) + far * bend(gain, gain, a, b)
+    return float(bend(course[:, 0], course[:, 1], a, b) + far * bend(gain, gain, a, b))
+
+
+@kernel
+def corner_sag(course: Array, gain: Array, hulls: Hulls, h: int, far: float, a: float, b: float) -> float:
+    """By how much a corner of a turning body may miss the chord of its path; as `sag`, and what turning adds."""
     spread = 0.0
     for j in range(hulls[3][h], hulls[3][h + 1]):
         spread = max(spread, hulls[2][j, 3] ** 2 + hulls[2][j, 4] ** 2)
-    if spread > 0.0:
-        turn = bend(course[:, 3], course[:, 4], a, b)
-        change = 0.0
-        for axis in range(3, 5):
-            p0, _, _, p3 = restrict(course[0, axis], course[1, axis], course[2, axis], course[3, axis], a, b)
-            change += (p3 - p0) ** 2
-        total += np.sqrt(spread) * (turn + 0.5 * np.sqrt(change))
-    return float(total)
+    return float(sag(course, gain, far, a, b) + np.sqrt(spread) * bend(course[:, 3], course[:, 4], a, b))
 
 
 @kernel

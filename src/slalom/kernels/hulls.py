@@ -19,11 +19,11 @@ from slalom.tolerances import DEPTH
 
 @kernel
 def new_course(hulls: Hulls) -> tuple[Array, Array]:
-    """Room for one course, and for the corners of the largest hull at two times."""
+    """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
     first, most = hulls[3], 1
     for h in range(len(first) - 1):
         most = max(most, first[h + 1] - first[h])
-    return np.empty((4, 5)), np.zeros((2 * most, 3))
+    return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
 
 
 @kernel

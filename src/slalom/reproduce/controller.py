@@ -26,8 +26,8 @@ from slalom.sim import Recording, Robot, Scenario
 from slalom.sim.contact import closest_approaches, positions_at
 from slalom.sim.gallery import build
 from slalom.sim.metrics import adjustments, mean_acceleration, mean_jerk
+from slalom.sim.plant import drive
 from slalom.sim.recording import Step
-from slalom.sim.simulate import drive
 from slalom.state import State
 from slalom.tolerances import COLLISION, KEPT, TOUCHING
 from slalom.traffic import Traffic

@@ -13,6 +13,7 @@ from slalom.io.tracks import read_tracks, sample_data
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import Ball, Disc, Polyline, Union
+from slalom.sim.crowds import circle, random_goals
 from slalom.sim.scenario import SETTINGS, Robot, Scenario
 from slalom.state import State
 from slalom.trajectory import Circular, ConstantVelocity, PiecewisePolynomial, Sampled, Stationary
@@ -185,6 +186,25 @@ GALLERY: Final[dict[str, Entry]] = {
             corridor,
             {"people": 6.0, "door": 1.4},
             "A corridor and a doorway in it, through which people walk both ways.",
+        ),
+        Entry(
+            "circle",
+            circle,
+            {
+                "robots": 4.0,
+                "radius": 20.0,
+                "robot_radius": 1.5,
+                "noise": 1e-3,
+                "max_speed": 2.0,
+                "max_acceleration": 2.0,
+            },
+            "Robots on a circle, each of which wants to the opposite side.",
+        ),
+        Entry(
+            "random_goals",
+            random_goals,
+            {"robots": 8.0, "side": 20.0, "robot_radius": 0.5, "max_speed": 1.5, "max_acceleration": 2.0},
+            "Robots at random places with goals at other random places.",
         ),
         Entry(
             "recorded_roundabout",

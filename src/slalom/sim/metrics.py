@@ -2,7 +2,7 @@
 
 Francis et al. 2023 (arXiv:2306.16740, table 1) for success, stalled time, failure to progress, path length, SPL, space
 compliance, clearing distance, time to collision; the number of adjustments is the paper's (arXiv:2506.06255).
-All are of robot 0 of the recording.
+All are of robot 0 of the recording; of another one by way of `fleet.seen_by`. Only `summary` is of all robots.
 """
 
 from collections import Counter
@@ -13,6 +13,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.sim.contact import closest_approaches, positions_at
+from slalom.sim.fleet import seen_by
 from slalom.sim.gaps import clearances
 from slalom.sim.recording import Recording
 from slalom.tolerances import ADJUSTMENT, COLLISION
@@ -232,19 +233,24 @@ def summary(recording: Recording) -> dict[str, Any]:
     """What the command line prints of a run (design section 6), JSON-ready: numbers that are infinite become None."""
     spent = recording.decision_times[recording.decision_times > 0.0] * 1e6
     quantiles = np.quantile(spent, [0.5, 0.99, 1.0]) if spent.size else np.zeros(3)
-    closest = [approach.clearance for approach in closest_approaches(recording)]
+    each = [seen_by(recording, k) for k in range(len(recording.shapes))]
+    closest = [[approach.clearance for approach in closest_approaches(one)] for one in each]
+    passive = len(recording.obstacles)
+    hits = [[c < -COLLISION for c in row] for row in closest]
+    # Two robots that collide are one collision, seen by both.
+    collided = sum(sum(row[:passive]) for row in hits) + sum(sum(row[passive:]) for row in hits) // 2
     return {
         "scenario": recording.scenario,
         "method": recording.method,
         "seed": recording.seed,
         "robots": recording.positions.shape[1],
         "arrived": int(np.isfinite(recording.arrived).sum()),
-        "collisions": sum(c < -COLLISION for c in closest),
-        "min_clearance": finite(min(closest, default=np.inf)),
+        "collisions": collided,
+        "min_clearance": finite(min((c for row in closest for c in row), default=np.inf)),
         "time": time(recording),
-        "adjustments": int(adjustments(recording)),
+        "adjustments": int(sum(adjustments(one) for one in each)),
         "decision_us": dict(zip(("p50", "p99", "max"), (round(float(q), 1) for q in quantiles))),
-        "statuses": dict(sorted(Counter(row[0] for row in recording.outcomes if row[0]).items())),
+        "statuses": dict(sorted(Counter(name for row in recording.outcomes for name in row if name).items())),
     }
 
 

@@ -18,6 +18,9 @@ from slalom.sim.gaps import clearances
 from slalom.state import State
 from slalom.trajectory import Stationary
 
+DETOURS = tuple(np.radians([-30.0, -60.0, -90.0, 30.0, 60.0]))
+"""[rad] Robots that meet each other go around, first to the right."""
+
 
 @dataclass(frozen=True, eq=False)
 class Robot:
@@ -126,6 +129,7 @@ class Scenario:
             margin=self.margin,
             holds=self.holds,
             patience=self.patience,
+            detours=DETOURS if len(self.robots) > 1 else (),
         )
 
 

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from time import perf_counter
 
-import numpy as np
-
 from slalom.decision import Decision
 from slalom.methods import Method
+from slalom.sim.fleet import simulate_fleet
+from slalom.sim.plant import drive
 from slalom.sim.recording import Recording, Step
 from slalom.sim.scenario import Scenario
 from slalom.state import State
@@ -15,12 +15,14 @@ from slalom.state import State
 def simulate(
     scenario: Scenario, method: Method, *, seed: int = 0, progress: Callable[[float], None] | None = None
 ) -> Recording:
-    """Run a scenario until the robot has arrived or its time is over.
+    """Run a scenario until the robot has arrived or its time is over; of several robots, see `fleet.simulate_fleet`.
 
     A robot is a double integrator: between steps its acceleration is constant, so a step is the exact motion that was
     predicted. The result depends on the scenario and the method alone; `seed`, with which the scenario was built,
     is recorded. `progress` is called with the share of the duration that has passed.
     """
+    if len(scenario.robots) > 1:
+        return simulate_fleet(scenario, method, seed=seed, progress=progress)
     navigator, goal, dt = scenario.navigator(method), scenario.robot.goal, scenario.dt
     state, decision = scenario.robot.state, None
     steps: list[Step] = []
@@ -42,13 +44,6 @@ def simulate(
         if progress:
             progress((k + 1) / count)
     return Recording.of(scenario, method.name, seed, steps, state)
-
-
-def drive(state: State, push: np.ndarray, duration: float) -> State:
-    """The double integrator's exact state after `duration` [s] under the acceleration `push` [m/s^2]."""
-    return State(
-        state.position + duration * (state.velocity + 0.5 * duration * push), state.velocity + duration * push, push
-    )
 
 
 def decision_at(recording: Recording, scenario: Scenario, method: Method, step: int) -> Decision:

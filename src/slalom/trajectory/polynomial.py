@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.checks import Array, Checked, number, vector
-from slalom.path import Path, hermite
+from slalom.path import Path
 from slalom.trajectory.protocol import Endless, Trajectory
 
 
@@ -113,5 +113,13 @@ class ConstantAcceleration(Endless):
 
 
 def _quadratic_path(trajectory: Trajectory, start: float, end: float) -> Path:
-    times = np.array([start, end])
-    return hermite(times, trajectory.position(times), trajectory.velocity(times))
+    """One piece, exact: the control points of a parabola from its place, velocity and acceleration at the start."""
+    length = end - start
+    step = trajectory.velocity(start) * (length / 3.0)
+    bend = trajectory.acceleration(start) * (length * length / 6.0)
+    points = np.empty((1, 4, trajectory.dimension))
+    points[0, 0] = trajectory.position(start)
+    points[0, 1] = points[0, 0] + step
+    points[0, 2] = points[0, 1] + step + bend
+    points[0, 3] = points[0, 2] + step + 2.0 * bend
+    return Path(np.array([start, end]), points, np.zeros(1))

@@ -1,4 +1,4 @@
-"""A figure of one decision of a recorded run."""
+"""A figure of a recorded run: one decision of a robot alone, the tracks of several."""
 
 import re
 
@@ -9,17 +9,27 @@ from slalom.errors import InvalidInput
 from slalom.methods import METHODS
 from slalom.sim import Recording, Scenario, decision_at
 from slalom.sim.contact import closest_approaches
-from slalom.view.figure import decision
+from slalom.sim.fleet import seen_by
+from slalom.view.figure import decision, paths
 
 
 def replay(recording: Recording, scenario: Scenario, method: str, at: float | None = None) -> Figure:
     """The decision at time `at` [s] after the start, or by default one held long, before the closest approach.
+
+    Of several robots the track of the first one and where the others were.
 
     Raises:
         InvalidInput: a run without a step.
     """
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
+    if len(recording.shapes) > 1:
+        first = seen_by(recording, 0)
+        drawn = paths(
+            first.times, first.positions[:, 0], first.obstacles, robot=first.shapes[0], goal=first.goals[0], snapshots=6
+        ).get_figure(root=True)
+        assert drawn is not None
+        return drawn
     decided = [k for k, row in enumerate(recording.outcomes) if row[0]]
     if at is None:
         closest = min(closest_approaches(recording), default=None)

@@ -1,0 +1,221 @@
+"""Several robots: the guarantee of shared manoeuvres, what is seen of others, and that nothing depends on their
+order.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slalom import (
+    METHODS,
+    Circular,
+    Disc,
+    Goal,
+    InvalidInput,
+    Limits,
+    Obstacle,
+    Outcome,
+    Polyline,
+    Rectangle,
+    State,
+    Stationary,
+)
+from slalom.detour import keep_right, way_round
+from slalom.sim import Robot, Scenario, metrics, simulate
+from slalom.sim.contact import closest_approaches
+from slalom.sim.fleet import seen_by
+from slalom.sim.gallery import build
+from slalom.tolerances import COLLISION, KEPT, METRIC
+
+SHARED = METHODS["nao_shared"]
+
+
+def least_clearance(recording) -> float:
+    """Between all robots, and to all obstacles, in continuous time."""
+    each = [closest_approaches(seen_by(recording, k)) for k in range(len(recording.shapes))]
+    return min(closest.clearance for row in each for closest in row)
+
+
+def drawn(seed: int, count: int = 6, *, moving: bool = False) -> Scenario:
+    """Robots of different size, shape and limits in a small walled square, perhaps on the move already."""
+    rng = np.random.default_rng(seed)
+    robots: list[Robot] = []
+    while len(robots) < count:
+        place, goal = rng.uniform(-6.0, 6.0, (2, 2))
+        shape = Rectangle(1.2, 0.6, 0.1) if rng.random() < 0.3 else Disc(float(rng.uniform(0.2, 0.6)))
+        away = [np.linalg.norm(place - r.state.position) - shape.reach - r.shape.reach for r in robots]
+        if min(away, default=9.0) < (2.0 if moving else 0.2):
+            continue
+        limits = Limits(float(rng.uniform(0.8, 2.0)), float(rng.uniform(1.0, 3.0)))
+        velocity = rng.uniform(-0.5, 0.5, 2) if moving else np.zeros(2)
+        name = f"robot {len(robots)}"
+        robots.append(Robot(shape, limits, State(place, velocity), Goal(Stationary(goal), 0.4, stop=True), name))
+    corners = np.array([(-8, -8), (8, -8), (8, 8), (-8, 8), (-8, -8)], float)
+    walls = Obstacle(Polyline(corners, 0.05), Stationary((0.0, 0.0)), "walls")
+    return Scenario("drawn", tuple(robots), (walls,), duration=12.0, horizon=6.0, holds=(0.5, 1.5))
+
+
+@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(k, marks=pytest.mark.slow) for k in range(4, 30))])
+def test_shared_manoeuvres_never_collide(seed):
+    """The theorem of docs/theory.md, 16, in runs in which its assumptions hold: every clearance, every outcome."""
+    run = simulate(drawn(seed, moving=seed % 2 == 1), SHARED, seed=seed)
+    assert least_clearance(run) >= -KEPT - METRIC
+    outcomes = {name for row in run.outcomes for name in row if name}
+    assert all(Outcome[name].safe for name in outcomes), outcomes
+    for k, limits in enumerate(run.limits):
+        assert np.linalg.norm(run.accelerations[:, k], axis=1).max() <= limits.max_acceleration * (1 + 1e-7)
+        assert np.linalg.norm(run.velocities[:, k], axis=1).max() <= limits.max_speed * (1 + 1e-7)
+
+
+@pytest.mark.parametrize("robots", [2, 4, pytest.param(10, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_robots_change_places_on_a_circle(robots, noise):
+    run = simulate(build("circle", {"robots": robots, "noise": noise}, seed=1), SHARED)
+    assert np.all(np.isfinite(run.arrived))
+    assert least_clearance(run) >= 0.0
+    # 40 m at 2 m/s, half a second more to speed up and as long to stop.
+    assert run.times[-1] < (23.0 if robots < 10 else 60.0)
+
+
+@pytest.mark.parametrize("method", ["nao_shared", "nao"])
+def test_the_order_of_robots_does_not_matter(method):
+    scenario = replace(drawn(3, 4), duration=4.0)
+    order = [2, 0, 3, 1]
+    run = simulate(scenario, METHODS[method])
+    mixed = simulate(replace(scenario, robots=tuple(scenario.robots[k] for k in order)), METHODS[method])
+    assert len(run.times) == len(mixed.times)
+    for place, k in enumerate(order):
+        assert np.array_equal(mixed.positions[:, place], run.positions[:, k])
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if name != "nao_shared"])
+def test_observed_robots_run_to_the_end(method):
+    """Whether they collide is not promised; that they see each other is."""
+    run = simulate(replace(build("circle", {"robots": 3}, seed=0), duration=14.0), METHODS[method])
+    assert run.positions.shape[1] == 3
+    alone = Scenario("alone", run_robots(run)[:1], duration=14.0, horizon=6.0, holds=(0.5, 1.0, 2.0))
+    straight = simulate(alone, METHODS[method])
+    steps = min(len(run.times), len(straight.times))
+    assert np.abs(run.positions[:steps, 0] - straight.positions[:steps, 0]).max() > 0.1
+
+
+def run_robots(run):
+    """The robots of a recording, as they started."""
+    return tuple(
+        Robot(shape, limits, State(place, velocity), goal, f"robot {k}")
+        for k, (shape, limits, place, velocity, goal) in enumerate(
+            zip(run.shapes, run.limits, run.positions[0], run.velocities[0], run.goals)
+        )
+    )
+
+
+def two(stop: bool) -> Scenario:
+    """The second one wants to where the first one passes its goal."""
+    limits = Limits(1.0, 1.0)
+    first = Robot(Disc(0.4), limits, State((0, 0), (0, 0)), Goal(Stationary((3, 0)), 0.3, stop), "first")
+    second = Robot(Disc(0.4), limits, State((0, 3), (0, 0)), Goal(Stationary((3, 0.2)), 0.3, True), "second")
+    return Scenario("two", (first, second), duration=15.0, horizon=4.0, holds=(0.5, 1.0))
+
+
+def test_a_robot_that_passes_its_goal_leaves():
+    run = simulate(two(stop=False), SHARED)
+    assert np.all(np.isfinite(run.arrived))
+    step = round(float(run.arrived[0]) / run.dt)
+    assert np.array_equal(run.positions[step + 1, 0], run.positions[-1, 0])
+    other = seen_by(run, 1).obstacles[0]
+    assert other.trajectory.span[1] == pytest.approx(run.arrived[0])
+
+
+def test_a_robot_that_stops_at_its_goal_stays_in_the_way():
+    run = simulate(two(stop=True), SHARED)
+    assert np.isfinite(run.arrived[0])
+    assert not np.isfinite(run.arrived[1])
+    assert least_clearance(run) >= -KEPT - METRIC
+
+
+def test_collisions_of_robots_count_once():
+    """Two that drive through each other, recorded by hand."""
+    run = simulate(two(stop=True), SHARED)
+    there = np.linspace(-1.0, 1.0, len(run.times))[:, None] * np.array([1.0, 0.0])
+    speed = np.full_like(there, 0.0)
+    speed[:, 0] = 2.0 / (run.times[-1] - run.times[0])
+    wrong = replace(
+        run,
+        positions=np.stack([there, -there], axis=1),
+        velocities=np.stack([speed, -speed], axis=1),
+        accelerations=np.zeros_like(run.accelerations),
+    )
+    assert metrics.summary(wrong)["collisions"] == 1
+    assert metrics.summary(wrong)["min_clearance"] == pytest.approx(-0.8, abs=COLLISION)
+    assert metrics.summary(run)["robots"] == 2
+
+
+def test_passive_obstacles_are_avoided_by_all():
+    car = Obstacle(Disc(0.5), Circular((0.0, 0.0), 5.0, 1.0), "car")
+    scenario = replace(build("circle", {"robots": 2, "radius": 8.0, "robot_radius": 0.5}, seed=0), obstacles=(car,))
+    run = simulate(scenario, SHARED)
+    assert np.all(np.isfinite(run.arrived))
+    assert least_clearance(run) >= -METRIC
+
+
+class TestRefused:
+    def test_two_of_one_name(self):
+        robot = two(True).robots[0]
+        with pytest.raises(InvalidInput, match=r"robots: expected a name for each, found \['first', 'first'\]"):
+            simulate(replace(two(True), robots=(robot, robot)), SHARED)
+
+    def test_a_horizon_that_is_too_short(self):
+        with pytest.raises(InvalidInput, match="horizon: expected at least 2 s, the longest manoeuvre of 'first'"):
+            simulate(replace(two(True), horizon=1.5), SHARED)
+
+
+class TestDetours:
+    def test_the_way_around_a_disc(self):
+        """Straight through the middle: half the circle instead of the diameter, as tangents allow; beside it:
+        nothing.
+        """
+        place, goal = np.array([-2.0, 0.0]), np.array([2.0, 0.0])
+        longer = way_round(place, goal, np.array([(0, 0), (0, 1.5), (5, 0), (0, 0.5)]), np.array([1.0, 1.0, 1.0, 1.0]))
+        assert longer[0] == pytest.approx(2 * np.sqrt(3) + np.pi / 3 - 4.0)
+        assert longer[1] == longer[2] == 0.0
+        assert 0.0 < longer[3] < longer[0]
+
+    @pytest.mark.parametrize("seed", range(5))
+    def test_it_is_the_length_of_a_string(self, seed):
+        """Against the shortest of many polygons around the disc."""
+        rng = np.random.default_rng(seed)
+        place, goal, radius = rng.uniform(-4, -2, 2), rng.uniform(2, 4, 2), 1.0
+        angles = np.linspace(-np.pi, np.pi, 20001)
+        rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        best = np.inf
+        for side in (1, -1):
+            first, second = (tangent(point, radius, side * sign) for point, sign in ((place, 1), (goal, -1)))
+            turn = side * (np.arctan2(*second[::-1]) - np.arctan2(*first[::-1])) % (2 * np.pi)
+            best = min(best, np.linalg.norm(place - first) + np.linalg.norm(goal - second) + radius * turn)
+        assert rim.shape == (20001, 2)
+        straight = np.linalg.norm(goal - place)
+        along = goal - place
+        across = abs(along[0] * place[1] - along[1] * place[0]) / straight
+        expected = best - straight if across < radius else 0.0
+        assert way_round(place, goal, np.zeros((1, 2)), np.array([radius]))[0] == pytest.approx(expected, abs=1e-9)
+
+    def test_robots_that_meet_keep_right(self):
+        """Head on: both head for a place on their own right; alone or past each other: straight on."""
+        right = keep_right(
+            np.zeros(2), np.array([20.0, 0]), 1.0, 0.5, np.array([[8.0, 0]]), np.array([[-1.0, 0]]), np.array([0.5])
+        )
+        assert right is not None
+        assert right[0] > 0.0
+        assert right[1] < -0.4
+        past = keep_right(
+            np.zeros(2), np.array([20.0, 0]), 1.0, 0.5, np.array([[-8.0, 0]]), np.array([[-1.0, 0]]), np.array([0.5])
+        )
+        assert past is None
+
+
+def tangent(point, radius, side):
+    """Where the tangent from a point touches the circle about the origin."""
+    distance = np.linalg.norm(point)
+    angle = np.arctan2(point[1], point[0]) + side * np.arccos(radius / distance)
+    return radius * np.array([np.cos(angle), np.sin(angle)])
