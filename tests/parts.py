@@ -287,7 +287,7 @@ LIMITS: dict[str, Callable[[int], Limits]] = {
 }
 """Functions of the dimension."""
 
-ENROLLED_METHODS: dict[str, Method] = {name: METHODS[name] for name in ("vo", "nlvo", "avo", "ao", "nao")}
+ENROLLED_METHODS: dict[str, Method] = {name: METHODS[name] for name in ("vo", "nlvo", "avo", "ao", "nao", "nao_shared")}
 
 
 def disc_or_ball(radius: float, dimension: int) -> Shape:

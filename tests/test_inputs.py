@@ -77,7 +77,7 @@ from slalom import (
     view,
 )
 from slalom.io import polynomials, tracks
-from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario
+from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.scenario_spec import GoalSpec
 from slalom.sim.shape_spec import Shaped
@@ -305,6 +305,27 @@ CASES = [
         r"boundary: expected a control obstacle in the plane, found one in space",
         lambda _: blocked(SPACE, (BALLOON,), Ball(1)).boundary((0, 0), 1.0),
     ),
+    Case(
+        "Scenario.__post_init__",
+        InvalidInput,
+        r"robots: expected one or more of one dimension, found dimensions \[\]",
+        lambda _: Scenario("none", ()),
+    ),
+    Case(
+        "simulate_fleet",
+        InvalidInput,
+        r"robots: expected a name for each, found \['robot', 'robot'\]",
+        lambda _: simulate(Scenario("twins", (Robot(Disc(1), LIMITS, FLAT, GOAL),) * 2), METHODS["nao"]),
+    ),
+    Case(
+        "_refuse_short_horizon",
+        InvalidInput,
+        r"horizon: expected at least 8 s, the longest manoeuvre of 'circle 0', found 6 s",
+        lambda _: simulate(
+            Scenario("long", tuple(Robot(Disc(1), LIMITS, FLAT, GOAL, f"circle {k}") for k in range(2)), holds=(6.0,)),
+            METHODS["nao_shared"],
+        ),
+    ),
     # Numbers.
     Case("array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),
     Case("array", InvalidInput, r"position: expected numbers", lambda _: State(((1, 2), (3,)), (0, 0))),
@@ -411,7 +432,7 @@ CASES = [
     Case(
         "known",
         InvalidInput,
-        r"method: expected one of vo, nlvo, avo, ao, nao; found 'NAO'",
+        r"method: expected one of vo, nlvo, avo, ao, nao, nao_shared; found 'NAO'",
         lambda _: slalom.method("NAO"),
     ),
     Case(

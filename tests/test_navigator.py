@@ -293,7 +293,7 @@ def test_each_obstacle_counts_until_its_own_horizon() -> None:
         traffic = replace(robot, horizons=rule).foresee([rock, wall], state, 0.0)
         ends = [traffic.bodies(robot.robot).pieces.times[k, 1] for k in (0, 1)]
         assert ends == pytest.approx(expected)
-    assert robot.decide(state, [wall], far).outcome is Outcome.CONSTRAINED
+    assert robot.decide(state, [wall], far).outcome is not Outcome.CLEAR
     assert replace(robot, horizons=SafeTime(0.5)).decide(state, [wall], far).outcome is Outcome.CLEAR
 
 

@@ -86,7 +86,7 @@ def test_a_method_named_twice_is_one_row() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"methods": ["best"]}, r"method: expected one of vo, nlvo, avo, ao, nao; found 'best'"),
+        ({"methods": ["best"]}, r"method: expected one of vo, nlvo, avo, ao, nao, nao_shared; found 'best'"),
         ({"methods": []}, r"methods: expected at least one"),
         ({"name": "full"}, r"scenario: expected a \.yaml file or one of .*; found 'full'"),
         ({"seeds": 0}, r"expected seeds of 1 or more"),

@@ -62,10 +62,10 @@ def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tu
 
 
 def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
-    """Braking takes a whole number of periods, enough to brake from the largest speed."""
+    """Braking takes a whole number of periods, enough to brake from the largest speed; once also from twice that."""
     brake = math.ceil(limits.max_speed / limits.braking / period - 1e-9) * period
     rounded = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
-    return tuple(AccelerateThenBrake(hold, brake) for hold in rounded)
+    return (*(AccelerateThenBrake(hold, brake) for hold in rounded), AccelerateThenBrake(rounded[0], 2.0 * brake))
 
 
 METHODS: Final[dict[str, Method]] = {
@@ -112,7 +112,7 @@ METHODS: Final[dict[str, Method]] = {
             _ending_at_rest,
             Known(),
             "As nao, and robots publish manoeuvres that end at rest, each of which avoids all published before it.",
-            "Stern and Shiller, arXiv:2506.06255, 2025; the guarantee: docs/theory.md, 16",
+            "The guarantee: docs/theory.md, 16; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
             of_robots=Known(),
             shared=True,
         ),

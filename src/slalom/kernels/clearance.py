@@ -57,8 +57,11 @@ def least_clearances(
                     course, hulls, hull[s], radius[s], growth[s], stack, q, best, CLEARANCE
                 )
                 continue
-            put_segment(stack, points, gains, s, u[0], u[1], u[2], 0.0)
             ceiling = best + radius[s]
+            if ceiling <= 0.0:
+                # Another part of the owner is deeper inside than this one can be.
+                continue
+            put_segment(stack, points, gains, s, u[0], u[1], u[2], 0.0)
             found, place = least(stack, ceiling * ceiling, CLEARANCE)
             if place >= 0.0:
                 result[c, owner[s]] = np.sqrt(max(found, 0.0)) - radius[s]
