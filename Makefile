@@ -37,6 +37,7 @@ test-all: lint
 
 bench: .venv/run.stamp
 	$(BIN)/python benchmarks/decision.py
+	$(BIN)/python benchmarks/walls.py
 
 clean:
 	rm -rf .venv out .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

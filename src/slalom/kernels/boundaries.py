@@ -22,14 +22,15 @@ def is_flat(boundaries: Array, b: int) -> bool:
 def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k: int) -> bool:
     """Whether u satisfies the boundaries first..last-1, up to rounding; i, j, k, which generated it, are met."""
     for b in range(first, last):
-        if b in (i, j, k):
+        side = boundaries[b, 0]
+        if side >= 2.0 or b in (i, j, k):
             continue
-        side, r = boundaries[b, 0], boundaries[b, 4]
+        r = boundaries[b, 4]
         x, y, z = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3]
         if side == 0.0:
             if x * u[0] + y * u[1] + z * u[2] > r + ADMISSIBLE * (1.0 + abs(r)):
                 return False
-        elif side < 2.0:
+        else:
             square = (u[0] - x) ** 2 + (u[1] - y) ** 2 + (u[2] - z) ** 2
             if side > 0.0:
                 if square < r * r * (1.0 - ELEMENT):
@@ -57,7 +58,14 @@ def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
 
 @kernel
 def apart(boundaries: Array, i: int, j: int) -> bool:
-    """Whether two balls are too far apart to have common points: the quick test before their intersection."""
+    """Whether two boundaries are too far apart to have common points: the quick test before their intersection.
+
+    Those of polygons are arcs and edges in discs (columns 6 to 8) in which alone they matter.
+    """
+    if boundaries[i, 0] >= 2.0 and boundaries[j, 0] >= 2.0:
+        reach = boundaries[i, 8] + boundaries[j, 8]
+        away = (boundaries[i, 6] - boundaries[j, 6]) ** 2 + (boundaries[i, 7] - boundaries[j, 7]) ** 2
+        return bool(away > reach * reach)
     if is_flat(boundaries, i) or is_flat(boundaries, j):
         return False
     square = 0.0

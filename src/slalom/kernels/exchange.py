@@ -31,6 +31,7 @@ from slalom.kernels.polygons import (
     outside_polygons,
     smallest_ball,
     with_room,
+    within_polygon,
 )
 from slalom.kernels.refine import sink
 from slalom.kernels.segments import chord_gaps
@@ -229,7 +230,7 @@ def nearest_free(
     course, q = new_course(hulls)
     u = preferred.copy()
     heap, candidates = [(0.0, 0)], [(u[0], u[1], u[2], -1, -1, -1)]
-    count, elements, proposed, examined, reached = admissible, 0, admissible, 0, False
+    count, elements, proposed, examined, last = admissible, 0, admissible, 0, 0
     if not meets(boundaries, 0, admissible, u, -1, -1, -1):
         # Only then can the admissible set's own boundary hold the optimum: the set is convex.
         heap.pop()
@@ -245,10 +246,11 @@ def nearest_free(
         if examined > most_candidates:
             return UNDECIDED, u, elements, examined
         u[0], u[1], u[2] = ux, uy, uz
-        reached = True
-        if not meets(boundaries, admissible, count, u, i, j, k) or not outside_polygons(
-            polygons, 0, polygons[1][0], u[0], u[1]
-        ):
+        rejects = within_polygon(polygons, last, u[0], u[1])
+        if rejects >= 0:
+            last = rejects
+            continue
+        if not meets(boundaries, admissible, count, u, i, j, k):
             continue
         segment = deepest_violation(points, gains, radius, growth, reach, hulls, gaps, stack, course, q, u, element)
         if segment == -2:
@@ -272,4 +274,4 @@ def nearest_free(
         boundaries[count, 0] = 1.0
         boundaries[count, 1:5] = element[1:]
         count += 1
-    return (BLOCKED if reached else INADMISSIBLE), u, elements, examined
+    return (BLOCKED if examined else INADMISSIBLE), u, elements, examined

@@ -28,9 +28,10 @@ def smallest_ball(limits: Array) -> int:
 @kernel
 def new_boundaries(limits: Array) -> Array:
     """The boundaries of the admissible set, and room for more."""
-    boundaries = np.empty((len(limits) + 64, 6))
+    boundaries = np.zeros((len(limits) + 64, 9))
     boundaries[: len(limits), :5] = limits
     boundaries[:, 5] = -1.0
+    boundaries[:, 8] = np.inf
     return boundaries
 
 
@@ -39,9 +40,10 @@ def with_room(boundaries: Array, count: int) -> Array:
     """The boundaries, moved to a larger array if there are fewer than `count` rows."""
     if count <= len(boundaries):
         return boundaries
-    larger = np.empty((2 * count, 6))
+    larger = np.zeros((2 * count, 9))
     larger[: len(boundaries)] = boundaries
     larger[len(boundaries) :, 5] = -1.0
+    larger[len(boundaries) :, 8] = np.inf
     return larger
 
 
@@ -96,6 +98,20 @@ def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: floa
 
 
 @kernel
+def within_polygon(polygons: Polygons, last: int, x: float, y: float) -> int:
+    """A rounded polygon that the control (x, y) is inside of, or -1.
+
+    The one that rejected the last control most likely rejects this one too: it is asked first.
+    """
+    if polygons[1][0] > 0 and not outside_polygons(polygons, last, last + 1, x, y):
+        return last
+    for k in range(polygons[1][0]):
+        if not outside_polygons(polygons, k, k + 1, x, y):
+            return k
+    return -1
+
+
+@kernel
 def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: float) -> bool:
     """Whether (x, y) is at least `keep` from the polygon of the corners first to last - 1; its inside counts as 0."""
     within = last - first > 2
@@ -128,6 +144,7 @@ def add_rounded(
             boundaries[count, 0] = 2.0
             boundaries[count, 1], boundaries[count, 2], boundaries[count, 3], boundaries[count, 4] = ax, ay, 0.0, r
             boundaries[count, 5] = which
+            boundaries[count, 6], boundaries[count, 7], boundaries[count, 8] = ax, ay, r * (1.0 + 1e-9)
             count += 1
         k = j + 1 if j + 1 < n else 0
         dx, dy = q[k, 0] - ax, q[k, 1] - ay
@@ -136,10 +153,18 @@ def add_rounded(
             continue
         nx, ny = dy / length, -dx / length
         ex, ey = ax + r * nx - x, ay + r * ny - y
-        along = min(length, max(0.0, -(ex * dx + ey * dy) / length)) / length
+        foot = -(ex * dx + ey * dy) / length
+        along = min(length, max(0.0, foot)) / length
         if (ex + along * dx) ** 2 + (ey + along * dy) ** 2 <= (most + slack) ** 2:
             boundaries[count, 0], boundaries[count, 3] = 3.0, 0.0
             boundaries[count, 1], boundaries[count, 2], boundaries[count, 4] = nx, ny, nx * ax + ny * ay + r
             boundaries[count, 5] = which
+            # The disc about the part of the edge that lies within the ball.
+            off = ex * ex + ey * ey - foot * foot
+            half = np.sqrt(max((most + slack) ** 2 - off, 0.0))
+            begin, end = max(0.0, foot - half), min(length, foot + half)
+            middle = 0.5 * (begin + end) / length
+            boundaries[count, 6], boundaries[count, 7] = x + ex + middle * dx, y + ey + middle * dy
+            boundaries[count, 8] = 0.5 * (end - begin) + slack
             count += 1
     return boundaries, count
