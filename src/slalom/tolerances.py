@@ -113,7 +113,7 @@ Bounds in the frame of the body need a heading. Larger: a slow vehicle may start
 the velocity decides where a robot at rest faces.
 """
 
-BOUNDARY: Final = 5e-5
+BOUNDARY: Final = 2.5e-5
 """[1] How far the drawn boundary of a control obstacle may be off, as a share of the radius of the window.
 
 Smaller by 4: twice as many points. What collides is never decided by it.
