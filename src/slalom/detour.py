@@ -44,15 +44,18 @@ def keep_right(
     when = np.clip(-np.sum(relative * motion, axis=1) / square, 0.0, distance / speed)
     near = np.linalg.norm(relative + when[:, None] * motion, axis=1)
     touch = reach + reaches
-    meets = (near < 1.3 * touch) & (when > 0.0) & (when < MEETING)
+    # Who comes by at the goal itself is waited for, not gone around.
+    meets = (near < 1.3 * touch) & (when > 0.0) & (when < np.minimum(MEETING, 0.999 * distance / speed))
+    # Who goes the same way is followed or passed, not gone around.
+    meets &= velocities @ ahead <= 0.7 * np.linalg.norm(velocities, axis=1)
     if not np.any(meets):
         return None
     center = position + float(when[meets].mean()) * speed * ahead
     center = 0.5 * (center + (places[meets] + when[meets, None] * velocities[meets]).mean(axis=0))
-    room = max(float(touch[meets].max()), float(2.2 * (reach + reaches[meets].sum()) / (2.0 * np.pi))) * 1.1
+    room = max(float(touch[meets].max()), float(2.2 * (reach + reaches[meets].sum()) / (2.0 * np.pi))) * 1.3
     to_center = center - position
     far = float(np.linalg.norm(to_center))
-    if to_center @ ahead < 0.0 or far < 1e-6:
+    if to_center @ ahead < 0.0 or far < 1e-6 or distance < far + room:
         return None
     angle = -np.arcsin(room / far) if far > room else -0.6 * np.pi
     direction = np.array(
