@@ -3,7 +3,8 @@
 A boundary is a row (side, x, y, z, r): side 1, outside the ball of centre (x, y, z) and radius r; side -1,
 inside it; side 0, the half-space x u0 + y u1 + z u2 <= r with a unit normal. In the plane z is 0. Circles (side 2) and
 lines (side 3, x u0 + y u1 = r) of rounded polygons give candidates only: whether a control is outside those is
-asked of the polygon itself (`polygons`).
+asked of the polygon itself (`polygons`). The exchange keeps four more columns: which polygon a row belongs to, or -1,
+and the disc in which alone it matters.
 """
 
 import numpy as np

@@ -1,5 +1,6 @@
 """Responses to an acceleration that is held and then followed by a stop."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +12,54 @@ from slalom.response.protocol import affine, times_of
 from slalom.state import State
 
 
+class _Stopping(ABC):
+    """Held for `hold` seconds, then a braking that is proportional to the speed at which it begins."""
+
+    hold: float
+
+    @abstractmethod
+    def _braking(self, time: Array) -> tuple[Array, Array, Array]:
+        """Distance, speed and acceleration at time t, per unit of the speed at which braking begins."""
+
+    @property
+    def interpolation_error(self) -> float:
+        return 0.0
+
+    @property
+    def restartable(self) -> bool:
+        return False
+
+    def position(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        held, (distance, _, _) = np.minimum(time, self.hold), self._braking(time)
+        return affine(
+            state.position + (held + distance)[..., None] * state.velocity,
+            0.5 * held * held + self.hold * distance,
+        )
+
+    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        held, (_, speed, _) = np.minimum(time, self.hold), self._braking(time)
+        return affine(speed[..., None] * state.velocity, np.where(time < self.hold, held, self.hold * speed))
+
+    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        _, _, braking = self._braking(time)
+        return affine(braking[..., None] * state.velocity, np.where(time < self.hold, 1.0, self.hold * braking))
+
+    def settled(self, horizon: float) -> float:
+        return self.hold
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return (self.velocity(state, min(self.hold, horizon)),)
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        first = self.acceleration(state, 0.0)
+        return (first,) if horizon <= self.hold else (first, self.acceleration(state, self.hold))
+
+
 @dataclass(frozen=True)
-class AccelerateThenStop:
+class AccelerateThenStop(_Stopping):
     """u is an acceleration [m/s^2], held for `hold` seconds; then the robot brakes to rest.
 
     From then on the acceleration at each control period is -rate * v, held over the period, so the speed falls
@@ -34,14 +81,6 @@ class AccelerateThenStop:
         if self.rate * self.period >= 1.0:
             positive(1.0 - self.rate * self.period, "1 - rate * period")
 
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return False
-
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
         """Distance, speed and acceleration at time t after braking began, per unit of speed at its begin."""
         since = np.maximum(time - self.hold, 0.0)
@@ -54,43 +93,15 @@ class AccelerateThenStop:
         distance = whole + speed * within * (1.0 - 0.5 * self.rate * within)
         return distance, speed * (1.0 - self.rate * within), np.where(time < self.hold, 0.0, -self.rate * speed)
 
-    def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
-        held, (distance, _, _) = np.minimum(time, self.hold), self._braking(time)
-        return affine(
-            state.position + (held + distance)[..., None] * state.velocity,
-            0.5 * held * held + self.hold * distance,
-        )
-
-    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
-        held, (_, speed, _) = np.minimum(time, self.hold), self._braking(time)
-        return affine(speed[..., None] * state.velocity, np.where(time < self.hold, held, self.hold * speed))
-
-    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
-        _, _, braking = self._braking(time)
-        return affine(braking[..., None] * state.velocity, np.where(time < self.hold, 1.0, self.hold * braking))
-
     def knots(self, horizon: float, reach: float) -> Array:
         braking = np.arange(self.hold, horizon, self.period)
         if braking.size and horizon - braking[-1] < 1e-9 * self.period:
             braking = braking[:-1]
         return np.concatenate([[0.0], braking, [horizon]])
 
-    def settled(self, horizon: float) -> float:
-        return self.hold
-
-    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity(state, min(self.hold, horizon)),)
-
-    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        first = self.acceleration(state, 0.0)
-        return (first,) if horizon <= self.hold else (first, self.acceleration(state, self.hold))
-
 
 @dataclass(frozen=True)
-class AccelerateThenBrake:
+class AccelerateThenBrake(_Stopping):
     """u is an acceleration [m/s^2], held for `hold` seconds; then the robot brakes evenly to rest within `brake`
     seconds.
 
@@ -105,14 +116,6 @@ class AccelerateThenBrake:
         object.__setattr__(self, "hold", positive(self.hold, "hold"))
         object.__setattr__(self, "brake", positive(self.brake, "brake"))
 
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return False
-
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
         """Distance, speed and acceleration at time t, per unit of the speed at which braking begins."""
         since = np.clip(time - self.hold, 0.0, self.brake)
@@ -120,34 +123,6 @@ class AccelerateThenBrake:
         distance = since * (1.0 - 0.5 * since / self.brake)
         return distance, 1.0 - since / self.brake, np.where(moving, -1.0 / self.brake, 0.0)
 
-    def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
-        held, (distance, _, _) = np.minimum(time, self.hold), self._braking(time)
-        return affine(
-            state.position + (held + distance)[..., None] * state.velocity,
-            0.5 * held * held + self.hold * distance,
-        )
-
-    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
-        held, (_, speed, _) = np.minimum(time, self.hold), self._braking(time)
-        return affine(speed[..., None] * state.velocity, np.where(time < self.hold, held, self.hold * speed))
-
-    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
-        _, _, braking = self._braking(time)
-        return affine(braking[..., None] * state.velocity, np.where(time < self.hold, 1.0, self.hold * braking))
-
     def knots(self, horizon: float, reach: float) -> Array:
         inner = np.array([self.hold, self.hold + self.brake])
         return np.concatenate([[0.0], inner[inner < horizon], [horizon]])
-
-    def settled(self, horizon: float) -> float:
-        return self.hold
-
-    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity(state, min(self.hold, horizon)),)
-
-    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        first = self.acceleration(state, 0.0)
-        return (first,) if horizon <= self.hold else (first, self.acceleration(state, self.hold))
