@@ -1,1 +1,1 @@
-"""Files of recorded motion in."""
+"""Files of recorded motion in and out."""

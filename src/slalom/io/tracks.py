@@ -1,18 +1,20 @@
-"""Recorded tracks: CSV with a header `t,id,x,y[,z]` first, one row per agent and frame, SI units."""
+"""Recorded tracks: CSV with a header `t,id,x,y[,z]`, one row per agent and frame, SI units.
+
+`read_tracks` refuses what could be repaired. `csv_rows` reads the same form for `formats.read_recording`, where it is.
+"""
 
 from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.errors import InvalidFile
+from slalom.io.recorded import Indices, Rows
+from slalom.io.table import comma_table
 from slalom.trajectory import Sampled
 
-Indices: TypeAlias = npt.NDArray[np.int64]
 COLUMNS = ("t", "id", "x", "y")
 
 
@@ -102,6 +104,19 @@ def _by_agent(path: Path, table: Array, numbers: Indices, interpolation: str) ->
     if mistakes:
         raise InvalidFile(mistakes)
     return tracks
+
+
+def csv_rows(path: Path) -> Rows:
+    """Columns t, id, x, y and, where there are, z, radius, length, width and kind, in any order; an id may be any text.
+
+    Raises:
+        InvalidFile: a header or a cell that does not fit.
+    """
+    table = comma_table(path, COLUMNS)
+    axes = [name for name in ("x", "y", "z") if name in table.names]
+    sizes = table.extents(radius="radius", length="length", width="width")
+    kinds = table.texts("kind")
+    return table.rows_of(table.ids("id"), table.numbers("t"), table.positions(*axes), extents=sizes, kinds=kinds)
 
 
 def window(tracks: Iterable[Sampled], start: float, end: float) -> list[Sampled]:

@@ -1,0 +1,165 @@
+"""Tracks out: CSV, JuPedSim's database and TrajNet++. Positions are written as they are, to the bit.
+
+Times are written as they are in CSV; the others hold frames, so every time must be a multiple of 1 / frame_rate.
+"""
+
+import csv
+import json
+import math
+import re
+import sqlite3
+import zlib
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from slalom.checks import Array, positive
+from slalom.errors import InvalidFile, InvalidInput
+from slalom.io.recorded import Agent, Indices, Tracks
+from slalom.tolerances import REST
+
+ON_FRAME: Final = 1e-6
+"""[1] Share of a frame by which a time may be off its frame: rounding of times."""
+
+MARGIN: Final = 1.0
+"""[m] By how much the walkable area of a database is wider than the box of all positions."""
+
+TABLES: Final = (
+    "CREATE TABLE trajectory_data (frame INTEGER NOT NULL, id INTEGER NOT NULL, pos_x REAL NOT NULL, "
+    "pos_y REAL NOT NULL, ori_x REAL NOT NULL, ori_y REAL NOT NULL)",
+    "CREATE TABLE metadata (key TEXT NOT NULL UNIQUE PRIMARY KEY, value TEXT NOT NULL)",
+    "CREATE TABLE geometry (hash INTEGER NOT NULL UNIQUE, wkt TEXT NOT NULL)",
+    "CREATE TABLE frame_data (frame INTEGER NOT NULL, geometry_hash INTEGER NOT NULL)",
+    "CREATE INDEX frame_id_idx ON trajectory_data (frame, id)",
+)
+"""Of JuPedSim's database, version 2."""
+
+
+def write_csv(path: Path | str, tracks: Tracks) -> None:
+    """CSV: t,id,x,y[,z] and, where any agent has them, radius, length, width and kind; by time, then agent.
+
+    Raises:
+        InvalidInput: no agents, agents of different dimensions.
+        InvalidFile: a file that cannot be written.
+    """
+    agents = _written(tracks)
+    d = {agent.trajectory.dimension for agent in agents.values()}
+    if len(d) > 1:
+        raise InvalidInput(f"tracks: expected agents of one dimension, found {sorted(d)}")
+    known = [name for name in ("radius", "length", "width") if any(getattr(a, name) for a in agents.values())]
+    kinds = ["kind"] if any(agent.kind for agent in agents.values()) else []
+    rows = []
+    for order, (label, agent) in enumerate(agents.items()):
+        own = ["" if (size := getattr(agent, name)) is None else size for name in known] + [agent.kind for _ in kinds]
+        track = agent.trajectory
+        rows += [(t, order, label, *p, *own) for t, p in zip(track.times.tolist(), track.positions.tolist())]
+    with _writing(path), open(path, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["t", "id", *"xyz"[: d.pop()], *known, *kinds])
+        writer.writerows((t, *rest) for t, _, *rest in sorted(rows, key=lambda row: row[:2]))
+
+
+def write_jupedsim(path: Path | str, tracks: Tracks, *, frame_rate: float) -> None:
+    """JuPedSim's SQLite database, version 2, as PedPy and JuPedSim read it.
+
+    The orientation is the direction of the velocity, while an agent rests that before or, at first, after it. The
+    walkable area, which the format asks for, is the box of all positions, 1 m wider. Extents and kinds have no place.
+
+    Args:
+        frame_rate: [Hz].
+
+    Raises:
+        InvalidInput: agents that are not in the plane, ids that are not whole numbers, times off the frames.
+        InvalidFile: a file that cannot be written.
+    """
+    agents = _in_frames(tracks, frame_rate)
+    rows = [
+        (frame, label, *place, *facing)
+        for label, (agent, frames) in agents.items()
+        for frame, place, facing in zip(frames.tolist(), agent.positions.tolist(), _facing(agent).tolist())
+    ]
+    places = np.concatenate([agent.positions for agent, _ in agents.values()])
+    (xmin, ymin), (xmax, ymax) = (places.min(axis=0) - MARGIN).tolist(), (places.max(axis=0) + MARGIN).tolist()
+    corners = [(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax), (xmin, ymin)]
+    wkt = f"POLYGON (({', '.join(f'{x!r} {y!r}' for x, y in corners)}))"
+    said = {"version": 2, "fps": float(frame_rate), "xmin": xmin, "xmax": xmax, "ymin": ymin, "ymax": ymax}
+    every = range(min(0, min(row[0] for row in rows)), max(row[0] for row in rows) + 1)
+    with _writing(path):
+        Path(path).unlink(missing_ok=True)
+        with closing(sqlite3.connect(path)) as database, database:
+            for table in TABLES:
+                database.execute(table)
+            shown = zlib.crc32(wkt.encode())
+            database.execute("INSERT INTO geometry VALUES (?, ?)", (shown, wkt))
+            database.executemany("INSERT INTO metadata VALUES (?, ?)", [(key, str(said[key])) for key in said])
+            database.executemany("INSERT INTO frame_data VALUES (?, ?)", [(frame, shown) for frame in every])
+            database.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?, ?, ?)", sorted(rows))
+
+
+def write_trajnet(path: Path | str, tracks: Tracks, *, frame_rate: float) -> None:
+    """TrajNet++: one scene over all frames, whose primary pedestrian is the first agent, then the rows by frame.
+
+    Extents and kinds have no place. The scene's fps says, as in the format, how many rows there are in a second.
+
+    Args, Raises: as write_jupedsim.
+    """
+    agents = _in_frames(tracks, frame_rate)
+    rows = [
+        {"f": frame, "p": label, "x": x, "y": y}
+        for label, (agent, frames) in agents.items()
+        for frame, (x, y) in zip(frames.tolist(), agent.positions.tolist())
+    ]
+    rows.sort(key=lambda row: (row["f"], row["p"]))
+    first, last = rows[0]["f"], rows[-1]["f"]
+    step = math.gcd(*(int(row["f"] - first) for row in rows))
+    scene = {"id": 0, "p": next(iter(agents)), "s": first, "e": last, "fps": frame_rate / step, "tag": 0}
+    lines = [json.dumps({"scene": scene}), *(json.dumps({"track": row}) for row in rows)]
+    with _writing(path):
+        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+@contextmanager
+def _writing(path: Path | str) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, sqlite3.Error) as error:
+        raise InvalidFile([f"{path}: expected a file that can be written, found {error}"]) from None
+
+
+def _written(tracks: Tracks) -> dict[str, Agent]:
+    if not tracks.agents:
+        raise InvalidInput("tracks: expected at least one agent, found none")
+    return dict(tracks.agents)
+
+
+def _in_frames(tracks: Tracks, frame_rate: float) -> dict[int, tuple[Any, Indices]]:
+    """The trajectory and the frames of each agent by its number."""
+    rate = positive(frame_rate, "frame_rate")
+    found = {}
+    for label, agent in _written(tracks).items():
+        track = agent.trajectory
+        if track.dimension != 2:
+            raise InvalidInput(f"agent {label}: expected positions in the plane, found dimension {track.dimension}")
+        if not re.fullmatch(r"0|-?[1-9]\d{0,17}", label):
+            raise InvalidInput(f"agent {label}: expected a whole number as id, found {label!r}")
+        frames = np.round(track.times * rate)
+        off = np.abs(track.times * rate - frames)
+        if off.max() > ON_FRAME or np.any(np.diff(frames) == 0):
+            worst = track.times[np.argmax(off)]
+            raise InvalidInput(f"agent {label}: expected different multiples of 1 / {rate:g} s, found {worst:g} s")
+        found[int(label)] = track, frames.astype(np.int64)
+    return found
+
+
+def _facing(track: Any) -> Array:
+    """The direction of the velocity at each time (n, 2), of a time before or after where the agent rests."""
+    velocity = track.velocity(track.times)
+    speed = np.linalg.norm(velocity, axis=1)
+    moving = np.flatnonzero(speed > REST)
+    if not moving.size:
+        return np.tile([1.0, 0.0], (len(speed), 1))
+    last = moving[np.maximum(np.searchsorted(moving, np.arange(len(speed)), side="right") - 1, 0)]
+    return np.asarray(velocity[last] / speed[last, None])
