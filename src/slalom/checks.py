@@ -66,6 +66,14 @@ def not_negative(value: float, name: str) -> float:
     return result
 
 
+def whole(value: float, name: str, least: int = 0) -> int:
+    """Return `value` as a whole number of `least` or more."""
+    result = number(value, name)
+    if result != round(result) or result < least:
+        raise InvalidInput(f"{name}: expected a whole number of {least} or more, found {result:g}")
+    return int(result)
+
+
 def known(name: str, what: str, names: Sequence[str]) -> str:
     """Return `name` if it is one of `names`; otherwise say which there are."""
     if name not in names:

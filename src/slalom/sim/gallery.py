@@ -8,20 +8,17 @@ import numpy as np
 
 from slalom.checks import known
 from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.io.tracks import read_tracks, sample_data
-from slalom.limits import Limits
-from slalom.obstacle import Obstacle
-from slalom.shape import Ball, Disc, Polyline, Union
-from slalom.sim.crowds import circle, random_goals
-from slalom.sim.scenario import SETTINGS, Robot, Scenario
-from slalom.state import State
-from slalom.trajectory import Circular, ConstantVelocity, PiecewisePolynomial, Sampled, Stationary
+from slalom.sim import crowds, encounters, rooms
+from slalom.sim.crowdnav import crowdnav
+from slalom.sim.scenario import SETTINGS, Scenario
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A scenario of the gallery: how to build it, its parameters with their defaults, and one sentence."""
+    """A scenario of the gallery: how to build it, its parameters with their defaults, and one sentence.
+
+    `build` is given the parameters, besides them the seed as `seed`, and a generator that was made with it.
+    """
 
     name: str
     build: Callable[[Mapping[str, float], np.random.Generator], Scenario]
@@ -29,167 +26,52 @@ class Entry:
     sentence: str
 
 
-def empty(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A robot alone."""
-    state = State((0.0, 0.0), (0.0, 0.0))
-    goal = Goal(Stationary((p["distance"], 0.0)), 0.2, stop=True)
-    return Scenario("empty", (Robot(Disc(0.5), Limits(2.0, 1.0), state, goal),))
-
-
-def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """One car comes straight towards the robot."""
-    state = State((0.0, 0.0), (p["speed"], 0.0))
-    goal = Goal(Stationary((40.0, 0.0)), 1.0)
-    car = Obstacle(Disc(1.0), ConstantVelocity((40.0, p["offset"]), (-p["speed"], 0.0)), "car")
-    robot = Robot(Disc(1.0), Limits(2 * p["speed"], 3.0), state, goal)
-    return Scenario("head_on", (robot,), (car,), duration=30.0)
-
-
-def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Four vehicles on a road that bends: the robot on the outer lane, which shall gain 15 m, and three others.
-
-    The paper's example of what a velocity obstacle gets wrong: the fast car that comes up on the middle lane would, if
-    it went straight on, run into the robot; it follows its lane and never does.
-    """
-    inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0
-    speed = p["speed"]
-    lanes = ((middle, 1.3 * speed, -0.22), (middle, 0.9 * speed, 0.7), (inner, speed, 0.1))
-    cars = tuple(
-        Obstacle(Disc(1.5), Circular((0.0, 0.0), radius, v, phase), f"car {k}")
-        for k, (radius, v, phase) in enumerate(lanes)
-    )
-    place = Circular((0.0, 0.0), outer, speed, 15.0 / outer)
-    robot = Robot(Disc(1.0), Limits(1.6 * speed, 4.0), State((outer, 0.0), (0.0, speed)), Goal(place, 1.5, stop=True))
-    return Scenario("curved_road", (robot,), cars, duration=40.0, horizon=3.0)
-
-
-def lanes_of_cars(p: Mapping[str, float], rng: np.random.Generator) -> tuple[Obstacle, ...]:
-    """Thirty vehicles in three circular lanes, one speed per lane, random phases at least 4.5 m apart."""
-    cars: list[Obstacle] = []
-    for lane, (radius, speed) in enumerate(((12.0, 5.0), (16.0, 6.5), (20.0, 8.0))):
-        phases = _phases(10, 4.5 / radius, rng)
-        for phase in phases:
-            path = Circular((0.0, 0.0), radius, speed * p["speed"], phase)
-            cars.append(Obstacle(Disc(1.0), path, f"lane {lane + 1} car {len(cars)}"))
-    return tuple(cars)
-
-
-def _phases(count: int, least: float, rng: np.random.Generator) -> np.ndarray:
-    """Angles of `count` cars on a circle, uniform among those at least `least` [rad] apart."""
-    spare = 2.0 * np.pi - count * least
-    gaps = least + spare * np.diff(np.concatenate([[0.0], np.sort(rng.uniform(size=count - 1)), [1.0]]))
-    return np.asarray(rng.uniform(0.0, 2.0 * np.pi) + np.concatenate([[0.0], np.cumsum(gaps[:-1])]))
-
-
-def roundabout_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """The paper's roundabout, crossed from left to right among 30 vehicles."""
-    robot = Robot(
-        Disc(1.0),
-        Limits(8.0, p["max_acceleration"]),
-        State((-26.0, 0.0), (5.0, 0.0)),
-        Goal(Stationary((26.0, 0.0)), 1.0),
-    )
-    return Scenario("roundabout_crossing", (robot,), lanes_of_cars(p, rng), duration=60.0)
-
-
-def roundabout_exit(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """The paper's roundabout, entered on the left and left at the top."""
-    crossing = roundabout_crossing(p, rng)
-    robot = replace(crossing.robot, goal=Goal(Stationary((0.0, 26.0)), 1.0))
-    return replace(crossing, name="roundabout_exit", robots=(robot,))
-
-
-def drones_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A drone crosses a hall in which others fly back and forth on quintic pieces from waypoint to waypoint."""
-    others = []
-    for k in range(int(p["drones"])):
-        stops = np.column_stack([rng.uniform(-4, 4, 9), rng.uniform(-4, 4, 9), rng.uniform(0.5, 3.5, 9)])
-        durations = np.maximum(np.linalg.norm(np.diff(stops, axis=0), axis=1) / p["speed"], 0.8)
-        powers = np.zeros((8, 6, 3))
-        powers[:, 0] = stops[:-1]
-        for power, weight in ((3, 10.0), (4, -15.0), (5, 6.0)):
-            powers[:, power] = weight * np.diff(stops, axis=0) / durations[:, None] ** power
-        others.append(Obstacle(Ball(0.3), PiecewisePolynomial(durations, powers), f"drone {k + 1}"))
-    state, goal = State((-7.0, 0.0, 2.0), np.zeros(3)), Goal(Stationary((7.0, 0.0, 2.0)), 0.3, stop=True)
-    robot = Robot(Ball(0.3), Limits(3.0, 4.0), state, goal, "drone")
-    return Scenario("drones_crossing", (robot,), tuple(others), duration=25.0, horizon=4.0)
-
-
-def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A robot goes along a corridor and through a doorway in it, against and among people who walk through it."""
-    half, door, reach = 2.0, 0.5 * p["door"], 14.0
-    walls = Union(
-        (
-            Polyline([(-reach, half), (reach, half)], 0.05),
-            Polyline([(-reach, -half), (reach, -half)], 0.05),
-            Polyline([(0.0, half), (0.0, door)], 0.05),
-            Polyline([(0.0, -half), (0.0, -door)], 0.05),
-        )
-    )
-    people = []
-    for k in range(int(p["people"])):
-        # They line up for the doorway; every third goes the robot's way.
-        way = 1.0 if k % 3 == 0 else -1.0
-        pace, through = rng.uniform(0.9, 1.4), 4.0 + 3.0 * k + rng.uniform(-0.6, 0.6)
-        lanes = rng.uniform(-1.4, 1.4, 2)
-        x = np.array([-30.0, -8.0, -4.0, -0.6, 0.6, 4.0, 8.0, 30.0])
-        y = np.array([lanes[0], lanes[0], 0.6 * lanes[0], 0.0, 0.0, 0.6 * lanes[1], lanes[1], lanes[1]])
-        track = Sampled(through + x / pace, np.column_stack([way * x, y]), "smooth")
-        people.append(Obstacle(Disc(0.25), track, f"person {k + 1}"))
-    state, goal = State((-9.0, 0.0), (0.0, 0.0)), Goal(Stationary((9.0, 0.0)), 0.3, stop=True)
-    robot = Robot(Disc(0.3), Limits(1.5, 1.0), state, goal)
-    around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"), *people)
-    return Scenario("corridor", (robot,), around, duration=60.0, horizon=6.0)
-
-
-def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A recorded roundabout: 30 cars that yield to each other but not to the robot."""
-    tracks = read_tracks(sample_data("roundabout_ring_11.csv"))
-    cars = tuple(Obstacle(Disc(2.4), track, f"car {agent}") for agent, track in tracks.items())
-    angle = rng.uniform(0.0, 2.0 * np.pi) if p["random"] else 0.0
-    place = 58.0 * np.array([np.cos(angle), np.sin(angle)])
-    robot = Robot(Disc(1.0), Limits(12.0, 4.0), State(place, np.zeros(2)), Goal(Stationary(-place), 1.5))
-    return Scenario("recorded_roundabout", (robot,), cars, start=p["at"], duration=45.0, horizon=8.0)
-
-
 GALLERY: Final[dict[str, Entry]] = {
     entry.name: entry
     for entry in (
-        Entry("empty", empty, {"distance": 20.0}, "A robot alone drives to its goal and stops."),
-        Entry("head_on", head_on, {"speed": 5.0, "offset": 0.0}, "One car comes straight towards the robot."),
+        Entry("empty", encounters.empty, {"distance": 20.0}, "A robot alone drives to its goal and stops."),
+        Entry(
+            "head_on", encounters.head_on, {"speed": 5.0, "offset": 0.0}, "One car comes straight towards the robot."
+        ),
         Entry(
             "curved_road",
-            curved_road,
+            encounters.curved_road,
             {"radius": 30.0, "speed": 8.0},
             "Four vehicles on a bending road: VO sees collisions that NLVO does not.",
         ),
         Entry(
             "roundabout_crossing",
-            roundabout_crossing,
+            encounters.roundabout_crossing,
             {"max_acceleration": 4.0, "speed": 1.0},
             "The paper's roundabout: 30 vehicles in three lanes, crossed from left to right.",
         ),
         Entry(
             "roundabout_exit",
-            roundabout_exit,
+            encounters.roundabout_exit,
             {"max_acceleration": 4.0, "speed": 1.0},
             "The paper's roundabout, entered on the left and left at the top.",
         ),
         Entry(
+            "merging",
+            encounters.merging,
+            {"max_acceleration": 4.0, "speed": 1.0, "gap": 6.0, "wait": 3.0, "exit": 180.0},
+            "The paper's roundabout: a robot joins the flow of the outer lane and leaves it further round.",
+        ),
+        Entry(
             "drones_crossing",
-            drones_crossing,
+            encounters.drones_crossing,
             {"drones": 8.0, "speed": 1.5},
             "In space: a drone crosses a hall in which others fly on planned polynomials.",
         ),
         Entry(
             "corridor",
-            corridor,
+            encounters.corridor,
             {"people": 6.0, "door": 1.4},
             "A corridor and a doorway in it, through which people walk both ways.",
         ),
         Entry(
             "circle",
-            circle,
+            crowds.circle,
             {
                 "robots": 4.0,
                 "radius": 20.0,
@@ -201,14 +83,98 @@ GALLERY: Final[dict[str, Entry]] = {
             "Robots on a circle, each of which wants to the opposite side.",
         ),
         Entry(
+            "circle_random",
+            crowds.circle_random,
+            {"robots": 10.0, "radius": 20.0, "robot_radius": 1.5, "max_speed": 2.0, "max_acceleration": 2.0},
+            "Robots at random places of a circle, each of which wants to the opposite side.",
+        ),
+        Entry(
+            "ring",
+            crowds.ring,
+            {
+                "robots": 10.0,
+                "radius": 25.0,
+                "robot_radius": 0.5,
+                "noise": 0.01,
+                "max_speed": 1.5,
+                "max_acceleration": 2.0,
+            },
+            "The rings of comparisons of ORCA and its kin: robots on a circle that start at full speed.",
+        ),
+        Entry(
             "random_goals",
-            random_goals,
+            crowds.random_goals,
             {"robots": 8.0, "side": 20.0, "robot_radius": 0.5, "max_speed": 1.5, "max_acceleration": 2.0},
             "Robots at random places with goals at other random places.",
         ),
         Entry(
+            "crossing_streams",
+            crowds.crossing_streams,
+            {
+                "robots": 20.0,
+                "angle": 90.0,
+                "lanes": 3.0,
+                "robot_radius": 0.3,
+                "max_speed": 1.5,
+                "max_acceleration": 2.0,
+            },
+            "Two streams of robots, in lanes, cross at an angle.",
+        ),
+        Entry(
+            "corridor_swap",
+            rooms.corridor_swap,
+            {
+                "robots": 20.0,
+                "width": 6.0,
+                "length": 20.0,
+                "robot_radius": 0.3,
+                "max_speed": 1.5,
+                "max_acceleration": 2.0,
+            },
+            "Two groups of robots in a corridor change sides.",
+        ),
+        Entry(
+            "doorway",
+            rooms.doorway,
+            {
+                "robots": 20.0,
+                "both": 0.0,
+                "door": 1.4,
+                "room": 8.0,
+                "robot_radius": 0.3,
+                "max_speed": 1.5,
+                "max_acceleration": 2.0,
+            },
+            "Robots go through a doorway from one room to the next; with both=1 half of them each way.",
+        ),
+        Entry(
+            "navground_antipodal",
+            crowds.navground_antipodal,
+            {
+                "robots": 20.0,
+                "radius": 2.0,
+                "robot_radius": 0.1,
+                "noise": 0.005,
+                "max_speed": 0.08,
+                "max_acceleration": 0.2,
+            },
+            "Twenty small slow robots change places on a circle, as in navground's Antipodal.",
+        ),
+        Entry(
+            "navground_cross",
+            crowds.navground_cross,
+            {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
+            "Twenty small slow robots cross a square from all its sides, as in navground's Cross.",
+        ),
+        Entry(
+            "crowdnav",
+            crowdnav,
+            {"people": 5.0, "max_acceleration": 1.0},
+            "Test case number SEED of CrowdNav: people who avoid each other but not the robot.",
+        ),
+        Entry(
             "recorded_roundabout",
-            recorded_roundabout,
+            encounters.recorded_roundabout,
             {"at": 6.4, "random": 0.0},
             "A recorded roundabout with 30 cars that yield to each other but not to the robot.",
         ),
@@ -232,6 +198,6 @@ def build(name: str, settings: Mapping[str, float] | None = None, *, seed: int =
         names = ", ".join([*entry.parameters, *SETTINGS])
         raise InvalidInput(f"parameter of {name}: expected one of {names}; found {unknown[0]!r}")
     parameters = {**entry.parameters, **{k: v for k, v in changed.items() if k in entry.parameters}}
-    scenario = entry.build(parameters, np.random.default_rng(seed))
+    scenario = entry.build({**parameters, "seed": seed}, np.random.default_rng(seed))
     scenario = scenario.with_settings({k: v for k, v in changed.items() if k not in entry.parameters})
     return replace(scenario, parameters={**parameters, **changed})
