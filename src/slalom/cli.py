@@ -84,11 +84,11 @@ def run(
     json
         Print one JSON object.
     """
-    from slalom.methods import method as method_of
+    from slalom.peers import contender
     from slalom.sim import load, simulate
     from slalom.sim.metrics import summary
 
-    chosen, loaded = method_of(method), load(scenario, parse_settings(settings), seed=seed)
+    chosen, loaded = contender(method), load(scenario, parse_settings(settings), seed=seed)
     _check_suffix(figure)
     _writable(out)
     with _progress("running") as advance:
@@ -118,12 +118,12 @@ def list_(what: Literal["scenarios", "methods", "figures"] | None = None, /, *, 
     json
         Print one JSON object.
     """
-    from slalom.methods import METHODS
+    from slalom.peers import CONTENDERS
     from slalom.reproduce.titles import TITLES
     from slalom.sim.gallery import GALLERY
 
     scenarios = {e.name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for e in GALLERY.values()}
-    methods = {m.name: {"sentence": m.sentence, "source": m.source} for m in METHODS.values()}
+    methods = {m.name: {"sentence": m.sentence, "source": m.source} for m in CONTENDERS.values()}
     figures = {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
     every = (("scenarios", scenarios), ("methods", methods), ("figures", figures))
     result = {k: v for k, v in every if what in (None, k)}

@@ -58,13 +58,14 @@ def files_text(result: dict[str, Any]) -> str:
 
 def table_text(result: dict[str, Any]) -> str:
     """A comparison as a table, one method a row."""
+    width = max(8, *(len(name) + 1 for name in result["methods"]))
     lines = [
         f"{result['scenario']}, {result['seeds']} seeds",
-        f"{'method':8}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}{'clearance m':>14}",
+        f"{'method':{width}}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}{'clearance m':>14}",
     ]
     for name, row in result["methods"].items():
         time = "-" if row["time"] is None else f"{row['time']:.2f}"
         clearance = "-" if row["min_clearance"] is None else f"{row['min_clearance']:.3f}"
         counts = f"{row['runs_with_collision']:>10}{row['runs_all_arrived']:>10}"
-        lines.append(f"{name:8}{counts}{time:>10}{row['adjustments']:>10.1f}{clearance:>14}")
+        lines.append(f"{name:{width}}{counts}{time:>10}{row['adjustments']:>10.1f}{clearance:>14}")
     return "\n".join(lines)

@@ -22,6 +22,8 @@ from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import UNCERTAINTIES
 
 FORMAT = "slalom recording 1"
+CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
+"""What takes the place of an `Outcome` with a peer: it chose a velocity, or answered with something that is none."""
 HALF_SPACES = ("velocity_bounds", "acceleration_bounds")
 
 
@@ -45,9 +47,9 @@ class Recording:
         scenario, method, seed, parameters: what was run. dt: [s].
         times: (T + 1,) absolute [s]. positions, velocities: (T + 1, N, d). accelerations: (T, N, d) applied from each
             step on, constant over it. controls: (T, N, d) of the committed manoeuvre, in the unit of its
-            response, whose text is in responses: (T, N).
-        outcomes: (T, N) names of `Outcome`; "" where no decision was due. decision_times: (T, N) wall clock [s],
-            the only part that is not the same in every run.
+            response, whose text is in responses: (T, N). Of a peer the velocities that it chose, and its name.
+        outcomes: (T, N) names of `Outcome`, CHOSEN or UNANSWERED; "" where no decision was due.
+        decision_times: (T, N) wall clock [s], the only part that is not the same in every run.
         shapes: N. limits: N. goals: N. arrived: (N,) absolute time, inf if not.
         obstacles: with their true trajectories.
     """

@@ -5,7 +5,9 @@ from time import perf_counter
 
 from slalom.decision import Decision
 from slalom.methods import Method
+from slalom.peers import Peer
 from slalom.sim.fleet import simulate_fleet
+from slalom.sim.peer_run import simulate_peer
 from slalom.sim.plant import drive
 from slalom.sim.recording import Recording, Step
 from slalom.sim.scenario import Scenario
@@ -13,14 +15,17 @@ from slalom.state import State
 
 
 def simulate(
-    scenario: Scenario, method: Method, *, seed: int = 0, progress: Callable[[float], None] | None = None
+    scenario: Scenario, method: Method | Peer, *, seed: int = 0, progress: Callable[[float], None] | None = None
 ) -> Recording:
-    """Run a scenario until the robot has arrived or its time is over; of several robots, see `fleet.simulate_fleet`.
+    """Run a scenario until the robot has arrived or its time is over; of several robots, see `fleet.simulate_fleet`,
+    with another project's method `peer_run.simulate_peer`.
 
     A robot is a double integrator: between steps its acceleration is constant, so a step is the exact motion that was
     predicted. The result depends on the scenario and the method alone; `seed`, with which the scenario was built,
     is recorded. `progress` is called with the share of the duration that has passed.
     """
+    if isinstance(method, Peer):
+        return simulate_peer(scenario, method, seed=seed, progress=progress)
     if len(scenario.robots) > 1:
         return simulate_fleet(scenario, method, seed=seed, progress=progress)
     navigator, goal, dt = scenario.navigator(method), scenario.robot.goal, scenario.dt

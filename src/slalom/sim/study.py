@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from slalom.checks import known
 from slalom.errors import InvalidInput
-from slalom.methods import METHODS
+from slalom.peers import CONTENDERS, contender
 from slalom.sim.gallery import GALLERY
 from slalom.sim.gallery import build as build_gallery
 from slalom.sim.metrics import finite, summary
@@ -32,7 +31,7 @@ def load(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 
 
 def run_one(name: str, settings: Mapping[str, float], method: str, seed: int) -> dict[str, Any]:
     """The summary of one run, without what depends on the clock."""
-    recording = simulate(load(name, settings, seed=seed), METHODS[method], seed=seed)
+    recording = simulate(load(name, settings, seed=seed), contender(method), seed=seed)
     row = summary(recording)
     del row["decision_us"]
     return {**row, "digest": recording.digest()}
@@ -55,9 +54,9 @@ def compare(
         time [s]; the least clearance [m] of all.
     """
     for method in methods:
-        known(method, "method", list(METHODS))
+        contender(method)
     if not methods:
-        raise InvalidInput(f"methods: expected at least one of {', '.join(METHODS)}; found none")
+        raise InvalidInput(f"methods: expected at least one of {', '.join(CONTENDERS)}; found none")
     if seeds < 1 or jobs == 0:
         raise InvalidInput(f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {seeds} and {jobs}")
     load(name, settings or {})

@@ -1,4 +1,4 @@
-"""A figure of a recorded run: one decision of a robot alone, the tracks of several."""
+"""A figure of a recorded run: one decision of a robot alone, the tracks of several or of a peer."""
 
 import re
 
@@ -16,14 +16,14 @@ from slalom.view.figure import decision, paths
 def replay(recording: Recording, scenario: Scenario, method: str, at: float | None = None) -> Figure:
     """The decision at time `at` [s] after the start, or by default one held long, before the closest approach.
 
-    Of several robots the track of the first one and where the others were.
+    Of several robots, and with a peer, the track of the first one and where the others were.
 
     Raises:
         InvalidInput: a run without a step.
     """
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
-    if len(recording.shapes) > 1:
+    if len(recording.shapes) > 1 or method not in METHODS:
         first = seen_by(recording, 0)
         drawn = paths(
             first.times, first.positions[:, 0], first.obstacles, robot=first.shapes[0], goal=first.goals[0], snapshots=6

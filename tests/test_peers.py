@@ -1,0 +1,399 @@
+"""Peers: other projects' methods in the same runs, and what becomes of what they cannot do."""
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+
+from slalom import (
+    METHODS,
+    BoundedError,
+    Capsule,
+    ConstantVelocity,
+    Disc,
+    Goal,
+    InvalidInput,
+    Limits,
+    Obstacle,
+    Polygon,
+    Polyline,
+    Rectangle,
+    State,
+    Stationary,
+    Union,
+)
+from slalom.cli import BAD_INPUT, DONE, call
+from slalom.peers import PEERS, Discs, Peer, Team, contender, discs, outlines
+from slalom.peers.behaviours import Behaviours
+from slalom.sim import Recording, Robot, Scenario, compare, metrics, simulate
+from slalom.sim.contact import closest_approaches
+from slalom.sim.fleet import seen_by
+from slalom.sim.gallery import build
+from slalom.tolerances import COLLISION
+
+NOBODY = Discs(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))
+AVOIDING = [name for name in PEERS if not name.startswith("social_force")]  # to that others are points
+SEEING_WALLS = [name for name in AVOIDING if PEERS[name].walls]
+
+
+def peer(name: str) -> Peer:
+    """A peer that is there: pyrvo has no wheel for every Python."""
+    pytest.importorskip(PEERS[name].package)
+    return PEERS[name]
+
+
+def robot(x: float, y: float, goal: tuple[float, float], name: str = "robot", *, stop: bool = True, **limits) -> Robot:
+    """A disc of half a metre at rest."""
+    most = Limits(**{"max_speed": 1.5, "max_acceleration": 2.0, **limits})
+    return Robot(Disc(0.5), most, State((x, y), (0.0, 0.0)), Goal(Stationary(goal), 0.3, stop=stop), name)
+
+
+def crowd_of(count: int = 5, seed: int = 3, **settings) -> Scenario:
+    """Some robots at random places for some seconds."""
+    return build("random_goals", {"robots": count, "duration": 8.0, **settings}, seed=seed)
+
+
+def least_clearance(run: Recording) -> float:
+    """Between all robots, and to all obstacles, in continuous time."""
+    each = [closest_approaches(seen_by(run, k)) for k in range(len(run.shapes))]
+    return min(closest.clearance for row in each for closest in row)
+
+
+class Answering:
+    """A crowd that always says the same, and what it was told."""
+
+    def __init__(self, team: Team, answer=None) -> None:
+        self.team, self.answer = team, answer
+
+    def choose(self, places, velocities, preferred, others):
+        self.told = places, velocities, preferred, others
+        return preferred if self.answer is None else np.broadcast_to(self.answer, preferred.shape).copy()
+
+
+def fake(answer=None, **fields) -> tuple[Peer, list[Answering]]:
+    """A peer of which nothing is installed, and the crowds that it began."""
+    begun: list[Answering] = []
+
+    def begin(team: Team) -> Answering:
+        begun.append(Answering(team, answer))
+        return begun[-1]
+
+    return Peer("fake", begin, "Fake.", "Nobody 2000", "nothing", **fields), begun
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The table and the extra.
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_rows(name):
+    row = PEERS[name]
+    assert row.name == name
+    assert name not in METHODS
+    assert row.sentence.endswith(".")
+    assert re.search(r"\b(19|20)\d\d$", row.source)
+    assert row.limited == name.endswith(("_limited", "_inflated"))
+    assert (row.inflation > 0.0) == name.endswith("_inflated")
+    assert peer(name) is contender(name)
+
+
+def test_contenders_are_methods_and_peers():
+    assert all(contender(name) is METHODS[name] for name in METHODS)
+    with pytest.raises(InvalidInput) as caught:
+        contender("best")
+    assert str(caught.value) == f"method: expected one of {', '.join([*METHODS, *PEERS])}; found 'best'"
+
+
+@pytest.mark.parametrize("name", ["orca", "hl"])
+def test_a_package_that_is_not_there_is_named(name, monkeypatch, capsys):
+    """Whoever asks for the peer is told what to install; everything else goes on."""
+    for module in ("pyrvo", "navground", "navground.core"):
+        monkeypatch.setitem(sys.modules, module, None)
+    message = rf"^method: expected the package {PEERS[name].package}, .*; install it: pip install 'slalom\[peers\]'$"
+    for ask in (
+        lambda: contender(name),
+        lambda: simulate(crowd_of(), PEERS[name]),
+        lambda: compare("empty", ["nao", name], 1),
+    ):
+        with pytest.raises(InvalidInput, match=message):
+            ask()
+    assert call(["run", "circle", "--method", name]) == BAD_INPUT
+    assert "pip install 'slalom[peers]'" in capsys.readouterr().err
+    assert call(["list", "methods"]) == DONE
+    assert PEERS[name].sentence in capsys.readouterr().out
+    assert simulate(build("empty", {"duration": 0.2}), contender("nao")).method == "nao"
+
+
+def test_nothing_is_imported_before_it_is_asked_for():
+    code = (
+        "import sys, slalom.cli, slalom.peers, slalom.sim, slalom.view\n"
+        "slalom.cli.call(['list', 'methods'])\n"
+        "print({'pyrvo', 'navground', 'irsim'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "set()"
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Laws of every run.
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_runs_are_the_same_every_time(name):
+    one, two = (simulate(crowd_of(), peer(name), seed=3) for _ in range(2))
+    assert one.digest() == two.digest()
+    assert one.method == name
+    assert {text for row in one.responses for text in row} == {name}
+
+
+@pytest.mark.parametrize("name", PEERS)
+@pytest.mark.parametrize("replan", [0.0, 0.3])
+def test_limits_are_obeyed(name, replan):
+    """By all the speed, by limited peers the acceleration; by the others the velocity is there after a step."""
+    run = simulate(crowd_of(replan=replan), peer(name))
+    for k, limits in enumerate(run.limits):
+        assert np.linalg.norm(run.velocities[:, k], axis=1).max() <= limits.max_speed * (1 + 1e-12)
+        size = np.linalg.norm(run.accelerations[:, k], axis=1)
+        assert (size.max() <= limits.max_acceleration * (1 + 1e-12)) == PEERS[name].limited
+    if not PEERS[name].limited:
+        np.testing.assert_allclose(run.velocities[1:], run.controls, atol=1e-12)
+    # Between decisions nothing new is chosen.
+    every = max(1, round(replan / run.dt))
+    for k, row in enumerate(run.outcomes):
+        assert set(row) == ({"CHOSEN"} if k % every == 0 else {""})
+        assert np.all((run.decision_times[k] > 0.0) == (k % every == 0))
+        assert k % every == 0 or np.array_equal(run.controls[k], run.controls[k - 1])
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_order_of_robots_does_not_matter(name):
+    """To the bit, but for social force: it adds forces up in the order in which it is told of them."""
+    scenario, order = crowd_of(), [3, 0, 4, 2, 1]
+    run = simulate(scenario, peer(name))
+    mixed = simulate(replace(scenario, robots=tuple(scenario.robots[k] for k in order)), peer(name))
+    least = 1e-5 if name.startswith("social_force") else 0.0
+    np.testing.assert_allclose(mixed.positions, run.positions[:, order], rtol=0.0, atol=least)
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_a_robot_alone_goes_straight_to_its_goal(name):
+    """3 m at up to 1.5 m/s; at the goal it stays, as the goal says."""
+    run = simulate(Scenario("alone", (robot(0.0, 0.0, (3.0, 0.0)),), duration=8.0), peer(name))
+    assert np.isfinite(run.arrived[0])
+    assert 2.0 <= run.arrived[0] < 5.0
+    assert np.abs(run.positions[:, 0, 1]).max() < 1e-3
+    assert run.positions[:, 0, 0].max() < 3.3
+
+
+@pytest.mark.parametrize("name", AVOIDING)
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_two_robots_head_on_do_not_collide(name, noise):
+    run = simulate(build("circle", {"robots": 2, "radius": 6, "robot_radius": 0.5, "noise": noise}), peer(name))
+    assert least_clearance(run) >= -COLLISION
+    assert np.all(np.isfinite(run.arrived))
+    assert metrics.summary(run)["statuses"] == {"CHOSEN": 2 * len(run.outcomes)}
+
+
+@pytest.mark.parametrize("name", AVOIDING)
+def test_an_obstacle_that_comes_is_avoided(name):
+    """They think that it does its half: a disc that is slow and far away leaves time to see that it does not."""
+    rock = Obstacle(Disc(0.5), ConstantVelocity((8.0, 0.1), (-0.3, 0.0)), "rock")
+    run = simulate(Scenario("rock", (robot(0.0, 0.0, (10.0, 0.0)),), (rock,), duration=30.0), peer(name))
+    assert np.isfinite(run.arrived[0])
+    assert metrics.min_clearance(run) >= -1e-4
+
+
+WALLS = {
+    "a line": Obstacle(Polyline([(5, -1), (5, 4)]), Stationary((0, 0)), "line"),
+    "a thick line": Obstacle(Polyline([(0, -1), (0, 4), (3, 4)], 0.2), Stationary((5, 0)), "thick line"),
+    "a turned box": Obstacle(Rectangle(1.0, 5.0), Stationary((5, 1.5)), "box", heading=0.3),
+    "a union": Obstacle(Union((Capsule((0, 0), (0, 3), 0.3), Disc(0.5))), Stationary((5.2, -0.4)), "union"),
+    "a polygon": Obstacle(Polygon([(4, -1), (6, -1), (6, 4), (5, 1), (4, 4)], 0.1), Stationary((0, 0)), "polygon"),
+}
+
+
+@pytest.mark.parametrize("name", SEEING_WALLS)
+@pytest.mark.parametrize("wall", WALLS)
+def test_walls_are_not_run_into(name, wall):
+    """On the way to a goal behind them; who has no way round stands before them."""
+    run = simulate(Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS[wall],), duration=15.0), peer(name))
+    assert run.positions[-1, 0, 0] > 2.0
+    assert metrics.min_clearance(run) >= -1e-4
+
+
+@pytest.mark.parametrize("name", ["hrvo", "hrvo_limited"])
+def test_walls_that_are_not_seen_are_refused(name):
+    behind = Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS["a line"],))
+    with pytest.raises(InvalidInput, match=r"obstacle 'line': .* \(discs\), found a polyline that stands"):
+        simulate(behind, peer(name))
+
+
+@pytest.mark.slow
+def test_the_ring_of_fifty():
+    """What others measured of RVO2 with a clamp at 2 m/s^2 and 30 % larger robots: no collision; without them, many."""
+    run, bare = (
+        metrics.summary(simulate(build("ring", {"robots": 50}, seed=1), peer(name)))
+        for name in ("orca_inflated", "orca")
+    )
+    assert run["arrived"] == bare["arrived"] == 50
+    assert run["collisions"] == 0
+    assert run["time"] < 90.0
+    assert bare["collisions"] > 10
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What a peer is told, and what is done with its answer.
+
+
+def test_what_a_peer_is_told():
+    """Radii as inflated, what is there now as it is now, the goals' own wishes; nothing of the navigators' settings."""
+    larger, begun = fake(inflation=0.3)
+    passing = Obstacle(Disc(1.0), ConstantVelocity((4.0, 9.0), (0.0, -1.0)), "car", uncertainty=BoundedError(0.2, 1.0))
+    scenario = Scenario("told", (robot(0.0, 0.0, (10.0, 0.0)),), (passing, WALLS["a line"]), duration=0.2, replan=0.2)
+    simulate(scenario, larger)
+    ((crowd),) = begun
+    assert crowd.team.radii == pytest.approx([0.65])
+    assert crowd.team.speeds == pytest.approx([1.5])
+    assert crowd.team.period == pytest.approx(0.2)
+    assert [wall.tolist() for wall in crowd.team.walls] == [[[5, -1], [5, 4]]]
+    places, velocities, preferred, others = crowd.told
+    assert places.tolist() == velocities.tolist() == [[0.0, 0.0]]
+    assert preferred.tolist() == [[1.5, 0.0]]
+    assert [x.tolist() for x in others] == [[[4.0, 9.0]], [[0.0, -1.0]], [1.2]]
+
+
+@pytest.mark.parametrize("limited", [False, True])
+def test_no_answer_keeps_the_velocity_and_is_recorded(limited):
+    silent, _ = fake((np.nan, 1.0), limited=limited)
+    start = robot(0.0, 0.0, (10.0, 0.0))
+    run = simulate(Scenario("silent", (replace(start, state=State((0, 0), (1, 0))),), duration=1.0), silent)
+    assert {name for row in run.outcomes for name in row} == {"UNANSWERED"}
+    np.testing.assert_allclose(run.velocities[:, 0], np.broadcast_to([1.0, 0.0], (11, 2)))
+    assert metrics.without_safe_choice(run) == 0.0
+
+
+def test_an_answer_beyond_the_largest_speed_is_cut():
+    fast, _ = fake((0.0, 30.0))
+    run = simulate(Scenario("fast", (robot(0.0, 0.0, (10.0, 0.0)),), duration=0.3), fast)
+    assert run.velocities[1:, 0].tolist() == [[0.0, 1.5]] * 3
+
+
+def test_robots_that_pass_their_goals_leave_the_scene():
+    """The first passes its goal in the way of the second, which then sees nobody."""
+    willing, begun = fake()
+    scenario = Scenario(
+        "passing",
+        (robot(0.0, 0.0, (2.0, 0.0), "first", stop=False), robot(-4.0, 0.0, (6.0, 0.0), "second", stop=False)),
+        duration=15.0,
+    )
+    run = simulate(scenario, willing)
+    assert [len(crowd.team.radii) for crowd in begun] == [2, 1]
+    assert np.all(np.isfinite(run.arrived))
+    gone = run.times[:-1] >= run.arrived[0]
+    assert not np.any(run.velocities[1:, 0][gone])
+    assert {row[0] for row, there in zip(run.outcomes, gone) if there} == {""}
+    orca = simulate(scenario, peer("orca"))
+    assert np.abs(orca.positions[:, 1, 1]).max() < 1e-6
+    assert orca.arrived[1] == pytest.approx(run.arrived[1], abs=0.5)
+
+
+def test_recordings_of_peers_are_saved(tmp_path):
+    run = simulate(crowd_of(), peer("hl"))
+    run.save(tmp_path / "run.h5")
+    assert Recording.load(tmp_path / "run.h5").digest() == run.digest()
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Obstacles as they are seen.
+
+
+def rows(array: np.ndarray) -> list[list[float]]:
+    """Sorted, for comparison as a set."""
+    return sorted(np.round(array, 9).tolist())
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_outlines_hold_what_they_stand_for(wall):
+    """Every part lies in its outline, which goes around it counter-clockwise and is not much larger."""
+    obstacle = WALLS[wall]
+    found = outlines([obstacle], walls=True)
+    x, y = obstacle.direction(0.0)
+    turn = np.array([[x, y], [-y, x]])
+    parts = [part for part in obstacle.shape.parts if len(part.corners) > 1]
+    for part, outline in zip(parts, found, strict=True):
+        place = part.corners @ turn + obstacle.trajectory.position(0.0)
+        hull = shapely.convex_hull(shapely.multipoints(place)).buffer(part.radius)
+        if len(outline) == 2:
+            assert rows(outline) == rows(place)
+            continue
+        ring = shapely.LinearRing(outline)
+        assert shapely.is_ccw(ring)
+        assert shapely.Polygon(ring).buffer(1e-9).contains(hull)
+
+
+def test_discs_are_where_they_are_now():
+    """Parts of standing unions too; what is not there yet or has a corner is none."""
+    pair = Obstacle(Union((Capsule((5, 0), (5, 3), 0.3), Disc(0.5))), Stationary((1, 2)), "pair", heading=np.pi / 2)
+    bar = Obstacle(Union((Disc(0.5), Capsule((1, 0), (1, 0), 0.25))), ConstantVelocity((3, 0), (1, 0), 0), "bar")
+    found = discs([pair, bar], 2.0)
+    np.testing.assert_allclose(found.places, [[1, 2], [5, 0], [6, 0]], atol=1e-12)
+    np.testing.assert_allclose(found.velocities, [[0, 0], [1, 0], [1, 0]])
+    np.testing.assert_allclose(found.radii, [0.5, 0.5, 0.25])
+    assert outlines([bar], walls=False) == ()
+    assert all(len(each) == 0 for each in discs([WALLS["a line"]], 0.0))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What is known of navground.
+
+
+@pytest.mark.parametrize("kind", ["ORCA", "HRVO", "HL", "SocialForce"])
+def test_a_wish_to_stand_is_answered(kind):
+    """Told a velocity of 0, HRVO says NaN."""
+    pytest.importorskip("navground.core")
+    crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, sight=10.0)
+    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2)), NOBODY)
+    np.testing.assert_allclose(chosen, 0.0, atol=1e-6)
+
+
+def test_social_force_has_no_answer_on_the_way_of_another():
+    """Rounding makes it take the root of a negative number; that is no answer, and no warning."""
+    pytest.importorskip("navground.core")
+    crowd = Behaviours(Team(np.array([0.5]), np.array([2.0]), 0.1), "SocialForce", sight=10.0)
+    comes = Discs(np.array([[0.59, 0.0]]), np.array([[-1.64, 0.0]]), np.array([0.5]))
+    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), np.array([[1.0, 0.0]]), comes)
+    assert np.isnan(chosen).any()
+
+
+@pytest.mark.parametrize("kind", ["ORCA", "HRVO", "HL", "SocialForce"])
+@pytest.mark.parametrize("angle", [0.0, 0.5, 2.0, np.pi, -np.pi, -1.0])
+def test_a_robot_alone_gets_its_wish_from_the_first_step_on(kind, angle):
+    """The human-like behaviour looks along x at first, and never straight behind."""
+    pytest.importorskip("navground.core")
+    crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, sight=10.0)
+    wish = 1.5 * np.array([[np.cos(angle), np.sin(angle)]])
+    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), wish, NOBODY)[0]
+    assert chosen @ wish[0] > 0.0
+    assert chosen[0] * wish[0, 1] - chosen[1] * wish[0, 0] == pytest.approx(0.0, abs=1e-5)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The command line.
+
+
+def test_peers_on_the_command_line(capsys, tmp_path):
+    peer("orca")
+    assert call(["run", "circle", "--method", "orca", "--set", "robots=2", "--json"]) == DONE
+    assert '"method": "orca"' in capsys.readouterr().out
+    picture = tmp_path / "a.svg"
+    assert call(["run", "head_on", "--method", "orca_limited", "--figure", str(picture)]) == DONE
+    assert picture.is_file()
+    assert "chosen" in capsys.readouterr().out
+    assert call(["compare", "circle", "--methods", "orca,orca_limited,vo", "--seeds", "1", "--set", "duration=1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == ["method", "orca", "orca_limited", "vo"]
+    assert len({len(line) for line in lines[1:]}) == 1
