@@ -15,6 +15,7 @@ from slalom import (
     AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
+    AcceleratingBriefly,
     Acceleration,
     AtConstantAcceleration,
     AtConstantVelocity,
@@ -203,6 +204,7 @@ MANOEUVRES: dict[str, Callable[[int], Trajectory]] = {
 FORECASTS: dict[str, Forecast] = {
     "known": Known(),
     "constant_velocity": AtConstantVelocity(),
+    "accelerating_briefly": AcceleratingBriefly(),
     "constant_acceleration": AtConstantAcceleration(),
 }
 
@@ -287,7 +289,9 @@ LIMITS: dict[str, Callable[[int], Limits]] = {
 }
 """Functions of the dimension."""
 
-ENROLLED_METHODS: dict[str, Method] = {name: METHODS[name] for name in ("vo", "nlvo", "avo", "ao", "nao", "nao_shared")}
+ENROLLED_METHODS: dict[str, Method] = {
+    name: METHODS[name] for name in ("vo", "rvo", "nlvo", "avo", "ao", "nao", "nao_shared")
+}
 
 
 def disc_or_ball(radius: float, dimension: int) -> Shape:

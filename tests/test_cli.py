@@ -10,10 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from galleries import FLEETS, NAMES
 
 import slalom
 from slalom import METHODS, Outcome
 from slalom.cli import call
+from slalom.peers import PEERS
 from slalom.reproduce.titles import TITLES
 from slalom.sim import Recording, load, simulate
 from slalom.sim.gallery import GALLERY
@@ -87,11 +89,12 @@ def process(*tokens: str, module: bool = False, **settings) -> Said:
 # run
 
 
-@pytest.mark.parametrize("scenario", ["scene.yaml", *(name for name in GALLERY if name != "recorded_roundabout")])
+@pytest.mark.parametrize("scenario", ["scene.yaml", *(name for name in NAMES if name != "recorded_roundabout")])
 def test_run_says_what_happened_in_json(scenario: str, say: Say) -> None:
     """The numbers are those of the library."""
-    settings = {"duration": 2.0}
-    said = say("run", scenario, "--set", "duration=2", "--seed", "2", "--method", "nlvo", "--json")
+    settings = {"duration": 2.0} | ({"robots": 4.0} if scenario in FLEETS else {})
+    changed = [token for name, value in settings.items() for token in ("--set", f"{name}={value:g}")]
+    said = say("run", scenario, *changed, "--seed", "2", "--method", "nlvo", "--json")
     found = said.json
     assert set(found) >= OF_RUN
     assert set(found["decision_us"]) == {"p50", "p99", "max"}
@@ -184,8 +187,9 @@ def test_list(say: Say) -> None:
         assert entry.name in scenarios.out
         assert entry.sentence in scenarios.out
         assert all(f"{name}=" in scenarios.out for name in entry.parameters)
-    for method in METHODS.values():
+    for method in (*METHODS.values(), *PEERS.values()):
         assert method.name in methods.out
+        assert method.sentence in methods.out
         assert method.source in methods.out
     assert all(name in figures.out and title in figures.out for name, title in TITLES.items())
 
@@ -195,7 +199,7 @@ def test_list_json(say: Say) -> None:
     assert set(both) == {"scenarios", "methods", "figures"}
     assert set(both["figures"]) == set(TITLES)
     assert set(both["scenarios"]) == set(GALLERY)
-    assert set(both["methods"]) == set(METHODS)
+    assert set(both["methods"]) == {*METHODS, *PEERS}
     assert both["scenarios"]["head_on"]["parameters"] == {"speed": 5.0, "offset": 0.0}
     assert say("list", "scenarios", "--json").json == {"scenarios": both["scenarios"]}
     assert say("list", "methods", "--json").json == {"methods": both["methods"]}
@@ -276,7 +280,7 @@ BAD = [
     ("run none.yaml", r"none\.yaml: expected a readable YAML file, found "),
     ("run .", r"scenario: expected a \.yaml file or one of .*; found '\.'"),
     ("run data.csv", r"scenario: expected a \.yaml file or one of .*; found 'data\.csv'"),
-    ("run empty --method best", r"method: expected one of vo, nlvo, avo, ao, nao, nao_shared; found 'best'"),
+    ("run empty --method best", r"method: expected one of vo, rvo, nlvo, avo, ao, nao, .*, orca, .*; found 'best'"),
     ("run empty --set distance", r"--set: expected NAME=NUMBER, found 'distance'"),
     ("run empty --set distance=far", r"--set: expected NAME=NUMBER, found 'distance=far'"),
     ("run empty --set =3", r"--set: expected NAME=NUMBER, found '=3'"),

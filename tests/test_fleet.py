@@ -21,11 +21,14 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.detour import keep_right, way_round
+from slalom.detour import way_round
 from slalom.sim import Robot, Scenario, metrics, simulate
-from slalom.sim.contact import closest_approaches
+from slalom.sim.contact import between_robots, closest_approaches
+from slalom.sim.crew import Crew
 from slalom.sim.fleet import seen_by
 from slalom.sim.gallery import build
+from slalom.sim.guidance import Guidance
+from slalom.sim.pilots import Pilots
 from slalom.tolerances import COLLISION, KEPT, METRIC
 
 SHARED = METHODS["nao_shared"]
@@ -127,11 +130,57 @@ def test_a_robot_that_passes_its_goal_leaves():
     assert other.trajectory.span[1] == pytest.approx(run.arrived[0])
 
 
-def test_a_robot_that_stops_at_its_goal_stays_in_the_way():
+@pytest.mark.parametrize("seed", range(3))
+def test_all_pairs_at_once_are_as_near_as_one_by_one(seed):
+    """The pairs that metrics count, discs and rectangles, against the robots as obstacles of each other."""
+    run = simulate(replace(drawn(seed, 4), duration=6.0), SHARED)
+    between = between_robots(run)
+    for k in range(4):
+        each = [c.clearance for c in closest_approaches(seen_by(run, k))][len(run.obstacles) :]
+        assert np.delete(between[k], k) == pytest.approx(each, abs=METRIC)
+
+
+def test_a_robot_at_its_goal_gives_way_to_one_that_wants_there():
+    """Both cannot stay: they arrive in turn."""
     run = simulate(two(stop=True), SHARED)
-    assert np.isfinite(run.arrived[0])
-    assert not np.isfinite(run.arrived[1])
+    assert np.all(np.isfinite(run.arrived))
     assert least_clearance(run) >= -KEPT - METRIC
+
+
+def test_the_kernel_decides_as_the_navigator():
+    """For robots that stop at goals at rest the crew's kernel and the navigator are one method: same outcomes and
+    controls, with manoeuvres that are shared and with such that are seen. (Of two responses that promise the same
+    to the last bit either may be taken.)
+    """
+    for seed in range(6):
+        for name in ("nao_shared", "ao", "vo"):
+            scenario = standing_goals(seed)
+            guidance, other = Guidance(scenario), Guidance(scenario)
+            crew, pilots = Crew(scenario, METHODS[name], guidance), Pilots(scenario, METHODS[name], other)
+            outcomes, _ = crew.decide(range(5), 0.0)
+            expected, _ = pilots.decide(range(5), 0.0)
+            for k in range(5):
+                assert outcomes[k] == expected[k], (seed, name, k)
+                assert crew.chosen(k)[0] == pytest.approx(pilots.chosen(k)[0], abs=1e-7), (seed, name, k)
+
+
+def standing_goals(seed: int) -> Scenario:
+    """Five discs on the move, far enough from their goals, among passive obstacles."""
+    rng = np.random.default_rng(seed)
+    places = np.array([(-6.0, 0), (6, 0.5), (0, 6), (0.5, -6), (5, 5)]) + rng.uniform(-1, 1, (5, 2))
+    robots = tuple(
+        Robot(
+            Disc(0.4),
+            Limits(2.0, 2.0),
+            State(place, rng.uniform(-1, 1, 2)),
+            Goal(Stationary(-place), 0.4, True),
+            str(k),
+        )
+        for k, (place, speed) in enumerate(zip(places, rng.uniform(-1, 1, (5, 2))))
+    )
+    wall = Obstacle(Polyline([(-3.0, 2.0), (-1.0, 3.0)], 0.1), Stationary((0.0, 0.0)), "wall")
+    car = Obstacle(Disc(0.5), Circular((0.0, 0.0), 3.0, 1.0), "car")
+    return Scenario("standing", robots, (wall, car), horizon=5.0, holds=(0.5, 1.0))
 
 
 def test_collisions_of_robots_count_once():
@@ -199,19 +248,6 @@ class TestDetours:
         across = abs(along[0] * place[1] - along[1] * place[0]) / straight
         expected = best - straight if across < radius else 0.0
         assert way_round(place, goal, np.zeros((1, 2)), np.array([radius]))[0] == pytest.approx(expected, abs=1e-9)
-
-    def test_robots_that_meet_keep_right(self):
-        """Head on: both head for a place on their own right; alone or past each other: straight on."""
-        right = keep_right(
-            np.zeros(2), np.array([20.0, 0]), 1.0, 0.5, np.array([[8.0, 0]]), np.array([[-1.0, 0]]), np.array([0.5])
-        )
-        assert right is not None
-        assert right[0] > 0.0
-        assert right[1] < -0.4
-        past = keep_right(
-            np.zeros(2), np.array([20.0, 0]), 1.0, 0.5, np.array([[-8.0, 0]]), np.array([[-1.0, 0]]), np.array([0.5])
-        )
-        assert past is None
 
 
 def tangent(point, radius, side):

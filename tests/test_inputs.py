@@ -12,6 +12,7 @@ from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -71,12 +72,15 @@ from slalom import (
     cli,
     control_obstacle,
     kernels,
+    peers,
     preferred_control,
     select,
     select_clearest,
     view,
 )
 from slalom.io import polynomials, tracks
+from slalom.io.formats import read_recording, write_recording
+from slalom.io.recorded import Agent, Tracks
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.scenario_spec import GoalSpec
@@ -94,6 +98,7 @@ GOAL = Goal(Stationary((20, 0)))
 LIMITS = Limits(2.0, 1.0)
 DISC = Disc(1)
 STILL = Stationary((0, 0))
+BUS = Obstacle(Rectangle(4, 2), ConstantVelocity((9, 0), (1, 0)), "bus")
 NEVER_BOUNDED = Admissible(np.empty((0, 2)), np.empty(0), np.array([[1.0, 0.0]]), np.array([1.0]))
 
 
@@ -151,6 +156,17 @@ def command(*tokens: str) -> Callable[[Path], object]:
     return lambda folder: cli.app([t.format(folder) for t in tokens], exit_on_error=False, print_error=False)
 
 
+def behaviour(kind: str, **settings) -> object:
+    """A team of one robot in navground."""
+    team = peers.Team(np.array([1.0]), np.array([2.0]), 0.1)
+    return peers.behaviours.Behaviours(team, kind, sight=10.0, **settings)
+
+
+def bounded() -> Scenario:
+    """A robot with a limit that has a direction."""
+    return Scenario("test", (Robot(DISC, Limits(2, 1, bounds=(Box((1, 1)),)), FLAT, GOAL),))
+
+
 def foreign_hdf5(folder: Path) -> object:
     """A valid HDF5 file of another kind is not a recording."""
     import h5py
@@ -167,6 +183,24 @@ def empty_recording(folder: Path) -> object:
     with h5py.File(folder / "a.h5", "w") as file:
         file.attrs["format"] = "slalom recording 1"
     return Recording.load(folder / "a.h5")
+
+
+def silent_database(folder: Path) -> object:
+    """A JuPedSim database that does not say its frame rate."""
+    import sqlite3
+    from contextlib import closing
+
+    with closing(sqlite3.connect(folder / "silent.sqlite")) as base, base:
+        base.execute("CREATE TABLE metadata (key, value)")
+        base.execute("INSERT INTO metadata VALUES ('version', 2)")
+        base.execute("CREATE TABLE trajectory_data (frame, id, pos_x, pos_y)")
+    return read_recording(folder / "silent.sqlite")
+
+
+def without_pyrvo(_: Path) -> object:
+    """The people of CrowdNav where the package that moves them is not installed."""
+    with patch.dict("sys.modules", {"pyrvo": None}):
+        return build("crowdnav")
 
 
 def paths_of(times, positions) -> object:
@@ -191,6 +225,62 @@ MINIMAL = """\
 robot: {position: [0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {GOAL}}
 """
 ROW = "t,id,x,y\n0,1,0,0\n1,1,1,0\n"
+SCENARIO = '<commonRoad commonRoadVersion="2020a" timeStepSize="{}">'
+
+RECORDINGS = [
+    # Where, what, the file, its content, settings.
+    ("refuse", r"a\.csv:3: x: expected a number, found 'left'", "a.csv", ROW.replace("1,1,1", "1,1,left"), {}),
+    ("tracks_of", r"a\.csv: expected an agent with two rows or more, found none", "a.csv", "t,id,x,y\n0,1,0,0\n", {}),
+    ("Table.__init__", r"a\.csv: expected rows, found none", "a.csv", "t,id,x,y\n", {}),
+    ("text_of", r"a\.csv: expected a readable text file, found ", "a.csv", b"\xff\xfe", {"format": "csv"}),
+    ("comma_table", r"a\.csv:2: expected comma-separated cells, found ", "a.csv", 't,id,x,y\n"0"1,1,0,0\n', {}),
+    (
+        "comma_table",
+        r"a\.csv:1: expected a header with t,id,x,y, found 'time'",
+        "a.csv",
+        "time\n0\n",
+        {"format": "csv"},
+    ),
+    ("eth_ucy", r"a\.txt:1: expected 4 or 8 cells .*, found 3", "a.txt", "0 1 2\n", {"format": "eth_ucy"}),
+    ("eth_ucy", r"a\.txt: expected frames 10 or 6 apart.* found 3 apart", "a.txt", "0 1 0 0\n3 1 1 0\n", {}),
+    ("pedpy_text", r"expected the unit that was given, cm, found m", "a.txt", "# x/m\n1 0 0 0\n", {"unit": "cm"}),
+    ("pedpy_text", r"a\.txt:2: expected 4 or more cells .*, found 3", "a.txt", "# \n1 0 0\n", {}),
+    ("_rate", r"a\.txt: expected a frame rate above 0, said or given, found none", "a.txt", "#\n1 0 0 0\n", {}),
+    ("jupedsim", r"a\.sqlite: expected a JuPedSim database, found ", "a.sqlite", "SQLite format 3", {}),
+    (
+        "_frame_rate",
+        r"a_recordingMeta\.csv: expected one frameRate above 0, found none",
+        "a_tracks.csv",
+        "trackId,frame,xCenter,yCenter\n1,0,0,0\n",
+        {},
+    ),
+    (
+        "interaction",
+        r"a\.csv: case_id: expected one case, or the case to read, found 2 from 1 to 2",
+        "a.csv",
+        "case_id,track_id,timestamp_ms,x,y\n1,1,0,0,0\n2,1,0,0,0\n",
+        {},
+    ),
+    ("commonroad", r"a\.xml: expected a commonRoad of version 2018b or 2020a, found a road", "a.xml", "<road/>", {}),
+    (
+        "commonroad",
+        r"a\.xml:1: timeStepSize: expected a number above 0, found '0'",
+        "a.xml",
+        SCENARIO.format(0) + "</commonRoad>",
+        {},
+    ),
+    ("_parsed", r"a\.xml:1: expected XML, found ", "a.xml", SCENARIO.format(0.1), {}),
+    ("adsb", r"a\.csv: expected rows with a place, found none", "a.csv", "time,mmsi,lat,lon\n0,1,,\n", {}),
+    ("_columns", r"a\.csv:1: expected columns of time, or their", "a.csv", "mmsi,lat,lon\n1,0,0\n", {}),
+    ("_recognised", r"a\.csv: expected a file of a format that is known.*found 'time'", "a.csv", "time\n0\n", {}),
+]
+
+
+def write_tracks(format: str, label: str = "1", times=(0.0, 0.1), places=((0, 0), (1, 0)), **settings) -> Callable:
+    """A call that writes one agent to a file."""
+    tracks = Tracks({label: Agent(Sampled(times, places))})
+    return lambda folder: write_recording(folder / "a.out", tracks, format, **settings)
+
 
 CASES = [
     # Shapes, headings, uncertainty, traffic.
@@ -432,7 +522,7 @@ CASES = [
     Case(
         "known",
         InvalidInput,
-        r"method: expected one of vo, nlvo, avo, ao, nao, nao_shared; found 'NAO'",
+        r"method: expected one of vo, rvo, nlvo, avo, ao, nao, nao_shared; found 'NAO'",
         lambda _: slalom.method("NAO"),
     ),
     Case(
@@ -969,6 +1059,186 @@ CASES = [
         InvalidFile,
         r"a\.csv:4:1: expected at least two rows of agent 7, found one",
         reading(tracks.read_tracks, "a.csv", ROW + "0,7,0,0\n"),
+    ),
+    *(
+        Case(where, InvalidFile, message, reading(partial(read_recording, **settings), name, content))
+        for where, message, name, content, settings in RECORDINGS
+    ),
+    Case(
+        "jupedsim",
+        InvalidFile,
+        r"silent\.sqlite: metadata: expected version 1 or 2 and fps above 0, found 2 and none",
+        silent_database,
+    ),
+    Case(
+        "_recognised",
+        InvalidFile,
+        r"none\.csv: expected a file that can be read, found ",
+        lambda folder: read_recording(folder / "none.csv"),
+    ),
+    Case(
+        "_check",
+        InvalidInput,
+        r"jupedsim: expected settings frame_rate, with frame_rate, found none",
+        write_tracks("jupedsim"),
+    ),
+    Case(
+        "_epoch",
+        InvalidInput,
+        r"epoch: expected seconds or a time in ISO 8601, found 'noon'",
+        reading(partial(read_recording, epoch="noon"), "a.csv", "time,mmsi,lat,lon\n0,1,0,0\n"),
+    ),
+    Case(
+        "_origin",
+        InvalidInput,
+        r"origin: expected a latitude and a longitude in degrees, found \(91\.0, 0\.0\)",
+        reading(partial(read_recording, origin=(91, 0)), "a.csv", "time,mmsi,lat,lon\n0,1,0,0\n"),
+    ),
+    Case(
+        "write_csv",
+        InvalidInput,
+        r"tracks: expected agents of one dimension, found \[2, 3\]",
+        lambda folder: write_recording(
+            folder / "a.csv",
+            Tracks({str(d): Agent(Sampled([0, 1], np.zeros((2, d)))) for d in (2, 3)}),
+            "csv",
+        ),
+    ),
+    Case(
+        "_writing",
+        InvalidFile,
+        r"none.a\.csv: expected a file that can be written, found ",
+        lambda folder: write_recording(
+            folder / "none" / "a.csv", Tracks({"1": Agent(Sampled([0, 1], np.eye(2)))}), "csv"
+        ),
+    ),
+    Case(
+        "_written",
+        InvalidInput,
+        r"tracks: expected at least one agent, found none",
+        lambda folder: write_recording(folder / "a.csv", Tracks({}), "csv"),
+    ),
+    Case(
+        "_in_frames",
+        InvalidInput,
+        r"agent 1: expected positions in the plane, found dimension 3",
+        write_tracks("trajnet", places=np.eye(2, 3), frame_rate=10),
+    ),
+    Case(
+        "_in_frames",
+        InvalidInput,
+        r"agent 7\.1: expected a whole number as id, found '7\.1'",
+        write_tracks("trajnet", "7.1", frame_rate=10),
+    ),
+    Case(
+        "_in_frames",
+        InvalidInput,
+        r"agent 1: expected different multiples of 1 / 4 s, found 0\.1 s",
+        write_tracks("jupedsim", frame_rate=4),
+    ),
+    # Peers.
+    Case(
+        "imported",
+        InvalidInput,
+        r"expected the package nowhere, .* found No module named 'nowhere'; install it: pip install 'slalom\[peers\]'",
+        lambda _: peers.crowd.imported("nowhere"),
+    ),
+    Case(
+        "Behaviours.__init__",
+        InvalidInput,
+        r"setting of ORCA: expected one of .*max_neighbors.*; found 'max_number_of_neighbors'",
+        lambda _: behaviour("ORCA", settings={"max_number_of_neighbors": 10}),
+    ),
+    Case(
+        "outlines",
+        InvalidInput,
+        r"obstacle 'bus': .* avoid \(discs, and other shapes that stand\), found a rectangle that moves",
+        lambda _: simulate(replace(scenario(), obstacles=(BUS,)), peers.PEERS["orca"]),
+    ),
+    Case(
+        "outlines",
+        InvalidInput,
+        r"obstacle 'pair': .* found a union that moves",
+        lambda _: peers.outlines([replace(BUS, shape=Union((DISC, DISC)), name="pair", heading="motion")], walls=True),
+    ),
+    Case(
+        "_refuse",
+        InvalidInput,
+        r"drone: expected a disc .* as orca takes it, found a ball",
+        lambda _: simulate(gallery.build("drones_crossing"), peers.PEERS["orca"]),
+    ),
+    Case(
+        "_refuse",
+        InvalidInput,
+        r"robot: expected a disc .* as hl takes it, found bounds",
+        lambda _: simulate(bounded(), peers.PEERS["hl"]),
+    ),
+    # Scenarios of the gallery.
+    Case(
+        "whole",
+        InvalidInput,
+        r"robots: expected a whole number of 1 or more, found 4\.5",
+        lambda _: build("circle", {"robots": 4.5}),
+    ),
+    Case(
+        "spread",
+        InvalidInput,
+        r"robots: expected room for 90, 1\.2 m apart, in 5 m x 5 m; found it for \d+",
+        lambda _: build("random_goals", {"robots": 90, "side": 5}),
+    ),
+    Case(
+        "spread",
+        InvalidInput,
+        r"robots of a group: expected room for 10, 0\.8 m apart, in 6\.66667 m x 0 m; found it for 0",
+        lambda _: build("corridor_swap", {"width": 0.5}),
+    ),
+    Case(
+        "around",
+        InvalidInput,
+        r"robots: expected at most 39, the circle's room; found 60",
+        lambda _: build("circle_random", {"robots": 60}),
+    ),
+    Case(
+        "refuse_overlap",
+        InvalidInput,
+        r"robots: expected starts that do not overlap, found robots 0 and 1 0\.08\d+ m deep in each other",
+        lambda _: build("ring", {"robots": 172, "noise": 0}),
+    ),
+    Case(
+        "crossing_streams",
+        InvalidInput,
+        r"angle: expected more than 0 and at most 180 degrees, found 190",
+        lambda _: build("crossing_streams", {"angle": 190}),
+    ),
+    Case(
+        "doorway",
+        InvalidInput,
+        r"door: expected 0\.8 m, for robots to pass, up to the room's 8 m; found 0\.5 m",
+        lambda _: build("doorway", {"door": 0.5}),
+    ),
+    Case(
+        "merging",
+        InvalidInput,
+        r"gap: expected at most \d+\.\d+ m, the widest, found 90 m",
+        lambda _: build("merging", {"gap": 90}),
+    ),
+    Case(
+        "people",
+        InvalidInput,
+        r"seed: expected less than 4294966296 for a legacy generator, found 4294966296",
+        lambda _: build("crowdnav", seed=2**32 - 1000),
+    ),
+    Case(
+        "people",
+        InvalidInput,
+        r"people: expected room for 60 on the circle, found it for \d+",
+        lambda _: build("crowdnav", {"people": 60}),
+    ),
+    Case(
+        "_orca",
+        InvalidInput,
+        r"crowdnav: expected the package pyrvo, which moves the people; found none: pip install 'slalom\[peers\]'",
+        without_pyrvo,
     ),
     # Command line and figures.
     Case(

@@ -11,7 +11,7 @@ from slalom.bounds import Bound, Box, ConvexPolygon, Friction, HeadingCone, Leas
 from slalom.control_obstacle import ControlObstacle, Element, control_obstacle
 from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidFile, InvalidInput, OutsideSpan, SlalomError
-from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
+from slalom.forecast import AcceleratingBriefly, AtConstantAcceleration, AtConstantVelocity, Forecast, Known
 from slalom.goal import Goal
 from slalom.horizon import Horizon, HorizonByName, SafeTime
 from slalom.limits import Admissible, HalfSpace, Limits, admissible_ball
@@ -64,6 +64,7 @@ __all__ = [
     "AccelerateThenBrake",
     "AccelerateThenCoast",
     "AccelerateThenStop",
+    "AcceleratingBriefly",
     "Acceleration",
     "Admissible",
     "Affine",

@@ -5,8 +5,9 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
+from slalom.checks import positive
 from slalom.obstacle import Obstacle
-from slalom.trajectory import ConstantAcceleration, ConstantVelocity, Trajectory
+from slalom.trajectory import ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
 
 
 @runtime_checkable
@@ -62,8 +63,37 @@ class AtConstantAcceleration:
         )
 
 
+@dataclass(frozen=True)
+class AcceleratingBriefly:
+    """The acceleration of this moment for `seconds`, then the velocity reached: for robots that decide often.
+
+    What a robot accelerates now tells where it is about to go, and nothing of what it will do later; assumed for ever,
+    a robot that brakes would come back.
+    """
+
+    seconds: float = 0.3
+
+    def __post_init__(self) -> None:
+        positive(self.seconds, "seconds")
+
+    @property
+    def foresees(self) -> bool:
+        return False
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        place, speed = trajectory.position(now), trajectory.velocity(now)
+        push, s = trajectory.acceleration(now), self.seconds
+        nothing = np.zeros_like(push)
+        rows = [[place, speed, 0.5 * push], [place + s * speed + 0.5 * s * s * push, speed + s * push, nothing]]
+        return PiecewisePolynomial(np.array([s, FAR]), np.array(rows), now)
+
+
+FAR: Final = 1e4
+"""[s] Longer than any horizon."""
+
 FORECASTS: Final[dict[str, Forecast]] = {
     "known": Known(),
+    "accelerating_briefly": AcceleratingBriefly(),
     "constant_velocity": AtConstantVelocity(),
     "constant_acceleration": AtConstantAcceleration(),
 }

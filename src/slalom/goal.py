@@ -66,17 +66,14 @@ class Goal:
         to the point has the radius distance / (2 sin angle), or robots would orbit their goals. With `stop` no
         faster, relative to the goal, than 0.7 of the limit brakes away.
         """
+        wanted = np.empty_like(position)
         if not self.stop:
             away = self.meeting_point(position, now, limits) - position
-            distance, speed = max(float(np.linalg.norm(away)), 1e-12), max(float(np.linalg.norm(velocity)), 1e-12)
-            cosine = float(away @ velocity) / (distance * speed)
-            sine = np.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0
-            turning = np.sqrt(limits.max_acceleration * distance / max(2.0 * sine, 1e-6))
-            return np.asarray(away * min(limits.max_speed, float(turning)) / distance)
+            kernels.passing_velocity(away, velocity, limits.max_acceleration, limits.max_speed, wanted)
+            return wanted
         away = self.position(now) - position
-        distance = max(float(np.linalg.norm(away)), 1e-12)
-        speed = min(limits.max_speed, float(np.sqrt(1.4 * limits.max_acceleration * distance)))
-        wanted = self.velocity(now) + away * speed / distance
+        kernels.stopping_velocity(away, limits.max_acceleration, limits.max_speed, wanted)
+        wanted += self.velocity(now)
         return np.asarray(wanted / max(float(np.linalg.norm(wanted)) / limits.max_speed, 1.0))
 
     def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits) -> float:
@@ -95,8 +92,4 @@ class Goal:
             return float(ahead)
         distance = max(0.0, float(np.linalg.norm(self.position(now) - position)) - self.tolerance)
         change = float(np.linalg.norm(self.desired_velocity(position, velocity, now, limits) - velocity))
-        lost = change * change / (2.0 * push * top)
-        braking = top * top / (2.0 * push)
-        if distance >= braking:
-            return distance / top + 0.5 * top / push + lost
-        return float(np.sqrt(2.0 * distance / push)) + change / push
+        return float(kernels.time_to_stop(distance, change, push, top))

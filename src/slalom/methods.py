@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from slalom.checks import known, positive
-from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
+from slalom.forecast import AcceleratingBriefly, AtConstantAcceleration, AtConstantVelocity, Forecast, Known
 from slalom.limits import Limits
 from slalom.response import (
     AccelerateThenBrake,
@@ -33,6 +33,9 @@ class Method:
         forecast: from an obstacle's trajectory to the assumed one.
         sentence: what it is. source: where it comes from.
         of_robots: the same for other robots, of which only the state now can be seen.
+        share: how much of the avoidance between robots each does itself, above 0 and at most 1: as the others do their
+            part, the change of the control u from the present one is tested 1 / share as large (with 1/2 and velocities
+            the reciprocal velocity obstacle of van den Berg, Lin and Manocha, ICRA 2008).
         shared: robots know the manoeuvres that the others are committed to, and decide one after the other.
     """
 
@@ -42,6 +45,7 @@ class Method:
     sentence: str
     source: str
     of_robots: Forecast = field(default_factory=AtConstantVelocity)
+    share: float = 1.0
     shared: bool = False
 
 
@@ -79,6 +83,14 @@ METHODS: Final[dict[str, Method]] = {
             "Fiorini and Shiller, IJRR 17(7), 1998",
         ),
         Method(
+            "rvo",
+            _velocity,
+            AtConstantVelocity(),
+            "Reciprocal velocity obstacle: as vo, and of the change that avoids another robot each makes half.",
+            "van den Berg, Lin and Manocha, ICRA 2008",
+            share=0.5,
+        ),
+        Method(
             "nlvo",
             _velocity,
             Known(),
@@ -106,6 +118,8 @@ METHODS: Final[dict[str, Method]] = {
             Known(),
             "Nonlinear acceleration obstacle: a new acceleration; obstacles follow known trajectories.",
             "Stern and Shiller, arXiv:2506.06255, 2025",
+            of_robots=AcceleratingBriefly(),
+            share=0.5,
         ),
         Method(
             "nao_shared",

@@ -187,7 +187,8 @@ class Navigator:
         cost = self.objective.cost(motion, s, until)
         if self.detours and traffic.obstacles:
             end = traffic.start + traffic.horizon
-            there = [o for o in traffic.obstacles if o.exists(end)]
+            # What has several parts, as walls have, is not gone around as a disc.
+            there = [o for o in traffic.obstacles if o.exists(end) and len(o.shape.parts) == 1]
             places = np.array([o.trajectory.position(end) for o in there]).reshape(-1, s.state.dimension)
             radii = np.array([o.shape.reach for o in there]) + self.robot.reach + self.margin
             longer = way_round(motion.position(until), s.goal.position(until), places, radii)

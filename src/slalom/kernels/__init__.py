@@ -8,19 +8,46 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from slalom.kernels.arrival import earliest_arrival
     from slalom.kernels.clearance import contact_times, least_clearances
+    from slalom.kernels.crew import decide_all
     from slalom.kernels.exchange import nearest_free
     from slalom.kernels.hulls import distances
+    from slalom.kernels.meeting import find_corners, head_for, longer_ways
     from slalom.kernels.segments import relative_segments
+    from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_stop
+    from slalom.kernels.yielding import give_way
 
-__all__ = ["contact_times", "distances", "earliest_arrival", "least_clearances", "nearest_free", "relative_segments"]
+__all__ = [
+    "contact_times",
+    "decide_all",
+    "distances",
+    "earliest_arrival",
+    "find_corners",
+    "give_way",
+    "head_for",
+    "least_clearances",
+    "longer_ways",
+    "nearest_free",
+    "passing_velocity",
+    "relative_segments",
+    "stopping_velocity",
+    "time_to_stop",
+]
 
 _MODULES = {
     "contact_times": "clearance",
+    "decide_all": "crew",
     "distances": "hulls",
     "earliest_arrival": "arrival",
+    "find_corners": "meeting",
+    "give_way": "yielding",
+    "head_for": "meeting",
     "least_clearances": "clearance",
+    "longer_ways": "meeting",
     "nearest_free": "exchange",
+    "passing_velocity": "wish",
     "relative_segments": "segments",
+    "stopping_velocity": "wish",
+    "time_to_stop": "wish",
 }
 
 

@@ -18,6 +18,7 @@ from numba.core.caching import FunctionCache
 F = TypeVar("F", bound=Callable[..., Any])
 Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.int64]
+Flags: TypeAlias = npt.NDArray[np.bool_]
 Plane: TypeAlias = tuple[bool, float, float, float, float]
 Candidate: TypeAlias = tuple[float, float, float, int, int, int]
 Direction: TypeAlias = tuple[float, float, float, float]
@@ -50,3 +51,10 @@ def kernel(function: F) -> F:
         except RuntimeError:
             return cast(F, compiled)
     return cast(F, compiled)
+
+
+def inlined(function: F) -> F:
+    """A part of one other kernel, which is compiled there: each kernel of its own that calls much is compiled with all
+    that it calls, once more at every level.
+    """
+    return cast(F, numba.njit(nogil=True, error_model="numpy", inline="always")(function))

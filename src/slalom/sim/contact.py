@@ -8,13 +8,16 @@ known already are dropped, the others halved. How deep bodies with corners overl
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.obstacle import Obstacle
-from slalom.sim.gaps import Pair, differences, lowest, pairs, signed
+from slalom.sim.gaps import Pair, differences, lowest, pairs, segment_distance, signed
 from slalom.sim.recording import Recording
 from slalom.tolerances import METRIC
+from slalom.trajectory import PiecewisePolynomial
 
+Indices = npt.NDArray[np.int64]
 FINEST = 1e-3
 """[s]"""
 
@@ -28,7 +31,77 @@ class Closest(NamedTuple):
 
 def closest_approaches(recording: Recording, robot: int = 0) -> list[Closest]:
     """The closest approach of a robot to each obstacle, its clearance at most METRIC above the true one."""
-    return [_closest(recording, robot, obstacle) for obstacle in recording.obstacles]
+    return [_closest(recording, robot, obstacle, last_step(recording, robot)) for obstacle in recording.obstacles]
+
+
+def between_robots(recording: Recording) -> Array:
+    """The least clearance between any two robots while both are there [m]: (n, n), inf on the diagonal.
+
+    As `closest_approaches`, at most METRIC above the true one; all pairs of discs or balls at once.
+    """
+    n = len(recording.shapes)
+    least = np.full((n, n), np.inf)
+    if n < 2 or not len(recording.accelerations):
+        return least
+    round_ones = np.array([len(s.parts) == 1 and len(s.parts[0].corners) == 1 for s in recording.shapes])
+    for k in range(n - 1):
+        others = np.arange(k + 1, n)
+        both = others[round_ones[k] & round_ones[others]]
+        if both.size:
+            least[k, both] = _closest_discs(recording, k, both)
+        for other in others[~(round_ones[k] & round_ones[others])]:
+            obstacle = driven(recording, int(other))
+            least[k, other] = _closest(recording, k, obstacle, last_step(recording, k)).clearance
+    return np.asarray(np.minimum(least, least.T))
+
+
+def last_step(recording: Recording, robot: int) -> int:
+    """How many steps the robot is there: one that passes its goal leaves the scene."""
+    steps = len(recording.accelerations)
+    if np.isfinite(recording.arrived[robot]) and not recording.goals[robot].stop:
+        return min(steps, max(1, round(float(recording.arrived[robot] - recording.times[0]) / recording.dt)))
+    return steps
+
+
+def driven(recording: Recording, robot: int) -> Obstacle:
+    """A robot as an obstacle on the path that it drove."""
+    last = last_step(recording, robot)
+    rows = (recording.positions[:last, robot], recording.velocities[:last, robot])
+    powers = np.stack([*rows, 0.5 * recording.accelerations[:last, robot]], axis=1)
+    path = PiecewisePolynomial(np.full(last, recording.dt), powers, float(recording.times[0]))
+    return Obstacle(recording.shapes[robot], path, f"robot {robot}")
+
+
+def _closest_discs(recording: Recording, robot: int, others: Indices) -> Array:
+    """The least clearance of a disc or ball to others, while both are there: (k,)."""
+    lasts = np.array([last_step(recording, int(k)) for k in others], dtype=np.int64)
+    lasts = np.minimum(lasts, last_step(recording, robot))
+    steps, dt = int(lasts.max(initial=0)), recording.dt
+    parts = [shape.parts[0] for shape in recording.shapes]
+    radii = np.array([parts[k].radius for k in others]) + parts[robot].radius
+    offsets = np.array([parts[k].corners[0] for k in others]) - parts[robot].corners[0]
+    apart = recording.positions[: steps + 1, others] - recording.positions[: steps + 1, [robot]] + offsets
+    there = np.arange(steps)[:, None] < lasts
+    ends = np.linalg.norm(apart, axis=-1) - radii
+    best = np.minimum(np.where(there, ends[:-1], np.inf).min(axis=0), np.where(there, ends[1:], np.inf).min(axis=0))
+    speeds = recording.velocities[:steps, others] - recording.velocities[:steps, [robot]]
+    pushes = recording.accelerations[:steps, others] - recording.accelerations[:steps, [robot]]
+    bends = np.linalg.norm(pushes, axis=-1) / 8.0
+    chords = segment_distance(apart[:-1].reshape(-1, apart.shape[2]), apart[1:].reshape(-1, apart.shape[2]))
+    step, who = np.nonzero(there & (chords.reshape(there.shape) - radii - bends * dt * dt < best - METRIC))
+    p, v, a, bend = apart[step, who], speeds[step, who], pushes[step, who], bends[step, who]
+    begin, width = np.zeros(len(step)), np.full(len(step), dt)
+    while len(who):
+        # The parabola's middle is a sample; halves whose chord may be nearer than the best go on.
+        middle = begin + 0.5 * width
+        places = [p + t[:, None] * (v + 0.5 * t[:, None] * a) for t in (begin, middle, begin + width)]
+        np.minimum.at(best, who, np.linalg.norm(places[1], axis=1) - radii[who])
+        halves = [segment_distance(places[j], places[j + 1]) - bend * (0.5 * width) ** 2 - radii[who] for j in (0, 1)]
+        keep = [half < best[who] - METRIC for half in halves]
+        p, v, a, bend, who = (np.concatenate([x[keep[0]], x[keep[1]]]) for x in (p, v, a, bend, who))
+        begin = np.concatenate([begin[keep[0]], middle[keep[1]]])
+        width = np.concatenate([0.5 * width[keep[0]], 0.5 * width[keep[1]]])
+    return np.asarray(best)
 
 
 def positions_at(recording: Recording, robot: int, times: Array) -> Array:
@@ -42,9 +115,10 @@ def positions_at(recording: Recording, robot: int, times: Array) -> Array:
     return np.asarray(recording.positions[k, robot] + e * (velocity + 0.5 * e * push))
 
 
-def _closest(recording: Recording, robot: int, obstacle: Obstacle) -> Closest:
+def _closest(recording: Recording, robot: int, obstacle: Obstacle, steps: int) -> Closest:
+    """The closest approach within the first `steps` of a run."""
     first, last = obstacle.trajectory.span
-    start, end = max(first, float(recording.times[0])), min(last, float(recording.times[-1]))
+    start, end = max(first, float(recording.times[0])), min(last, float(recording.times[steps]))
     if start > end:
         return Closest(np.inf, np.inf)
     inner = recording.times[(recording.times > start) & (recording.times < end)]

@@ -1,47 +1,19 @@
 """The loop over time for several robots that meet each other."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from time import perf_counter
+from dataclasses import replace
 
 import numpy as np
 
-from slalom.decision import Decision
-from slalom.detour import keep_right
+from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
-from slalom.navigator import Navigator
-from slalom.obstacle import Obstacle
-from slalom.response import AccelerateThenBrake
-from slalom.sim.plant import drive
-from slalom.sim.recording import Recording, Step
-from slalom.sim.scenario import Robot, Scenario
-from slalom.state import State
-from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial, Stationary, Trajectory
-
-
-@dataclass
-class Pilot:
-    """One robot while it drives: its state, what it is committed to, when it arrived, whether it has left."""
-
-    robot: Robot
-    navigator: Navigator
-    state: State
-    committed: Manoeuvre
-    decision: Decision | None = None
-    arrived: float = np.inf
-
-    @property
-    def gone(self) -> bool:
-        """A robot that passes its goal leaves the scene there."""
-        return bool(np.isfinite(self.arrived)) and not self.robot.goal.stop
-
-    def reach(self, horizon: float) -> float:
-        """How far [m] any point of the robot can get within `horizon` [s]."""
-        speed = max(self.robot.limits.max_speed, float(np.linalg.norm(self.state.velocity)))
-        return speed * horizon + self.robot.shape.reach
+from slalom.sim.contact import driven
+from slalom.sim.crew import Crew, Deciders, suits
+from slalom.sim.guidance import Guidance
+from slalom.sim.pilots import Pilots
+from slalom.sim.recording import Recording
+from slalom.sim.scenario import Scenario
 
 
 def simulate_fleet(
@@ -59,145 +31,112 @@ def simulate_fleet(
     Raises:
         InvalidInput: two robots of one name; with a shared method, manoeuvres that last longer than the horizon.
     """
-    dt, horizon = scenario.dt, scenario.horizon
     names = [robot.name for robot in scenario.robots]
     if len(set(names)) < len(names):
         raise InvalidInput(f"robots: expected a name for each, found {names}")
-    pilots = [_pilot(scenario, method, k) for k in range(len(scenario.robots))]
+    order = sorted(range(len(names)), key=lambda k: names[k])
+    # Robots are always handled in the order of their names, so that sums over them have the same bits.
+    sorted_scenario = replace(scenario, robots=tuple(scenario.robots[k] for k in order))
     if method.shared:
-        _refuse_short_horizon(pilots, horizon)
-    order = sorted(range(len(pilots)), key=lambda k: pilots[k].robot.name)
-    rows: list[list[Step]] = []
-    count = round(scenario.duration / dt)
-    for k in range(count):
-        now = scenario.start + k * dt
-        _note_arrivals(pilots, now)
-        if all(np.isfinite(pilot.arrived) for pilot in pilots):
-            break
-        due = k % scenario.steps_per_decision == 0
-        seen = None if method.shared else [_observed(pilot, now) for pilot in pilots]
-        decided: dict[int, tuple[Decision, float]] = {}
-        for index in order[k % len(order) :] + order[: k % len(order)]:
-            pilot = pilots[index]
-            if due and not pilot.gone:
-                others = _others(pilots, index, seen, method, now, horizon)
-                before = perf_counter()
-                goal = _way(pilots, index, now)
-                decision = pilot.navigator.decide(
-                    pilot.state, [*scenario.obstacles, *others], goal, now=now, previous=pilot.decision
-                )
-                decided[index] = decision, perf_counter() - before
-                if method.shared:
-                    pilot.committed, pilot.decision = decision.manoeuvre, decision
-        rows.append([_step(pilot, decided.get(index), now, dt) for index, pilot in enumerate(pilots)])
-        for pilot, step in zip(pilots, rows[-1]):
-            pilot.state = drive(pilot.state, step.acceleration, dt)
-        if progress:
-            progress((k + 1) / count)
-    _note_arrivals(pilots, scenario.start + dt * len(rows))
-    return Recording.of_many(
-        scenario, method.name, seed, rows, [pilot.state for pilot in pilots], [pilot.arrived for pilot in pilots]
-    )
+        _refuse_short_horizon(sorted_scenario, method)
+    run = _Run(sorted_scenario, method)
+    run.to_the_end(progress)
+    return run.recording(scenario, method, seed, [order.index(k) for k in range(len(order))])
 
 
-def _pilot(scenario: Scenario, method: Method, k: int) -> Pilot:
-    """Before its first decision a robot is committed to go on for one period and to brake evenly then."""
-    robot = scenario.robots[k]
-    period = scenario.dt * scenario.steps_per_decision
-    speed = float(np.linalg.norm(robot.state.velocity))
-    brake = max(period, np.ceil(speed / robot.limits.braking / period - 1e-9) * period)
-    still = Manoeuvre(AccelerateThenBrake(period, brake), robot.state, np.zeros(scenario.dimension), scenario.start)
-    return Pilot(robot, scenario.navigator(method, k), robot.state, still)
-
-
-def _refuse_short_horizon(pilots: list[Pilot], horizon: float) -> None:
+def _refuse_short_horizon(scenario: Scenario, method: Method) -> None:
     """Robots at rest can be avoided for all time, robots that still move after the horizon cannot."""
-    for pilot in pilots:
-        navigator = pilot.navigator
-        for response in navigator.method.responses(navigator.limits, navigator.period, navigator.holds):
+    for k, robot in enumerate(scenario.robots):
+        navigator = scenario.navigator(method, k)
+        for response in method.responses(navigator.limits, navigator.period, navigator.holds):
             end = response.knots(1e6, 1.0)[-2]
-            if end > horizon:
-                longest = f"{end:g} s, the longest manoeuvre of {pilot.robot.name!r}"
-                raise InvalidInput(f"horizon: expected at least {longest}, found {horizon:g} s")
+            if end > scenario.horizon:
+                longest = f"{end:g} s, the longest manoeuvre of {robot.name!r}"
+                raise InvalidInput(f"horizon: expected at least {longest}, found {scenario.horizon:g} s")
 
 
-def _note_arrivals(pilots: list[Pilot], now: float) -> None:
-    for pilot in pilots:
-        if not np.isfinite(pilot.arrived) and pilot.robot.goal.reached(pilot.state.position, pilot.state.velocity, now):
-            pilot.arrived = now
+class _Run:
+    """A run while it goes on: what has been driven so far, step by step."""
 
+    def __init__(self, scenario: Scenario, method: Method) -> None:
+        self.scenario = scenario
+        self.guidance = Guidance(scenario)
+        kind = Crew if suits(scenario) else Pilots
+        self.deciders: Deciders = kind(scenario, method, self.guidance)
+        self.states: list[tuple[Array, Array]] = []
+        self.pushes: list[Array] = []
+        self.controls: list[Array] = []
+        self.responses: list[tuple[str, ...]] = []
+        self.outcomes: list[tuple[str, ...]] = []
+        self.times: list[Array] = []
 
-def _observed(pilot: Pilot, now: float) -> Trajectory:
-    """What can be seen of a robot: where it is, how fast, and how it accelerates."""
-    state = pilot.state
-    return ConstantAcceleration(state.position, state.velocity, state.acceleration, now)
+    def to_the_end(self, progress: Callable[[float], None] | None) -> None:
+        s, guidance, n = self.scenario, self.guidance, len(self.scenario.robots)
+        count = round(s.duration / s.dt)
+        for k in range(count):
+            now = s.start + k * s.dt
+            guidance.note_arrivals(now)
+            if np.all(np.isfinite(guidance.arrived)):
+                break
+            outcomes: dict[int, str] = {}
+            spent: dict[int, float] = {}
+            if k % s.steps_per_decision == 0:
+                guidance.update(now, s.dt * s.steps_per_decision)
+                turns = [(k + j) % n for j in range(n)]
+                outcomes, spent = self.deciders.decide([j for j in turns if guidance.guide.present[j]], now)
+            push = self._pushed(now)
+            self._note(push, outcomes, spent)
+            guidance.drive(push, s.dt)
+            if progress:
+                progress((k + 1) / count)
+        guidance.note_arrivals(s.start + s.dt * len(self.pushes))
+        self.states.append((guidance.guide.position.copy(), guidance.guide.velocity.copy()))
 
+    def _pushed(self, now: float) -> Array:
+        """What all apply; who has left the scene comes to rest at once."""
+        push, guide = self.deciders.push(now, self.scenario.dt), self.guidance.guide
+        push[~guide.present] = -guide.velocity[~guide.present] / self.scenario.dt
+        return push
 
-def _others(
-    pilots: list[Pilot], index: int, seen: list[Trajectory] | None, method: Method, now: float, horizon: float
-) -> list[Obstacle]:
-    """All robots that robot `index` could meet within the horizon, as it sees them."""
-    me = pilots[index]
-    found = []
-    for k, pilot in enumerate(pilots):
-        if k == index or pilot.gone:
-            continue
-        away = float(np.linalg.norm(pilot.state.position - me.state.position))
-        if away <= me.reach(horizon) + pilot.reach(horizon) + me.navigator.margin:
-            path = pilot.committed if seen is None else method.of_robots(seen[k], now)
-            found.append(Obstacle(pilot.robot.shape, path, pilot.robot.name))
-    return found
+    def _note(self, push: Array, outcomes: dict[int, str], spent: dict[int, float]) -> None:
+        guide, n = self.guidance.guide, len(push)
+        self.states.append((guide.position.copy(), guide.velocity.copy()))
+        self.pushes.append(push)
+        chosen = [self.deciders.chosen(k) for k in range(n)]
+        self.controls.append(np.array([control for control, _ in chosen]))
+        self.responses.append(tuple(text for _, text in chosen))
+        self.outcomes.append(tuple(outcomes.get(k, "") for k in range(n)))
+        self.times.append(np.array([spent.get(k, 0.0) for k in range(n)]))
 
-
-def _way(pilots: list[Pilot], index: int, now: float) -> Goal:
-    """The goal, or a place beside the one where the robot would meet others."""
-    me = pilots[index]
-    others = [pilot for k, pilot in enumerate(pilots) if k != index and not pilot.gone]
-    if not others or me.robot.state.dimension != 2:
-        return me.robot.goal
-    place = keep_right(
-        me.state.position,
-        me.robot.goal.position(now),
-        me.robot.limits.max_speed,
-        me.robot.shape.reach,
-        np.array([pilot.state.position for pilot in others]),
-        np.array([pilot.state.velocity for pilot in others]),
-        np.array([pilot.robot.shape.reach for pilot in others]),
-    )
-    return me.robot.goal if place is None else Goal(Stationary(place), 0.5)
-
-
-def _step(pilot: Pilot, decided: tuple[Decision, float] | None, now: float, dt: float) -> Step:
-    """What a robot does in the step that begins `now`."""
-    outcome, spent = "", 0.0
-    if decided is not None:
-        pilot.decision, spent = decided
-        pilot.committed, outcome = pilot.decision.manoeuvre, pilot.decision.outcome.name
-    chosen = pilot.committed
-    push = chosen.mean_acceleration(now, dt)
-    if pilot.gone:
-        push = -pilot.state.velocity / dt if np.any(pilot.state.velocity) else np.zeros_like(push)
-    state = pilot.state
-    return Step(state.position, state.velocity, push, chosen.control, repr(chosen.response), outcome, spent)
+    def recording(self, scenario: Scenario, method: Method, seed: int, where: list[int]) -> Recording:
+        """The run of which robot k stands in column where[k] of what was noted."""
+        n, d, steps = len(where), scenario.dimension, len(self.pushes)
+        return Recording(
+            scenario=scenario.name,
+            method=method.name,
+            seed=seed,
+            dt=scenario.dt,
+            parameters=dict(scenario.parameters),
+            times=scenario.start + scenario.dt * np.arange(steps + 1, dtype=np.float64),
+            positions=np.array([position for position, _ in self.states])[:, where, :d],
+            velocities=np.array([velocity for _, velocity in self.states])[:, where, :d],
+            accelerations=np.array(self.pushes).reshape(-1, n, 3)[:, where, :d],
+            controls=np.array(self.controls).reshape(-1, n, d)[:, where],
+            responses=tuple(tuple(row[k] for k in where) for row in self.responses),
+            outcomes=tuple(tuple(row[k] for k in where) for row in self.outcomes),
+            decision_times=np.array(self.times).reshape(-1, n)[:, where],
+            shapes=tuple(robot.shape for robot in scenario.robots),
+            limits=tuple(robot.limits for robot in scenario.robots),
+            goals=tuple(robot.goal for robot in scenario.robots),
+            arrived=self.guidance.arrived[where],
+            obstacles=scenario.obstacles,
+        )
 
 
 def seen_by(recording: Recording, robot: int) -> Recording:
     """The run of one robot of several, in which the others are obstacles on the paths that they drove."""
-    others = []
-    steps = len(recording.accelerations)
-    for k, shape in enumerate(recording.shapes):
-        if k == robot or not steps:
-            continue
-        last = steps
-        if np.isfinite(recording.arrived[k]) and not recording.goals[k].stop:
-            last = max(1, round((recording.arrived[k] - recording.times[0]) / recording.dt))
-        powers = np.stack(
-            [recording.positions[:last, k], recording.velocities[:last, k], 0.5 * recording.accelerations[:last, k]],
-            axis=1,
-        )
-        path = PiecewisePolynomial(np.full(last, recording.dt), powers, float(recording.times[0]))
-        others.append(Obstacle(shape, path, f"robot {k}"))
-    one = slice(robot, robot + 1)
+    steps, one = len(recording.accelerations), slice(robot, robot + 1)
+    others = [driven(recording, k) for k in range(len(recording.shapes)) if k != robot and steps]
     return replace(
         recording,
         positions=recording.positions[:, one],

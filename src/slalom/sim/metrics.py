@@ -12,8 +12,8 @@ from typing import Any, Final
 import numpy as np
 
 from slalom.checks import Array
-from slalom.sim.contact import closest_approaches, positions_at
-from slalom.sim.fleet import seen_by
+from slalom.decision import Outcome
+from slalom.sim.contact import between_robots, closest_approaches, positions_at
 from slalom.sim.gaps import clearances
 from slalom.sim.recording import Recording
 from slalom.tolerances import ADJUSTMENT, COLLISION
@@ -71,9 +71,9 @@ def spl(recording: Recording) -> float:
     return success(recording) * straight / longer if straight > 0.0 else success(recording)
 
 
-def adjustments(recording: Recording) -> float:
+def adjustments(recording: Recording, robot: int = 0) -> float:
     """Steps at which the applied acceleration changes by more than ADJUSTMENT."""
-    change = np.diff(recording.accelerations[:, 0], axis=0, prepend=np.zeros((1, recording.dimension)))
+    change = np.diff(recording.accelerations[:, robot], axis=0, prepend=np.zeros((1, recording.dimension)))
     return float((np.linalg.norm(change, axis=1) > ADJUSTMENT).sum())
 
 
@@ -193,8 +193,8 @@ def min_time_to_collision(recording: Recording) -> float:
 
 
 def without_safe_choice(recording: Recording) -> float:
-    """Share of the decisions for which no new safe manoeuvre existed."""
-    made = [row[0] for row in recording.outcomes if row[0]]
+    """Share of the decisions, of those that have an outcome, for which no new safe manoeuvre existed."""
+    made = [row[0] for row in recording.outcomes if row[0] in Outcome.__members__]
     return sum(name not in ("CLEAR", "CONSTRAINED", "KEPT") for name in made) / len(made) if made else 0.0
 
 
@@ -233,12 +233,11 @@ def summary(recording: Recording) -> dict[str, Any]:
     """What the command line prints of a run (design section 6), JSON-ready: numbers that are infinite become None."""
     spent = recording.decision_times[recording.decision_times > 0.0] * 1e6
     quantiles = np.quantile(spent, [0.5, 0.99, 1.0]) if spent.size else np.zeros(3)
-    each = [seen_by(recording, k) for k in range(len(recording.shapes))]
-    closest = [[approach.clearance for approach in closest_approaches(one)] for one in each]
-    passive = len(recording.obstacles)
-    hits = [[c < -COLLISION for c in row] for row in closest]
+    robots = range(len(recording.shapes))
+    passive = np.array([[c.clearance for c in closest_approaches(recording, k)] for k in robots])
     # Two robots that collide are one collision, seen by both.
-    collided = sum(sum(row[:passive]) for row in hits) + sum(sum(row[passive:]) for row in hits) // 2
+    between = between_robots(recording)
+    collided = int((passive < -COLLISION).sum()) + int((between < -COLLISION).sum()) // 2
     return {
         "scenario": recording.scenario,
         "method": recording.method,
@@ -246,9 +245,9 @@ def summary(recording: Recording) -> dict[str, Any]:
         "robots": recording.positions.shape[1],
         "arrived": int(np.isfinite(recording.arrived).sum()),
         "collisions": collided,
-        "min_clearance": finite(min((c for row in closest for c in row), default=np.inf)),
+        "min_clearance": finite(min(passive.min(initial=np.inf), between.min(initial=np.inf))),
         "time": time(recording),
-        "adjustments": int(sum(adjustments(one) for one in each)),
+        "adjustments": int(sum(adjustments(recording, k) for k in robots)),
         "decision_us": dict(zip(("p50", "p99", "max"), (round(float(q), 1) for q in quantiles))),
         "statuses": dict(sorted(Counter(name for row in recording.outcomes for name in row if name).items())),
     }

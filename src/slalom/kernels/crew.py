@@ -1,0 +1,200 @@
+"""The decisions of many robots, discs or balls with goals at rest, one after the other: no Python in between.
+
+What `navigator.Navigator` does for one robot of any shape among any obstacles, for the usual fleet. A robot that this
+module has no answer for is told to ask the navigator.
+"""
+
+import numpy as np
+
+from slalom.kernels.bezier import new_stack
+from slalom.kernels.compiled import Array, Indices, inlined, kernel
+from slalom.kernels.exchange import SAFE, deepest_violation
+from slalom.kernels.fleet import attempt, commit, course, gather, place_at, relative
+from slalom.kernels.hulls import new_course
+from slalom.kernels.meeting import longer_way
+from slalom.kernels.tables import Answers, Fleet, Rows, Terms, World
+from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_go
+from slalom.tolerances import KEPT, TOUCHING
+
+CLEAR, CONSTRAINED, KEEP, CONTINUE, ASK = 0, 1, 2, 3, -1
+
+
+@kernel
+def wished(place: Array, velocity: Array, goal: Array, stop: bool, push: float, top: float, wanted: Array) -> None:
+    """The velocity that leads from `place` to `goal`, into `wanted`."""
+    away = goal[: len(wanted)] - place
+    if stop:
+        stopping_velocity(away, push, top, wanted)
+    else:
+        passing_velocity(away, velocity, push, top, wanted)
+
+
+@kernel
+def preferred(
+    i: int, r: int, goal: Array, stop: bool, angle: float, fleet: Fleet, answers: Answers, terms: Terms, u: Array
+) -> None:
+    """The control of response r whose velocity, once it has settled, is the wished one, turned by `angle`; into u."""
+    d, after = terms.dimension, answers.settled[r]
+    place, velocity, wanted = np.empty(d), np.empty(d), np.empty(d)
+    for axis in range(d):
+        velocity[axis] = fleet.velocity[i, axis]
+        # Where the robot will be then; a way that is turned off is turned off from where it is.
+        place[axis] = fleet.position[i, axis] + (after * velocity[axis] if angle == 0.0 else 0.0)
+    wished(place, velocity, goal, stop, fleet.most[i], fleet.top[i], wanted)
+    if angle != 0.0:
+        c, s = np.cos(angle), np.sin(angle)
+        wanted[0], wanted[1] = c * wanted[0] - s * wanted[1], s * wanted[0] + c * wanted[1]
+    u[:] = 0.0
+    for axis in range(d):
+        u[axis] = (wanted[axis] - answers.aim[r, 0] * velocity[axis]) / answers.aim[r, 1]
+
+
+@kernel
+def arrives(place: Array, speed: Array, goal: Array, stop: bool, tolerance: float) -> bool:
+    """Whether a robot in this state is at its goal."""
+    away, fast = 0.0, 0.0
+    for axis in range(len(place)):
+        away += (goal[axis] - place[axis]) ** 2
+        fast += speed[axis] ** 2
+    return bool(away <= tolerance * tolerance and (not stop or fast <= tolerance * tolerance))
+
+
+@kernel
+def cost_of(
+    i: int,
+    until: float,
+    goal: Array,
+    stop: bool,
+    tolerance: float,
+    begin: Array,
+    points: Array,
+    near: Indices,
+    fleet: Fleet,
+    world: World,
+    terms: Terms,
+) -> float:
+    """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
+    d = terms.dimension
+    place, speed, wanted, other = np.empty(d), np.empty(d), np.empty(d), np.empty(d)
+    for step in range(8):
+        place_at(begin, points, terms.now + until * step / 8.0, place, speed)
+        if arrives(place, speed, goal, stop, tolerance):
+            return until * step / 8.0
+    place_at(begin, points, terms.now + until, place, speed)
+    cost = until + time_to_go(goal[:d] - place, speed, fleet.most[i], fleet.top[i], tolerance, stop, wanted)
+    if d == 2 and len(terms.angles) > 0:
+        longer = 0.0
+        for k in near:
+            place_at(fleet.seen_begin[k], fleet.seen_points[k], terms.now + terms.horizon, other, speed)
+            longer += longer_way(place, goal, other[0], other[1], fleet.radius[i] + fleet.radius[k] + terms.margin)
+        for e in range(len(world.reach)):
+            reach = world.reach[e] + fleet.radius[i] + terms.margin
+            longer += longer_way(place, goal, world.ends[e, 0], world.ends[e, 1], reach)
+        cost += longer / fleet.top[i]
+    return float(cost)
+
+
+@inlined
+def is_clear(i: int, squeezed: bool, rows: Rows, fleet: Fleet, world: World, terms: Terms) -> bool:
+    """Whether robot i can go on as it is committed to; `squeezed`: without keeping the margin."""
+    d, n = terms.dimension, fleet.points.shape[1]
+    knots, count = np.empty(n + 1), 0
+    drift = np.empty((n, 4, d))
+    for p in range(n):
+        if fleet.begin[i, p + 1] <= terms.now or fleet.begin[i, p + 1] <= fleet.begin[i, p]:
+            continue
+        knots[count] = fleet.begin[i, p] - terms.now
+        for c in range(4):
+            for axis in range(d):
+                drift[count, c, axis] = fleet.points[i, p, c, axis]
+        count += 1
+        knots[count] = fleet.begin[i, p + 1] - terms.now
+    if count == 0 or knots[count] < terms.horizon:
+        return False
+    points, gains, radius, growth, reach, hulls, body = relative(
+        rows, world, knots[: count + 1], drift[:count], np.zeros((count, 4)), terms.horizon
+    )
+    motion, q = new_course(hulls)
+    gaps, element = np.empty(len(radius)), np.zeros(5)
+    stack, u = new_stack(), np.zeros(3)
+    for s in range(len(body)):
+        less = KEPT + (max(rows.extra[body[s]], 0.0) if squeezed else TOUCHING)
+        radius[s] -= less
+        reach[s] -= less
+    return bool(
+        deepest_violation(points, gains, radius, growth, reach, hulls, gaps, stack, motion, q, u, element) == -1
+    )
+
+
+@kernel
+def own_control(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms, u: Array) -> None:
+    """The control of response r that changes nothing now: the present acceleration or velocity; into u."""
+    u[:] = 0.0
+    for axis in range(terms.dimension):
+        u[axis] = fleet.velocity[i, axis] if answers.aim[r, 0] == 0.0 else fleet.push[i, axis]
+
+
+@inlined
+def decide(i: int, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
+    """The decision of robot i: its outcome. What it commits to goes into `fleet`."""
+    rows, overlaps, near = gather(i, fleet, world, terms)
+    if overlaps:
+        return ASK
+    goal, stop, tolerance = fleet.target[i], fleet.halt[i], fleet.near[i]
+    p = fleet.points.shape[1]
+    wanted, own = np.zeros(3), np.zeros(3)
+    begin, points = np.empty(p + 1), np.empty((p, 4, 3))
+    best, best_r, best_u, outcome, clear = np.inf, -1, np.zeros(3), CONSTRAINED, False
+    for turn in range(-1, len(terms.angles)):
+        if turn >= 0 and clear:
+            break
+        angle = 0.0 if turn < 0 else terms.angles[turn]
+        for r in range(answers.kinds[fleet.kind[i]], answers.kinds[fleet.kind[i] + 1]):
+            preferred(i, r, goal, stop, angle, fleet, answers, terms, wanted)
+            own_control(i, r, fleet, answers, terms, own)
+            code, u = attempt(i, r, wanted, rows, fleet, world, answers, terms, terms.horizon, own)
+            if code != SAFE:
+                continue
+            course(i, r, u, fleet, answers, terms, begin, points)
+            cost = cost_of(
+                i,
+                max(terms.period, answers.settled[r]),
+                goal,
+                stop,
+                tolerance,
+                begin,
+                points,
+                near,
+                fleet,
+                world,
+                terms,
+            )
+            exact = turn < 0 and u[0] == wanted[0] and u[1] == wanted[1] and u[2] == wanted[2]
+            clear = clear or exact
+            if cost < best:
+                best, best_r, outcome = cost, r, CLEAR if exact else CONSTRAINED
+                best_u[:] = u
+    regret = fleet.regret[i]
+    if best_r >= 0:
+        until = max(terms.period, answers.settled[best_r])
+        kept = cost_of(i, until, goal, stop, tolerance, fleet.begin[i], fleet.points[i], near, fleet, world, terms)
+        regret += max(0.0, kept - best)
+    if regret <= terms.patience and is_clear(i, best_r < 0, rows, fleet, world, terms):
+        fleet.regret[i] = regret
+        return KEEP if best_r >= 0 else CONTINUE
+    if best_r < 0:
+        return ASK
+    commit(i, best_r, best_u, fleet, answers, terms)
+    fleet.regret[i] = 0.0
+    return outcome
+
+
+@kernel
+def decide_all(order: Indices, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
+    """The decisions of the robots in `order`, one after the other; how many, up to one that must ask the navigator."""
+    for k in range(len(order)):
+        i = order[k]
+        fleet.outcome[i] = decide(i, fleet, world, answers, terms)
+        if fleet.outcome[i] == ASK:
+            return k
+    return len(order)

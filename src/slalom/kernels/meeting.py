@@ -1,0 +1,189 @@
+"""The rule of the road for robots that will meet: see `detour`."""
+
+import numpy as np
+
+from slalom.kernels.compiled import Array, Indices, kernel
+from slalom.kernels.guide import Guide
+from slalom.kernels.way import free_cells, next_corner
+
+CLOSE = 1.3
+"""[1] Robots meet if they would come nearer to each other than this many times the sum of their radii."""
+ROOM = 1.1
+"""[1] How long a ring is, as a share of 1.1 times the length of its robots side by side.
+
+Longer: a longer way around it. Shorter: robots get in each other's way on it (docs/design/0008).
+"""
+PATIENCE = 1.0
+"""[s] Who has waited for longer gives up going around."""
+
+
+@kernel
+def longer_way(place: Array, goal: Array, x: float, y: float, radius: float) -> float:
+    """By how much [m] the way from `place` to `goal` in the plane around a disc is longer than straight."""
+    ax, ay, bx, by = place[0] - x, place[1] - y, goal[0] - x, goal[1] - y
+    first, second = np.sqrt(ax * ax + ay * ay), np.sqrt(bx * bx + by * by)
+    cosine = (ax * bx + ay * by) / max(first * second, 1e-12)
+    first, second = max(first, radius), max(second, radius)
+    angle = np.arccos(min(1.0, max(-1.0, cosine))) - np.arccos(radius / first) - np.arccos(radius / second)
+    if angle <= 0.0:
+        return 0.0
+    tangents = np.sqrt(first * first - radius * radius) + np.sqrt(second * second - radius * radius)
+    straight = np.sqrt((goal[0] - place[0]) ** 2 + (goal[1] - place[1]) ** 2)
+    return float(max(tangents + radius * angle - straight, 0.0))
+
+
+@kernel
+def longer_ways(place: Array, goal: Array, centers: Array, radii: Array) -> Array:
+    """`longer_way` around each of the discs (n, 2), (n,): (n,)."""
+    longer = np.empty(len(radii))
+    for k in range(len(radii)):
+        longer[k] = longer_way(place, goal, centers[k, 0], centers[k, 1], radii[k])
+    return longer
+
+
+@kernel
+def meetings(i: int, guide: Guide, found: Array) -> int:
+    """When and where robot i, straight to its goal at top speed, meets others at their present velocities.
+
+    Rows (when, x, y, radius of the other) in the order of time into found; their number.
+    """
+    px, py = guide.position[i, 0], guide.position[i, 1]
+    dx, dy = guide.corner[i, 0] - px, guide.corner[i, 1] - py
+    distance, speed, reach = np.sqrt(dx * dx + dy * dy), guide.top[i], guide.radius[i]
+    if distance < reach:
+        return 0
+    dx, dy = dx / distance, dy / distance
+    count = 0
+    for k in range(len(guide.present)):
+        if k == i or not guide.present[k]:
+            continue
+        rx, ry = guide.position[k, 0] - px, guide.position[k, 1] - py
+        vx, vy = guide.velocity[k, 0], guide.velocity[k, 1]
+        mx, my = vx - speed * dx, vy - speed * dy
+        square = max(mx * mx + my * my, 1e-9)
+        when = -(rx * mx + ry * my) / square
+        # Who comes by at the goal itself is waited for, not gone around.
+        if when <= 0.0 or when >= 0.999 * distance / speed:
+            continue
+        nx, ny = rx + when * mx, ry + when * my
+        touch = reach + guide.radius[k]
+        if nx * nx + ny * ny >= (CLOSE * touch) ** 2:
+            continue
+        # Who goes the same way is followed or passed, not gone around.
+        if vx * dx + vy * dy > 0.7 * np.sqrt(vx * vx + vy * vy):
+            continue
+        found[count, 0] = when
+        found[count, 1] = px + when * speed * dx + 0.5 * nx
+        found[count, 2] = py + when * speed * dy + 0.5 * ny
+        found[count, 3] = guide.radius[k]
+        count += 1
+    order = np.argsort(found[:count, 0])
+    found[:count] = found[:count][order]
+    return count
+
+
+@kernel
+def ring_of(radius: float, found: Array, count: int, ring: Array) -> None:
+    """The ring around the first meeting and all that are near it, into `ring`."""
+    x, y, reaches, n = found[0, 1], found[0, 2], found[0, 3], 1
+    size = max(radius + found[0, 3], 2.2 * (radius + reaches) / (2.0 * np.pi))
+    for k in range(1, count):
+        if (found[k, 1] - x) ** 2 + (found[k, 2] - y) ** 2 > (ROOM * size + radius + found[k, 3]) ** 2:
+            continue
+        n += 1
+        x, y, reaches = x + (found[k, 1] - x) / n, y + (found[k, 2] - y) / n, reaches + found[k, 3]
+        size = max(size, 2.2 * (radius + reaches) / (2.0 * np.pi))
+    ring[0], ring[1], ring[2], ring[3] = x, y, ROOM * size, n
+
+
+@kernel
+def around(i: int, guide: Guide, ring: Array, place: Array) -> bool:
+    """Whether the ring lies between robot i and its goal; then a place on the tangent to its right, into `place`."""
+    px, py, gx, gy = guide.position[i, 0], guide.position[i, 1], guide.corner[i, 0], guide.corner[i, 1]
+    x, y, size = ring[0], ring[1], ring[2]
+    dx, dy = gx - px, gy - py
+    distance = max(np.sqrt(dx * dx + dy * dy), 1e-9)
+    tx, ty = x - px, y - py
+    along, across = (tx * dx + ty * dy) / distance, (dx * ty - dy * tx) / distance
+    far = np.sqrt(tx * tx + ty * ty)
+    if along <= 0.0 or abs(across) >= size or far < 1e-6:
+        return False
+    if (gx - x) ** 2 + (gy - y) ** 2 <= size * size:
+        return False
+    angle = -np.arcsin(size / far) if far > size else -np.pi + np.arcsin(far / size)
+    c, s = np.cos(angle), np.sin(angle)
+    scale = max(far, 2.0 * size) / far
+    place[0] = px + scale * (c * tx - s * ty)
+    place[1] = py + scale * (s * tx + c * ty)
+    return True
+
+
+@kernel
+def members(i: int, guide: Guide, ring: Array) -> int:
+    """Fit the ring to robot i and the robots that are on it or on their way into it: middle, radius, number."""
+    count, x, y, reaches = 0, 0.0, 0.0, guide.radius[i]
+    largest = 0.0
+    for k in range(len(guide.present)):
+        if k == i or not guide.present[k]:
+            continue
+        tx, ty = ring[0] - guide.position[k, 0], ring[1] - guide.position[k, 1]
+        away, vx, vy = np.sqrt(tx * tx + ty * ty), guide.velocity[k, 0], guide.velocity[k, 1]
+        speed = max(np.sqrt(vx * vx + vy * vy), 1e-9)
+        along, across = (tx * vx + ty * vy) / speed, abs(vx * ty - vy * tx) / speed
+        size = ring[2] + 2.0 * guide.radius[k]
+        if along > 0.0 and across < size:
+            count += 1
+            x += guide.position[k, 0] + along * vx / speed
+            y += guide.position[k, 1] + along * vy / speed
+        elif away < size and speed > 0.1 * guide.top[k]:
+            count += 1
+            x += guide.position[k, 0]
+            y += guide.position[k, 1]
+        else:
+            continue
+        reaches += guide.radius[k]
+        largest = max(largest, guide.radius[k])
+    if count >= ring[3]:
+        ring[0] += 0.2 * (x / count - ring[0])
+        ring[1] += 0.2 * (y / count - ring[1])
+        ring[2] = max(1.2 * (guide.radius[i] + largest), ROOM * 2.2 * reaches / (2.0 * np.pi) + 0.5 * guide.radius[i])
+        ring[3] = count
+    return count
+
+
+@kernel
+def head_for(guide: Guide) -> None:
+    """Where every robot heads for: the next place on its way, or one beside the meetings that it is in for."""
+    n = len(guide.radius)
+    found, fresh = np.empty((n, 4)), np.zeros(4)
+    for i in range(n):
+        last = guide.corner[i, 0] == guide.goal[i, 0] and guide.corner[i, 1] == guide.goal[i, 1]
+        guide.target[i], guide.near[i], guide.halt[i] = guide.corner[i], guide.tolerance[i], guide.stop[i] and last
+        ring = guide.ring[i]
+        if guide.waited[i] >= PATIENCE:
+            # Going around has led nowhere.
+            ring[:] = 0.0
+            continue
+        count = meetings(i, guide, found)
+        if count > 0:
+            ring_of(guide.radius[i], found, count, fresh)
+            if fresh[3] > ring[3]:
+                ring[:] = fresh
+        if ring[2] > 0.0:
+            if members(i, guide, ring) > 0 and around(i, guide, ring, guide.target[i]):
+                guide.near[i], guide.halt[i] = 0.5, False
+            else:
+                guide.target[i] = guide.corner[i]
+                ring[:] = 0.0
+
+
+@kernel
+def find_corners(guide: Guide, grid: Array, clearance: Array, margin: float, parked: Indices, due: Indices) -> None:
+    """The next place on the way of each robot in `due`."""
+    for i in due:
+        reach = guide.radius[i] + margin
+        cost = free_cells(grid, clearance, reach, guide.position, guide.radius, parked, i)
+        guide.corner[i] = guide.goal[i]
+        next_corner(
+            grid, cost, guide.position[i, 0], guide.position[i, 1], guide.goal[i, 0], guide.goal[i, 1], guide.corner[i]
+        )

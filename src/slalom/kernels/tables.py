@@ -1,0 +1,100 @@
+"""What the decisions of many robots are made from, as arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array
+
+Indices = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+FOR_EVER = 1e6
+"""[s] How long a robot at rest is seen to stay."""
+
+
+class Answers(NamedTuple):
+    """Responses as tables: position = p + place v + gain u, cubic between knots."""
+
+    kinds: Indices  # (c + 1,) robots of kind c have the responses kinds[c] to kinds[c + 1]
+    first: Indices  # (k + 1,) response r has the pieces first[r] to first[r + 1]
+    knots: Array  # (m + k,) [s] those of response r begin at first[r] + r
+    place: Array  # (m, 4) [s]
+    gain: Array  # (m, 4)
+    settled: Array  # (k,) [s]
+    aim: Array  # (k, 2) at that time: velocity = aim[0] v + aim[1] u
+    peaks: Array  # (p, 4): response, 0 for a velocity or 1 for an acceleration, share of v, gain
+
+
+class Fleet(NamedTuple):
+    """All robots, and what they are committed to and seen to do: cubic pieces over absolute times."""
+
+    position: Array  # (n, 3)
+    velocity: Array  # (n, 3)
+    push: Array  # (n, 3) the acceleration applied last
+    kind: Indices  # (n,) which responses they have
+    radius: Array  # (n,)
+    top: Array  # (n,) [m/s]
+    most: Array  # (n,) [m/s^2]
+    target: Array  # (n, 3) where they head for
+    near: Array  # (n,) [m] how near is enough
+    halt: Flags  # (n,) whether to stop there
+    present: Flags  # (n,)
+    begin: Array  # (n, p + 1) of their own courses; the last time is far away
+    points: Array  # (n, p, 4, 3)
+    seen_begin: Array  # (n, q + 1) as others see them
+    seen_points: Array  # (n, q, 4, 3)
+    regret: Array  # (n,) [s]
+    response: Indices  # (n,) -1: none of the tables
+    control: Array  # (n, 3)
+    outcome: Indices  # (n,)
+
+
+class World(NamedTuple):
+    """Passive obstacles grown by a robot of radius `grown`: see `traffic.Bodies`."""
+
+    times: Array
+    points: Array
+    radius: Array
+    growth: Array
+    turns: Array
+    body: Indices
+    around: Array
+    spread: Array
+    hull: Indices
+    corners: Array
+    first: Indices
+    mixed: Flags
+    heads: Indices
+    ends: Array  # (e, d) where obstacles of one part are in the end
+    reach: Array  # (e,)
+    grown: float
+
+
+class Terms(NamedTuple):
+    """How all decide."""
+
+    dimension: int
+    now: float
+    period: float
+    horizon: float
+    margin: float
+    patience: float
+    share: float  # of the avoidance between two robots that a robot does itself
+    shared: bool
+    angles: Array  # [rad] detours
+
+
+class Rows(NamedTuple):
+    """What one robot meets: pieces of bodies, times elapsed."""
+
+    times: Array
+    points: Array
+    radius: Array
+    growth: Array
+    turns: Array
+    body: Indices
+    hull: Indices  # (b,)
+    spread: Array  # (b,)
+    partner: Flags  # (b,) whether it avoids the robot too
+    extra: Array  # (b,) [m] how much of the radius is margin

@@ -1,0 +1,133 @@
+"""Ways in the plane around what rests: walls, and robots that have arrived."""
+
+import heapq
+
+import numpy as np
+
+from slalom.kernels.compiled import Array, Indices, kernel
+
+NARROW, THROUGH, WALL = 3.0, 8.0, 1e4
+"""How many times longer a cell counts that may or may not be free for its width, where a robot stands, which may be
+asked aside, or at a wall."""
+
+
+@kernel
+def free_cells(
+    grid: Array, clearance: Array, reach: float, places: Array, radii: Array, parked: Indices, i: int
+) -> Array:
+    """What one metre costs in each cell for a robot i of radius `reach` (margin included): 1 where it is free.
+
+    grid: x, y of cell (0, 0), and the width of a cell. clearance (nx, ny) to walls.
+    """
+    nx, ny = clearance.shape
+    cost = np.where(clearance < reach, np.where(clearance < reach - 0.7 * grid[2], WALL, NARROW), 1.0)
+    for k in parked:
+        if k == i:
+            continue
+        x, y, r = (places[k, 0] - grid[0]) / grid[2], (places[k, 1] - grid[1]) / grid[2], (radii[k] + reach) / grid[2]
+        for a in range(max(0, int(np.ceil(x - r))), min(nx - 1, int(np.floor(x + r))) + 1):
+            for b in range(max(0, int(np.ceil(y - r))), min(ny - 1, int(np.floor(y + r))) + 1):
+                if (a - x) ** 2 + (b - y) ** 2 < r * r:
+                    cost[a, b] = max(cost[a, b], THROUGH)
+    return cost
+
+
+@kernel
+def cell_of(grid: Array, shape: tuple[int, int], x: float, y: float) -> tuple[int, int]:
+    """The cell that holds a place, or the nearest one."""
+    a = min(max(int(np.round((x - grid[0]) / grid[2])), 0), shape[0] - 1)
+    b = min(max(int(np.round((y - grid[1]) / grid[2])), 0), shape[1] - 1)
+    return a, b
+
+
+@kernel
+def way_lengths(cost: Array, a: int, b: int, c: int, d: int) -> Array:
+    """Lengths of the ways from each cell to (a, b), in cells, as far as needed for those from (c, d)."""
+    nx, ny = cost.shape
+    length = np.full((nx, ny), np.inf)
+    length[a, b] = 0.0
+    heap = [(0.0, a * ny + b)]
+    while len(heap) > 0:
+        here, code = heapq.heappop(heap)
+        x, y = code // ny, code % ny
+        if here > length[x, y]:
+            continue
+        if x == c and y == d:
+            break
+        for ex in range(-2, 3):
+            for ey in range(-2, 3):
+                # Moves of a knight too: ways in 16 directions.
+                if (ex == 0 and ey == 0) or (abs(ex) == 2 and abs(ey) != 1) or (abs(ey) == 2 and abs(ex) != 1):
+                    continue
+                u, v = x + ex, y + ey
+                if u < 0 or v < 0 or u >= nx or v >= ny:
+                    continue
+                each = 0.5 * (cost[x, y] + cost[u, v])
+                if abs(ex) + abs(ey) == 3:
+                    # What such a move passes over counts too, or thin walls would be jumped.
+                    a1, b1 = x + ex // 2 if abs(ex) == 2 else x, y + ey // 2 if abs(ey) == 2 else y
+                    each = max(each, max(cost[a1, b1], cost[u - (a1 - x), v - (b1 - y)]))
+                step = np.sqrt(ex * ex + ey * ey) * each
+                if here + step < length[u, v]:
+                    length[u, v] = here + step
+                    heapq.heappush(heap, (here + step, u * ny + v))
+    return length
+
+
+@kernel
+def sees(cost: Array, x0: float, y0: float, x1: float, y1: float) -> bool:
+    """Whether all cells on the line between two places, in cells, are free but for the first ones.
+
+    Where it begins in a narrow one, others will do.
+    """
+    length = np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2)
+    here = cost[min(max(int(np.round(x0)), 0), cost.shape[0] - 1), min(max(int(np.round(y0)), 0), cost.shape[1] - 1)]
+    most = min(here, NARROW)
+    steps = int(np.ceil(2.0 * length)) + 1
+    for k in range(steps + 1):
+        x, y = x0 + (x1 - x0) * k / steps, y0 + (y1 - y0) * k / steps
+        a = min(max(int(np.round(x)), 0), cost.shape[0] - 1)
+        b = min(max(int(np.round(y)), 0), cost.shape[1] - 1)
+        # A robot that touches something stands in a cell that rounding may call taken.
+        if cost[a, b] > most and length * k / steps > 1.5:
+            return False
+    return True
+
+
+@kernel
+def next_corner(grid: Array, cost: Array, px: float, py: float, gx: float, gy: float, corner: Array) -> bool:
+    """Whether the straight way to a goal is not free; then the farthest place on the shortest way that is seen."""
+    shape = cost.shape
+    x0, y0, x1, y1 = (
+        (px - grid[0]) / grid[2],
+        (py - grid[1]) / grid[2],
+        (gx - grid[0]) / grid[2],
+        (gy - grid[1]) / grid[2],
+    )
+    if sees(cost, x0, y0, x1, y1):
+        return False
+    a, b = cell_of(grid, shape, gx, gy)
+    c, d = cell_of(grid, shape, px, py)
+    length = way_lengths(cost, a, b, c, d)
+    ny = shape[1]
+    path = [(c, d)]
+    while (c != a or d != b) and len(path) < 4096:
+        best, e, f = length[c, d], c, d
+        for ex in range(-2, 3):
+            for ey in range(-2, 3):
+                if (abs(ex) == 2 and abs(ey) != 1) or (abs(ey) == 2 and abs(ex) != 1):
+                    continue
+                u, v = c + ex, d + ey
+                if u >= 0 and v >= 0 and u < shape[0] and v < ny and length[u, v] < best:
+                    best, e, f = length[u, v], u, v
+        if e == c and f == d:
+            break
+        c, d = e, f
+        path.append((c, d))
+    chosen = min(len(path) - 1, 2)
+    for k in range(len(path) - 1, chosen, -1):
+        if sees(cost, x0, y0, float(path[k][0]), float(path[k][1])):
+            chosen = k
+            break
+    corner[0], corner[1] = grid[0] + grid[2] * path[chosen][0], grid[1] + grid[2] * path[chosen][1]
+    return True

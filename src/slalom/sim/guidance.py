@@ -1,0 +1,128 @@
+"""Where robots that share the plane head for: around what rests, around each other, aside for those that wait."""
+
+import numpy as np
+import shapely
+
+from slalom import kernels
+from slalom.checks import Array
+from slalom.grown import outline_parts
+from slalom.kernels.guide import Guide
+from slalom.sim.scenario import Scenario
+from slalom.trajectory import Stationary
+
+WAYS = 5
+"""[decisions] after which the way around what rests is looked for again; each robot at another one."""
+CELL, CELLS = 0.7, 400
+"""[1] A cell of the grid is this share of the smallest radius wide, or the side over the largest number of cells."""
+PARKED = 0.05
+"""[m/s] A robot at its goal that is slower than this rests."""
+
+
+class Guidance:
+    """The state of the robots of a scenario, and where they head for; `guide` holds it as arrays.
+
+    Wishes only: whatever a robot heads for, its decision keeps clear of everything. In space robots head for their
+    goals.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        robots, n = scenario.robots, len(scenario.robots)
+        self.robots, self.dimension, self.margin = robots, scenario.dimension, scenario.margin
+        self.arrived = np.full(n, np.inf)
+        self.push = np.zeros((n, 3))
+        goals = self._three(np.array([robot.goal.position(scenario.start) for robot in robots]))
+        self.guide = Guide(
+            position=self._three(np.array([robot.state.position for robot in robots])),
+            velocity=self._three(np.array([robot.state.velocity for robot in robots])),
+            radius=np.array([robot.shape.reach for robot in robots]),
+            top=np.array([robot.limits.max_speed for robot in robots]),
+            goal=goals,
+            tolerance=np.array([robot.goal.tolerance for robot in robots]),
+            stop=np.array([robot.goal.stop for robot in robots]),
+            present=np.ones(n, np.bool_),
+            corner=goals.copy(),
+            target=goals.copy(),
+            near=np.array([robot.goal.tolerance for robot in robots]),
+            halt=np.array([robot.goal.stop for robot in robots]),
+            waited=np.zeros(n),
+            aside=np.zeros((n, 4)),
+            arrived=np.zeros(n, np.bool_),
+            visited=np.zeros(n, np.bool_),
+            ring=np.zeros((n, 4)),
+        )
+        self._steps = 0
+        if self.dimension == 2:
+            self.grid, self.clearance = _grid(scenario, self.guide)
+
+    def _three(self, rows: Array) -> Array:
+        """Vectors (n, d) with zeros for the third coordinate: (n, 3)."""
+        wide = np.zeros((len(rows), 3))
+        wide[:, : rows.shape[1]] = rows
+        return wide
+
+    def note_arrivals(self, now: float) -> None:
+        """Robots that reach their goals; those that pass them leave. Who has been asked away has not arrived."""
+        guide, d = self.guide, self.dimension
+        for k, robot in enumerate(self.robots):
+            if not guide.present[k]:
+                continue
+            place, speed = guide.position[k, :d], guide.velocity[k, :d]
+            if robot.goal.reached(place, speed, now):
+                if not np.isfinite(self.arrived[k]):
+                    self.arrived[k] = now
+                    guide.present[k] = robot.goal.stop
+            elif np.linalg.norm(robot.goal.position(now) - place) > 2.0 * robot.goal.tolerance:
+                self.arrived[k] = np.inf
+
+    def update(self, now: float, period: float) -> None:
+        """Where each robot heads for, from what all of them do now."""
+        guide = self.guide
+        for k, robot in enumerate(self.robots):
+            if not isinstance(robot.goal.trajectory, Stationary):
+                guide.goal[k, : self.dimension] = robot.goal.position(now)
+        guide.arrived[:] = np.isfinite(self.arrived)
+        guide.visited[:] |= guide.arrived
+        guide.near[:], guide.halt[:] = guide.tolerance, guide.stop
+        if self.dimension == 3:
+            guide.target[:] = guide.goal
+            return
+        rests = np.isfinite(self.arrived) & (np.linalg.norm(guide.velocity, axis=1) < PARKED)
+        parked = np.flatnonzero(guide.present & rests)
+        moves = (guide.corner == guide.goal).all(axis=1)
+        turn = (np.arange(len(self.robots)) + self._steps) % WAYS == 0
+        due = np.flatnonzero(guide.present & ~np.isfinite(self.arrived) & turn)
+        guide.corner[moves] = guide.goal[moves]
+        kernels.find_corners(guide, self.grid, self.clearance, self.margin, parked, due)
+        kernels.head_for(guide)
+        kernels.give_way(guide, self.grid, self.clearance, self.margin, now, period)
+        self._steps += 1
+
+    def drive(self, push: Array, dt: float) -> None:
+        """The exact states after `dt` [s] under the accelerations `push` (n, 3)."""
+        position, velocity = self.guide.position, self.guide.velocity
+        position += dt * (velocity + 0.5 * dt * push)
+        velocity += dt * push
+        self.push = push
+
+
+def _grid(scenario: Scenario, guide: Guide) -> tuple[Array, Array]:
+    """x, y of the first cell, the width of cells; and the distance of each cell to the nearest obstacle that rests."""
+    at_rest = [o for o in scenario.obstacles if isinstance(o.trajectory, Stationary)]
+    parts = [part for obstacle in at_rest for part in outline_parts(obstacle, scenario.start)]
+    outlines = [(_outline(part.corners), part.radius) for part in parts]
+    places = [guide.position[:, :2], guide.goal[:, :2], *(shapely.get_coordinates(line) for line, _ in outlines)]
+    room = 4.0 * float(guide.radius.max())
+    low, high = np.concatenate(places).min(axis=0) - room, np.concatenate(places).max(axis=0) + room
+    width = max(CELL * float(guide.radius.min()), float((high - low).max()) / CELLS)
+    counts = np.ceil((high - low) / width).astype(int) + 1
+    clearance = np.full(tuple(counts), np.inf)
+    cells = shapely.points(np.moveaxis(np.indices(clearance.shape), 0, -1) * width + low)
+    for line, radius in outlines:
+        clearance = np.minimum(clearance, shapely.distance(cells, line) - radius)
+    return np.array([low[0], low[1], width]), clearance
+
+
+def _outline(corners: Array) -> shapely.Geometry:
+    if len(corners) < 3:
+        return shapely.Point(corners[0]) if len(corners) == 1 else shapely.LineString(corners)
+    return shapely.Polygon(corners)

@@ -1,0 +1,135 @@
+"""Where robots that share the plane head for: ways around what rests, rings around meetings, giving way."""
+
+import numpy as np
+import pytest
+
+from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
+from slalom.kernels.meeting import around, head_for, ring_of
+from slalom.kernels.way import THROUGH, WALL, free_cells, next_corner, sees, way_lengths
+from slalom.sim import Robot, Scenario, simulate
+from slalom.sim.gallery import build
+from slalom.sim.guidance import Guidance
+
+MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]
+
+
+def fleet(places, goals, *, walls=None) -> Scenario:
+    """Robots at rest with goals at which they stop."""
+    robots = tuple(
+        Robot(Disc(0.4), Limits(1.5, 2.0), State(p, (0.0, 0.0)), Goal(Stationary(g), 0.3, stop=True), f"robot {k:02d}")
+        for k, (p, g) in enumerate(zip(places, goals))
+    )
+    obstacles = () if walls is None else (Obstacle(Polyline(walls, 0.05), Stationary((0.0, 0.0)), "walls"),)
+    return Scenario("fleet", robots, obstacles, duration=40.0, holds=(0.5, 1.0, 2.0))
+
+
+class TestWays:
+    @pytest.mark.parametrize("seed", range(5))
+    def test_lengths_are_those_of_all_pairs(self, seed):
+        """Against Bellman and Ford on the same 16 moves."""
+        rng = np.random.default_rng(seed)
+        cost = np.where(rng.random((9, 8)) < 0.3, THROUGH, 1.0)
+        goal = (int(rng.integers(9)), int(rng.integers(8)))
+        cells = [(x, y) for x in range(9) for y in range(8)]
+        slow = dict.fromkeys(cells, np.inf) | {goal: 0.0}
+        for _ in range(40):
+            for x, y in cells:
+                for a, b in MOVES:
+                    u, v = x + a, y + b
+                    if (u, v) in slow:
+                        each = 0.5 * (cost[x, y] + cost[u, v])
+                        if abs(a) + abs(b) == 3:
+                            # The two cells between: half the long side, with and without the short one.
+                            middle = (x + a // 2, y) if abs(a) == 2 else (x, y + b // 2)
+                            other = (x + a // 2, y + b) if abs(a) == 2 else (x + a, y + b // 2)
+                            each = max(each, cost[middle], cost[other])
+                        slow[x, y] = min(slow[x, y], slow[u, v] + np.hypot(a, b) * each)
+        found = way_lengths(cost, *goal, -1, -1)
+        assert all(found[cell] == pytest.approx(slow[cell]) for cell in cells)
+
+    def test_robots_that_have_arrived_and_walls_are_gone_around(self):
+        clearance = np.full((41, 41), np.inf)
+        clearance[20, 10:] = 0.0
+        grid, places = np.array([0.0, 0.0, 0.1]), np.array([(1.0, 1.0, 0.0), (2.7, 3.0, 0.0)])
+        cost = free_cells(grid, clearance, 0.2, places, np.array([0.2, 0.3]), np.array([1]), 0)
+        assert cost[20, 30] == WALL
+        assert cost[27, 30] == cost[31, 30] == THROUGH
+        assert cost[27, 36] == cost[10, 10] == 1.0
+        corner = np.zeros(3)
+        assert not next_corner(grid, cost, 1.0, 1.0, 1.5, 3.0, corner)
+        assert next_corner(grid, cost, 1.0, 3.0, 3.5, 3.0, corner)
+        assert sees(cost, 10.0, 30.0, corner[0] / 0.1, corner[1] / 0.1)
+        assert corner[1] < 1.25
+
+    def test_a_robot_finds_its_way_out_of_a_trap(self):
+        """A U of walls between it and its goal."""
+        walls = np.array([(-1.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-1.0, 3.0)])
+        run = simulate(fleet([(0.0, 0.0), (9.0, 9.0)], [(7.0, 0.0), (9.0, 5.0)], walls=walls), METHODS["nao_shared"])
+        assert np.all(np.isfinite(run.arrived))
+
+
+class TestRings:
+    def test_all_of_a_circle_go_around_its_middle_on_the_same_side(self):
+        scenario = build("circle", {"robots": 12, "noise": 0.0})
+        guidance = Guidance(scenario)
+        guide = guidance.guide
+        guide.velocity[:] = -2.0 * guide.position / 20.0
+        head_for(guide)
+        ahead = -guide.position
+        towards = guide.target - guide.position
+        turn = ahead[:, 0] * towards[:, 1] - ahead[:, 1] * towards[:, 0]
+        assert np.all(turn < 0.0)
+        assert np.ptp(np.linalg.norm(towards, axis=1)) < 1e-9
+        assert np.linalg.norm(guide.ring[:, :2], axis=1).max() < 2.0
+        # Twelve robots side by side on it, and some room.
+        assert np.all(2.0 * np.pi * guide.ring[:, 2] > 12 * 3.0)
+        assert not guide.halt.any()
+
+    def test_nobody_met_nobody_gone_around(self):
+        guidance = Guidance(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)]))
+        guidance.guide.velocity[:, 0] = 1.5
+        head_for(guidance.guide)
+        assert np.array_equal(guidance.guide.target, guidance.guide.goal)
+
+    def test_a_ring_beside_the_way_is_left(self):
+        guide = Guidance(fleet([(0.0, 0.0)], [(9.0, 0.0)])).guide
+        place = np.zeros(3)
+        assert around(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), place)
+        assert place[1] < 0.0
+        # The line to it touches the ring: its middle is one radius away.
+        assert abs(5.0 * place[1]) == pytest.approx(np.linalg.norm(place))
+        for ring in ([5.0, 2.0, 1.0, 2.0], [-3.0, 0.0, 1.0, 2.0], [8.8, 0.0, 1.0, 2.0]):
+            assert not around(0, guide, np.array(ring), place)
+
+    def test_meetings_elsewhere_are_not_of_the_ring(self):
+        found, ring = np.array([(1.0, 0.0, 0.0, 0.5), (2.0, 0.5, 0.0, 0.5), (3.0, 30.0, 0.0, 0.5)]), np.zeros(4)
+        ring_of(0.5, found, 3, ring)
+        assert ring[3] == 2
+        assert ring[0] == pytest.approx(0.25)
+
+
+class TestGivingWay:
+    def test_a_robot_at_its_goal_in_a_passage_lets_another_through(self):
+        """A passage one robot wide, in which the first has arrived."""
+        walls = np.array([(-1, 0.6), (4, 0.6), (4, 3), (9, 3), (9, -3), (4, -3), (4, -0.6), (-1, -0.6)], float)
+        places, goals = [(3.0, 0.0), (0.0, 0.0)], [(3.0, 0.0), (7.0, 1.0)]
+        run = simulate(fleet(places, goals, walls=walls), METHODS["nao_shared"])
+        assert np.isfinite(run.arrived[1])
+
+    def test_who_waits_longest_is_let_through_first(self):
+        guidance = Guidance(fleet([(0.0, 0.0), (0.9, 0.0), (1.8, 0.0)], [(9.0, 0.0), (-9.0, 0.0), (1.8, 0.0)]))
+        guide = guidance.guide
+        guide.waited[:] = (5.0, 3.0, 0.0)
+        guidance.update(0.0, 0.1)
+        assert guide.aside[1, 2] > 0.0
+        assert np.array_equal(guide.target[1, :2], guide.aside[1, :2])
+        assert abs(guide.target[1, 1]) > 0.5
+        assert np.array_equal(guide.target[0], guide.corner[0])
+
+
+@pytest.mark.parametrize("name", ["corridor_swap", "crossing_streams", "doorway"])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 5))])
+def test_all_arrive(name, seed):
+    """Twenty robots, shared manoeuvres."""
+    run = simulate(build(name, {}, seed=seed), METHODS["nao_shared"])
+    assert np.all(np.isfinite(run.arrived))
