@@ -156,7 +156,8 @@ def test_the_kernel_decides_as_the_navigator():
         for name in ("nao_shared", "ao", "vo"):
             scenario = standing_goals(seed)
             guidance, other = Guidance(scenario), Guidance(scenario)
-            crew, pilots = Crew(scenario, METHODS[name], guidance), Pilots(scenario, METHODS[name], other)
+            method = METHODS[name].among_robots()
+            crew, pilots = Crew(scenario, method, guidance), Pilots(scenario, method, other)
             outcomes, _ = crew.decide(range(5), 0.0)
             expected, _ = pilots.decide(range(5), 0.0)
             for k in range(5):

@@ -10,7 +10,7 @@ from galleries import NAMES, nudged
 from slalom import METHODS, InvalidFile, InvalidInput
 from slalom.sim import compare, load, metrics, simulate
 from slalom.sim.gallery import GALLERY, build
-from slalom.sim.study import run_one
+from slalom.sim.study import mean_interval, run_one, wilson
 
 SHORT = {"duration": 3.0}
 
@@ -124,3 +124,12 @@ def test_load_gives_the_gallery(name: str) -> None:
     assert scenario.duration == 7.0
     assert dict(scenario.parameters) == changed
     assert dict(load(name).parameters) == dict(entry.parameters)
+
+
+def test_intervals_are_those_of_the_literature():
+    """Wilson's interval of 0 of 20 and 81 of 263 (Newcombe, Statistics in Medicine 17, 1998, table I)."""
+    assert wilson(0, 20) == pytest.approx([0.0, 0.1611], abs=1e-4)
+    assert wilson(81, 263) == pytest.approx([0.2553, 0.3662], abs=1e-4)
+    assert mean_interval([]) is None
+    low, high = mean_interval([1.0, 2.0, 3.0, 4.0])
+    assert 1.0 < low < 2.5 < high < 4.0

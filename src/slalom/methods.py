@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from slalom.checks import known, positive
@@ -33,6 +33,7 @@ class Method:
         forecast: from an obstacle's trajectory to the assumed one.
         sentence: what it is. source: where it comes from.
         of_robots: the same for other robots, of which only the state now can be seen.
+        among: the responses of robots that meet each other, where they are others.
         share: how much of the avoidance between robots each does itself, above 0 and at most 1: as the others do their
             part, the change of the control u from the present one is tested 1 / share as large (with 1/2 and velocities
             the reciprocal velocity obstacle of van den Berg, Lin and Manocha, ICRA 2008).
@@ -45,8 +46,13 @@ class Method:
     sentence: str
     source: str
     of_robots: Forecast = field(default_factory=AtConstantVelocity)
+    among: Responses | None = None
     share: float = 1.0
     shared: bool = False
+
+    def among_robots(self) -> "Method":
+        """The method of robots that meet each other."""
+        return self if self.among is None else replace(self, responses=self.among)
 
 
 def _velocity(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
@@ -63,6 +69,12 @@ def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tu
     coasting = [AccelerateThenCoast(hold) for hold in rounded]
     stopping = [AccelerateThenStop(hold, rate, period) for hold in rounded]
     return (*coasting, *stopping)
+
+
+def _braking(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+    """As `_acceleration`, but the stops have an end, and few pieces: there are many robots to be tested against."""
+    coasting = [r for r in _acceleration(limits, period, holds) if isinstance(r, AccelerateThenCoast)]
+    return (*coasting, *_ending_at_rest(limits, period, holds)[:-1])
 
 
 def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
@@ -111,6 +123,7 @@ METHODS: Final[dict[str, Method]] = {
             "Acceleration obstacle: a new acceleration; obstacles keep theirs.",
             "Stern and Shiller, arXiv:2504.13637 and arXiv:2506.06255, 2025",
             of_robots=AtConstantAcceleration(),
+            among=_braking,
         ),
         Method(
             "nao",
@@ -119,6 +132,7 @@ METHODS: Final[dict[str, Method]] = {
             "Nonlinear acceleration obstacle: a new acceleration; obstacles follow known trajectories.",
             "Stern and Shiller, arXiv:2506.06255, 2025",
             of_robots=AcceleratingBriefly(),
+            among=_braking,
             share=0.5,
         ),
         Method(

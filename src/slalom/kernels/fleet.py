@@ -6,7 +6,7 @@ from slalom.kernels.compiled import Array, Hulls, Indices, inlined, kernel
 from slalom.kernels.exchange import nearest_free
 from slalom.kernels.hulls import distances
 from slalom.kernels.segments import relative_segments
-from slalom.kernels.tables import FOR_EVER, Answers, Fleet, Rows, Terms, World
+from slalom.kernels.tables import CLOSE, FOR_EVER, Answers, Fleet, Rows, Terms, World
 from slalom.tolerances import CANDIDATES, CONTACT, ELEMENTS, TOUCHING
 
 
@@ -84,7 +84,8 @@ def gather(i: int, fleet: Fleet, world: World, terms: Terms) -> tuple[Rows, bool
         extra = min(max(gap - TOUCHING, 0.0), terms.margin)
         if gap < TOUCHING:
             extra = min(gap, 0.0) - TOUCHING
-        partner[bodies + j], extras[bodies + j] = True, extra
+        # Nobody relies on the other where both are close: there it is too late for mistakes.
+        partner[bodies + j], extras[bodies + j] = gap > CLOSE * touch, extra
         for p in range(q):
             first, last = fleet.seen_begin[k, p], fleet.seen_begin[k, p + 1]
             if last <= now or last <= first or first >= now + terms.horizon:

@@ -9,6 +9,8 @@ from slalom.checks import Array
 
 Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
+CLOSE = 0.3
+"""[1] Robots nearer to each other than this share of the sum of their radii avoid each other in full, not in part."""
 FOR_EVER = 1e6
 """[s] How long a robot at rest is seen to stay."""
 

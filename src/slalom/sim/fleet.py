@@ -37,6 +37,7 @@ def simulate_fleet(
     order = sorted(range(len(names)), key=lambda k: names[k])
     # Robots are always handled in the order of their names, so that sums over them have the same bits.
     sorted_scenario = replace(scenario, robots=tuple(scenario.robots[k] for k in order))
+    method = method.among_robots()
     if method.shared:
         _refuse_short_horizon(sorted_scenario, method)
     run = _Run(sorted_scenario, method)

@@ -51,7 +51,8 @@ def compare(
     Returns:
         {"scenario", "seeds", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived", "adjustments",
         "time", "min_clearance", "outcomes"}}}: counts; means over the runs for adjustments and, over arrived ones,
-        time [s]; the least clearance [m] of all.
+        time [s]; the least clearance [m] of all; and for the counts and the time "..._interval", between which the
+        share of runs and the mean lie with 95 % confidence.
     """
     for method in methods:
         contender(method)
@@ -71,6 +72,23 @@ def compare(
     return {"scenario": name, "seeds": seeds, "settings": dict(settings or {}), "methods": table}
 
 
+def wilson(count: int, runs: int) -> list[float]:
+    """The 95 % confidence interval of a share of which `count` of `runs` were seen (Wilson, JASA 22, 1927)."""
+    z, share = 1.96, count / runs
+    middle, scale = share + z * z / (2 * runs), 1.0 + z * z / runs
+    half = z * float(np.sqrt(share * (1.0 - share) / runs + z * z / (4 * runs * runs)))
+    return [max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)]
+
+
+def mean_interval(values: Sequence[float]) -> list[float] | None:
+    """The 95 % confidence interval of a mean, by 2000 resamples (Efron, Annals of Statistics 7, 1979); None of none."""
+    if not values:
+        return None
+    drawn = np.random.default_rng(0).choice(np.array(values), (2000, len(values))).mean(axis=1)
+    low, high = np.quantile(drawn, [0.025, 0.975])
+    return [float(low), float(high)]
+
+
 def _aggregate(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
     clearances = [row["min_clearance"] for row in rows if row["min_clearance"] is not None]
@@ -81,9 +99,12 @@ def _aggregate(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {
         "runs": len(rows),
         "runs_with_collision": sum(row["collisions"] > 0 for row in rows),
+        "runs_with_collision_interval": wilson(sum(row["collisions"] > 0 for row in rows), len(rows)),
         "runs_all_arrived": len(times),
+        "runs_all_arrived_interval": wilson(len(times), len(rows)),
         "adjustments": float(np.mean([row["adjustments"] for row in rows])),
         "time": finite(float(np.mean(times))) if times else None,
+        "time_interval": mean_interval(times),
         "min_clearance": finite(min(clearances, default=np.inf)),
         "outcomes": dict(sorted(outcomes.items())),
     }
