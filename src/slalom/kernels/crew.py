@@ -16,7 +16,9 @@ from slalom.kernels.tables import Answers, Fleet, Rows, Terms, World
 from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_go
 from slalom.tolerances import KEPT, TOUCHING
 
-CLEAR, CONSTRAINED, KEEP, CONTINUE, ASK = 0, 1, 2, 3, -1
+CLEAR, CONSTRAINED, KEEP, CONTINUE, SQUEEZED, ASK = 0, 1, 2, 3, 4, -1
+SQUEEZES = 4
+"""How often a choice is sought, with half the margin of the time before; after them the navigator is asked."""
 
 
 @kernel
@@ -135,16 +137,25 @@ def own_control(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms, u:
 
 
 @inlined
-def decide(i: int, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
-    """The decision of robot i: its outcome. What it commits to goes into `fleet`."""
-    rows, overlaps, near = gather(i, fleet, world, terms)
-    if overlaps:
-        return ASK
+def best_of(
+    i: int,
+    rows: Rows,
+    near: Indices,
+    fleet: Fleet,
+    world: World,
+    answers: Answers,
+    terms: Terms,
+    best_u: Array,
+) -> tuple[float, int, int]:
+    """The cost, response and outcome of the exact choice that costs least; its control into best_u. Response -1: none.
+
+    Ways that are turned off the one that is wished for are looked at where that is not clear.
+    """
     goal, stop, tolerance = fleet.target[i], fleet.halt[i], fleet.near[i]
     p = fleet.points.shape[1]
     wanted, own = np.zeros(3), np.zeros(3)
     begin, points = np.empty(p + 1), np.empty((p, 4, 3))
-    best, best_r, best_u, outcome, clear = np.inf, -1, np.zeros(3), CONSTRAINED, False
+    best, best_r, outcome, clear = np.inf, -1, CONSTRAINED, False
     for turn in range(-1, len(terms.angles)):
         if turn >= 0 and clear:
             break
@@ -156,37 +167,44 @@ def decide(i: int, fleet: Fleet, world: World, answers: Answers, terms: Terms) -
             if code != SAFE:
                 continue
             course(i, r, u, fleet, answers, terms, begin, points)
-            cost = cost_of(
-                i,
-                max(terms.period, answers.settled[r]),
-                goal,
-                stop,
-                tolerance,
-                begin,
-                points,
-                near,
-                fleet,
-                world,
-                terms,
-            )
+            until = max(terms.period, answers.settled[r])
+            cost = cost_of(i, until, goal, stop, tolerance, begin, points, near, fleet, world, terms)
             exact = turn < 0 and u[0] == wanted[0] and u[1] == wanted[1] and u[2] == wanted[2]
             clear = clear or exact
             if cost < best:
                 best, best_r, outcome = cost, r, CLEAR if exact else CONSTRAINED
                 best_u[:] = u
-    regret = fleet.regret[i]
-    if best_r >= 0:
-        until = max(terms.period, answers.settled[best_r])
-        kept = cost_of(i, until, goal, stop, tolerance, fleet.begin[i], fleet.points[i], near, fleet, world, terms)
-        regret += max(0.0, kept - best)
-    if regret <= terms.patience and is_clear(i, best_r < 0, rows, fleet, world, terms):
-        fleet.regret[i] = regret
-        return KEEP if best_r >= 0 else CONTINUE
-    if best_r < 0:
+    return best, best_r, outcome
+
+
+@inlined
+def decide(i: int, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
+    """The decision of robot i: its outcome. What it commits to goes into `fleet`."""
+    rows, overlaps, near = gather(i, fleet, world, terms)
+    if overlaps:
         return ASK
-    commit(i, best_r, best_u, fleet, answers, terms)
-    fleet.regret[i] = 0.0
-    return outcome
+    best_u = np.zeros(3)
+    for level in range(SQUEEZES):
+        best, r, outcome = best_of(i, rows, near, fleet, world, answers, terms, best_u)
+        if level == 0:
+            regret = fleet.regret[i]
+            if r >= 0:
+                until, goal = max(terms.period, answers.settled[r]), fleet.target[i]
+                begin, points = fleet.begin[i], fleet.points[i]
+                stop, tolerance = fleet.halt[i], fleet.near[i]
+                kept = cost_of(i, until, goal, stop, tolerance, begin, points, near, fleet, world, terms)
+                regret += max(0.0, kept - best)
+            if regret <= terms.patience and is_clear(i, r < 0, rows, fleet, world, terms):
+                fleet.regret[i] = regret
+                return KEEP if r >= 0 else CONTINUE
+        if r >= 0:
+            commit(i, r, best_u, fleet, answers, terms)
+            fleet.regret[i] = 0.0
+            return outcome if level == 0 else SQUEEZED
+        for s in range(len(rows.body)):
+            # With half the margin, then a quarter.
+            rows.radius[s] -= 0.5**level * 0.5 * max(rows.extra[rows.body[s]], 0.0)
+    return ASK
 
 
 @kernel

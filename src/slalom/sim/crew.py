@@ -1,6 +1,7 @@
 """How the robots of a scenario decide: all by one kernel where they are discs or balls, else each by its navigator."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import Protocol
 
@@ -25,7 +26,7 @@ from slalom.state import State
 from slalom.traffic import Traffic
 from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial, Stationary, Trajectory
 
-OUTCOMES = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED)
+OUTCOMES = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
 """What the kernel's numbers mean."""
 ASK = -1
 """The kernel's number for a robot that must ask its navigator."""
@@ -51,6 +52,17 @@ def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> 
     speed = float(np.linalg.norm(state.velocity))
     brake = max(period, np.ceil(speed / limits.braking / period - 1e-9) * period)
     return Manoeuvre(AccelerateThenBrake(period, brake), state, np.zeros(state.dimension), now)
+
+
+def margin_among(scenario: Scenario, method: Method) -> float:
+    """The margin [m] of robots that meet each other.
+
+    That of the scenario, and where they only see each other also how much two that accelerate at their limits can
+    differ within one period from what each expected of the other: a period^2, once for each.
+    """
+    period = scenario.dt * scenario.steps_per_decision
+    most = 0.0 if method.shared else max(robot.limits.max_acceleration for robot in scenario.robots)
+    return scenario.margin + 2.0 * most * period * period
 
 
 def suits(scenario: Scenario) -> bool:
@@ -104,6 +116,7 @@ class Crew:
         self.scenario, self.method, self.guidance = scenario, method, guidance
         robots, guide = scenario.robots, guidance.guide
         self.period, self.span = scenario.dt * scenario.steps_per_decision, 2.0 * scenario.horizon
+        self.margin = margin_among(scenario, method)
         distinct: dict[Limits, int] = {}
         kind = np.array([distinct.setdefault(robot.limits, len(distinct)) for robot in robots])
         kinds = [method.responses(limits, self.period, scenario.holds) for limits in distinct]
@@ -141,7 +154,7 @@ class Crew:
         before = perf_counter()
         s, due = self.scenario, np.array(order, dtype=np.int64)
         terms = Terms(
-            s.dimension, now, self.period, s.horizon, s.margin, s.patience, self.method.share, self.method.shared,
+            s.dimension, now, self.period, s.horizon, self.margin, s.patience, self.method.share, self.method.shared,
             np.array(DETOURS),
         )  # fmt: skip
         self.fleet.push[:] = self.guidance.push
@@ -219,7 +232,7 @@ class Crew:
             if j != k
         ]
         goal = Goal(Stationary(fleet.target[k, :d]), float(fleet.near[k]), bool(fleet.halt[k]))
-        navigator = scenario.navigator(self.method, k)
+        navigator = replace(scenario.navigator(self.method, k), margin=self.margin)
         decision = navigator.decide(state, [*scenario.obstacles, *others], goal, now=now)
         self._commit(k, decision.manoeuvre, now)
         fleet.outcome[k], fleet.regret[k] = ASK, 0.0

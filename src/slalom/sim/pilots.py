@@ -1,6 +1,7 @@
 """Robots of any shape, limits and goals, each of which decides by its own navigator."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -10,7 +11,7 @@ from slalom.decision import Decision
 from slalom.goal import Goal
 from slalom.methods import Method
 from slalom.obstacle import Obstacle
-from slalom.sim.crew import first_manoeuvre
+from slalom.sim.crew import first_manoeuvre, margin_among
 from slalom.sim.guidance import Guidance
 from slalom.sim.scenario import Scenario
 from slalom.state import State
@@ -23,7 +24,8 @@ class Pilots:
     def __init__(self, scenario: Scenario, method: Method, guidance: Guidance) -> None:
         self.scenario, self.method, self.guidance = scenario, method, guidance
         period = scenario.dt * scenario.steps_per_decision
-        self._navigators = [scenario.navigator(method, k) for k in range(len(scenario.robots))]
+        margin = margin_among(scenario, method)
+        self._navigators = [replace(scenario.navigator(method, k), margin=margin) for k in range(len(scenario.robots))]
         self._committed = [first_manoeuvre(r.state, r.limits, period, scenario.start) for r in scenario.robots]
         self._decisions: list[Decision | None] = [None] * len(scenario.robots)
 
