@@ -50,7 +50,8 @@ def table(results: list[dict[str, Any]]) -> str:
         settings = ", ".join(f"{k}={v:g}" for k, v in result["settings"].items())
         for name, row in result["methods"].items():
             spread = row["time_interval"]
-            time = "-" if row["time"] is None else f"{row['time']:.1f} ({spread[0]:.1f}-{spread[1]:.1f})"
+            time = "-" if row["time"] is None else f"{row['time']:.1f}"
+            time += f" ({spread[0]:.1f}-{spread[1]:.1f})" if spread else ""
             clearance = "-" if row["min_clearance"] is None else f"{row['min_clearance']:.3f}"
             lines.append(
                 f"| {result['scenario']} {settings} | {name} | {row['runs']} | {share(row, 'runs_with_collision')} "

@@ -127,9 +127,14 @@ def test_load_gives_the_gallery(name: str) -> None:
 
 
 def test_intervals_are_those_of_the_literature():
-    """Wilson's interval of 0 of 20 and 81 of 263 (Newcombe, Statistics in Medicine 17, 1998, table I)."""
+    """Student's t; Wilson's of 0 of 20 and 81 of 263 (Newcombe, Statistics in Medicine 17, 1998, table I)."""
     assert wilson(0, 20) == pytest.approx([0.0, 0.1611], abs=1e-4)
     assert wilson(81, 263) == pytest.approx([0.2553, 0.3662], abs=1e-4)
     assert mean_interval([]) is None
-    low, high = mean_interval([1.0, 2.0, 3.0, 4.0])
-    assert 1.0 < low < 2.5 < high < 4.0
+    assert mean_interval([3.0]) is None
+    # t of 4 and of 9 degrees of freedom: 2.776 and 2.262.
+    for n, t in ((5, 2.776), (10, 2.262)):
+        values = np.arange(n, dtype=float)
+        low, high = mean_interval(values)
+        assert low + high == pytest.approx(n - 1.0)
+        assert high - low == pytest.approx(2 * t * values.std(ddof=1) / np.sqrt(n), rel=4e-3)

@@ -81,12 +81,18 @@ def wilson(count: int, runs: int) -> list[float]:
 
 
 def mean_interval(values: Sequence[float]) -> list[float] | None:
-    """The 95 % confidence interval of a mean, by 2000 resamples (Efron, Annals of Statistics 7, 1979); None of none."""
-    if not values:
+    """The 95 % confidence interval of a mean by Student's t; None for fewer than two values.
+
+    The quantile of t is the expansion 26.7.5 of Abramowitz and Stegun: 0.3 % low for 4 degrees of freedom, 24 % for 1.
+    """
+    n = len(values)
+    if n < 2:
         return None
-    drawn = np.random.default_rng(0).choice(np.array(values), (2000, len(values))).mean(axis=1)
-    low, high = np.quantile(drawn, [0.025, 0.975])
-    return [float(low), float(high)]
+    z, nu = 1.959964, float(n - 1)
+    t = z + (z**3 + z) / (4 * nu) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * nu**2)
+    t += (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * nu**3)
+    mean, half = float(np.mean(values)), t * float(np.std(values, ddof=1)) / float(np.sqrt(n))
+    return [mean - half, mean + half]
 
 
 def _aggregate(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
