@@ -8,7 +8,7 @@ from slalom.kernels.way import free_cells, next_corner
 
 CLOSE = 1.3
 """[1] Robots meet if they would come nearer to each other than this many times the sum of their radii."""
-ROOM = 1.1
+ROOM = 1.15
 """[1] How long a ring is, as a share of 1.1 times the length of its robots side by side.
 
 Longer: a longer way around it. Shorter: robots get in each other's way on it (docs/design/0008).
