@@ -2,12 +2,8 @@
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from slalom.checks import Array
-
-Flags = npt.NDArray[np.bool_]
+from slalom.kernels.tables import Flags
 
 
 class Guide(NamedTuple):
