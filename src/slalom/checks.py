@@ -66,6 +66,14 @@ def not_negative(value: float, name: str) -> float:
     return result
 
 
+def share(value: float, name: str) -> float:
+    """Return `value` as a float of 0 or more and below 1."""
+    result = number(value, name)
+    if not 0 <= result < 1:
+        raise InvalidInput(f"{name}: expected 0 or more and below 1, found {result:g}")
+    return result
+
+
 def whole(value: float, name: str, least: int = 0) -> int:
     """Return `value` as a whole number of `least` or more."""
     result = number(value, name)

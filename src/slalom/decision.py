@@ -15,6 +15,7 @@ class Outcome(Enum):
     CONSTRAINED = "The nearest safe control to the preferred one was chosen."
     KEPT = "The committed manoeuvre is safe and no new one promises enough to change it."
     CONTINUED = "No new safe manoeuvre exists; the committed one is continued and still safe."
+    WAITING = "Not before it has heard of others may the robot change its manoeuvre; it goes on, and that is safe."
     SQUEEZED = "No manoeuvre keeps the margin; this one keeps a clearance above 0."
     DELAYED = "Every manoeuvre collides as predicted; the one that collides last was chosen."
     IMPACT = "A collision within this control period is inevitable; the impact speed was made least."
@@ -24,7 +25,10 @@ class Outcome(Enum):
     @property
     def safe(self) -> bool:
         """Whether nothing is hit as long as the forecasts hold, up to the horizon."""
-        return self in (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
+        return self in SAFE
+
+
+SAFE = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.WAITING, Outcome.SQUEEZED)
 
 
 @dataclass(frozen=True, eq=False)

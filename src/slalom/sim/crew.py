@@ -1,9 +1,8 @@
 """How the robots of a scenario decide: all by one kernel where they are discs or balls, else each by its navigator."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Protocol
 
 import numpy as np
 
@@ -12,57 +11,32 @@ from slalom.checks import Array
 from slalom.decision import Decision, Outcome
 from slalom.forecast import foreseen
 from slalom.goal import Goal
-from slalom.kernels.tables import FOR_EVER, Answers, Fleet, Terms, World
+from slalom.kernels.tables import FOR_EVER, Fleet, Indices, Terms, World
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
 from slalom.obstacle import Obstacle
-from slalom.path import hermite
-from slalom.response import AccelerateThenBrake, Response
+from slalom.response import AccelerateThenBrake
 from slalom.shape import Ball, Disc
+from slalom.sim.among import first_manoeuvre, margin_among
+from slalom.sim.crew_tables import outlook, tabulated
 from slalom.sim.guidance import Guidance
+from slalom.sim.post import Post, post_of
 from slalom.sim.scenario import DETOURS, Scenario
+from slalom.sim.watch import watch_of
 from slalom.state import State
 from slalom.traffic import Traffic
 from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial, Stationary, Trajectory
 
-OUTCOMES = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
-"""What the kernel's numbers mean."""
-ASK = -1
-"""The kernel's number for a robot that must ask its navigator."""
-FASTEST = 100.0
-"""[m/s] Cubic pieces of responses that are not cubic themselves are fine enough up to this speed."""
-
-
-class Deciders(Protocol):
-    """Those who decide for all robots of a run; `guidance` holds the robots' states and where they head for."""
-
-    def decide(self, order: Sequence[int], now: float) -> tuple[dict[int, str], dict[int, float]]:
-        """New manoeuvres for the robots in `order`: the names of the outcomes, and the time [s] that each took."""
-
-    def push(self, now: float, dt: float) -> Array:
-        """The accelerations (n, 3) [m/s^2] that carry the robots along what they are committed to, up to now + dt."""
-
-    def chosen(self, k: int) -> tuple[Array, str]:
-        """The control and the response of robot k."""
-
-
-def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> Manoeuvre:
-    """What a robot is committed to before its first decision: to go on for one period and to brake evenly then."""
-    speed = float(np.linalg.norm(state.velocity))
-    brake = max(period, np.ceil(speed / limits.braking / period - 1e-9) * period)
-    return Manoeuvre(AccelerateThenBrake(period, brake), state, np.zeros(state.dimension), now)
-
-
-def margin_among(scenario: Scenario, method: Method) -> float:
-    """The margin [m] of robots that meet each other.
-
-    That of the scenario, and where they only see each other also how much two that accelerate at their limits can
-    differ within one period from what each expected of the other: a period^2, once for each.
-    """
-    period = scenario.dt * scenario.steps_per_decision
-    most = 0.0 if method.shared else max(robot.limits.max_acceleration for robot in scenario.robots)
-    return scenario.margin + 2.0 * most * period * period
+OUTCOMES = (
+    *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED),
+    Outcome.WAITING,
+)
+"""What the kernel's numbers mean; it knows nothing of the last."""
+WAIT, ASK = 5, -1
+"""The numbers of a robot that may not decide, and of one that the kernel has no answer for: it asks its navigator."""
+OUTLOOK = 10.0
+"""[1] Forecasts of robots are tables over so many horizons: sight is seldom older."""
 
 
 def suits(scenario: Scenario) -> bool:
@@ -75,45 +49,15 @@ def suits(scenario: Scenario) -> bool:
     )
 
 
-def tabulated(kinds: Sequence[Sequence[Response]], horizon: float, span: float, dimension: int) -> Answers:
-    """The responses of each kind of robot as tables over `span` [s].
-
-    What a response does to a robot is affine in its velocity as in the control, so one state stands for all.
-    """
-    unit = State(np.zeros(dimension), np.eye(dimension)[0])
-    knots, place, gain, settled, aim, peaks = [], [], [], [], [], []
-    for r, response in enumerate(response for kind in kinds for response in kind):
-        times = response.knots(span, 2.0 * FASTEST)
-        position, velocity = response.position(unit, times), response.velocity(unit, times)
-        place.append(hermite(times, position.drift[:, :1], velocity.drift[:, :1]).points[..., 0])
-        gain.append(hermite(times, position.gain[:, None], velocity.gain[:, None]).points[..., 0])
-        knots.append(times)
-        settled.append(response.settled(horizon))
-        then = response.velocity(unit, settled[-1])
-        aim.append((float(then.drift[0]), float(then.gain)))
-        both = (response.speed_peaks(unit, horizon), response.acceleration_peaks(unit, horizon))
-        for which, maps in enumerate(both):
-            peaks += [(r, which, float(peak.drift[0]), float(peak.gain)) for peak in maps if float(peak.gain)]
-    return Answers(
-        kinds=np.cumsum([0, *(len(kind) for kind in kinds)]),
-        first=np.cumsum([0, *(len(pieces) for pieces in place)]),
-        knots=np.concatenate(knots),
-        place=np.concatenate(place),
-        gain=np.concatenate(gain),
-        settled=np.array(settled),
-        aim=np.array(aim),
-        peaks=np.array(peaks, dtype=np.float64),
-    )
-
-
 class Crew:
     """Discs or balls with goals at rest: one kernel decides for all, the navigator for a robot that has no safe choice.
 
     What a robot commits to is kept as cubic pieces over two horizons, or for ever where it ends at rest.
     """
 
-    def __init__(self, scenario: Scenario, method: Method, guidance: Guidance) -> None:
+    def __init__(self, scenario: Scenario, method: Method, guidance: Guidance, seed: int = 0) -> None:
         self.scenario, self.method, self.guidance = scenario, method, guidance
+        self.post, self.watch = post_of(scenario, method, seed), watch_of(scenario, method, guidance, seed)
         robots, guide = scenario.robots, guidance.guide
         self.period, self.span = scenario.dt * scenario.steps_per_decision, 2.0 * scenario.horizon
         self.margin = margin_among(scenario, method)
@@ -123,7 +67,9 @@ class Crew:
         self.answers = tabulated(kinds, scenario.horizon, self.span, scenario.dimension)
         self.texts = [repr(response) for kind_of in kinds for response in kind_of]
         n, pieces = len(robots), max(3, int(np.diff(self.answers.first).max()))
-        seen = pieces if method.shared else 2
+        # What others see of a robot that they observe.
+        self._outlook = None if method.shared else outlook(method.of_robots, OUTLOOK * scenario.horizon)
+        seen = pieces if self._outlook is None else len(self._outlook.shares)
         self.fleet = Fleet(
             position=guide.position,
             velocity=guide.velocity,
@@ -147,31 +93,69 @@ class Crew:
             outcome=np.zeros(n, np.int64),
         )
         self._others = [""] * n
+        self._said: dict[int, tuple[Array, Array]] = {}
         for k, robot in enumerate(robots):
             self._commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
 
     def decide(self, order: Sequence[int], now: float) -> tuple[dict[int, str], dict[int, float]]:
         before = perf_counter()
         s, due = self.scenario, np.array(order, dtype=np.int64)
-        terms = Terms(
+        usual = Terms(
             s.dimension, now, self.period, s.horizon, self.margin, s.patience, self.method.share, self.method.shared,
             np.array(DETOURS),
         )  # fmt: skip
         self.fleet.push[:] = self.guidance.push
-        if not self.method.shared:
-            self._look(now)
-        world, outcomes, done = self._world(now), {}, 0
-        while done < len(due):
-            done += kernels.decide_all(due[done:], self.fleet, world, self.answers, terms)
-            if done < len(due):
-                k = int(due[done])
-                outcomes[k] = self._ask(k, now).outcome.name
-                done += 1
+        world, outcomes = self._world(now), {}
+        for some, terms in self._turns(due, usual):
+            done = 0
+            while done < len(some):
+                done += kernels.decide_all(some[done:], self.fleet, world, self.answers, terms)
+                if done < len(some):
+                    k = int(some[done])
+                    outcomes[k] = self._ask(k, now).outcome.name
+                    done += 1
         for k in order:
             if self.fleet.outcome[k] != ASK:
                 outcomes[k] = OUTCOMES[self.fleet.outcome[k]].name
         spent = (perf_counter() - before) / max(len(order), 1)
         return outcomes, dict.fromkeys(order, spent)
+
+    def _turns(self, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:
+        """Those who decide one after the other from the same knowledge of the others, which is in `fleet` then."""
+        fleet = self.fleet
+        if self.post is not None:
+            yield from self._by_post(self.post, due, terms)
+        elif self.watch is not None:
+            self.watch.look(np.array([fleet.position, fleet.velocity, fleet.push]), terms.now)
+            for k in due:
+                self._look(terms.now, int(k))
+                yield due[due == k], terms
+        else:
+            if not self.method.shared:
+                self._look(terms.now)
+            yield due, terms
+
+    def _by_post(self, post: Post, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:
+        """Each of those who may decide, with what it has heard in `fleet`; the others go on as they are committed.
+
+        It expects to decide again after as long as it has waited now.
+        """
+        fleet, rows = self.fleet, np.arange(len(self.fleet.radius))
+        if not self._said:
+            self._said[-1] = fleet.begin.copy(), fleet.points.copy()
+        post.deliver(fleet.position)
+        for k in due:
+            if not post.may_decide(int(k), fleet.present):
+                fleet.outcome[k] = WAIT
+                continue
+            for j in rows[rows != k]:
+                begin, points = self._said[int(post.heard[k, j])]
+                fleet.seen_begin[j], fleet.seen_points[j] = begin[j], points[j]
+            yield due[due == k], terms._replace(period=max(self.period, post.waited(int(k))))
+        self._said[post.step] = fleet.begin.copy(), fleet.points.copy()
+        post.send()
+        for step in [step for step in self._said if step < post.oldest]:
+            del self._said[step]
 
     def push(self, now: float, dt: float) -> Array:
         fleet, t = self.fleet, now + dt
@@ -188,15 +172,21 @@ class Crew:
         text = self.texts[r] if r >= 0 else self._others[k]
         return self.fleet.control[k, : self.scenario.dimension].copy(), text
 
-    def _look(self, now: float) -> None:
-        """What the others see of each robot: a forecast from its state."""
-        d = self.scenario.dimension
-        for k in np.flatnonzero(self.fleet.present):
-            self._show(int(k), self.method.of_robots(self._observed(int(k), now, d), now), now)
-
-    def _observed(self, k: int, now: float, d: int) -> Trajectory:
-        fleet = self.fleet
-        return ConstantAcceleration(fleet.position[k, :d], fleet.velocity[k, :d], fleet.push[k, :d], now)
+    def _look(self, now: float, who: int = -1) -> None:
+        """What is seen of each robot, by all alike or by robot `who` as it watches: a forecast from its state."""
+        fleet, d = self.fleet, self.scenario.dimension
+        states = np.stack([fleet.position, fleet.velocity, fleet.push], axis=1)
+        when = np.full(len(states), now)
+        if self.watch is not None:
+            states, when = np.moveaxis(self.watch.seen[who], 0, 1), self.watch.when[who]
+        if self._outlook is not None and when.min() + self._outlook.times[-1] >= now + self.scenario.horizon:
+            fleet.seen_begin[:] = when[:, None] + self._outlook.times
+            fleet.seen_points[:] = self._outlook.points(states)
+            return
+        for k in np.flatnonzero(fleet.present):
+            place, speed, push = states[k, :, :d]
+            seen = ConstantAcceleration(place, speed, push, float(when[k]))
+            self._show(int(k), self.method.of_robots(seen, float(when[k])), now)
 
     def _show(self, k: int, path: Trajectory, now: float) -> None:
         """Robot k is seen to follow a path of at most as many pieces as there is room for."""

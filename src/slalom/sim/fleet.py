@@ -8,8 +8,9 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.methods import Method
+from slalom.sim.among import Deciders
 from slalom.sim.contact import driven
-from slalom.sim.crew import Crew, Deciders, suits
+from slalom.sim.crew import Crew, suits
 from slalom.sim.guidance import Guidance
 from slalom.sim.pilots import Pilots
 from slalom.sim.recording import Recording
@@ -40,7 +41,7 @@ def simulate_fleet(
     method = method.among_robots()
     if method.shared:
         _refuse_short_horizon(sorted_scenario, method)
-    run = _Run(sorted_scenario, method)
+    run = _Run(sorted_scenario, method, seed)
     run.to_the_end(progress)
     return run.recording(scenario, method, seed, [order.index(k) for k in range(len(order))])
 
@@ -59,11 +60,11 @@ def _refuse_short_horizon(scenario: Scenario, method: Method) -> None:
 class _Run:
     """A run while it goes on: what has been driven so far, step by step."""
 
-    def __init__(self, scenario: Scenario, method: Method) -> None:
+    def __init__(self, scenario: Scenario, method: Method, seed: int) -> None:
         self.scenario = scenario
         self.guidance = Guidance(scenario)
         kind = Crew if suits(scenario) else Pilots
-        self.deciders: Deciders = kind(scenario, method, self.guidance)
+        self.deciders: Deciders = kind(scenario, method, self.guidance, seed)
         self.states: list[tuple[Array, Array]] = []
         self.pushes: list[Array] = []
         self.controls: list[Array] = []

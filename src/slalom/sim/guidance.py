@@ -22,12 +22,13 @@ class Guidance:
     """The state of the robots of a scenario, and where they head for; `guide` holds it as arrays.
 
     Wishes only: whatever a robot heads for, its decision keeps clear of everything. In space robots head for their
-    goals.
+    goals, and so they do in a scenario that is not `guided`.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         robots, n = scenario.robots, len(scenario.robots)
         self.robots, self.dimension, self.margin = robots, scenario.dimension, scenario.margin
+        self.guided = bool(scenario.guided) and scenario.dimension == 2
         self.arrived = np.full(n, np.inf)
         self.push = np.zeros((n, 3))
         goals = self._three(np.array([robot.goal.position(scenario.start) for robot in robots]))
@@ -51,7 +52,7 @@ class Guidance:
             ring=np.zeros((n, 4)),
         )
         self._steps = 0
-        if self.dimension == 2:
+        if self.guided:
             self.grid, self.clearance = _grid(scenario, self.guide)
 
     def _three(self, rows: Array) -> Array:
@@ -83,7 +84,7 @@ class Guidance:
         guide.arrived[:] = np.isfinite(self.arrived)
         guide.visited[:] |= guide.arrived
         guide.near[:], guide.halt[:] = guide.tolerance, guide.stop
-        if self.dimension == 3:
+        if not self.guided:
             guide.target[:] = guide.goal
             return
         rests = np.isfinite(self.arrived) & (np.linalg.norm(guide.velocity, axis=1) < PARKED)

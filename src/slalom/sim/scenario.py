@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slalom.checks import not_negative, number, positive
+from slalom.checks import not_negative, number, positive, share
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
@@ -50,6 +50,13 @@ class Scenario:
         duration: [s] after which a robot that has not arrived has failed.
         dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
             multiple of dt. horizon [s], margin [m], patience [s], holds [s]: see `Navigator`.
+        guided: 1, or 0 for robots that head straight for their goals whoever is there (see `Guidance`): to measure what
+            guidance does. Nobody guides a robot alone.
+        message_delay: [s] at most, by chance, until robots that share their manoeuvres hear of each other.
+            message_loss: the share of messages that never arrive (see `post.Post`).
+        sight_noise: [m, m/s, m/s^2] standard deviation of what other robots see of a robot. sight_delay: [s] how old
+            that is, a multiple of replan or dt. sight_loss: the share of looks at which nothing is seen (see
+            `watch.Watch`).
         parameters: what the gallery was asked for; they go into recordings.
     """
 
@@ -64,6 +71,12 @@ class Scenario:
     margin: float = 0.05
     patience: float = 0.1
     holds: tuple[float, ...] = HOLDS
+    guided: float = 1.0
+    message_delay: float = 0.0
+    message_loss: float = 0.0
+    sight_noise: float = 0.0
+    sight_delay: float = 0.0
+    sight_loss: float = 0.0
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -75,6 +88,13 @@ class Scenario:
             positive(getattr(self, name), name)
         not_negative(self.replan, "replan")
         whole_periods(self.replan, self.dt)
+        if self.guided not in (0.0, 1.0):
+            raise InvalidInput(f"guided: expected 0 or 1, found {self.guided:g}")
+        for name in ("message_delay", "sight_noise", "sight_delay"):
+            not_negative(getattr(self, name), name)
+        for name in ("message_loss", "sight_loss"):
+            share(getattr(self, name), name)
+        whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
         for obstacle in self.obstacles:
             if obstacle.dimension != self.dimension:
                 raise InvalidInput(
@@ -133,13 +153,16 @@ class Scenario:
         )
 
 
-def whole_periods(replan: float, dt: float) -> int:
-    """Steps of dt [s] in an interval of `replan` [s], at least 1. Raises InvalidInput if that is not a multiple."""
-    steps = max(1, round(replan / dt))
-    if replan and abs(steps * dt - replan) > 1e-9 * replan:
-        raise InvalidInput(f"replan: expected a multiple of dt = {dt:g} s, found {replan:g} s")
+def whole_periods(interval: float, dt: float, name: str = "replan") -> int:
+    """Steps of dt [s] in an interval [s], at least 1. Raises InvalidInput if that is not a multiple."""
+    steps = max(1, round(interval / dt))
+    if interval and abs(steps * dt - interval) > 1e-9 * interval:
+        raise InvalidInput(f"{name}: expected a multiple of dt = {dt:g} s, found {interval:g} s")
     return steps
 
 
-SETTINGS = ("start", "duration", "dt", "replan", "horizon", "margin", "patience")
+SETTINGS = (
+    *("start", "duration", "dt", "replan", "horizon", "margin", "patience", "guided"),
+    *("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss"),
+)
 """Settings that every scenario has and that `--set` may change."""

@@ -1,0 +1,253 @@
+"""Messages that are late or lost, and sight that is: the guarantee of docs/theory.md 17, and what each promises."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary
+from slalom.forecast import FORECASTS, AcceleratingBriefly
+from slalom.sim import Robot, Scenario, load, simulate
+from slalom.sim.crew import Crew
+from slalom.sim.crew_tables import outlook
+from slalom.sim.gallery import build
+from slalom.sim.guidance import Guidance
+from slalom.sim.metrics import summary
+from slalom.sim.pilots import Pilots
+from slalom.sim.post import Post, post_of
+from slalom.sim.watch import Watch, watch_of
+from slalom.tolerances import METRIC
+from slalom.trajectory import ConstantAcceleration
+
+SHARED, OBSERVED = METHODS["nao_shared"], METHODS["nao"]
+MESSAGES = 1_000_000
+"""How many are sent in all, each of which may be late by up to a second or lost."""
+
+
+def crowd(count: int, side: float, seed: int, **settings: float) -> Scenario:
+    """Robots at random places that want to random places: so near to each other that all must take turns."""
+    rng = np.random.default_rng(seed)
+    robots: list[Robot] = []
+    while len(robots) < count:
+        place, goal = rng.uniform(-side, side, (2, 2))
+        if min((np.linalg.norm(place - r.state.position) for r in robots), default=9.0) > 1.2:
+            limits = Limits(float(rng.uniform(0.8, 2.0)), float(rng.uniform(1.0, 3.0)))
+            goal_at = Goal(Stationary(goal), 0.3, stop=True)
+            robots.append(Robot(Disc(0.5), limits, State(place, np.zeros(2)), goal_at, f"robot {len(robots)}"))
+    return Scenario("crowd", tuple(robots), holds=(0.5, 1.0, 2.0)).with_settings(settings)
+
+
+def holders(post: Post) -> np.ndarray:
+    return np.asarray(post.holds() & post.holds().T & ~np.eye(len(post.passed), dtype=bool))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_never_do_both_hold_the_right_of_a_pair(seed):
+    scenario = crowd(5, 3.0, seed, message_delay=1.0, message_loss=0.5)
+    post, rng = post_of(scenario, SHARED, seed), np.random.default_rng(seed)
+    places, present, decided = np.zeros((5, 3)), np.ones(5, bool), np.zeros(5)
+    for _ in range(2000):
+        post.deliver(places)
+        assert not holders(post).any()
+        for i in rng.permutation(5):
+            if post.may_decide(i, present):
+                decided[i] += 1
+        post.send()
+        assert not holders(post).any()
+    # Nobody starves: it takes turns.
+    assert decided.min() > 0.8 * decided.max() > 10
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_who_decides_knows_what_all_near_it_are_committed_to(seed):
+    """The claim on which the proof rests, with robots that walk at random and change whenever they may."""
+    scenario = crowd(6, 25.0, seed, message_delay=0.7, message_loss=0.4)
+    post, rng = post_of(scenario, SHARED, seed), np.random.default_rng(seed)
+    places = np.zeros((6, 3))
+    places[:, :2] = [robot.state.position for robot in scenario.robots]
+    changed, by_news, by_distance, heading = np.full(6, -1), 0, 0, rng.normal(size=(6, 2))
+    for step in range(3000):
+        post.deliver(places)
+        for i in rng.permutation(6):
+            if not post.may_decide(i, np.ones(6, bool)):
+                continue
+            for j in set(range(6)) - {i}:
+                if np.linalg.norm(places[i] - places[j]) <= post.apart[i, j]:
+                    assert changed[j] <= post.heard[i, j]
+                    by_news += 1
+                else:
+                    by_distance += 1
+            changed[i] = step
+        post.send()
+        turned = rng.normal(size=(6, 2))
+        heading = np.where(rng.random((6, 1)) < 0.01, turned, heading)
+        places[:, :2] += post.top[:, None] * post.period * heading / np.linalg.norm(heading, axis=1)[:, None]
+        places[:, :2] = np.clip(places[:, :2], -50.0, 50.0)
+    assert by_news > 100
+    assert by_distance > 100
+
+
+def run_of(seed: int, count: int, duration: float):
+    """A random run of which a third of the messages are lost and the others late."""
+    loss = float(np.random.default_rng(seed).uniform(0.05, 0.6))
+    scenario = crowd(count, 4.0, seed, message_delay=1.0, message_loss=loss, duration=duration)
+    recording = simulate(scenario, SHARED, seed=seed)
+    return recording, count * (count - 1) * len(recording.accelerations)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_collision_whatever_is_late_or_lost(seed):
+    recording, _ = run_of(seed, 6, 25.0)
+    assert summary(recording)["collisions"] == 0
+
+
+@pytest.mark.slow
+def test_no_collision_in_a_million_messages_late_or_lost():
+    sent, seed, moved, arrived = 0, 100, 0.0, 0
+    while sent < MESSAGES:
+        recording, messages = run_of(seed, 12, 40.0)
+        result = summary(recording)
+        assert result["collisions"] == 0, seed
+        moved += float(np.linalg.norm(np.diff(recording.positions, axis=0), axis=2).sum())
+        arrived += result["arrived"]
+        sent, seed = sent + messages, seed + 1
+    # They did not stay where they were.
+    assert moved > 12 * (seed - 100)
+    assert arrived > 6 * (seed - 100)
+
+
+def test_robots_arrive_though_messages_are_late_and_lost():
+    scenario = build("circle", {"robots": 6, "message_delay": 1.0, "message_loss": 0.3, "duration": 120.0})
+    result = summary(simulate(scenario, SHARED))
+    assert result["collisions"] == 0
+    assert result["arrived"] == 6
+
+
+def test_robots_that_may_not_change_say_so():
+    scenario = build("circle", {"robots": 4, "message_delay": 1.0, "duration": 5.0})
+    outcomes = {outcome for row in simulate(scenario, SHARED).outcomes for outcome in row}
+    assert Outcome.WAITING.name in outcomes
+    assert Outcome.WAITING.safe
+
+
+def test_late_messages_are_the_same_for_crew_and_pilots():
+    """Who may decide when depends on the messages alone."""
+    scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
+    teams = [kind(scenario, SHARED, Guidance(scenario), 7) for kind in (Crew, Pilots)]
+    for step in range(60):
+        waits = []
+        for team in teams:
+            outcomes, _ = team.decide([0, 1, 2, 3], 0.1 * step)
+            waits.append([outcomes[k] == "WAITING" for k in range(4)])
+        assert waits[0] == waits[1]
+    assert all(np.any(list(team.post.passed)) for team in teams)
+
+
+def test_what_was_said_is_forgotten_once_all_have_heard_more():
+    scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
+    for kind in (Crew, Pilots):
+        team = kind(scenario, SHARED, Guidance(scenario), 7)
+        for step in range(200):
+            team.decide([0, 1, 2, 3], 0.1 * step)
+        assert len(team._said) < 30
+        assert len(team.post._places) < 30
+
+
+def test_post_and_watch_are_for_those_who_need_them():
+    perfect, guidance = crowd(3, 3.0, 0), Guidance(crowd(3, 3.0, 0))
+    late, blurred = replace(perfect, message_delay=0.5), replace(perfect, sight_noise=0.1)
+    assert post_of(perfect, SHARED, 0) is None
+    assert post_of(late, OBSERVED, 0) is None
+    assert watch_of(perfect, OBSERVED, guidance, 0) is None
+    assert watch_of(blurred, SHARED, guidance, 0) is None
+    assert post_of(late, SHARED, 0) is not None
+    assert watch_of(blurred, OBSERVED, guidance, 0) is not None
+
+
+def test_sight_is_as_late_as_said():
+    scenario = replace(crowd(3, 3.0, 0), sight_delay=0.3)
+    states = np.zeros((3, 3, 3))
+    watch = Watch(scenario, states, 0)
+    for step in range(10):
+        now = 0.1 * step
+        watch.look(states + step, now)
+        state, when = watch.state(0, 1)
+        assert when == pytest.approx(max(0.0, now - 0.3))
+        assert state.position[0] == max(0, step - 3)
+
+
+def test_sight_is_as_inexact_and_as_seldom_as_said():
+    scenario = replace(crowd(3, 3.0, 0), sight_noise=0.2, sight_loss=0.25)
+    states, errors, fresh = np.zeros((3, 3, 3)), [], []
+    watch = Watch(scenario, states, 0)
+    for step in range(4000):
+        before = watch.seen[0, :, 1].copy()
+        watch.look(states, 0.1 * step)
+        fresh.append((watch.seen[0, :, 1] != before).any())
+        errors.append(watch.seen[0, :, 1, :2])
+        assert not watch.seen[..., 2].any()
+    assert np.mean(fresh) == pytest.approx(0.75, abs=0.03)
+    assert np.std(np.array(errors)[np.array(fresh)]) == pytest.approx(0.2, rel=0.03)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_robots_that_see_badly_pass_each_other(seed):
+    settings_of = {"robots": 6, "sight_noise": 0.03, "sight_delay": 0.2, "sight_loss": 0.2, "duration": 60.0}
+    result = summary(simulate(load("circle", settings_of, seed=seed), OBSERVED, seed=seed))
+    assert result["collisions"] == 0
+    assert result["arrived"] == 6
+
+
+def test_pilots_watch_as_a_crew_does():
+    scenario = replace(crowd(3, 3.0, 2), sight_noise=0.05, sight_delay=0.2, sight_loss=0.3)
+    crew, pilots = (kind(scenario, OBSERVED, Guidance(scenario), 3) for kind in (Crew, Pilots))
+    for step in range(20):
+        crew.decide([0, 1, 2], 0.1 * step)
+        pilots.decide([0, 1, 2], 0.1 * step)
+        assert np.array_equal(crew.watch.seen, pilots.watch.seen)
+
+
+@pytest.mark.parametrize("name", [name for name in FORECASTS if name != "known"])
+@settings(max_examples=20, deadline=None)
+@given(state=st.lists(st.floats(-5.0, 5.0), min_size=6, max_size=6))
+def test_forecasts_as_tables(name, state):
+    forecast = FORECASTS[name]
+    table = outlook(forecast, 30.0)
+    rows = np.array(state).reshape(3, 2)
+    path = forecast(ConstantAcceleration(*rows, 0.0), 0.0).path(0.0, 30.0)
+    assert np.allclose(table.times, path.times)
+    assert np.allclose(table.points(rows), path.points, atol=METRIC)
+
+
+def test_a_forecast_that_is_not_linear_is_no_table():
+    class Stopping:
+        foresees = False
+
+        def __call__(self, trajectory, now):
+            fast = np.linalg.norm(trajectory.velocity(now)) > 1.0
+            return AcceleratingBriefly(0.3 if fast else 0.1)(trajectory, now)
+
+    class Curved:
+        foresees = False
+
+        def __call__(self, trajectory, now):
+            place, speed = trajectory.position(now), trajectory.velocity(now)
+            return Stationary(place + speed * np.linalg.norm(speed))
+
+    assert outlook(Stopping(), 30.0) is None
+    assert outlook(Curved(), 30.0) is None
+
+
+def test_robots_with_a_forecast_that_is_no_table_run_too():
+    class Curved:
+        foresees = False
+
+        def __call__(self, trajectory, now):
+            place, speed = trajectory.position(now), trajectory.velocity(now)
+            return Stationary(place + speed * np.linalg.norm(speed))
+
+    scenario = build("circle", {"robots": 2, "duration": 3.0})
+    recording = simulate(scenario, replace(OBSERVED, of_robots=Curved()))
+    assert len(recording.accelerations) == 30
