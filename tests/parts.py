@@ -18,6 +18,7 @@ from slalom import (
     AcceleratingBriefly,
     Acceleration,
     AtConstantAcceleration,
+    AtConstantTurn,
     AtConstantVelocity,
     Bound,
     Box,
@@ -39,6 +40,7 @@ from slalom import (
     Manoeuvre,
     Method,
     PiecewisePolynomial,
+    Present,
     Response,
     Sampled,
     Shape,
@@ -206,6 +208,8 @@ FORECASTS: dict[str, Forecast] = {
     "constant_velocity": AtConstantVelocity(),
     "accelerating_briefly": AcceleratingBriefly(),
     "constant_acceleration": AtConstantAcceleration(),
+    "constant_turn": AtConstantTurn(),
+    "present": Present(),
 }
 
 _DART = np.array([[-1.0, 0.9], [-0.4, 0.1], [-0.8, -1.0], [1.2, -0.1]])

@@ -2,9 +2,10 @@
 
 import json
 import re
+import shlex
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,11 +14,12 @@ import pytest
 from galleries import FLEETS, NAMES
 
 import slalom
-from slalom import METHODS, Outcome
+from slalom import METHODS, InvalidInput, Outcome
 from slalom.cli import call
-from slalom.peers import PEERS
+from slalom.peers import PEERS, contender
 from slalom.reproduce.titles import TITLES
 from slalom.sim import Recording, load, simulate
+from slalom.sim.case import Failure
 from slalom.sim.gallery import GALLERY
 
 SCENE = """\
@@ -272,6 +274,116 @@ def test_compare_in_several_processes_says_the_same(say: Say) -> None:
     assert one == two
 
 
+STUDY = """\
+title: Two scenarios
+text: Of which one is drawn.
+methods: [avo]
+seeds: 2
+scenarios:
+  - {scenario: head_on, settings: {duration: 0.5}}
+  - {scenario: scene.yaml, settings: {duration: 0.3}, methods: [vo, ao]}
+"""
+
+
+def test_compare_several(say: Say) -> None:
+    """One row for each scenario and method, of which each is what it is alone."""
+    tokens = ["--set", "duration=0.5", "--methods", "vo,avo", "--seeds", "2"]
+    said = say("compare", "head_on", "scene.yaml", *tokens, "--json")
+    assert said.code == 0
+    rows = said.json["rows"]
+    assert [(row["scenario"], row["method"]) for row in rows] == [
+        (name, method) for name in ("head_on", "scene.yaml") for method in ("vo", "avo")
+    ]
+    for row in rows:
+        alone = say("compare", row["scenario"], *tokens, "--json").json
+        assert row == {"scenario": row["scenario"], "seeds": 2, "settings": {"duration": 0.5}} | {
+            "method": row["method"],
+            **alone["methods"][row["method"]],
+        }
+    text = say("compare", "head_on", "scene.yaml", *tokens).out
+    assert re.findall(r"^(.*), 2 seeds$", text, re.M) == ["head_on duration=0.5", "scene.yaml duration=0.5"]
+
+
+def test_compare_a_study(say: Say) -> None:
+    """As its file says, or otherwise if it is told so."""
+    Path("study.yaml").write_text(STUDY)
+    keys = ("scenario", "method", "seeds", "settings")
+
+    def rows(*tokens: str) -> list[tuple]:
+        return [tuple(row[key] for key in keys) for row in say("compare", "study.yaml", *tokens, "--json").json["rows"]]
+
+    head_on, scene = {"duration": 0.5}, {"duration": 0.3}
+    assert rows() == [
+        ("head_on", "avo", 2, head_on),
+        ("scene.yaml", "vo", 2, scene),
+        ("scene.yaml", "ao", 2, scene),
+    ]
+    assert rows("--only", "head_on", "--seeds", "1", "--methods", "vo") == [("head_on", "vo", 1, head_on)]
+    assert rows("--only", "head_on", "--set", "margin=0.1") == [("head_on", "avo", 2, head_on | {"margin": 0.1})]
+
+
+def test_compare_writes_a_page(say: Say) -> None:
+    """With the command that makes it again, and intervals."""
+    Path("study.yaml").write_text(STUDY)
+    tokens = ["compare", "study.yaml", "--seeds", "3", "--page", "a b.md"]
+    assert say(*tokens, "--jobs", "1", "--store", "kept").code == 0
+    page = Path("a b.md").read_text()
+    assert page.startswith("# Two scenarios\n\nOf which one is drawn.\n\nMade by `slalom ")
+    (command,) = re.findall(r"^Made by `(.*)` with slalom .*, numpy ", page, re.M)
+    assert shlex.split(command) == ["slalom", *tokens]
+    lines = [line for line in page.splitlines() if line.startswith("|")]
+    assert [line.split(" | ")[:3] for line in lines[2:]] == [
+        ["| head_on duration=0.5", "avo", "3"],
+        ["| scene.yaml duration=0.3", "vo", "3"],
+        ["| scene.yaml duration=0.3", "ao", "3"],
+    ]
+    assert {line.count("|") for line in lines} == {8}
+    assert "0 (0-56 %)" in lines[2]
+    Path("a b.md").unlink()
+    assert say(*shlex.split(command)[1:]).code == 0
+    assert Path("a b.md").read_text() == page
+
+
+def test_compare_goes_on_from_its_store(say: Say) -> None:
+    tokens = ["compare", "head_on", "--set", "duration=0.5", "--methods", "vo", "--json"]
+    whole = say(*tokens, "--seeds", "4").out
+    say(*tokens, "--seeds", "2", "--store", "kept/here")
+    assert len(list(Path("kept/here").iterdir())) == 2
+    assert say(*tokens, "--seeds", "4", "--store", "kept/here").out == whole
+    assert len(list(Path("kept/here").iterdir())) == 4
+
+
+def test_compare_says_what_cannot_run(say: Say) -> None:
+    """In the row, with the reason; it fails if there is nothing else."""
+    try:
+        contender("orca")
+    except InvalidInput:
+        pytest.skip("its package is not installed")
+    tokens = ["compare", "drones_crossing", "--set", "duration=0.2", "--seeds", "2", "--page", "page.md"]
+    said = say(*tokens, "--methods", "orca,avo")
+    assert said.code == 0
+    reason = "orca: none ran: drone: expected a disc in the plane with max_speed and max_acceleration alone"
+    assert reason in said.out
+    (line,) = [line for line in Path("page.md").read_text().splitlines() if " | orca | " in line]
+    assert "0; none ran: drone: expected a disc" in line
+    assert line.endswith("| - | - | - | - |")
+    assert say(*tokens, "--methods", "orca").code == 1
+
+
+def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It says which, and the table of the others."""
+
+    def survive(work: Callable, items: dict, **_: object) -> Iterator[tuple]:
+        for key, case in items.items():
+            yield key, Failure("its process was killed", True) if case.seed % 2 else work(case)
+
+    monkeypatch.setattr("slalom.sim.study.survive", survive)
+    said = say("compare", "empty", "--set", "duration=0.2", "--methods", "avo", "--seeds", "5", "--page", "page.md")
+    assert said.code == 1
+    assert "avo: 2 did not run (seeds 1, 3): its process was killed" in said.out
+    assert "| avo | 3; 2 did not run (seeds 1, 3): its process was killed | 0 (0-56 %) |" in Path("page.md").read_text()
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Bad input.
 
@@ -318,6 +430,13 @@ BAD = [
     ("compare empty --seeds many", r"many"),
     ("compare empty --jobs 0 --seeds 1", r"found 1 and 0"),
     ("compare empty --set wheels=4", r"parameter of empty: .*found 'wheels'"),
+    ("compare", r"(?i)scenarios"),
+    ("compare head_on empty --set speed=4 --store kept", r"parameter of empty: .*found 'speed'"),
+    ("compare empty full --store kept", r"scenario: expected a \.yaml file or one of .*; found 'full'"),
+    ("compare empty --only ring", r"only: expected one of empty; found 'ring'"),
+    ("compare empty --backend fast", r"backend: expected loky, .*; found 'fast'"),
+    ("compare empty --page none/a.md", r"none/a\.md: expected a file in a folder that exists"),
+    ("compare empty --seeds 1 --store scene.yaml", r"store: expected a folder that is there or can be made, found "),
     ("fly empty", r"fly"),
     ("--fly", r"--fly"),
 ]  # fmt: skip
@@ -370,6 +489,7 @@ def test_every_command_has_help(command: str, say: Say) -> None:
     assert f"slalom {command}" in said.out
     options = {"run": ("--set", "--method", "--seed", "--out", "--figure", "--json"), "list": ("--json",)}
     options |= {"decide": ("--method", "--json", "--figure"), "compare": ("--set", "--methods", "--seeds", "--jobs")}
+    options["compare"] += ("--only", "--backend", "--store", "--page", "--json")
     options |= {"reproduce": ("--out", "--page", "--seeds", "--jobs", "--quick", "--json")}
     for option in options[command]:
         assert option in said.out

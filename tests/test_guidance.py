@@ -85,6 +85,20 @@ class TestRings:
         assert np.all(2.0 * np.pi * guide.ring[:, 2] > 12 * 3.0)
         assert not guide.halt.any()
 
+    def test_who_is_not_guided_heads_straight_for_its_goal(self):
+        """At every step of a run in which guided robots go around each other; 0.0 and 1.0 are what `--set` gives."""
+        for guided, straight in ((0.0, True), (1.0, False)):
+            guidance = Guidance(build("circle", {"robots": 4, "guided": guided}))
+            found = []
+            for step in range(60):
+                guidance.update(0.1 * step, 0.1)
+                guide = guidance.guide
+                found.append(np.array_equal(guide.target, guide.goal) and bool(guide.halt.all()))
+                away = guide.target - guide.position
+                guide.velocity[:] = 2.0 * away / np.linalg.norm(away, axis=1, keepdims=True)
+                guidance.drive(np.zeros((4, 3)), 0.1)
+            assert all(found) == straight
+
     def test_nobody_met_nobody_gone_around(self):
         guidance = Guidance(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)]))
         guidance.guide.velocity[:, 0] = 1.5

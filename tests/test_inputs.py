@@ -5,6 +5,7 @@ that is not.
 """
 
 import ast
+import pickle
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -78,13 +79,20 @@ from slalom import (
     select_clearest,
     view,
 )
+from slalom.cli import console
 from slalom.io import polynomials, tracks
 from slalom.io.formats import read_recording, write_recording
 from slalom.io.recorded import Agent, Tracks
-from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, simulate
+from slalom.peers import PEERS
+from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
+from slalom.sim.case import SOURCES as SOURCES_NOW
+from slalom.sim.case import Case as Run
+from slalom.sim.case import run_case
 from slalom.sim.gallery import build
 from slalom.sim.scenario_spec import GoalSpec
 from slalom.sim.shape_spec import Shaped
+from slalom.sim.store import Store
+from slalom.sim.study_file import named
 from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 from slalom.trajectory import Composite, Function, PiecewisePolynomial
 from slalom.trajectory.direction import direction_path
@@ -149,6 +157,16 @@ def reading(reader: Callable, name: str, content: str | bytes) -> Callable[[Path
     """A call that reads a file of this content."""
     write = written(name, content)
     return lambda folder: reader(write(folder))
+
+
+A_RUN = Run("empty", {}, "nao", 0, {"seed": 0})
+
+
+def edited_scene(folder: Path) -> object:
+    """A run of a file that is not what it was when the run was asked for."""
+    path = written("a.yaml", MINIMAL.replace("GOAL", "position: [9, 0]"))(folder)
+    about = {"files": ["none"]}
+    return run_case(Run(str(path), {}, "nao", 0, {"sources": SOURCES_NOW, "scenario": about}))
 
 
 def command(*tokens: str) -> Callable[[Path], object]:
@@ -402,6 +420,18 @@ CASES = [
         lambda _: Scenario("none", ()),
     ),
     Case(
+        "share",
+        InvalidInput,
+        r"message_loss: expected 0 or more and below 1, found 1",
+        lambda _: Scenario("lost", (Robot(Disc(1), LIMITS, FLAT, GOAL),), message_loss=1.0),
+    ),
+    Case(
+        "simulate_peer",
+        InvalidInput,
+        r"sight_noise: expected 0 for orca, which sees exactly; found 0\.1",
+        lambda _: simulate(load("circle", {"sight_noise": 0.1}), PEERS["orca"]),
+    ),
+    Case(
         "simulate_fleet",
         InvalidInput,
         r"robots: expected a name for each, found \['robot', 'robot'\]",
@@ -522,7 +552,7 @@ CASES = [
     Case(
         "known",
         InvalidInput,
-        r"method: expected one of vo, rvo, nlvo, avo, ao, nao, nao_shared; found 'NAO'",
+        r"method: expected one of vo, rvo, nlvo, avo, ao, nao, nao_ahead, nao_shared; found 'NAO'",
         lambda _: slalom.method("NAO"),
     ),
     Case(
@@ -885,6 +915,12 @@ CASES = [
     Case(
         "Scenario.__post_init__",
         InvalidInput,
+        r"guided: expected 0 or 1, found 0.5",
+        lambda _: build("circle", {"guided": 0.5}),
+    ),
+    Case(
+        "Scenario.__post_init__",
+        InvalidInput,
         r"obstacle '': expected dimension 2 as of the robots, found 3",
         lambda _: replace(scenario(), obstacles=(BALLOON,)),
     ),
@@ -913,14 +949,69 @@ CASES = [
         lambda _: load("full"),
     ),
     Case(
-        "compare",
+        "compare_all",
         InvalidInput,
         r"expected seeds of 1 or more and jobs not 0, found 0 and 1",
         lambda _: compare("empty", ["nao"], 0),
     ),
     Case(
-        "compare", InvalidInput, r"methods: expected at least one of .*; found none", lambda _: compare("empty", [], 1)
+        "cases_of", InvalidInput, r"methods: expected at least one of .*; found none", lambda _: compare("empty", [], 1)
     ),
+    Case(
+        "working_with",
+        InvalidInput,
+        r"backend: expected loky, threading or sequential, .*; found 'fast': Invalid backend",
+        lambda _: compare("empty", ["nao"], 1, backend="fast"),
+    ),
+    Case(
+        "working_with",
+        InvalidInput,
+        r"backend: expected one that notices when a process is killed, found 'multiprocessing'",
+        lambda _: compare("empty", ["nao"], 1, backend="multiprocessing"),
+    ),
+    Case(
+        "run_case",
+        InvalidFile,
+        r"slalom: expected the code that the sweep began with, found other code",
+        lambda _: run_case(Run("empty", {}, "nao", 0, {"sources": "none"})),
+    ),
+    Case(
+        "_read",
+        InvalidFile,
+        r"a\.yaml: expected the files that the sweep began with, found others",
+        edited_scene,
+    ),
+    Case(
+        "Store.at",
+        InvalidInput,
+        r"store: expected a folder that is there or can be made, found ",
+        lambda folder: Store.at(written("a", "")(folder) / "b"),
+    ),
+    Case(
+        "Store.write",
+        InvalidFile,
+        r"\.json: expected a file that can be written, found No such file",
+        lambda folder: Store(folder / "none").write(A_RUN, {}),
+    ),
+    Case(
+        "Store.read",
+        InvalidFile,
+        r"\.json: expected the result of a finished run, found 1 bytes that are not JSON; delete it",
+        lambda folder: Store(written(f"{A_RUN.key}.json", "{")(folder).parent).read([A_RUN]),
+    ),
+    Case(
+        "read_study",
+        InvalidFile,
+        r"a\.yaml:1:\d+: seedz: expected one of title, .*; found 'seedz'; did you mean 'seeds'",
+        reading(read_study, "a.yaml", "{scenarios: [{scenario: empty}],    seedz: 3}"),
+    ),
+    Case(
+        "read_study",
+        InvalidFile,
+        r"a\.yaml:1:\d+: scenarios\.0\.scenario: expected a \.yaml file or one of empty, .*; found 'full'",
+        reading(read_study, "a.yaml", "scenarios: [{scenario: full}]"),
+    ),
+    Case("named", InvalidInput, r"scenario: expected at least one, or a study file, found none", lambda _: named([])),
     Case("build", InvalidInput, r"seed: expected 0 or more, found -1", lambda _: build("empty", seed=-1)),
     Case(
         "Scenario._refuse_hidden_goal",
@@ -932,7 +1023,7 @@ CASES = [
             (Obstacle(Disc(9), Stationary(GOAL.trajectory.place + np.array([0.5, 0.0])), "hill"),),
         ),
     ),
-    Case("compare", InvalidInput, r"found 1 and 0", lambda _: compare("empty", ["nao"], 1, jobs=0)),
+    Case("compare_all", InvalidInput, r"found 1 and 0", lambda _: compare("empty", ["nao"], 1, jobs=0)),
     Case(
         "Recording.load",
         InvalidFile,
@@ -953,7 +1044,7 @@ CASES = [
         reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "stop: true")),
     ),
     Case(
-        "read_scenario",
+        "compose",
         InvalidFile,
         r"a\.yaml: expected a readable YAML file, found ",
         reading(read_scenario, "a.yaml", b"\xff\xfe\x00"),
@@ -1245,7 +1336,7 @@ CASES = [
         "parse_settings",
         InvalidInput,
         r"--set: expected NAME=NUMBER, found 'speed'",
-        lambda _: cli.parse_settings(["speed"]),
+        lambda _: console.parse_settings(["speed"]),
     ),
     Case(
         "parse_settings",
@@ -1257,22 +1348,22 @@ CASES = [
         "parse_settings",
         InvalidInput,
         r"--set: expected NAME=NUMBER, found '=3'",
-        lambda _: cli.parse_settings(["=3"]),
+        lambda _: console.parse_settings(["=3"]),
     ),
     Case(
-        "_check_suffix",
+        "drawable",
         InvalidInput,
         r"--figure: expected a file that ends in \.svg, \.pdf or \.png, found 'a\.gif'",
         command("decide", "empty", "--figure", "a.gif"),
     ),
     Case(
-        "_writing",
+        "writing",
         InvalidFile,
         r"expected a file that can be written, found ",
         command("run", "empty", "--set", "duration=0.1", "--out", "{}"),
     ),
     Case(
-        "_writable",
+        "writable",
         InvalidInput,
         r"expected a file in a folder that exists, found no folder",
         command("run", "empty", "--set", "duration=0.1", "--out", "{}/none/a.h5"),
@@ -1430,7 +1521,9 @@ def test_errors_have_one_base() -> None:
     assert issubclass(OutsideSpan, SlalomError)
     assert issubclass(InvalidFile, SlalomError)
     error = InvalidFile(["a:1:1: x", "a:2:1: y"])
+    sent = pickle.loads(pickle.dumps(error))
     assert str(error).splitlines() == error.mistakes == ["a:1:1: x", "a:2:1: y"]
+    assert (type(sent), str(sent), sent.mistakes) == (InvalidFile, str(error), error.mistakes)
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -134,6 +134,12 @@ BY_HAND = [
     ("min_time_to_collision", CORNER, math.inf),
     ("without_safe_choice", STRAIGHT, 0.25),
     ("without_safe_choice", CORNER, 0.0),
+    ("side_flips", STRAIGHT, 0.0),
+    ("side_flips", CORNER, 0.0),
+    ("heading_variation", STRAIGHT, 0.0),
+    ("heading_variation", CORNER, math.atan2(1.0, 2.0)),
+    ("changed_choices", STRAIGHT, 0.5),
+    ("changed_choices", CORNER, 1.0),
 ]
 
 

@@ -15,13 +15,16 @@ from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.limits import admissible_ball
 from slalom.reproduce import (
     claims_crossing,
+    claims_oscillation,
     claims_road,
     claims_shape,
     controller,
     obstacles,
+    oscillation,
     road,
     roundabout,
     sweep,
+    told_oscillation,
     work,
 )
 from slalom.reproduce.controller import RING, Rules, decide, hits, latest_collision, run
@@ -55,17 +58,19 @@ def test_every_entry_leaves_its_file_and_the_page(name: str, tmp_path: Path, cap
     assert call(tokens) == DONE
     said = json.loads(capsys.readouterr().out)
     entry = ENTRIES[name]
-    file = tmp_path / "new" / f"{name}.{'svg' if entry.draw else 'json'}"
+    kinds = [*(["svg"] if entry.draw else ["json"]), *(["svg"] if entry.plot else [])]
+    files = [tmp_path / "new" / f"{name}.{kind}" for kind in kinds]
     assert said["entries"] == [name]
-    assert said["files"] == [str(file), str(tmp_path / "new" / "paper.md")]
-    if entry.draw:
-        assert ElementTree.parse(file).getroot().tag.endswith("svg")
-        assert file.stat().st_size < 2e6
-    else:
-        assert json.loads(file.read_text())
+    assert said["files"] == [*(str(file) for file in files), str(tmp_path / "new" / "paper.md")]
     text = (tmp_path / "new" / "paper.md").read_text()
+    for file in files:
+        if file.suffix == ".svg":
+            assert ElementTree.parse(file).getroot().tag.endswith("svg")
+            assert file.stat().st_size < 2e6
+        else:
+            assert json.loads(file.read_text())
+        assert f"({file.name})" in text
     assert entry.title in text
-    assert f"({file.name})" in text
     assert "--quick" in text
 
 
@@ -108,6 +113,7 @@ def test_the_page_links_to_the_folder_of_the_files(tmp_path: Path) -> None:
 def test_titles_are_those_of_the_entries() -> None:
     assert list(TITLES) == list(ENTRIES)
     assert all((entry.draw is None) != (entry.measure is None) for entry in ENTRIES.values())
+    assert all(entry.measure is not None for entry in ENTRIES.values() if entry.plot is not None)
 
 
 def test_the_committed_page_is_that_of_the_committed_numbers() -> None:
@@ -116,7 +122,7 @@ def test_the_committed_page_is_that_of_the_committed_numbers() -> None:
     text = (DOCS / "paper.md").read_text()
     assert re.findall(r": `(\w+)`$", text, re.M) == list(ENTRIES)
     assert text == page(list(ENTRIES), work.read_results(folder), False, "images/paper/")
-    assert all((folder / f"{name}.svg").exists() for name, entry in ENTRIES.items() if entry.draw)
+    assert all((folder / f"{name}.svg").exists() for name, entry in ENTRIES.items() if entry.draw or entry.plot)
     assert work.read_results(folder)["sweep"]["seeds"] == 300
 
 
@@ -337,3 +343,80 @@ def test_the_cone_by_hand_and_the_claim() -> None:
     rows = claims_shape.measure(quick=True)["rows"]
     assert rows[0]["judged_differently"] == 0
     assert min(row["judged_differently"] for row in rows[1:]) > 0
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Oscillations between robots.
+
+
+@pytest.fixture(scope="module")
+def swaps() -> dict:
+    """A coarse study."""
+    return claims_oscillation.measure(1, 1, True, nothing)
+
+
+def test_the_study_of_oscillations_has_every_row_once() -> None:
+    cells = claims_oscillation.cells()
+    methods, selections = claims_oscillation.NAMES, claims_oscillation.SELECTIONS
+    assert len(cells) == len(set(cells)) == len(methods) * (4 * len(selections) - 1)
+    assert {cell.robots for cell in cells} == {2, 4, 8, 20}
+    assert not any(METHODS[cell.method].shared for cell in cells)
+
+
+@pytest.mark.parametrize("selection", claims_oscillation.SELECTIONS)
+def test_selections_are_what_they_are_called(selection: str) -> None:
+    """Nothing but patience and guidance differs from the gallery; both are on by default."""
+    cell = claims_oscillation.Cell("nao", selection, 2)
+    made = claims_oscillation.run(cell, 3, 1.0).parameters
+    default = build("circle")
+    given = {"patience": made.get("patience", default.patience), "guided": made.get("guided", default.guided)}
+    assert (given["patience"] > 0.0) == (selection in ("kept", "both"))
+    assert (given["guided"] > 0.0) == (selection in ("agreed", "both"))
+    assert set(made) - set(default.parameters) <= {"duration", "patience", "guided"}
+
+
+def test_jobs_do_not_change_the_study_of_oscillations(swaps: dict) -> None:
+    assert json.dumps(claims_oscillation.measure(1, 2, True, nothing)) == json.dumps(swaps)
+
+
+def test_runs_of_the_study_are_aggregated() -> None:
+    """Two runs of two robots by hand, of which one does not arrive."""
+    cell = claims_oscillation.Cell("vo", "greedy", 2)
+    each = {"pairs_that_pass": 1, "pairs_that_flip": 1, "changed": 0.5}
+    runs = [
+        each | {"side_flips": 2.0, "heading_variation": 1.0, "collisions": 0, "arrived": 2, "time": 21.0},
+        each | {"side_flips": 4.0, "heading_variation": 3.0, "collisions": 1, "arrived": 1, "time": 100.0},
+    ]
+    row = claims_oscillation.aggregate(cell, runs)
+    assert (row["side_flips"], row["heading_variation"], row["changed"]) == (3.0, 2.0, 0.5)
+    assert (row["runs"], row["arrived"], row["collisions"], row["time"]) == (2, 3, 1, 21.0)
+    assert (row["pairs_that_pass"], row["pairs_that_flip"]) == (2, 2)
+    assert claims_oscillation.aggregate(cell, runs[1:])["time"] is None
+
+
+def test_the_verdict_follows_the_numbers(swaps: dict) -> None:
+    """With flips that stay by default, the claim does not hold."""
+
+    def verdict(flips: dict[str, float]) -> str:
+        rows = [row | {"side_flips": flips[row["selection"]]} for row in swaps["rows"]]
+        return " ".join(" ".join(told_oscillation.oscillation(swaps | {"rows": rows})).split())
+
+    assert "The claim holds" in verdict({"greedy": 8.0, "both": 0.5})
+    assert "leaves 6 % of the side flips" in verdict({"greedy": 8.0, "both": 0.5})
+    assert "The claim does not hold as it stands" in verdict({"greedy": 8.0, "both": 4.0})
+
+
+def test_the_figure_of_the_study_shows_its_numbers(swaps: dict) -> None:
+    """A line for each selection in each plot, through the numbers of its rows."""
+    drawn = oscillation.figure(swaps)
+    for measure, words in oscillation.MEASURES:
+        plots = [ax for ax in drawn.axes if any(line.get_gid() == f"{measure}-greedy" for line in ax.lines)]
+        assert len(plots) == 2
+        assert plots[0].get_ylabel() == words
+        for name, ax in zip(("vo", "nao"), plots):
+            for line in ax.lines:
+                rows = [
+                    r for r in swaps["rows"] if (r["method"], f"{measure}-{r['selection']}") == (name, line.get_gid())
+                ]
+                assert line.get_xdata().tolist() == [row["robots"] for row in rows]
+                assert line.get_ydata().tolist() == [row[measure] for row in rows]

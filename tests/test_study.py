@@ -1,18 +1,31 @@
 """Studies: the same table to the bit whatever the number of jobs, and the right one."""
 
 import json
+import multiprocessing
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from galleries import NAMES, nudged
 
-from slalom import METHODS, InvalidFile, InvalidInput
-from slalom.sim import compare, load, metrics, simulate
+from slalom import METHODS, InvalidFile, InvalidInput, SlalomError
+from slalom.peers import contender
+from slalom.sim import Row, compare, compare_all, load, metrics, read_study, simulate
+from slalom.sim.aggregate import mean_interval, wilson
+from slalom.sim.case import run_case, run_one
 from slalom.sim.gallery import GALLERY, build
-from slalom.sim.study import mean_interval, run_one, wilson
+from slalom.sim.study import cases_of, flat
+from slalom.sim.study_file import is_study, named
 
 SHORT = {"duration": 3.0}
+FLEETS = Path(__file__).parents[1] / "benchmarks" / "fleets.yaml"
 
 
 def test_jobs_do_not_matter() -> None:
@@ -76,6 +89,8 @@ def test_a_file_is_a_scenario_too(tmp_path: Path) -> None:
     table = compare(str(path), ["nao"], 2, settings={"duration": 0.3})
     assert table["scenario"] == str(path)
     assert table["methods"]["nao"]["runs"] == 2
+    cases = cases_of(Row(str(path), {"duration": 0.3}, ["nao"], 2))
+    assert [run_case(case) for case in cases] == [run_one(str(path), {"duration": 0.3}, "nao", k) for k in range(2)]
 
 
 def test_a_method_named_twice_is_one_row() -> None:
@@ -129,6 +144,7 @@ def test_load_gives_the_gallery(name: str) -> None:
 def test_intervals_are_those_of_the_literature():
     """Student's t; Wilson's of 0 of 20 and 81 of 263 (Newcombe, Statistics in Medicine 17, 1998, table I)."""
     assert wilson(0, 20) == pytest.approx([0.0, 0.1611], abs=1e-4)
+    assert wilson(0, 0) is None
     assert wilson(81, 263) == pytest.approx([0.2553, 0.3662], abs=1e-4)
     assert mean_interval([]) is None
     assert mean_interval([3.0]) is None
@@ -138,3 +154,271 @@ def test_intervals_are_those_of_the_literature():
         low, high = mean_interval(values)
         assert low + high == pytest.approx(n - 1.0)
         assert high - low == pytest.approx(2 * t * values.std(ddof=1) / np.sqrt(n), rel=4e-3)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Several scenarios.
+
+
+def installed(name: str) -> None:
+    """Skip without the package of a peer."""
+    try:
+        contender(name)
+    except InvalidInput:
+        pytest.skip("its package is not installed")
+
+
+def test_several_scenarios_are_those_one_by_one() -> None:
+    """Also the same one twice, and with other methods and seeds."""
+    rows = [
+        Row("empty", {"duration": 0.5}, ["vo", "ao"], 2),
+        Row("head_on", {"duration": 0.5}, ["avo"], 3),
+        Row("empty", {"duration": 0.5}, ["ao"], 3),
+    ]
+    tables = compare_all(rows)
+    for row, table in zip(rows, tables, strict=True):
+        assert table == compare(row.scenario, row.methods, row.seeds, settings=row.settings)
+    lines = flat(tables)
+    assert [(line["scenario"], line["method"], line["runs"]) for line in lines] == [
+        ("empty", "vo", 2),
+        ("empty", "ao", 2),
+        ("head_on", "avo", 3),
+        ("empty", "ao", 3),
+    ]
+    assert (
+        lines[0]
+        == {"scenario": "empty", "seeds": 2, "settings": rows[0].settings, "method": "vo"} | tables[0]["methods"]["vo"]
+    )
+
+
+def test_runs_that_are_the_same_are_made_once() -> None:
+    seen: list[int] = []
+    rows = [Row("empty", {"duration": 0.2}, ["vo"], seeds) for seeds in (1, 3, 2)]
+    compare_all(rows, progress=lambda k, n: seen.append(n))
+    assert seen == [3, 3, 3]
+
+
+def test_a_method_that_cannot_run_a_scenario_is_a_row_that_says_so() -> None:
+    """The rest goes on."""
+    installed("orca")
+    rows = [Row(name, {"duration": 0.3}, ["orca", "avo"], 2) for name in ("drones_crossing", "head_on")]
+    space, plane = compare_all(rows)
+    row = space["methods"]["orca"]
+    (failure,) = row.pop("failures")
+    assert failure["reason"].startswith("drone: expected a disc in the plane with ")
+    assert (failure["seeds"], failure["killed"]) == ([0, 1], False)
+    assert row["runs"] == row["runs_with_collision"] == row["runs_all_arrived"] == 0
+    assert {value for name, value in row.items() if not name.startswith("runs") and name != "outcomes"} == {None}
+    assert space["methods"]["avo"]["runs"] == plane["methods"]["orca"]["runs"] == 2
+    assert plane["methods"]["orca"]["failures"] == []
+    assert json.loads(json.dumps(space, allow_nan=False)) == space
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        Row("full", {}, ["vo"], 1),
+        Row("empty", {"offset": 1.0}, ["vo"], 1),
+        Row("empty", {"margin": -1.0}, ["vo"], 1),
+        Row("empty", {"distance": np.nan}, ["vo"], 1),
+        Row("empty", {}, ["best"], 1),
+        Row("empty", {}, [], 1),
+        Row("empty", {}, ["vo"], 0),
+        Row("none.yaml", {}, ["vo"], 1),
+    ],
+    ids=str,
+)
+def test_a_mistake_in_any_row_is_refused_before_anything_runs(wrong: Row) -> None:
+    with pytest.raises(SlalomError, match="expected"):
+        compare_all([Row("empty", {"duration": 0.2}, ["vo"], 1), wrong], progress=lambda k, n: pytest.fail("it ran"))
+
+
+@pytest.mark.parametrize("backend", ["threading", "loky"])
+def test_backends_do_not_matter(backend: str) -> None:
+    """Not to the last bit."""
+    one, two = (
+        compare("head_on", ["avo"], 4, settings={"duration": 0.5}, jobs=2, backend=name) for name in (None, backend)
+    )
+    assert json.dumps(one) == json.dumps(two)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Interrupted.
+
+
+class Interrupted(Exception):
+    """What stops a sweep in a test."""
+
+
+def stopping(at: int) -> Callable[[int, int], None]:
+    """A progress that stops the sweep after so many runs."""
+
+    def progress(done: int, total: int) -> None:
+        if done == at:
+            raise Interrupted
+
+    return progress
+
+
+def killing(*at: int) -> Callable[[int, int], None]:
+    """A progress that kills one of the processes after so many runs, once each."""
+    ahead = list(at)
+
+    def progress(done: int, total: int) -> None:
+        if ahead and done >= ahead[0]:
+            ahead.pop(0)
+            os.kill(multiprocessing.active_children()[0].pid or 0, signal.SIGKILL)
+
+    return progress
+
+
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_sweep_that_is_interrupted_goes_on(jobs: int, tmp_path: Path) -> None:
+    """Twice: the same bits as at one go, and what was there is not made again."""
+    rows = [Row(name, {"duration": 0.3}, ["avo", "vo"], 10) for name in ("empty", "head_on")]
+    whole = json.dumps(compare_all(rows))
+    for stop in (7, 19):
+        with pytest.raises(Interrupted):
+            compare_all(rows, jobs=jobs, store=tmp_path, progress=stopping(stop))
+        assert stop <= len(list(tmp_path.glob("*.json"))) < 40
+    there = len(list(tmp_path.glob("*.json")))
+    times = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.json")}
+    seen: list[tuple[int, int]] = []
+    assert json.dumps(compare_all(rows, jobs=jobs, store=tmp_path, progress=lambda k, n: seen.append((k, n)))) == whole
+    assert seen == [(k, 40) for k in range(there, 41)]
+    assert all(path.stat().st_mtime_ns == before for path, before in times.items())
+    assert json.dumps(compare_all(rows, store=tmp_path, progress=lambda k, n: seen.append((k, n)))) == whole
+    assert seen[-1] == (40, 40)
+    assert len(seen) == 42 - there
+
+
+@pytest.mark.parametrize("stored", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_killed_processes_do_not_end_a_sweep(stored: bool, tmp_path: Path) -> None:
+    """Nor change a bit of it."""
+    settings = {"duration": 0.5}
+    whole = compare("head_on", ["avo", "vo"], 20, settings=settings)
+    store = tmp_path if stored else None
+    swept = compare("head_on", ["avo", "vo"], 20, settings=settings, jobs=2, store=store, progress=killing(4, 21))
+    assert json.dumps(swept) == json.dumps(whole)
+
+
+@pytest.mark.slow
+def test_a_sweep_whose_program_is_killed_twice_says_the_same(tmp_path: Path) -> None:
+    """SIGKILL leaves no time to tidy up. The processes of the pool may go on for a moment; they write what is right."""
+    tokens = ["compare", "empty", "head_on", "--set", "duration=0.5", "--methods", "avo,ao", "--seeds", "100", "--json"]
+    program = [sys.executable, "-m", "slalom", *tokens]
+    whole = subprocess.run(program, capture_output=True, text=True, check=True).stdout
+    stored = [*program, "--jobs", "2", "--store", str(tmp_path / "store")]
+    for enough in (100, 250):
+        with subprocess.Popen(stored, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as running:
+            while len(list(tmp_path.glob("store/*.json"))) < enough:
+                assert running.poll() is None
+                time.sleep(0.01)
+            running.kill()
+    assert len(list(tmp_path.glob("store/*.json"))) < 400
+    assert subprocess.run(stored, capture_output=True, text=True, check=True).stdout == whole
+    assert len(list(tmp_path.glob("store/*.json"))) == 400
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Study files.
+
+STUDY = """\
+title: Two
+text: What is seen.
+methods: [avo]
+seeds: 2
+scenarios:
+  - {scenario: empty, settings: {duration: 1}}
+  - {scenario: scene.yaml, methods: [vo, ao], seeds: 1}
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Path:
+    """A study of a scenario of the gallery and one of a file beside it."""
+    (tmp_path / "scene.yaml").write_text(
+        "robot: {position: [0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {position: [20, 0]}}\n"
+    )
+    path = tmp_path / "study.yaml"
+    path.write_text(STUDY)
+    return path
+
+
+def test_a_study_is_what_its_file_says(study: Path) -> None:
+    found = read_study(study)
+    assert (found.title, found.text) == ("Two", "What is seen.")
+    assert found.rows == [
+        Row("empty", {"duration": 1.0}, ["avo"], 2),
+        Row(str(study.with_name("scene.yaml")), {}, ["vo", "ao"], 1),
+    ]
+    assert is_study(str(study))
+    assert not is_study(str(study.with_name("scene.yaml")))
+    assert not is_study("empty")
+
+
+def test_names_become_rows(study: Path) -> None:
+    """Studies and scenarios together; settings are added, methods and seeds stand in, rows are chosen."""
+    scene = str(study.with_name("scene.yaml"))
+    assert named([str(study)]) == read_study(study)
+    assert named(["ring", str(study)]) == ("", "", [Row("ring"), *read_study(study).rows])
+    changed = named([str(study)], settings={"margin": 0.1}, methods=["nao"], seeds=7, only=[scene]).rows
+    assert changed == [Row(scene, {"margin": 0.1}, ["nao"], 7)]
+    assert named([str(study)], settings={"duration": 9.0}).rows[0].settings == {"duration": 9.0}
+
+
+def test_every_mistake_of_a_study_is_a_line(study: Path) -> None:
+    study.write_text("titel: x\nseeds: 0\nmethods: []\nscenarios:\n  - {scenario: circle, settings: {robots: many}}\n")
+    with pytest.raises(InvalidFile) as caught:
+        read_study(study)
+    assert sorted(caught.value.mistakes) == [
+        f"{study}:1:1: titel: expected one of title, text, methods, seeds, scenarios; found 'titel'; "
+        "did you mean 'title'?",
+        f"{study}:2:8: seeds: expected 1 or more, found 0",
+        f"{study}:3:10: methods: expected at least 1 entries, found 0",
+        f"{study}:5:43: scenarios.0.settings.robots: expected a number, found 'many'",
+    ]
+
+
+def test_every_name_in_a_study_that_is_not_known_is_a_line(study: Path) -> None:
+    study.with_name("scene.yaml").write_text("robot: 3\n")
+    study.write_text(
+        "methods: [avo, best]\nscenarios:\n  - {scenario: empty, settings: {wheels: 4}, methods: [vo, worst]}\n"
+        "  - {scenario: full}\n  - {scenario: none.yaml}\n  - {scenario: scene.yaml}\n"
+    )
+    with pytest.raises(InvalidFile) as caught:
+        read_study(study)
+    patterns = [
+        r"study\.yaml:3:33: scenarios\.0\.settings: parameter of empty: expected one of .*; found 'wheels'",
+        r"study\.yaml:4:16: scenarios\.1\.scenario: expected a \.yaml file or one of .*; found 'full'",
+        r"none\.yaml: expected a readable YAML file, found ",
+        r"scene\.yaml:1:8: robot: expected a mapping, found 3",
+        r"study\.yaml:1:16: methods\.1: expected one of vo, .*; found 'best'",
+        r"study\.yaml:3:60: scenarios\.0\.methods\.1: expected one of vo, .*; found 'worst'",
+    ]
+    assert len(caught.value.mistakes) == len(patterns)
+    for mistake, pattern in zip(caught.value.mistakes, patterns, strict=True):
+        assert re.search(pattern, mistake), mistake
+
+
+def test_the_study_of_fleets_is_complete() -> None:
+    """Every scenario of several robots of its gallery, beside ours in every row."""
+    found = read_study(FLEETS)
+    assert found.title
+    assert found.text
+    assert len(found.rows) == 16
+    assert {row.scenario for row in found.rows} >= {"circle", "ring", "doorway", "navground_cross"}
+    assert all(row.methods[0] == "nao_shared" for row in found.rows)
+
+
+def test_the_page_of_fleets_has_the_rows_of_its_study() -> None:
+    """docs/fleets.md is what the command wrote."""
+    page = FLEETS.parents[1].joinpath("docs", "fleets.md").read_text()
+    rows = read_study(FLEETS).rows
+    cells = [line.split(" | ")[:2] for line in page.splitlines() if line.startswith("| ")][1:]
+    expected = []
+    for row in rows:
+        settings = ", ".join(f"{name}={value:g}" for name, value in row.settings.items())
+        expected += [[f"| {row.scenario} {settings}".rstrip(), method] for method in row.methods]
+    assert cells == expected
+    assert "`slalom compare benchmarks/fleets.yaml " in page

@@ -11,10 +11,21 @@ from slalom.bounds import Bound, Box, ConvexPolygon, Friction, HeadingCone, Leas
 from slalom.control_obstacle import ControlObstacle, Element, control_obstacle
 from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidFile, InvalidInput, OutsideSpan, SlalomError
-from slalom.forecast import AcceleratingBriefly, AtConstantAcceleration, AtConstantVelocity, Forecast, Known
+from slalom.forecast import (
+    FORESIGHTS,
+    AcceleratingBriefly,
+    AtConstantAcceleration,
+    AtConstantTurn,
+    AtConstantVelocity,
+    Forecast,
+    FromPast,
+    Known,
+    Present,
+)
 from slalom.goal import Goal
 from slalom.horizon import Horizon, HorizonByName, SafeTime
 from slalom.limits import Admissible, HalfSpace, Limits, admissible_ball
+from slalom.lookahead import LookAhead, Planned
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import METHODS, Method, method
 from slalom.navigator import Navigator
@@ -29,6 +40,7 @@ from slalom.objective import (
     preferred_control,
 )
 from slalom.obstacle import Obstacle
+from slalom.plan import AccelerateInTurn
 from slalom.response import (
     AccelerateThenBrake,
     AccelerateThenCoast,
@@ -60,7 +72,9 @@ from slalom.uncertainty import BoundedError, GaussianError, Uncertainty
 __version__ = "0.1.0"
 
 __all__ = [
+    "FORESIGHTS",
     "METHODS",
+    "AccelerateInTurn",
     "AccelerateThenBrake",
     "AccelerateThenCoast",
     "AccelerateThenStop",
@@ -71,6 +85,7 @@ __all__ = [
     "Aim",
     "Arrive",
     "AtConstantAcceleration",
+    "AtConstantTurn",
     "AtConstantVelocity",
     "Ball",
     "Bound",
@@ -90,6 +105,7 @@ __all__ = [
     "FollowVelocity",
     "Forecast",
     "Friction",
+    "FromPast",
     "Function",
     "GaussianError",
     "Goal",
@@ -105,6 +121,7 @@ __all__ = [
     "LaggedVelocity",
     "LeastSpeed",
     "Limits",
+    "LookAhead",
     "Manoeuvre",
     "Method",
     "Mix",
@@ -116,8 +133,10 @@ __all__ = [
     "OutsideSpan",
     "Part",
     "PiecewisePolynomial",
+    "Planned",
     "Polygon",
     "Polyline",
+    "Present",
     "Rectangle",
     "Response",
     "SafeTime",

@@ -16,6 +16,7 @@ class Outcome(Enum):
     KEPT = "The committed manoeuvre is safe and no new one promises enough to change it."
     CONTINUED = "No new safe manoeuvre exists; the committed one is continued and still safe."
     WAITING = "Not before it has heard of others may the robot change its manoeuvre; it goes on, and that is safe."
+    BEGUN = "No sequence that arrives is known yet; one that is promising is begun, and ends at rest, clear of all."
     SQUEEZED = "No manoeuvre keeps the margin; this one keeps a clearance above 0."
     DELAYED = "Every manoeuvre collides as predicted; the one that collides last was chosen."
     IMPACT = "A collision within this control period is inevitable; the impact speed was made least."
@@ -28,7 +29,10 @@ class Outcome(Enum):
         return self in SAFE
 
 
-SAFE = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.WAITING, Outcome.SQUEEZED)
+SAFE = (
+    *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED),
+    *(Outcome.WAITING, Outcome.BEGUN, Outcome.SQUEEZED),
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,3 +19,7 @@ class InvalidFile(SlalomError):
     def __init__(self, mistakes: list[str]) -> None:
         super().__init__("\n".join(mistakes))
         self.mistakes = mistakes
+
+    def __reduce__(self) -> tuple[type["InvalidFile"], tuple[list[str]]]:
+        """Errors come from other processes too."""
+        return type(self), (self.mistakes,)

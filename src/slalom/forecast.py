@@ -6,15 +6,17 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 
 from slalom.checks import positive
+from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
-from slalom.trajectory import ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
+from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
 
 
 @runtime_checkable
 class Forecast(Protocol):
     """A rule from an obstacle's true trajectory and the time of observation to the trajectory that is assumed.
 
-    Law: a rule uses the true trajectory only at `now`, except `Known`, which is given all of it.
+    Law: a rule uses the true trajectory only at `now`, except `Known` and `Present`, which are given all of it, and
+    `FromPast`, which uses what was before.
     """
 
     @property
@@ -32,6 +34,18 @@ class Known:
     @property
     def foresees(self) -> bool:
         return True
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return trajectory
+
+
+@dataclass(frozen=True)
+class Present:
+    """The trajectory itself, of those that are there: nothing is known of who will appear."""
+
+    @property
+    def foresees(self) -> bool:
+        return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return trajectory
@@ -88,16 +102,104 @@ class AcceleratingBriefly:
         return PiecewisePolynomial(np.array([s, FAR]), np.array(rows), now)
 
 
+@dataclass(frozen=True)
+class AtConstantTurn:
+    """The speed and the rate of turning of this moment for ever: what vehicles on bends and in roundabouts do.
+
+    The rate is that of the acceleration across the velocity; what accelerates along it is dropped. Straight on where
+    that turns by less than STRAIGHT radians per second, or where nothing moves.
+    """
+
+    @property
+    def foresees(self) -> bool:
+        return False
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        place, speed, push = trajectory.position(now), trajectory.velocity(now), trajectory.acceleration(now)
+        square = float(speed @ speed)
+        across = push - speed * float(push @ speed) / square if square > 0.0 else 0.0 * speed
+        fast, size = float(np.sqrt(square)), float(np.linalg.norm(across))
+        if size <= STRAIGHT * fast:
+            return ConstantVelocity(place, speed, now)
+        radius = square / size
+        center = place + across / size * radius
+        normal = None
+        if place.size == 2:
+            turning = float(np.sign(speed[0] * across[1] - speed[1] * across[0]))
+        else:
+            normal, turning = np.cross(speed, across), 1.0
+        start = Circular(center, radius, turning * fast, 0.0, normal)
+        x, y = start.basis @ (place - center)
+        return replace(start, phase=float(np.arctan2(y, x)) - start.rate * now)
+
+
+@dataclass(frozen=True)
+class FromPast:
+    """What `rule` makes of the velocity and acceleration that the positions of the last `seconds` show.
+
+    A parabola through where the obstacle is now, fitted to where it was; one that has just appeared is seen to have the
+    velocity that it has, and no acceleration. So a rule sees nothing of what a recording holds for later, and little
+    of the noise of single samples.
+    """
+
+    rule: Forecast
+    seconds: float = 0.5
+
+    def __post_init__(self) -> None:
+        positive(self.seconds, "seconds")
+        if self.rule.foresees or isinstance(self.rule, Present):
+            raise InvalidInput(f"rule: expected a forecast from what is seen, found {self.rule}")
+
+    @property
+    def foresees(self) -> bool:
+        return False
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        place, first = trajectory.position(now), trajectory.span[0]
+        back = min(self.seconds, now - first)
+        if back < 0.2 * self.seconds:
+            return self.rule(ConstantAcceleration(place, trajectory.velocity(now), 0.0 * place, now), now)
+        ago = -back * np.arange(1, LOOKS + 1) / LOOKS
+        was = trajectory.position(np.maximum(now + ago, first)) - place
+        speed, push = np.linalg.lstsq(np.stack([ago, 0.5 * ago**2], axis=1), was, rcond=None)[0]
+        return self.rule(ConstantAcceleration(place, speed, push, now), now)
+
+
+STRAIGHT: Final = 1e-3
+"""[rad/s] Obstacles that turn more slowly are foreseen to go straight on."""
+LOOKS: Final = 5
+"""[1] Positions of the past that a forecast is fitted to."""
 FAR: Final = 1e4
 """[s] Longer than any horizon."""
 
+EXACT: Final = (Known, Present)
+"""Kinds of forecasts that give the trajectory itself, at any time the same."""
+
 FORECASTS: Final[dict[str, Forecast]] = {
     "known": Known(),
+    "present": Present(),
     "accelerating_briefly": AcceleratingBriefly(),
     "constant_velocity": AtConstantVelocity(),
     "constant_acceleration": AtConstantAcceleration(),
+    "constant_turn": AtConstantTurn(),
 }
 """Every forecast by name."""
+
+
+FORESIGHTS: Final[dict[str, Forecast]] = {
+    "recorded": Known(),
+    "present": Present(),
+    "observed": FromPast(AcceleratingBriefly(1.0)),
+    "observed_velocity": FromPast(AtConstantVelocity()),
+    "observed_turn": FromPast(AtConstantTurn()),
+}
+"""Levels of foresight: the futures of all, also of who will appear; the futures of those who are there; and what was
+seen until now, with accelerations that last a second, with constant velocity, or on circles."""
+
+
+def foresight_of(forecast: Forecast) -> str:
+    """The level of foresight of a forecast: recorded, present, or observed."""
+    return "recorded" if forecast.foresees else "present" if isinstance(forecast, Present) else "observed"
 
 
 def foreseen(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:

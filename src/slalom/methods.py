@@ -6,7 +6,15 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from slalom.checks import known, positive
-from slalom.forecast import AcceleratingBriefly, AtConstantAcceleration, AtConstantVelocity, Forecast, Known
+from slalom.forecast import (
+    FORESIGHTS,
+    AcceleratingBriefly,
+    AtConstantAcceleration,
+    AtConstantVelocity,
+    Forecast,
+    Known,
+    foresight_of,
+)
 from slalom.limits import Limits
 from slalom.response import (
     AccelerateThenBrake,
@@ -37,6 +45,7 @@ class Method:
         share: how much of the avoidance between robots each does itself, above 0 and at most 1: as the others do their
             part, the change of the control u from the present one is tested 1 / share as large (with 1/2 and velocities
             the reciprocal velocity obstacle of van den Berg, Lin and Manocha, ICRA 2008).
+        ahead: whether a robot alone looks ahead over sequences of accelerations (`lookahead.LookAhead`).
         shared: robots know the manoeuvres that the others are committed to, and decide one after the other.
     """
 
@@ -49,6 +58,17 @@ class Method:
     among: Responses | None = None
     share: float = 1.0
     shared: bool = False
+    ahead: bool = False
+
+    @property
+    def foresight(self) -> str:
+        """What it knows of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`)."""
+        return foresight_of(self.forecast)
+
+    def seeing(self, foresight: str) -> "Method":
+        """The method with another level of foresight. Raises InvalidInput for one that there is not."""
+        forecast = FORESIGHTS[known(foresight, "foresight", list(FORESIGHTS))]
+        return replace(self, name=f"{self.name.partition('@')[0]}@{foresight}", forecast=forecast)
 
     def among_robots(self) -> "Method":
         """The method of robots that meet each other."""
@@ -136,6 +156,14 @@ METHODS: Final[dict[str, Method]] = {
             share=0.5,
         ),
         Method(
+            "nao_ahead",
+            _acceleration,
+            Known(),
+            "As nao, and looks ahead: accelerate now, then otherwise, then otherwise again. One robot among obstacles.",
+            "Sequences: docs/theory.md, 18; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
+            ahead=True,
+        ),
+        Method(
             "nao_shared",
             _ending_at_rest,
             Known(),
@@ -150,5 +178,11 @@ METHODS: Final[dict[str, Method]] = {
 
 
 def method(name: str) -> Method:
-    """The method of that name. Raises InvalidInput, listing the names, when there is none."""
-    return METHODS[known(name, "method", list(METHODS))]
+    """The method of that name, or with another foresight NAME@FORESIGHT, as in nao@observed.
+
+    Raises:
+        InvalidInput: there is no such method or foresight; the names that there are.
+    """
+    plain, _, foresight = name.partition("@")
+    found = METHODS[known(plain, "method", list(METHODS))]
+    return found.seeing(foresight) if foresight else found

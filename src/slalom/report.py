@@ -1,5 +1,6 @@
 """Results as text for a terminal."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -57,15 +58,87 @@ def files_text(result: dict[str, Any]) -> str:
 
 
 def table_text(result: dict[str, Any]) -> str:
-    """A comparison as a table, one method a row."""
+    """A comparison in one scenario as a table, one method a row, and below it the runs that have no result."""
     width = max(8, *(len(name) + 1 for name in result["methods"]))
     lines = [
-        f"{result['scenario']}, {result['seeds']} seeds",
+        f"{_scene(result)}, {result['seeds']} seeds",
         f"{'method':{width}}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}{'clearance m':>14}",
     ]
     for name, row in result["methods"].items():
-        time = "-" if row["time"] is None else f"{row['time']:.2f}"
-        clearance = "-" if row["min_clearance"] is None else f"{row['min_clearance']:.3f}"
-        counts = f"{row['runs_with_collision']:>10}{row['runs_all_arrived']:>10}"
-        lines.append(f"{name:{width}}{counts}{time:>10}{row['adjustments']:>10.1f}{clearance:>14}")
+        if row["runs"]:
+            counts = f"{row['runs_with_collision']:>10}{row['runs_all_arrived']:>10}"
+            lines.append(
+                f"{name:{width}}{counts}{_number(row['time'], 2):>10}{row['adjustments']:>10.1f}"
+                f"{_number(row['min_clearance'], 3):>14}"
+            )
+        else:
+            lines.append(f"{name:{width}}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>14}")
+    for name, row in result["methods"].items():
+        lines += [f"{name}: {why}" for why in _failures(row, result["seeds"])]
     return "\n".join(lines)
+
+
+def page_text(tables: Sequence[dict[str, Any]], title: str, text: str, command: str, versions: dict[str, str]) -> str:
+    """Comparisons as a Markdown page: the command that made it, and one table with confidence intervals."""
+    made_with = ", ".join(f"{name} {version}" for name, version in versions.items())
+    lines = [
+        f"# {title or 'Comparison'}",
+        "",
+        *([text, ""] if text else []),
+        f"Made by `{command}` with {made_with}.",
+        "",
+        "A collision is a clearance below -1 mm in continuous time. Last arrival: the mean over the runs in which all "
+        "arrived. In brackets 95 % confidence intervals, Wilson's for shares and Student's for means.",
+        "",
+        "| scenario | method | runs | with a collision | all arrived | last arrival s | least clearance m |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for table in tables:
+        for name, row in table["methods"].items():
+            cells = [
+                _scene(table),
+                name,
+                "; ".join([str(row["runs"]), *_failures(row, table["seeds"])]),
+                _share(row, "runs_with_collision"),
+                _share(row, "runs_all_arrived"),
+                _mean(row),
+                _number(row["min_clearance"], 3),
+            ]
+            lines.append("| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _scene(result: dict[str, Any]) -> str:
+    """A scenario with its settings."""
+    settings = ", ".join(f"{name}={value:g}" for name, value in result["settings"].items())
+    return f"{result['scenario']} {settings}".rstrip()
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def _share(row: dict[str, Any], what: str) -> str:
+    """A count and the interval of its share."""
+    if not row["runs"]:
+        return "-"
+    low, high = row[f"{what}_interval"]
+    return f"{row[what]} ({100 * low:.0f}-{100 * high:.0f} %)"
+
+
+def _mean(row: dict[str, Any]) -> str:
+    """The mean time and its interval."""
+    spread = row["time_interval"]
+    return _number(row["time"], 1) + (f" ({spread[0]:.1f}-{spread[1]:.1f})" if spread else "")
+
+
+def _failures(row: dict[str, Any], seeds: int) -> list[str]:
+    """Why runs have no result, and which."""
+    said = []
+    for failure in row["failures"]:
+        which, many = failure["seeds"], len(failure["seeds"])
+        listed = ", ".join(str(seed) for seed in which[:6]) + (", ..." if many > 6 else "")
+        said.append(
+            ("none ran" if many == seeds else f"{many} did not run (seeds {listed})") + f": {failure['reason']}"
+        )
+    return said

@@ -81,6 +81,12 @@ ELEMENTS: Final = 4096
 CANDIDATES: Final = 2_000_000
 """[1] Most candidate controls examined in one choice. Reaching it is a status (UNDECIDED), never an answer."""
 
+FEW_ELEMENTS: Final = 64
+"""[1] Most elements in the working set of a choice in a search over sequences; a wish that needs more is dropped."""
+
+FEW_CANDIDATES: Final = 5_000
+"""[1] Most candidate controls in such a choice. Larger: a search finds more of what is there, and takes longer."""
+
 SMALLEST_GAIN: Final = 1e-14
 """Control obstacles start where the gain exceeds this (unit of the response: s, s^2, s^3).
 

@@ -6,6 +6,7 @@ Importing this package does not import numba: the first use of a kernel does. `s
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from slalom.kernels.ahead import explore, stays_free
     from slalom.kernels.arrival import earliest_arrival
     from slalom.kernels.clearance import contact_times, least_clearances
     from slalom.kernels.crew import decide_all
@@ -21,6 +22,7 @@ __all__ = [
     "decide_all",
     "distances",
     "earliest_arrival",
+    "explore",
     "find_corners",
     "give_way",
     "head_for",
@@ -29,6 +31,7 @@ __all__ = [
     "nearest_free",
     "passing_velocity",
     "relative_segments",
+    "stays_free",
     "stopping_velocity",
     "time_to_stop",
 ]
@@ -38,6 +41,7 @@ _MODULES = {
     "decide_all": "crew",
     "distances": "hulls",
     "earliest_arrival": "arrival",
+    "explore": "ahead",
     "find_corners": "meeting",
     "give_way": "yielding",
     "head_for": "meeting",
@@ -46,6 +50,7 @@ _MODULES = {
     "nearest_free": "exchange",
     "passing_velocity": "wish",
     "relative_segments": "segments",
+    "stays_free": "ahead",
     "stopping_velocity": "wish",
     "time_to_stop": "wish",
 }

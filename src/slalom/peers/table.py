@@ -6,6 +6,7 @@ from functools import partial
 from typing import Final
 
 from slalom.checks import Array, known
+from slalom.errors import InvalidInput
 from slalom.methods import METHODS, Method
 from slalom.peers.behaviours import Behaviours
 from slalom.peers.crowd import Crowd, Team, imported
@@ -120,12 +121,17 @@ CONTENDERS: Final[dict[str, Method | Peer]] = {**METHODS, **PEERS}
 
 
 def contender(name: str) -> Method | Peer:
-    """The method or the peer of that name.
+    """The method or the peer of that name; of methods also NAME@FORESIGHT, see `methods.method`.
 
     Raises:
-        InvalidInput: there is none, with all names; or it is a peer whose package is not installed.
+        InvalidInput: there is none, with all names; or it is a peer whose package is not installed, or one with a
+            foresight.
     """
-    chosen = CONTENDERS[known(name, "method", list(CONTENDERS))]
-    if isinstance(chosen, Peer):
-        imported(chosen.package)
+    plain, _, foresight = name.partition("@")
+    chosen = CONTENDERS[known(plain, "method", list(CONTENDERS))]
+    if isinstance(chosen, Method):
+        return chosen.seeing(foresight) if foresight else chosen
+    if foresight:
+        raise InvalidInput(f"method: expected {plain} alone, which sees what is there now; found {name!r}")
+    imported(chosen.package)
     return chosen

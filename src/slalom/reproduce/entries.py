@@ -7,10 +7,12 @@ from matplotlib.figure import Figure
 
 from slalom.reproduce import (
     claims_crossing,
+    claims_oscillation,
     claims_road,
     claims_shape,
     claims_smooth,
     obstacles,
+    oscillation,
     road,
     roundabout,
     sweep,
@@ -38,6 +40,11 @@ class Effort(NamedTuple):
         """Seeds for slalom's own navigator, whose runs take about a hundred times as long."""
         return max(1, self.seeds // 15)
 
+    @property
+    def fleet_runs(self) -> int:
+        """Seeds for several robots that decide at every step, each with its own navigator."""
+        return max(1, self.seeds // 100)
+
 
 class Entry(NamedTuple):
     """A figure, or a claim and how it is measured.
@@ -48,6 +55,7 @@ class Entry(NamedTuple):
         paper: what the paper describes, or claims.
         shown: what is drawn, or asked.
         draw: makes the figure. measure: makes the numbers. One of them is None.
+        plot: makes a figure of the numbers of a claim, if it has one.
         weight: roughly its share of the time [s].
     """
 
@@ -58,6 +66,7 @@ class Entry(NamedTuple):
     draw: Callable[[], Figure] | None = None
     measure: Callable[[Effort, Advance], Mapping[str, Any]] | None = None
     weight: float = 1.0
+    plot: Callable[[Mapping[str, Any]], Figure] | None = None
 
 
 def _figure(name: str, draw: Callable[[], Figure], paper: str, shown: str, weight: float = 1.0) -> Entry:
@@ -65,9 +74,14 @@ def _figure(name: str, draw: Callable[[], Figure], paper: str, shown: str, weigh
 
 
 def _claim(
-    name: str, measure: Callable[[Effort, Advance], Mapping[str, Any]], paper: str, shown: str, weight: float
+    name: str,
+    measure: Callable[[Effort, Advance], Mapping[str, Any]],
+    paper: str,
+    shown: str,
+    weight: float,
+    plot: Callable[[Mapping[str, Any]], Figure] | None = None,
 ) -> Entry:
-    return Entry(name, TITLES[name], paper, shown, measure=measure, weight=weight)
+    return Entry(name, TITLES[name], paper, shown, measure=measure, weight=weight, plot=plot)
 
 
 _FIGURES: Final = (
@@ -198,6 +212,15 @@ _CLAIMS: Final = (
         "For zero relative velocity the AO is a straight cone.",
         "Random accelerations: are they in the AO, and are they in the cone?",
         1.0,
+    ),
+    _claim(
+        "oscillation",
+        lambda effort, advance: claims_oscillation.measure(effort.fleet_runs, effort.jobs, effort.quick, advance),
+        "Oscillations between robots come from inconsistent selection, not from velocity obstacles themselves.",
+        "Robots that all use the same method swap places on a circle. The same obstacles, four ways of selecting: do "
+        "robots change the side on which they pass, their heading, their choice?",
+        270.0,
+        oscillation.figure,
     ),
 )
 

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from slalom.reproduce.entries import ENTRIES, Entry
-from slalom.reproduce.told import CLAIMS, Result, paragraph
+from slalom.reproduce.prose import Result, paragraph
+from slalom.reproduce.told import CLAIMS
 
 _HEAD: Final = (
     "Every figure of the paper and every claim that can be measured, made by one command:",
@@ -33,7 +34,8 @@ def page(names: Sequence[str], results: Mapping[str, Result], quick: bool, links
         parts.append("## Claims")
         for entry in chosen:
             if entry.name in results:
-                parts += [*_heading(entry), *CLAIMS[entry.name](results[entry.name])]
+                parts += [*_heading(entry), *([_picture(entry, links)] if entry.plot else [])]
+                parts += CLAIMS[entry.name](results[entry.name])
                 parts.append(f"All numbers: [{entry.name}.json]({links}{entry.name}.json).")
     return "\n\n".join(parts) + "\n"
 
@@ -48,4 +50,8 @@ def _heading(entry: Entry) -> list[str]:
 
 def _figure(entry: Entry, links: str) -> list[str]:
     heading, *caption = _heading(entry)
-    return [heading, f"![{entry.title}]({links}{entry.name}.svg)", *caption]
+    return [heading, _picture(entry, links), *caption]
+
+
+def _picture(entry: Entry, links: str) -> str:
+    return f"![{entry.title}]({links}{entry.name}.svg)"

@@ -18,5 +18,6 @@ TITLES: Final = {
     "sweep": "NAO against AO: collisions and adjustments",
     "smoothness": "Smoothness: acceleration and jerk",
     "cone": "The AO is a straight cone when the relative velocity is zero",
+    "oscillation": "Oscillations between robots: the velocity obstacle or the selection",
 }
 """In the order of the page."""

@@ -1,29 +1,10 @@
 """The numbers of each claim in words and tables, and where the paper's statement needs a correction."""
 
-from collections.abc import Callable, Mapping, Sequence
-from textwrap import fill
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import Final
 
-WIDTH: Final = 128
-"""Columns of the text."""
-
-Result = Mapping[str, Any]
-
-
-def paragraph(text: str) -> str:
-    """Text in lines of WIDTH."""
-    return fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def of(part: int, whole: int) -> str:
-    """A count and its share."""
-    return f"{part} of {whole} ({100.0 * part / whole:.1f} %)"
+from slalom.reproduce.prose import Result, of, paragraph, table
+from slalom.reproduce.told_oscillation import oscillation
 
 
 def curves(result: Result) -> list[str]:
@@ -322,5 +303,6 @@ CLAIMS: Final[dict[str, Callable[[Result], list[str]]]] = {
     "sweep": sweep,
     "smoothness": smoothness,
     "cone": cone,
+    "oscillation": oscillation,
 }
 """How the numbers of each claim are told."""

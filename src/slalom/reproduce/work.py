@@ -56,6 +56,8 @@ def make(
             target.write_text(text + "\n")
             results[entry.name] = json.loads(text)
             written.append(target)
+            if entry.plot is not None:
+                written.append(save(entry.plot(results[entry.name]), out / f"{entry.name}.svg"))
         done += entry.weight
         progress(done / total)
     paper = at or out / "paper.md"

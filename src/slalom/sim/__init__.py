@@ -1,21 +1,26 @@
 """Scenarios, the loop over time, recordings, metrics and studies."""
 
 from slalom.sim import gallery, metrics
+from slalom.sim.case import load
 from slalom.sim.recording import Recording
 from slalom.sim.scenario import Robot, Scenario
 from slalom.sim.scenario_file import read_scenario
 from slalom.sim.simulate import decision_at, simulate
-from slalom.sim.study import compare, load
+from slalom.sim.study import Row, compare, compare_all
+from slalom.sim.study_file import read_study
 
 __all__ = [
     "Recording",
     "Robot",
+    "Row",
     "Scenario",
     "compare",
+    "compare_all",
     "decision_at",
     "gallery",
     "load",
     "metrics",
     "read_scenario",
+    "read_study",
     "simulate",
 ]

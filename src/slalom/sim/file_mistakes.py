@@ -14,8 +14,12 @@ from slalom.errors import InvalidFile
 from slalom.trajectory import TRAJECTORIES
 
 
-def compose(path: Path, text: str) -> tuple[Node | None, Any]:
-    """The nodes of a YAML text, with their places, and its content. Raises InvalidFile for what is not YAML."""
+def compose(path: Path) -> tuple[Node | None, Any]:
+    """The nodes of a YAML file, with their places, and its content. Raises InvalidFile for what is not YAML."""
+    try:
+        text = path.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidFile([f"{path}: expected a readable YAML file, found {error}"]) from None
     try:
         return YAML(typ="safe").compose(text), YAML(typ="safe").load(text)
     except MarkedYAMLError as error:
@@ -63,6 +67,7 @@ _EXPECTED = {
     "finite_number": "expected a finite number, found {input}",
     "float_parsing": "expected a number, found {input}",
     "float_type": "expected a number, found {input}",
+    "int_type": "expected a whole number, found {input}",
     "too_short": "expected at least {min_length} entries, found {actual_length}",
     "too_long": "expected at most {max_length} entries, found {actual_length}",
     "literal_error": "expected {expected}, found {input}",

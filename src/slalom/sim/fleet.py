@@ -38,6 +38,8 @@ def simulate_fleet(
     order = sorted(range(len(names)), key=lambda k: names[k])
     # Robots are always handled in the order of their names, so that sums over them have the same bits.
     sorted_scenario = replace(scenario, robots=tuple(scenario.robots[k] for k in order))
+    if method.ahead:
+        raise InvalidInput(f"method: expected one for several robots, found {method.name}, for a robot alone")
     method = method.among_robots()
     if method.shared:
         _refuse_short_horizon(sorted_scenario, method)

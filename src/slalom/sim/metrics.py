@@ -15,6 +15,7 @@ from slalom.checks import Array
 from slalom.decision import Outcome
 from slalom.sim.contact import between_robots, closest_approaches, positions_at
 from slalom.sim.gaps import clearances
+from slalom.sim.oscillation import changed_choices, heading_variation, side_flips
 from slalom.sim.recording import Recording
 from slalom.tolerances import ADJUSTMENT, COLLISION
 
@@ -224,6 +225,9 @@ METRICS: Final[dict[str, Callable[[Recording], float]]] = {
         space_compliance,
         min_time_to_collision,
         without_safe_choice,
+        side_flips,
+        heading_variation,
+        changed_choices,
     )
 }
 """Every metric by name."""

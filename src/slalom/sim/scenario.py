@@ -10,6 +10,7 @@ from slalom.checks import not_negative, number, positive, share
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
+from slalom.lookahead import LookAhead
 from slalom.methods import HOLDS, Method
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
@@ -137,6 +138,14 @@ class Scenario:
             raise InvalidInput(f"setting: expected one of {', '.join(SETTINGS)}; found {unknown[0]!r}")
         changed: dict[str, Any] = dict(settings)
         return replace(self, **changed)
+
+    def decider(self, method: Method) -> Navigator | LookAhead:
+        """What decides for the only robot."""
+        navigator = self.navigator(method)
+        if not method.ahead:
+            return navigator
+        ahead = LookAhead(navigator, ahead=self.duration, deadline=self.start + self.duration)
+        return ahead.preparing(self.obstacles, self.start)
 
     def navigator(self, method: Method, robot: int = 0) -> Navigator:
         """The navigator of a robot."""

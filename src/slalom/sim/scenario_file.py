@@ -30,11 +30,7 @@ def read_scenario(path: Path | str) -> Scenario:
         InvalidFile: with one `file:line:column: expected, found` for every mistake.
     """
     path = Path(path)
-    try:
-        text = path.read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidFile([f"{path}: expected a readable YAML file, found {error}"]) from None
-    root, content = compose(path, text)
+    root, content = compose(path)
     mistakes = []
     try:
         ScenarioSpec.model_validate(content)
@@ -46,6 +42,12 @@ def read_scenario(path: Path | str) -> Scenario:
     if mistakes or scenario is None:
         raise InvalidFile(mistakes)
     return scenario
+
+
+def files_of(path: Path) -> list[Path]:
+    """A scenario file that is right, and the recording that it names, if any."""
+    recording = compose(path)[1].get("recording")
+    return [path] if recording is None else [path, path.parent / recording["file"]]
 
 
 class _Parts:

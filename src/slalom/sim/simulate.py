@@ -28,7 +28,7 @@ def simulate(
         return simulate_peer(scenario, method, seed=seed, progress=progress)
     if len(scenario.robots) > 1:
         return simulate_fleet(scenario, method, seed=seed, progress=progress)
-    navigator, goal, dt = scenario.navigator(method), scenario.robot.goal, scenario.dt
+    navigator, goal, dt = scenario.decider(method), scenario.robot.goal, scenario.dt
     state, decision = scenario.robot.state, None
     steps: list[Step] = []
     count = round(scenario.duration / dt)
@@ -53,7 +53,7 @@ def simulate(
 
 def decision_at(recording: Recording, scenario: Scenario, method: Method, step: int) -> Decision:
     """The decision that was in force at `step` of a recorded run, made again from the recorded states."""
-    navigator, decision = scenario.navigator(method), None
+    navigator, decision = scenario.decider(method), None
     for k in range(0, step + 1, scenario.steps_per_decision):
         state = State(recording.positions[k, 0], recording.velocities[k, 0], recording.acceleration_before(k))
         now = float(recording.times[k])

@@ -1,40 +1,45 @@
 """Scenarios x methods x seeds -> one table."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from typing import Any, Final, NamedTuple
 
-import numpy as np
-from joblib import Parallel, delayed
-
+from slalom.checks import number
 from slalom.errors import InvalidInput
+from slalom.methods import Method
 from slalom.peers import CONTENDERS, contender
-from slalom.sim.gallery import GALLERY
-from slalom.sim.gallery import build as build_gallery
-from slalom.sim.metrics import finite, summary
-from slalom.sim.scenario import Scenario
-from slalom.sim.scenario_file import read_scenario
-from slalom.sim.simulate import simulate
+from slalom.sim.aggregate import aggregate
+from slalom.sim.case import (
+    SOURCES,
+    Case,
+    Failure,
+    is_file,
+    load,
+    method_content,
+    run_case,
+    scenario_content,
+    versions,
+)
+from slalom.sim.pool import survive, working_with
+from slalom.sim.store import Store
+
+METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
+"""Compared if nothing else is said."""
+SEEDS: Final = 100
+"""[1] Of each scenario and method if nothing else is said."""
+
+Result = dict[str, Any] | Failure
 
 
-def load(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """The scenario of a gallery name or, for a name that ends in .yaml or .yml, of a file.
+class Row(NamedTuple):
+    """A scenario with settings, and the methods that are compared in it on seeds 0, 1, ..."""
 
-    Raises:
-        InvalidInput: an unknown name or setting. InvalidFile: mistakes in the file.
-    """
-    if name.endswith((".yaml", ".yml")):
-        return read_scenario(name).with_settings(settings or {})
-    if name not in GALLERY:
-        raise InvalidInput(f"scenario: expected a .yaml file or one of {', '.join(GALLERY)}; found {name!r}")
-    return build_gallery(name, settings, seed=seed)
-
-
-def run_one(name: str, settings: Mapping[str, float], method: str, seed: int) -> dict[str, Any]:
-    """The summary of one run, without what depends on the clock."""
-    recording = simulate(load(name, settings, seed=seed), contender(method), seed=seed)
-    row = summary(recording)
-    del row["decision_us"]
-    return {**row, "digest": recording.digest()}
+    scenario: str
+    settings: Mapping[str, float] = {}
+    methods: Sequence[str] = METHODS
+    seeds: int = SEEDS
 
 
 def compare(
@@ -44,73 +49,117 @@ def compare(
     *,
     settings: Mapping[str, float] | None = None,
     jobs: int = 1,
+    backend: str | None = None,
+    store: Path | str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Every method on the same `seeds` scenarios (seeds 0, 1, ...); the same result to the bit for any `jobs`.
+    """Every method on the same `seeds` scenarios (seeds 0, 1, ...), see `compare_all`.
 
     Returns:
-        {"scenario", "seeds", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived", "adjustments",
-        "time", "min_clearance", "outcomes"}}}: counts; means over the runs for adjustments and, over arrived ones,
-        time [s]; the least clearance [m] of all; and for the counts and the time "..._interval", between which the
-        share of runs and the mean lie with 95 % confidence.
+        {"scenario", "seeds", "settings", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived",
+        "adjustments", "time", "min_clearance", "outcomes", "failures"}}}: counts; means over the runs for adjustments
+        and, over those in which all arrived, time until the last did [s]; the least clearance [m] of all; for the
+        counts and the time "..._interval", between which the share of runs and the mean lie with 95 % confidence; and
+        for runs that have no result the reasons, each with its seeds. What there is not is None.
     """
-    for method in methods:
-        contender(method)
-    if not methods:
+    row = Row(name, settings or {}, methods, seeds)
+    return compare_all([row], jobs=jobs, backend=backend, store=store, progress=progress)[0]
+
+
+def compare_all(
+    rows: Sequence[Row],
+    *,
+    jobs: int = 1,
+    backend: str | None = None,
+    store: Path | str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[dict[str, Any]]:
+    """What `compare` gives for each of the rows; the same to the bit for any `jobs` and `backend`, and interrupted or
+    not.
+
+    With a `store`, a folder that is made if need be, every run is kept there as soon as it is finished, and a run that
+    is there already is not made again: see `Store`. A scenario that a method cannot run (some take discs only), and a
+    run whose process is killed again and again, see `pool.survive`, is a failure in the row, not the end. `progress`
+    is called with the number of runs that there are and that there will be.
+
+    Args:
+        jobs: processes; -1 for one per core. backend: what joblib works with, see `pool.working_with`.
+
+    Raises:
+        InvalidInput: an unknown scenario, setting, method or backend, or a value that does not fit. InvalidFile:
+            mistakes in a scenario file; a damaged file in the store. Both before anything is run.
+    """
+    if jobs == 0 or any(row.seeds < 1 for row in rows):
+        least = min((row.seeds for row in rows), default=1)
+        raise InvalidInput(f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {least} and {jobs}")
+    plan = [cases_of(row) for row in rows]
+    # By seeds first, so that the work ahead is like the work behind: joblib makes batches by how long runs took.
+    cases = {case.key: case for case in sorted(chain.from_iterable(plan), key=lambda case: case.seed)}
+    with working_with(backend):
+        kept = Store.at(store) if store is not None else None
+        results: dict[str, Result] = dict(kept.read(cases.values())) if kept else {}
+        if progress and results:
+            progress(len(results), len(cases))
+        missing = {key: case for key, case in cases.items() if key not in results}
+        for key, result in survive(partial(_kept, kept), missing, jobs=jobs, recall=partial(_recalled, kept)):
+            results[key] = result
+            if progress:
+                progress(len(results), len(cases))
+    return [_table(row, [results[case.key] for case in made]) for row, made in zip(rows, plan)]
+
+
+def cases_of(row: Row) -> list[Case]:
+    """The runs of a row: all seeds of its first method, then those of the next. Everything is checked."""
+    if not row.methods:
         raise InvalidInput(f"methods: expected at least one of {', '.join(CONTENDERS)}; found none")
-    if seeds < 1 or jobs == 0:
-        raise InvalidInput(f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {seeds} and {jobs}")
-    load(name, settings or {})
-    cases = [(method, seed) for method in methods for seed in range(seeds)]
-    work = (delayed(run_one)(name, dict(settings or {}), method, seed) for method, seed in cases)
-    rows: dict[tuple[str, int], dict[str, Any]] = {}
-    for row in Parallel(n_jobs=jobs, return_as="generator_unordered")(work):
-        rows[row["method"], row["seed"]] = row
-        if progress:
-            progress(len(rows), len(cases))
-    table = {method: _aggregate([rows[method, seed] for seed in range(seeds)]) for method in methods}
-    return {"scenario": name, "seeds": seeds, "settings": dict(settings or {}), "methods": table}
+    settings = {name: number(value, name) for name, value in row.settings.items()}
+    contenders = {name: contender(name) for name in row.methods}
+    scenario = load(row.scenario, settings)
+    where = str(Path(row.scenario).resolve()) if is_file(row.scenario) else row.scenario
+    about = scenario_content(row.scenario, settings, scenario)
+    for method in contenders.values():
+        if isinstance(method, Method):
+            # What a navigator refuses is a mistake in the settings, whatever happens in the run.
+            scenario.navigator(method)
+    made = []
+    for name, method in contenders.items():
+        shared = {
+            "scenario": about,
+            "method": method_content(method),
+            "sources": SOURCES,
+            "versions": versions([method]),
+        }
+        made += [Case(where, settings, name, seed, {**shared, "seed": seed}) for seed in range(row.seeds)]
+    return made
 
 
-def wilson(count: int, runs: int) -> list[float]:
-    """The 95 % confidence interval of a share of which `count` of `runs` were seen (Wilson, JASA 22, 1927)."""
-    z, share = 1.96, count / runs
-    middle, scale = share + z * z / (2 * runs), 1.0 + z * z / runs
-    half = z * float(np.sqrt(share * (1.0 - share) / runs + z * z / (4 * runs * runs)))
-    return [max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)]
+def _kept(store: Store | None, case: Case) -> Result:
+    """The result of a run, which is in the store as soon as it is known, and before it is handed on."""
+    result = run_case(case)
+    if store is not None and not isinstance(result, Failure):
+        store.write(case, result)
+    return result
 
 
-def mean_interval(values: Sequence[float]) -> list[float] | None:
-    """The 95 % confidence interval of a mean by Student's t; None for fewer than two values.
-
-    The quantile of t is the expansion 26.7.5 of Abramowitz and Stegun: 0.3 % low for 4 degrees of freedom, 24 % for 1.
-    """
-    n = len(values)
-    if n < 2:
-        return None
-    z, nu = 1.959964, float(n - 1)
-    t = z + (z**3 + z) / (4 * nu) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * nu**2)
-    t += (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * nu**3)
-    mean, half = float(np.mean(values)), t * float(np.std(values, ddof=1)) / float(np.sqrt(n))
-    return [mean - half, mean + half]
+def _recalled(store: Store | None, cases: Iterable[Case]) -> dict[str, Result]:
+    return dict(store.read(cases)) if store is not None else {}
 
 
-def _aggregate(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
-    clearances = [row["min_clearance"] for row in rows if row["min_clearance"] is not None]
-    outcomes: dict[str, int] = {}
-    for row in rows:
-        for name, count in row["statuses"].items():
-            outcomes[name] = outcomes.get(name, 0) + count
+def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
+    """What `compare` gives, from the results of the row's cases."""
+    parts = [results[first : first + row.seeds] for first in range(0, len(results), row.seeds)]
     return {
-        "runs": len(rows),
-        "runs_with_collision": sum(row["collisions"] > 0 for row in rows),
-        "runs_with_collision_interval": wilson(sum(row["collisions"] > 0 for row in rows), len(rows)),
-        "runs_all_arrived": len(times),
-        "runs_all_arrived_interval": wilson(len(times), len(rows)),
-        "adjustments": float(np.mean([row["adjustments"] for row in rows])),
-        "time": finite(float(np.mean(times))) if times else None,
-        "time_interval": mean_interval(times),
-        "min_clearance": finite(min(clearances, default=np.inf)),
-        "outcomes": dict(sorted(outcomes.items())),
+        "scenario": row.scenario,
+        "seeds": row.seeds,
+        "settings": dict(row.settings),
+        "methods": {name: aggregate(part) for name, part in zip(dict.fromkeys(row.methods), parts, strict=True)},
     }
+
+
+def flat(tables: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """One row for each scenario and method of what `compare_all` gives."""
+    return [
+        {**{name: value for name, value in table.items() if name != "methods"}, "method": method, **row}
+        for table in tables
+        for method, row in table["methods"].items()
+    ]

@@ -1,0 +1,53 @@
+"""The command line: run, list, decide, compare, reproduce. Results on stdout, everything else on stderr.
+
+Each module holds one or two commands. Heavy imports happen inside them, so that `slalom --help` answers at once.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError
+
+from slalom.cli.comparing import compare
+from slalom.cli.console import BAD_INPUT, DONE, FAILED, complain
+from slalom.cli.listing import list_
+from slalom.cli.reproducing import reproduce
+from slalom.cli.running import decide, run
+from slalom.errors import SlalomError
+
+__all__ = ["BAD_INPUT", "DONE", "FAILED", "app", "call", "main"]
+
+app = App(
+    name="slalom",
+    help="Reactive robot navigation with velocity and acceleration obstacles.",
+    version_flags=["--version"],
+    result_action="return_value",
+)
+app.command(run)
+app.command(list_, name="list")
+app.command(decide)
+app.command(compare)
+app.command(reproduce)
+
+
+def main(tokens: Sequence[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 1 the run failed to do what was asked, 2 bad input."""
+    sys.exit(call(tokens))
+
+
+def call(tokens: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code."""
+    try:
+        code = app(tokens, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        complain(f"slalom: {error}")
+        return BAD_INPUT
+    except SlalomError as error:
+        complain(str(error))
+        return BAD_INPUT
+    except BrokenPipeError:
+        # The reader of stdout (head, less) has closed it: nothing more to say, and no traceback at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    return code if isinstance(code, int) else DONE

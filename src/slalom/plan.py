@@ -1,0 +1,96 @@
+"""A response that goes on with further accelerations: a whole plan as one manoeuvre."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.affine import Affine
+from slalom.checks import Array, positive, vector
+from slalom.errors import InvalidInput
+from slalom.response.protocol import affine, ramp, times_of
+from slalom.state import State
+
+
+@dataclass(frozen=True, repr=False)
+class AccelerateInTurn:
+    """u is an acceleration [m/s^2], held for `hold` seconds; `later` follows, then the velocity stays.
+
+    The gain is that of `AccelerateThenCoast`; what follows is the same whatever u is. `later` holds the further
+    accelerations in their order, each with the time for which it is held: ((seconds, (ax, ay)), ...).
+    """
+
+    hold: float
+    later: tuple[tuple[float, tuple[float, ...]], ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "hold", positive(self.hold, "hold"))
+        dimensions = {len(push) for _, push in self.later}
+        if len(dimensions) > 1:
+            raise InvalidInput(f"later: expected accelerations of one dimension, found {sorted(dimensions)}")
+        later = tuple(
+            (positive(seconds, f"later[{k}]"), tuple(float(x) for x in vector(push, f"later[{k}]")))
+            for k, (seconds, push) in enumerate(self.later)
+        )
+        object.__setattr__(self, "later", later)
+
+    def __repr__(self) -> str:
+        return f"AccelerateInTurn(hold={self.hold:g}, later={len(self.later)} more)"
+
+    @property
+    def interpolation_error(self) -> float:
+        return 0.0
+
+    @property
+    def restartable(self) -> bool:
+        return False
+
+    @property
+    def ends(self) -> Array:
+        """When each acceleration ends (1 + n,) [s]."""
+        return np.cumsum([self.hold, *(seconds for seconds, _ in self.later)])
+
+    def _pushes(self, dimension: int) -> Array:
+        """The further accelerations (n, d) [m/s^2]. Raises InvalidInput for those of another dimension."""
+        if self.later and len(self.later[0][1]) != dimension:
+            raise InvalidInput(f"later: expected dimension {dimension} as of the state, found {len(self.later[0][1])}")
+        return np.array([push for _, push in self.later]).reshape(-1, dimension)
+
+    def _since(self, time: Array) -> tuple[Array, Array]:
+        """How long each of the further accelerations is past its begin (..., n) [s], and how long it is held (n,)."""
+        ends = self.ends
+        return np.maximum(time[..., None] - ends[:-1], 0.0), np.diff(ends)
+
+    def position(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, column = times_of(t)
+        since, held = self._since(time)
+        later = np.where(since < held, 0.5 * since**2, held * (since - 0.5 * held)) @ self._pushes(state.dimension)
+        return affine(state.position + column * state.velocity + later, ramp(time, self.hold))
+
+    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, column = times_of(t)
+        since, held = self._since(time)
+        later = np.minimum(since, held) @ self._pushes(state.dimension)
+        return affine(state.velocity + 0.0 * column + later, np.minimum(time, self.hold))
+
+    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
+        time, _ = times_of(t)
+        ends = self.ends
+        there = (time[..., None] >= ends[:-1]) & (time[..., None] < ends[1:])
+        later = there.astype(np.float64) @ self._pushes(state.dimension)
+        return affine(later, np.where(time < self.hold, 1.0, 0.0))
+
+    def knots(self, horizon: float, reach: float) -> Array:
+        ends = self.ends
+        return np.concatenate([[0.0], ends[ends < horizon], [horizon]])
+
+    def settled(self, horizon: float) -> float:
+        return self.hold
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        # Speed is convex while an acceleration is held: largest where it ends.
+        return tuple(self.velocity(state, min(float(end), horizon)) for end in self.ends)
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        starts = np.concatenate([[0.0], self.ends[:-1]])
+        return tuple(self.acceleration(state, float(at)) for at in starts if at < horizon)

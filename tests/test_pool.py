@@ -1,0 +1,110 @@
+"""Work in processes that are killed: what was finished stays, the rest is done, who kills again and again is named."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from joblib import parallel_config
+from killers import Job, begun, kept, recalled, work
+
+from slalom import InvalidInput
+from slalom.sim.case import Failure
+from slalom.sim.pool import KILLS, survive, working_with
+
+
+def jobs(folder: Path, count: int, **killers: tuple[int, float]) -> dict[str, Job]:
+    """Jobs a, b, ... of which some kill: how often, and after how long."""
+    names = [chr(ord("a") + k) for k in range(count)]
+    return {name: Job(name, str(folder), *killers.get(name, ())) for name in names}
+
+
+def nothing(items) -> dict[str, str]:
+    """Nothing is recalled."""
+    return {}
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_every_item_is_worked_on_once(count: int, tmp_path: Path) -> None:
+    items = jobs(tmp_path, 20)
+    results = list(survive(work, items, jobs=count, recall=nothing))
+    assert dict(results) == {name: 2 * name for name in items}
+    assert len(results) == 20
+    assert all(begun(job) == 1 for job in items.values())
+
+
+def test_a_killed_process_costs_what_it_was_at(tmp_path: Path) -> None:
+    """Whoever else was at work is begun again too, as loky ends all; whatever is kept is not."""
+    items = jobs(tmp_path, 12, e=(1, 0.0))
+    results = list(survive(kept, items, jobs=2, recall=recalled))
+    assert dict(results) == {name: 2 * name for name in items}
+    assert len(results) == 12
+    assert begun(items["e"]) == 2
+    assert sum(begun(job) - 1 for job in items.values()) <= 2
+
+
+def test_who_kills_again_and_again_is_named(tmp_path: Path) -> None:
+    """And nobody else, although the long one was at work each time that the others were together."""
+    items = jobs(tmp_path, 8, a=(99, 0.2), b=(0, 0.6))
+    results = dict(survive(kept, items, jobs=2, recall=recalled))
+    failure = results.pop("a")
+    assert isinstance(failure, Failure)
+    assert failure.killed
+    assert f"killed {KILLS} times" in failure.reason
+    assert begun(items["a"]) == KILLS
+    assert results == {name: 2 * name for name in items if name != "a"}
+
+
+def test_it_ends_when_everything_kills(tmp_path: Path) -> None:
+    items = {name: job._replace(kills=99) for name, job in jobs(tmp_path, 20).items()}
+    results = dict(survive(work, items, jobs=2, recall=nothing))
+    assert set(results) == set(items)
+    assert all(isinstance(result, Failure) and result.killed for result in results.values())
+    assert {result.reason for result in results.values()} == {
+        f"processes were killed {KILLS} times in succession before a run was finished"
+    }
+    assert sum(begun(job) for job in items.values()) <= 2 * KILLS
+
+
+def test_a_mistake_in_the_work_is_raised(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        list(survive(work, {"a": Job("a", str(tmp_path / "none"))}, jobs=2, recall=nothing))
+
+
+@pytest.mark.parametrize("backend", ["threading", "sequential", "loky", None])
+def test_backends_of_joblib(backend: str | None, tmp_path: Path) -> None:
+    items = jobs(tmp_path, 6)
+    with working_with(backend):
+        assert dict(survive(work, items, jobs=2, recall=nothing)) == {name: 2 * name for name in items}
+
+
+def test_what_joblib_is_set_to_is_used(tmp_path: Path) -> None:
+    """Threads are in this process: no marks are made for it."""
+    items = jobs(tmp_path, 3)
+    with parallel_config(backend="threading"), working_with(None):
+        assert dict(survive(work, items, jobs=2, recall=nothing)) == {name: 2 * name for name in items}
+
+
+@pytest.mark.parametrize(
+    ("backend", "message"),
+    [
+        ("fast", r"expected loky, .*; found 'fast': Invalid backend: fast, expected one of"),
+        ("multiprocessing", r"expected one that notices when a process is killed, found 'multiprocessing'"),
+    ],
+)
+def test_unknown_backends_are_refused(backend: str, message: str) -> None:
+    with pytest.raises(InvalidInput, match=message), working_with(backend):
+        pytest.fail("there is no such backend")
+
+
+@pytest.mark.parametrize(("backend", "package"), [("dask", "distributed"), ("ray", "ray")])
+def test_a_backend_that_is_not_installed_is_named(backend: str, package: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (package, f"{package}.util", f"{package}.util.joblib"):
+        monkeypatch.setitem(sys.modules, module, None)
+    message = rf"dask or ray where they are installed; found '{backend}': .*{package}"
+    with pytest.raises(InvalidInput, match=message), working_with(backend):
+        pytest.fail("it is not installed")
+
+
+def test_what_is_raised_inside_is_left_as_it_is() -> None:
+    with pytest.raises(ValueError, match="mine"), working_with("threading"):
+        raise ValueError("mine")
