@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from slalom import (
     METHODS,
+    AccelerateInTurn,
     AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
@@ -200,6 +201,13 @@ MANOEUVRES: dict[str, Callable[[int], Trajectory]] = {
         -1.0,
     )
     for name, response in RESPONSES.items()
+} | {
+    "manoeuvre_in_turn": lambda d: Manoeuvre(
+        AccelerateInTurn(0.9, ((1.3, _first(d, 0.4, -0.8, 0.2)), (0.6, _first(d, -1.1, 0.2, 0.5)))),
+        State(_first(d, 1.0, -2.0, 0.3), _first(d, 0.8, 0.5, -0.2)),
+        _first(d, -0.7, 0.9, 0.4),
+        -1.0,
+    )
 }
 """A manoeuvre is a trajectory too: others can avoid it."""
 
@@ -294,7 +302,7 @@ LIMITS: dict[str, Callable[[int], Limits]] = {
 """Functions of the dimension."""
 
 ENROLLED_METHODS: dict[str, Method] = {
-    name: METHODS[name] for name in ("vo", "rvo", "nlvo", "avo", "ao", "nao", "nao_shared")
+    name: METHODS[name] for name in ("vo", "rvo", "nlvo", "avo", "ao", "nao", "nao_ahead", "nao_shared")
 }
 
 

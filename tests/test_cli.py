@@ -14,13 +14,16 @@ import pytest
 from galleries import FLEETS, NAMES
 
 import slalom
-from slalom import METHODS, InvalidInput, Outcome
+from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome
 from slalom.cli import call
-from slalom.peers import PEERS, contender
+from slalom.forecast import foresight_of
+from slalom.io.formats import FORMATS
+from slalom.peers import CONTENDERS, PEERS, contender
 from slalom.reproduce.titles import TITLES
 from slalom.sim import Recording, load, simulate
 from slalom.sim.case import Failure
 from slalom.sim.gallery import GALLERY
+from slalom.sim.metrics import summary
 
 SCENE = """\
 robot: {position: [0, 0], velocity: [1, 0], radius: 0.5, max_speed: 2, max_acceleration: 1, goal: {position: [20, 0]}}
@@ -31,6 +34,7 @@ MAGIC = {".svg": b"<?xml", ".pdf": b"%PDF", ".png": b"\x89PNG"}
 OF_RUN = {
     "scenario",
     "method",
+    "foresight",
     "seed",
     "robots",
     "arrived",
@@ -41,8 +45,8 @@ OF_RUN = {
     "decision_us",
     "statuses",
 }
-OF_DECIDE = {"control", "status", "clearance", "time_to_collision"}
-OF_COMPARE = {"runs", "runs_with_collision", "runs_all_arrived", "adjustments", "time", "min_clearance"}
+OF_DECIDE = {"control", "foresight", "status", "clearance", "time_to_collision"}
+OF_COMPARE = {"foresight", "runs", "runs_with_collision", "runs_all_arrived", "adjustments", "time", "min_clearance"}
 
 
 class Said(NamedTuple):
@@ -150,6 +154,30 @@ def test_settings_may_be_repeated(say: Say) -> None:
         assert Recording.load("run.h5").goals[0].trajectory.place.tolist() == [5.0, 0.0]
 
 
+@pytest.mark.parametrize("foresight", FORESIGHTS)
+def test_the_foresight_is_named_in_every_result(foresight: str, say: Say) -> None:
+    """In what is printed, in the recording, in the picture, in a decision; with either way to ask for it."""
+    level, settings = foresight_of(FORESIGHTS[foresight]), ["--set", "duration=0.5"]
+    files = ["--out", "run.h5", "--figure", "run.svg", "--figure-at", "0.2"]
+    found = say("run", "head_on", *settings, "--method", f"nao@{foresight}", "--json", *files).json
+    assert (found["method"], found["foresight"]) == (f"nao@{foresight}", level)
+    assert f"head_on, nao@{foresight}, 0.2 s after the start" in Path("run.svg").read_text()
+    loaded = Recording.load("run.h5")
+    assert (loaded.method, loaded.foresight) == (f"nao@{foresight}", level)
+    assert summary(loaded) == found
+    same = say("run", "head_on", *settings, "--foresight", foresight)
+    assert same.out.startswith(f"head_on with nao@{foresight}, seed 0: ")
+    assert f"\n  foresight          {level}: " in same.out
+    decided = say("decide", "head_on", "--foresight", foresight, "--json").json
+    assert (decided["method"], decided["foresight"]) == (f"nao@{foresight}", level)
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if name != "nao_ahead"])
+def test_foresight_among_robots_is_of_each_other(method: str, say: Say) -> None:
+    found = say("run", "circle", "--set", "robots=2", "duration=0.2", "--method", method, "--json").json
+    assert found["foresight"] == ("published" if method == "nao_shared" else "observed")
+
+
 def test_the_same_run_again_says_the_same(say: Say) -> None:
     """But for how long it took."""
     one, two = (say("run", "roundabout_crossing", "--set", "duration=1", "--json").json for _ in range(2))
@@ -182,9 +210,11 @@ def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
 
 
 def test_list(say: Say) -> None:
-    every, scenarios, methods, figures = (say("list", *what) for what in ([], ["scenarios"], ["methods"], ["figures"]))
-    assert every.code == scenarios.code == methods.code == figures.code == 0
-    assert every.out == scenarios.out + methods.out + figures.out
+    kinds = ("scenarios", "methods", "foresights", "formats", "figures")
+    every, *parts = (say("list", *what) for what in ([], *([kind] for kind in kinds)))
+    assert {said.code for said in (every, *parts)} == {0}
+    assert every.out == "".join(said.out for said in parts)
+    scenarios, methods, foresights, formats, figures = parts
     for entry in GALLERY.values():
         assert entry.name in scenarios.out
         assert entry.sentence in scenarios.out
@@ -194,11 +224,20 @@ def test_list(say: Say) -> None:
         assert method.sentence in methods.out
         assert method.source in methods.out
     assert all(name in figures.out and title in figures.out for name, title in TITLES.items())
+    assert all(re.search(rf"^  {name} +[A-Z].*\.$", foresights.out, re.M) for name in FORESIGHTS)
+    assert all(row.name in formats.out and row.sentence in formats.out for row in FORMATS.values())
 
 
 def test_list_json(say: Say) -> None:
     both = say("list", "--json").json
-    assert set(both) == {"scenarios", "methods", "figures"}
+    assert set(both) == {"scenarios", "methods", "foresights", "formats", "figures"}
+    assert {name: row["level"] for name, row in both["foresights"].items()} == {
+        name: foresight_of(rule) for name, rule in FORESIGHTS.items()
+    }
+    assert {name: row["foresight"] for name, row in both["methods"].items()} == {
+        name: row.foresight for name, row in CONTENDERS.items()
+    }
+    assert {name for name, row in both["formats"].items() if row["suffix"]} == {"csv", "trajnet", "jupedsim"}
     assert set(both["figures"]) == set(TITLES)
     assert set(both["scenarios"]) == set(GALLERY)
     assert set(both["methods"]) == {*METHODS, *PEERS}
@@ -267,6 +306,31 @@ def test_compare(say: Say) -> None:
     assert [line.split()[0] for line in text.out.splitlines()[2:]] == ["vo", "nlvo"]
 
 
+def test_compare_and_studies_take_levels_of_foresight(say: Say) -> None:
+    """A row for each, with its level, in text and on the page; the rows are those of the runs."""
+    names = ["nao@recorded", "nao@observed_turn", "avo"]
+    tokens = ["roundabout_crossing", "--set", "duration=1", "--methods", ",".join(names), "--seeds", "1"]
+    rows = say("compare", *tokens, "--json").json["methods"]
+    assert {name: row["foresight"] for name, row in rows.items()} == dict(
+        zip(names, ("recorded", "observed", "observed"))
+    )
+    text = say("compare", *tokens).out.splitlines()
+    assert [line.split()[:2] for line in text[1:]] == [
+        ["method", "foresight"],
+        *([name, rows[name]["foresight"]] for name in names),
+    ]
+    Path("study.yaml").write_text("methods: [nao@present]\nseeds: 1\nscenarios: [{scenario: scene.yaml}]\n")
+    (row,) = say("compare", "study.yaml", "--set", "duration=0.3", "--page", "page.md", "--json").json["rows"]
+    assert (row["method"], row["foresight"]) == ("nao@present", "present")
+    assert "| nao@present | present | 1 |" in Path("page.md").read_text()
+    Path("study.yaml").write_text("methods: [nao@seen, orca@observed]\nscenarios: [{scenario: scene.yaml}]\n")
+    said = say("compare", "study.yaml")
+    assert said.code == 2
+    one, two = said.err.splitlines()
+    assert re.match(r"study\.yaml:1:11: methods\.0: foresight: expected one of recorded, .*; found 'seen'", one)
+    assert re.match(r"study\.yaml:1:21: methods\.1: expected orca alone, .*; found 'orca@observed'", two)
+
+
 def test_compare_in_several_processes_says_the_same(say: Say) -> None:
     tokens = ["compare", "head_on", "--set", "duration=1", "--methods", "vo,nlvo", "--seeds", "2", "--json", "--jobs"]
     one, two = say(*tokens, "1"), process(*tokens, "2")
@@ -332,12 +396,12 @@ def test_compare_writes_a_page(say: Say) -> None:
     (command,) = re.findall(r"^Made by `(.*)` with slalom .*, numpy ", page, re.M)
     assert shlex.split(command) == ["slalom", *tokens]
     lines = [line for line in page.splitlines() if line.startswith("|")]
-    assert [line.split(" | ")[:3] for line in lines[2:]] == [
-        ["| head_on duration=0.5", "avo", "3"],
-        ["| scene.yaml duration=0.3", "vo", "3"],
-        ["| scene.yaml duration=0.3", "ao", "3"],
+    assert [line.split(" | ")[:4] for line in lines[2:]] == [
+        ["| head_on duration=0.5", "avo", "observed", "3"],
+        ["| scene.yaml duration=0.3", "vo", "observed", "3"],
+        ["| scene.yaml duration=0.3", "ao", "observed", "3"],
     ]
-    assert {line.count("|") for line in lines} == {8}
+    assert {line.count("|") for line in lines} == {9}
     assert "0 (0-56 %)" in lines[2]
     Path("a b.md").unlink()
     assert say(*shlex.split(command)[1:]).code == 0
@@ -381,7 +445,10 @@ def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.Monke
     said = say("compare", "empty", "--set", "duration=0.2", "--methods", "avo", "--seeds", "5", "--page", "page.md")
     assert said.code == 1
     assert "avo: 2 did not run (seeds 1, 3): its process was killed" in said.out
-    assert "| avo | 3; 2 did not run (seeds 1, 3): its process was killed | 0 (0-56 %) |" in Path("page.md").read_text()
+    assert (
+        "| avo | observed | 3; 2 did not run (seeds 1, 3): its process was killed | 0 (0-56 %) |"
+        in Path("page.md").read_text()
+    )
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -391,7 +458,8 @@ BAD = [
     ("run full", r"scenario: expected a \.yaml file or one of empty, .*; found 'full'"),
     ("run none.yaml", r"none\.yaml: expected a readable YAML file, found "),
     ("run .", r"scenario: expected a \.yaml file or one of .*; found '\.'"),
-    ("run data.csv", r"scenario: expected a \.yaml file or one of .*; found 'data\.csv'"),
+    ("run data.csv", r"data\.csv: expected a file that can be read, found "),
+    ("run data.csv --start 0,0 --goal 1,1", r"data\.csv: expected a file that can be read, found "),
     ("run empty --method best", r"method: expected one of vo, rvo, nlvo, avo, ao, nao, .*, orca, .*; found 'best'"),
     ("run empty --set distance", r"--set: expected NAME=NUMBER, found 'distance'"),
     ("run empty --set distance=far", r"--set: expected NAME=NUMBER, found 'distance=far'"),
@@ -407,6 +475,15 @@ BAD = [
     ("run curved_road --set radius=0", r"radius: expected a number above 0, found 0"),
     ("run roundabout_crossing --seed -1", r"seed: expected 0 or more, found -1"),
     ("run empty --seed one", r"one"),
+    ("run empty --method nao@seen", r"foresight: expected one of recorded, present, .*; found 'seen'"),
+    ("run empty --method nao@", r"foresight: expected one of recorded, .*; found ''"),
+    ("run empty --foresight seen", r"foresight: expected one of recorded, .*; found 'seen'"),
+    ("run empty --method nao@present --foresight observed", r"--foresight: .* with nao@present, .*; found 'observed'"),
+    ("run empty --method orca --foresight observed", r"method: expected orca alone, .*; found 'orca@observed'"),
+    ("run empty --at 1 --figure-at 2", r"--at: expected it once, .*, found 1 and 2"),
+    ("run empty --out run.txt", r"--out: expected a file that ends in .*, .csv, .*; found 'run.txt'"),
+    ("run empty --set distance=0 --out run.csv", r"run: expected at least one step to write, found a robot "),
+    ("run drones_crossing --out run.ndjson", r"--out: expected \.h5 or \.csv for a run in space, found 'run\.ndjson'"),
     ("run empty --figure a.gif", r"--figure: expected a file that ends in \.svg, \.pdf or \.png, found 'a\.gif'"),
     ("run empty --figure none/a.svg", r"none/a\.svg: expected .*, found "),
     ("run empty --out none/a.h5", r"none/a\.h5: expected .*, found "),
@@ -420,11 +497,14 @@ BAD = [
     ("decide full", r"scenario: expected"),
     ("decide none.yaml", r"none\.yaml: expected a readable YAML file"),
     ("decide empty --method best", r"method: expected one of .*; found 'best'"),
+    ("decide empty --method nao@seen", r"foresight: expected one of recorded, .*; found 'seen'"),
+    ("decide data.csv", r"scenario: expected a \.yaml file or one of .*; found 'data\.csv'"),
     ("decide empty --figure a", r"--figure: expected a file that ends in .*, found 'a'"),
     ("decide empty --figure none/a.svg", r"none/a\.svg: expected .*, found "),
     ("list everything", r"everything"),
     ("compare full", r"scenario: expected"),
     ("compare empty --methods best", r"method: expected one of .*; found 'best'"),
+    ("compare empty --methods nao@seen", r"foresight: expected one of .*; found 'seen'"),
     ("compare empty --methods ,", r"methods: expected at least one"),
     ("compare empty --seeds 0", r"expected seeds of 1 or more and jobs not 0, found 0 and 1"),
     ("compare empty --seeds many", r"many"),
@@ -481,13 +561,15 @@ def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
 # The program itself.
 
 
-@pytest.mark.parametrize("command", ["run", "list", "decide", "compare", "reproduce"])
+@pytest.mark.parametrize("command", ["run", "list", "decide", "compare", "convert", "reproduce"])
 def test_every_command_has_help(command: str, say: Say) -> None:
     said = say(command, "--help")
     assert said.code == 0
     assert said.err == ""
     assert f"slalom {command}" in said.out
-    options = {"run": ("--set", "--method", "--seed", "--out", "--figure", "--json"), "list": ("--json",)}
+    options = {"run": ("--set", "--method", "--foresight", "--seed", "--out", "--figure", "--json")}
+    options["run"] += ("--figure-at", "--at", "--start", "--goal", "--agents", "--frame-rate")
+    options |= {"list": ("--json",), "convert": ("--out-frame-rate", "--format", "--without", "--gap", "--json")}
     options |= {"decide": ("--method", "--json", "--figure"), "compare": ("--set", "--methods", "--seeds", "--jobs")}
     options["compare"] += ("--only", "--backend", "--store", "--page", "--json")
     options |= {"reproduce": ("--out", "--page", "--seeds", "--jobs", "--quick", "--json")}
@@ -500,7 +582,7 @@ def test_help_names_the_commands(say: Say) -> None:
     for tokens in (["--help"], []):
         said = say(*tokens)
         assert said.code == 0
-        assert all(command in said.out for command in ("run", "list", "decide", "compare", "reproduce"))
+        assert all(command in said.out for command in ("run", "list", "decide", "compare", "convert", "reproduce"))
 
 
 def test_version(say: Say) -> None:

@@ -22,6 +22,7 @@ from matplotlib.figure import Figure
 import slalom
 from slalom import (
     METHODS,
+    AccelerateInTurn,
     AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
@@ -29,6 +30,7 @@ from slalom import (
     Admissible,
     Aim,
     Arrive,
+    AtConstantTurn,
     Ball,
     BoundedError,
     Box,
@@ -41,15 +43,18 @@ from slalom import (
     Disc,
     FollowVelocity,
     Friction,
+    FromPast,
     GaussianError,
     Goal,
     HalfSpace,
     HeadingCone,
     InvalidFile,
     InvalidInput,
+    Known,
     LaggedVelocity,
     LeastSpeed,
     Limits,
+    LookAhead,
     Manoeuvre,
     Mix,
     MostClearance,
@@ -58,6 +63,7 @@ from slalom import (
     OutsideSpan,
     Polygon,
     Polyline,
+    Present,
     Rectangle,
     Sampled,
     Shape,
@@ -83,12 +89,13 @@ from slalom.cli import console
 from slalom.io import polynomials, tracks
 from slalom.io.formats import read_recording, write_recording
 from slalom.io.recorded import Agent, Tracks
-from slalom.peers import PEERS
+from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
 from slalom.sim.case import SOURCES as SOURCES_NOW
 from slalom.sim.case import Case as Run
 from slalom.sim.case import run_case
 from slalom.sim.gallery import build
+from slalom.sim.recording_spec import RecordingSpec
 from slalom.sim.scenario_spec import GoalSpec
 from slalom.sim.shape_spec import Shaped
 from slalom.sim.store import Store
@@ -123,6 +130,16 @@ def navigator(method: str = "nao", **settings) -> Navigator:
 def decide(state: State = FLAT, obstacles=(ROCK,), goal: Goal = GOAL, **settings):
     """A first decision."""
     return navigator(**settings).decide(state, obstacles, goal)
+
+
+def look_ahead(**settings) -> LookAhead:
+    """One that looks ahead in the plane."""
+    return LookAhead(navigator("nao_ahead", **settings))
+
+
+def in_turn(*later: tuple[float, tuple[float, ...]]) -> AccelerateInTurn:
+    """An acceleration of half a second, and later ones."""
+    return AccelerateInTurn(0.5, later)
 
 
 def scenario(**settings) -> Scenario:
@@ -172,6 +189,15 @@ def edited_scene(folder: Path) -> object:
 def command(*tokens: str) -> Callable[[Path], object]:
     """A call of the command line that lets errors pass; {} stands for the folder."""
     return lambda folder: cli.app([t.format(folder) for t in tokens], exit_on_error=False, print_error=False)
+
+
+def on_recording(*tokens: str) -> Callable[[Path], object]:
+    """The same with a recording a.csv in the folder."""
+    write, call = written("a.csv", "t,id,x,y\n2,1,0,0\n3,1,1,0\n"), command(*tokens)
+    return lambda folder: (write(folder), call(folder))
+
+
+CROSS = ("run", "{}/a.csv", "--start", "0,0", "--goal", "9,9")
 
 
 def behaviour(kind: str, **settings) -> object:
@@ -290,7 +316,7 @@ RECORDINGS = [
     ("_parsed", r"a\.xml:1: expected XML, found ", "a.xml", SCENARIO.format(0.1), {}),
     ("adsb", r"a\.csv: expected rows with a place, found none", "a.csv", "time,mmsi,lat,lon\n0,1,,\n", {}),
     ("_columns", r"a\.csv:1: expected columns of time, or their", "a.csv", "mmsi,lat,lon\n1,0,0\n", {}),
-    ("_recognised", r"a\.csv: expected a file of a format that is known.*found 'time'", "a.csv", "time\n0\n", {}),
+    ("format_of", r"a\.csv: expected a file of a format that is known.*found 'time'", "a.csv", "time\n0\n", {}),
 ]
 
 
@@ -445,6 +471,74 @@ CASES = [
             Scenario("long", tuple(Robot(Disc(1), LIMITS, FLAT, GOAL, f"circle {k}") for k in range(2)), holds=(6.0,)),
             METHODS["nao_shared"],
         ),
+    ),
+    Case(
+        "simulate_fleet",
+        InvalidInput,
+        r"method: expected one for several robots, found nao_ahead, for a robot alone",
+        lambda _: simulate(load("circle"), METHODS["nao_ahead"]),
+    ),
+    # Looking ahead, forecasts, foresight.
+    Case(
+        "LookAhead.__post_init__",
+        InvalidInput,
+        r"limits: expected no more than a largest speed and acceleration, found further bounds",
+        lambda _: look_ahead(limits=Limits(2, 1, bounds=(TurningRadius(1),))),
+    ),
+    Case("positive", InvalidInput, r"ahead: .* found 0", lambda _: replace(look_ahead(), ahead=0.0)),
+    Case("positive", InvalidInput, r"budget: .* found -1", lambda _: replace(look_ahead(), budget=-1.0)),
+    Case("not_negative", InvalidInput, r"improving: .* found -1", lambda _: replace(look_ahead(), improving=-1.0)),
+    Case(
+        "LookAhead.decide",
+        InvalidInput,
+        r"goal: expected one at rest to look ahead, found one that moves",
+        lambda _: look_ahead().decide(FLAT, [ROCK], Goal(ConstantVelocity((20, 0), (1, 0)))),
+    ),
+    Case(
+        "LookAhead.decide",
+        InvalidInput,
+        r"goal: expected dimension 3 as of the state, found 2",
+        lambda _: look_ahead(robot=Ball(1)).decide(SPACE, [BALLOON], GOAL),
+    ),
+    Case("positive", InvalidInput, r"hold: .* found 0", lambda _: AccelerateInTurn(0.0)),
+    Case("positive", InvalidInput, r"later\[1\]: .* found 0", lambda _: in_turn((1.0, (1, 0)), (0.0, (1, 0)))),
+    Case("vector", InvalidInput, r"later\[0\]: expected 2 or 3 numbers", lambda _: in_turn((1.0, (1,)))),
+    Case("array", InvalidInput, r"later\[0\]: expected finite", lambda _: in_turn((1.0, (1, NAN)))),
+    Case(
+        "AccelerateInTurn.__post_init__",
+        InvalidInput,
+        r"later: expected accelerations of one dimension, found \[2, 3\]",
+        lambda _: in_turn((1.0, (1, 0)), (1.0, (1, 0, 0))),
+    ),
+    Case(
+        "AccelerateInTurn._pushes",
+        InvalidInput,
+        r"later: expected dimension 3 as of the state, found 2",
+        lambda _: in_turn((1.0, (1, 0))).position(SPACE, 0.5),
+    ),
+    Case("positive", InvalidInput, r"seconds: .* found 0", lambda _: FromPast(AtConstantTurn(), 0.0)),
+    *(
+        Case(
+            "FromPast.__post_init__",
+            InvalidInput,
+            rf"rule: expected a forecast from what is seen, found {type(rule).__name__}\(\)",
+            lambda _, rule=rule: FromPast(rule),
+        )
+        for rule in (Known(), Present())
+    ),
+    Case(
+        "known",
+        InvalidInput,
+        r"foresight: expected one of recorded, present, observed, observed_velocity, observed_turn; found 'guessed'",
+        lambda _: METHODS["nao"].seeing("guessed"),
+    ),
+    Case("known", InvalidInput, r"foresight: .*; found 'guessed'", lambda _: slalom.method("nao@guessed")),
+    Case("known", InvalidInput, r"method: .*; found 'none'", lambda _: slalom.method("none@observed")),
+    Case(
+        "contender_named",
+        InvalidInput,
+        r"method: expected hl alone, which sees what is there now; found 'hl@observed'",
+        lambda _: contender("hl@observed"),
     ),
     # Numbers.
     Case("array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),
@@ -1162,7 +1256,7 @@ CASES = [
         silent_database,
     ),
     Case(
-        "_recognised",
+        "format_of",
         InvalidFile,
         r"none\.csv: expected a file that can be read, found ",
         lambda folder: read_recording(folder / "none.csv"),
@@ -1331,6 +1425,115 @@ CASES = [
         r"crowdnav: expected the package pyrvo, which moves the people; found none: pip install 'slalom\[peers\]'",
         without_pyrvo,
     ),
+    # Recordings.
+    Case(
+        "Scenario.__post_init__",
+        InvalidInput,
+        r"start: expected a time of the recording, from 2 to before 3 s, found 0 s",
+        lambda _: scenario(recorded=(2.0, 3.0)),
+    ),
+    Case(
+        "RecordingSpec._known",
+        InvalidInput,
+        r"expected one of csv, eth_ucy, .*; found 'gpx'",
+        lambda _: RecordingSpec._known("gpx"),
+    ),
+    Case(
+        "RecordingSpec._forward",
+        InvalidInput,
+        r"expected a time and a later one, found 3 and 3",
+        lambda _: RecordingSpec._forward([3.0, 3.0]),
+    ),
+    Case(
+        "chosen",
+        InvalidInput,
+        r"agents: expected ids of a\.csv, agent 1; found '7'",
+        on_recording(*CROSS, "--agents", "7"),
+    ),
+    Case(
+        "crossing",
+        InvalidInput,
+        r"at: expected a time of a, from 2 to before 3 s, found 3 s",
+        on_recording(*CROSS, "--at", "3"),
+    ),
+    Case(
+        "as_tracks",
+        InvalidInput,
+        r"run: expected at least one step to write, found a robot that starts at its goal",
+        command("run", "empty", "--set", "distance=0", "--out", "{}/a.csv"),
+    ),
+    Case(
+        "is_recording",
+        InvalidInput,
+        r"--start: expected only with a recording, found it with 'empty'",
+        command("run", "empty", "--start", "0,0"),
+    ),
+    Case(
+        "scenario_of",
+        InvalidInput,
+        r"--goal: expected X,Y\[,Z\] \[m\] for a robot in .*a\.csv, found none",
+        on_recording(*CROSS[:4]),
+    ),
+    Case(
+        "vector_of",
+        InvalidInput,
+        r"--start: expected two or three numbers with commas between, found '1'",
+        on_recording(*CROSS[:2], "--start", "1", "--goal", "9,9"),
+    ),
+    Case(
+        "_columns",
+        InvalidInput,
+        r"--columns: expected WHAT=COLUMN, found 'time'",
+        on_recording(*CROSS, "--format", "ais", "--columns", "time"),
+    ),
+    Case(
+        "_method_name",
+        InvalidInput,
+        r"--foresight: expected none with nao@present, or present; found 'observed'",
+        command("run", "empty", "--method", "nao@present", "--foresight", "observed"),
+    ),
+    Case(
+        "_one_of",
+        InvalidInput,
+        r"--at: expected it once, as --figure-at or as --at, found 1 and 2",
+        command("run", "empty", "--at", "1", "--figure-at", "2"),
+    ),
+    Case(
+        "_changed",
+        InvalidInput,
+        r"--set duration: expected --duration with a recording, found 3",
+        on_recording(*CROSS, "--set", "duration=3"),
+    ),
+    Case(
+        "_format",
+        InvalidInput,
+        r"--out: expected a file that ends in \.h5, \.hdf5, \.csv, \.ndjson, \.sqlite; found 'a\.txt'",
+        command("run", "empty", "--out", "a.txt"),
+    ),
+    Case(
+        "_format",
+        InvalidInput,
+        r"--out: expected \.h5 or \.csv for a run in space, found 'a\.sqlite'",
+        command("run", "drones_crossing", "--out", "a.sqlite"),
+    ),
+    Case(
+        "convert",
+        InvalidInput,
+        r"expected a file that ends in \.csv, \.ndjson, \.sqlite; found '.*a\.h5'",
+        on_recording("convert", "{}/a.csv", "{}/a.h5"),
+    ),
+    Case(
+        "convert",
+        InvalidInput,
+        r"a\.csv: expected another file than the one that is read, found the same",
+        on_recording("convert", "{}/a.csv", "{}/a.csv"),
+    ),
+    Case(
+        "convert",
+        InvalidInput,
+        r"--out-frame-rate: expected only with a format that counts frames, found it with csv",
+        on_recording("convert", "{}/a.csv", "{}/b.csv", "--out-frame-rate", "10"),
+    ),
     # Command line and figures.
     Case(
         "parse_settings",
@@ -1360,7 +1563,10 @@ CASES = [
         "writing",
         InvalidFile,
         r"expected a file that can be written, found ",
-        command("run", "empty", "--set", "duration=0.1", "--out", "{}"),
+        lambda folder: (
+            (folder / "folder.h5").mkdir(exist_ok=True),
+            command("run", "empty", "--set", "duration=0.1", "--out", "{}/folder.h5")(folder),
+        ),
     ),
     Case(
         "writable",

@@ -30,7 +30,7 @@ from slalom.sim.gallery import build
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
-PLAIN = ("scenario", "method", "seed", "dt", "parameters", "responses", "outcomes")
+PLAIN = ("scenario", "method", "foresight", "seed", "dt", "parameters", "responses", "outcomes")
 
 
 def every_kind(d: int) -> dict[str, Trajectory]:
@@ -295,3 +295,13 @@ def test_a_trajectory_of_another_kind_is_saved_as_its_pieces(saved: tuple[Record
     times = recording.times[(recording.times >= back.span[0]) & (recording.times <= back.span[1])]
     assert len(times) > 1
     np.testing.assert_allclose(back.position(times), other.position(times), atol=1e-6)
+
+
+def test_a_file_that_does_not_say_its_foresight(tmp_path: Path) -> None:
+    """As files were before; the others say it."""
+    path = tmp_path / "run.h5"
+    simulate(build("empty", {"duration": 0.2}), METHODS["nao"].seeing("present")).save(path)
+    assert Recording.load(path).foresight == "present"
+    with h5py.File(path, "a") as file:
+        del file["run_0"].attrs["foresight"]
+    assert Recording.load(path).foresight == ""

@@ -18,6 +18,7 @@ from slalom import (
     Sampled,
     Stationary,
 )
+from slalom import method as method_named
 from slalom.bounds import BOUNDS
 from slalom.sim import Scenario, load, read_scenario, simulate
 from slalom.sim.scenario import SETTINGS
@@ -494,17 +495,169 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
 def test_recordings_that_are_not_there_or_do_not_fit(tmp_path: Path) -> None:
     """Beside the scenario file, not where the program runs."""
     (one,) = mistakes(tmp_path, ROBOT + "recording: {file: none.csv, radius: 1}\n")
-    assert "none.csv: expected a readable CSV file, found " in one
+    assert "none.csv: expected a file that can be read, found " in one
     write(tmp_path, "t,id,x,y\n0,1,0,left\n1,1,?,0\n", "bad.csv")
     assert [
         line.split("bad.csv")[1] for line in mistakes(tmp_path, ROBOT + "recording: {file: bad.csv, radius: 1}\n")
     ] == [
-        ":2:7: expected a number, found 'left'",
-        ":3:5: expected a number, found '?'",
+        ":2: y: expected a number, found 'left'",
+        ":3: x: expected a number, found '?'",
     ]
     write(tmp_path, "t,id,x,y,z\n" + "".join(f"{t},{k},9,{9 + k},0\n" for k in range(30) for t in (0, 1)), "space.csv")
     found = mistakes(tmp_path, ROBOT + "recording: {file: space.csv, radius: 1}\n")
     assert all("scenario.yaml:2:12: recording: " in line and "found 2 and 3" in line for line in found)
+
+
+TRACKS = "t,id,x,y,radius\n" + "".join(
+    f"{t},{agent},{agent},{t},{0.5 if agent == 3 else ''}\n"
+    for agent, times in ((1, range(31)), (2, range(10, 21)), (3, range(5, 100)), (40, range(60, 90)))
+    for t in times
+)
+"""Agent 1 from 0 to 30 s, 2 from 10 to 20 s, 3, which has a radius, from 5 to 99 s, 40 from 60 to 89 s."""
+
+
+def test_a_window_is_what_is_run(tmp_path: Path) -> None:
+    """It begins and ends the run if nothing else does; whoever is there in it, whole, or is foreseen to come."""
+    write(tmp_path, TRACKS, "tracks.csv")
+    scenario = read_scenario(write(tmp_path, ROBOT + "recording: {file: tracks.csv, window: [12, 40]}\n"))
+    assert (scenario.start, scenario.duration, scenario.recorded) == (12.0, 28.0, (12.0, 40.0))
+    assert [o.name for o in scenario.obstacles] == ["agent 1", "agent 2", "agent 3"]
+    assert [o.trajectory.span for o in scenario.obstacles] == [(0.0, 30.0), (10.0, 20.0), (5.0, 99.0)]
+    wide = read_scenario(write(tmp_path, ROBOT + "start: 15\nrecording: {file: tracks.csv, window: [12, 54]}\n"))
+    assert (wide.start, wide.duration) == (15.0, 39.0)
+    assert [o.name for o in wide.obstacles][-1] == "agent 40"  # 6 s ahead are looked at
+    beyond = read_scenario(write(tmp_path, ROBOT + "duration: 2\nrecording: {file: tracks.csv, window: [90, 200]}\n"))
+    assert (beyond.start, beyond.duration, beyond.recorded) == (90.0, 2.0, (90.0, 99.0))
+    assert load(str(tmp_path / "scenario.yaml"), {"start": 95.0}).start == 95.0
+    with pytest.raises(
+        InvalidInput, match=r"start: expected a time of the recording, from 90 to before 99 s"
+    ):
+        load(str(tmp_path / "scenario.yaml"), {"start": 89.0})
+
+
+@pytest.mark.parametrize("method", ["nao", "nao@observed", "nao_ahead"])
+def test_a_window_changes_nothing_in_it(method: str, tmp_path: Path) -> None:
+    """The run in it is that in the whole recording, to the bit."""
+    write(tmp_path, TRACKS, "tracks.csv")
+    robot = ROBOT.replace("[0, 0]", "[-9, 15]").replace("[20, 0]", "[9, 15]")
+    parts = "start: 14\nduration: 12\nrecording: {file: tracks.csv", "}\n"
+    whole, part = (read_scenario(write(tmp_path, robot + more.join(parts))) for more in ("", ", window: [13, 27]"))
+    assert len(part.obstacles) < len(whole.obstacles)
+    one, two = (simulate(scenario, method_named(method)) for scenario in (whole, part))
+    assert {row[0] for row in one.outcomes} > {"CLEAR"}
+    assert one.digest() == two.digest()
+
+
+def test_who_of_a_recording(tmp_path: Path) -> None:
+    """Only these, or without those; ids as numbers or as text; the own radius of an agent before the one given."""
+    write(tmp_path, TRACKS, "tracks.csv")
+
+    def chosen(what: str) -> dict[str, float]:
+        scenario = read_scenario(write(tmp_path, ROBOT + f"start: 5\nrecording: {{file: tracks.csv, {what}}}\n"))
+        return {o.name: o.shape.radius for o in scenario.obstacles}
+
+    assert chosen("radius: 0.3") == {"agent 1": 0.3, "agent 2": 0.3, "agent 3": 0.5, "agent 40": 0.3}
+    assert chosen("agents: [40, '3']") == {"agent 3": 0.5, "agent 40": 0.25}
+    assert chosen("without: [3, 40]") == {"agent 1": 0.25, "agent 2": 0.25}
+    assert chosen("agents: [1, 2], without: [2]") == {"agent 1": 0.25}
+    assert chosen("agents: []") == {}
+
+
+SHIPS = """\
+recording:
+  file: ships.csv
+  format: ais
+  columns: {id: ship, latitude: north, longitude: east, width: null}
+  origin: [0, 0]
+  epoch: 2022-01-03T00:00:00
+  interpolation: linear
+"""
+
+
+def test_formats_and_their_settings(tmp_path: Path) -> None:
+    """A file without a header at 10 Hz; ships in columns of other names, with an origin and a time 0 like any text."""
+    write(tmp_path, "".join(f"{k} 7 {k / 10} 2\n" for k in range(40)), "walk.txt")
+    walk = read_scenario(write(tmp_path, ROBOT + "recording: {file: walk.txt, format: eth_ucy, frame_rate: 10}\n"))
+    assert walk.recorded == (0.0, 3.9)
+    assert walk.obstacles[0].trajectory.velocity(1.0) == pytest.approx([1.0, 0.0])
+    assert walk.notes == ("walk.txt: size of agent 7 not known: radius 0.25 m, as of a pedestrian",)
+    rows = "".join(f"2022-01-03T00:{m:02d}:00,9,0.0,{m / 1000},160,20\n" for m in range(5))
+    write(tmp_path, "time,ship,north,east,length,width\n" + rows, "ships.csv")
+    ships = read_scenario(write(tmp_path, ROBOT + SHIPS))
+    (ship,) = ships.obstacles
+    assert ships.recorded == (0.0, 240.0)
+    assert ship.trajectory.position(60.0) == pytest.approx([111.32, 0.0], abs=0.01)
+    assert (ship.shape.radius, ship.trajectory.interpolation) == (80.0, "linear")
+    assert ships.notes == ("ships.csv: size of agent 9 not known: radius 80 m, as of a ship",)
+    (ship,) = read_scenario(write(tmp_path, ROBOT + SHIPS.replace(", width: null", ""))).obstacles
+    assert ship.shape.radius == pytest.approx(np.hypot(80, 10))
+
+
+def test_gaps_and_repairs_are_noted(tmp_path: Path) -> None:
+    """What was done to the rows is known of the scenario."""
+    write(tmp_path, TRACKS + "30,1,1,30,\n50,1,1,50,\n51,1,1,51,\n", "tracks.csv")
+    found = read_scenario(write(tmp_path, ROBOT + "recording: {file: tracks.csv, radius: 1, gap: 5}\n"))
+    assert [o.name for o in found.obstacles] == ["agent 1", "agent 1.1", "agent 2", "agent 3", "agent 40"]
+    assert found.notes == (
+        "tracks.csv: 1 duplicate row of agent 1 dropped: identical time and place",
+        "tracks.csv: agent 1 split at a gap of 20 s (t = 30 s) into 1 and 1.1",
+        "tracks.csv: radius of agent 3 as in the file, not the 1 m given",
+    )
+
+
+IN_RECORDING = {
+    "format: @gpx": "format: expected one of csv, eth_ucy, {}; found 'gpx'",
+    "window: @[3]": "window: expected at least 2 entries, found 1",
+    "window: @[3, 3]": "window: expected a time and a later one, found 3 and 3",
+    "window: @[100, 120]": "window: expected a part of 0 to 99 s, found 100 to 120 s",
+    "window: [3, @soon]": "window.1: expected a number, found 'soon'",
+    "agents: @[9]": "agents: expected ids of tracks.csv, agents 1, 2, 3, 40; found '9'",
+    "without: @[x]": "without: expected ids of tracks.csv, agents 1, 2, 3, 40; found 'x'",
+    "agents: [@[1]]": "agents.0: expected text, found [1]",
+    "radius: @-1": "radius: expected 0 or more, found -1",
+    "gap: @0": "gap: expected a number above 0, found 0",
+    "interpolation: @cubic": "interpolation: expected 'linear' or 'smooth', found 'cubic'",
+    "frame_rate: @10": "frame_rate: expected a setting that csv has (none), found 'frame_rate'",
+    "columns: @{time: t}": "columns: expected a setting that csv has (none), found 'columns'",
+    "@framerate: 10": "framerate: expected one of file, format, {}; found 'framerate'; did you mean 'frame_rate'?",
+    "format: ais, columns: @{when: t}": "columns: expected one of time, id, {}; found 'when'",
+    "format: ais, epoch: @now": "epoch: expected seconds or a time in ISO 8601, found 'now'",
+}
+
+
+@pytest.mark.parametrize("marked", IN_RECORDING)
+def test_mistakes_in_a_recording(marked: str, tmp_path: Path) -> None:
+    """At the value that is wrong."""
+    write(tmp_path, TRACKS, "tracks.csv")
+    before, after = marked.split("@")
+    head = ROBOT + "recording: {file: tracks.csv, " + before
+    (one,) = mistakes(tmp_path, head + after + "}\n")
+    place, _, text = one.partition(": ")
+    assert place == f"{tmp_path / 'scenario.yaml'}:2:{len(head.splitlines()[1]) + 1}"
+    expected = "recording." + IN_RECORDING[marked]
+    assert re.fullmatch(".*".join(re.escape(part) for part in expected.split("{}")), text), text
+
+
+@pytest.mark.parametrize(
+    ("marked", "expected"),
+    [
+        ("start: @99\n", "start: expected a start while it is recorded, from 5 to before 50 s, found 99"),
+        ("duration: @90\n", "duration: expected at most 45 s, until the window ends, found 90"),
+    ],
+)
+def test_runs_that_leave_what_is_recorded(marked: str, expected: str, tmp_path: Path) -> None:
+    write(tmp_path, TRACKS, "tracks.csv")
+    check(tmp_path, ROBOT + marked + "recording: {file: tracks.csv, window: [5, 50]}\n", expected)
+
+
+def test_a_recording_that_begins_after_the_run(tmp_path: Path) -> None:
+    """A run before anybody is recorded would be one in an empty world."""
+    write(tmp_path, "t,id,x,y\n7,1,0,9\n9,1,1,9\n", "tracks.csv")
+    check(
+        tmp_path,
+        ROBOT + "recording: @{file: tracks.csv}\n",
+        "recording: expected a start while it is recorded, from 7 to before 9 s, found 0",
+    )
 
 
 def test_yaml_1_2(tmp_path: Path) -> None:

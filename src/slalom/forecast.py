@@ -5,10 +5,12 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import positive
+from slalom.checks import not_negative, positive
 from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
+from slalom.tolerances import REST
 from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
+from slalom.uncertainty import BoundedError
 
 
 @runtime_checkable
@@ -140,13 +142,18 @@ class FromPast:
     A parabola through where the obstacle is now, fitted to where it was; one that has just appeared is seen to have the
     velocity that it has, and no acceleration. So a rule sees nothing of what a recording holds for later, and little
     of the noise of single samples.
+
+    What is foreseen so may be off: an obstacle without an uncertainty of its own is given a bounded error that grows by
+    `doubt` times its speed.
     """
 
     rule: Forecast
     seconds: float = 0.5
+    doubt: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self.seconds, "seconds")
+        not_negative(self.doubt, "doubt")
         if self.rule.foresees or isinstance(self.rule, Present):
             raise InvalidInput(f"rule: expected a forecast from what is seen, found {self.rule}")
 
@@ -161,6 +168,9 @@ class FromPast:
             return self.rule(ConstantAcceleration(place, trajectory.velocity(now), 0.0 * place, now), now)
         ago = -back * np.arange(1, LOOKS + 1) / LOOKS
         was = trajectory.position(np.maximum(now + ago, first)) - place
+        if np.abs(was).max() <= REST * back:
+            # It rests: what is left is rounding, and a direction would be made of that.
+            return self.rule(ConstantAcceleration(place, 0.0 * place, 0.0 * place, now), now)
         speed, push = np.linalg.lstsq(np.stack([ago, 0.5 * ago**2], axis=1), was, rcond=None)[0]
         return self.rule(ConstantAcceleration(place, speed, push, now), now)
 
@@ -189,12 +199,13 @@ FORECASTS: Final[dict[str, Forecast]] = {
 FORESIGHTS: Final[dict[str, Forecast]] = {
     "recorded": Known(),
     "present": Present(),
-    "observed": FromPast(AcceleratingBriefly(1.0)),
-    "observed_velocity": FromPast(AtConstantVelocity()),
-    "observed_turn": FromPast(AtConstantTurn()),
+    "observed": FromPast(AcceleratingBriefly(1.0), doubt=0.1),
+    "observed_velocity": FromPast(AtConstantVelocity(), doubt=0.2),
+    "observed_turn": FromPast(AtConstantTurn(), doubt=0.1),
 }
 """Levels of foresight: the futures of all, also of who will appear; the futures of those who are there; and what was
-seen until now, with accelerations that last a second, with constant velocity, or on circles."""
+seen until now, with accelerations that last a second, with constant velocity, or on circles. The doubts were tuned on
+tasks of their own (docs/design/0010)."""
 
 
 def foresight_of(forecast: Forecast) -> str:
@@ -210,6 +221,9 @@ def foreseen(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
     trajectory = forecast(obstacle.trajectory, now)
     if trajectory is obstacle.trajectory:
         return obstacle
+    if isinstance(forecast, FromPast) and forecast.doubt and obstacle.uncertainty is None:
+        speed = float(np.linalg.norm(trajectory.velocity(now)))
+        obstacle = replace(obstacle, uncertainty=BoundedError(velocity=forecast.doubt * speed))
     if obstacle.turns and not np.any(trajectory.velocity(now)) and not np.any(trajectory.acceleration(now)):
         x, y = obstacle.direction(now)
         return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))

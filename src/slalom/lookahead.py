@@ -80,8 +80,8 @@ class LookAhead:
     navigator: Navigator
     ahead: float = 60.0
     deadline: float = np.inf
-    budget: float = 5000.0
-    improving: float = 300.0
+    budget: float = 10000.0
+    improving: float = 500.0
     prepared: Timetable | None = None
 
     def __post_init__(self) -> None:
@@ -157,14 +157,20 @@ class LookAhead:
             return self._further(scene, search) if same else None
         better = self._better(scene, before, same)
         if better.complete and better.arrival <= before.arrival - self.navigator.patience:
-            return self._decision(scene, better, Outcome.CONSTRAINED)
+            return self._decision(scene, better, self._found(scene, better))
         return replace(before, outcome=Outcome.KEPT, better=better if same else None)
+
+    def _found(self, scene: _Scene, search: Search) -> Outcome:
+        """What a sequence is that was found on the way: one that keeps less of the margin than it could is squeezed."""
+        gap = scene.timetable.gap(scene.state.position, scene.now) - TOUCHING
+        whole = search.quest.margin >= min(self.navigator.margin, gap) - KEPT
+        return Outcome.CONSTRAINED if whole else Outcome.SQUEEZED
 
     def _further(self, scene: _Scene, search: Search) -> Planned | None:
         """What comes of more of a search that has not found an arrival yet."""
         found = search.gone_on(scene.now, self.budget, self.improving)
         if found.complete:
-            return self._decision(scene, found, Outcome.CONSTRAINED)
+            return self._decision(scene, found, self._found(scene, found))
         found = found.stopped(scene.now, self.navigator.horizon)
         return self._decision(scene, found, Outcome.BEGUN) if found.node >= 0 else None
 

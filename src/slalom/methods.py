@@ -65,6 +65,11 @@ class Method:
         """What it knows of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`)."""
         return foresight_of(self.forecast)
 
+    @property
+    def foresight_among(self) -> str:
+        """What robots that meet each other know of each other: published manoeuvres, or what is observed."""
+        return "published" if self.shared else foresight_of(self.of_robots)
+
     def seeing(self, foresight: str) -> "Method":
         """The method with another level of foresight. Raises InvalidInput for one that there is not."""
         forecast = FORESIGHTS[known(foresight, "foresight", list(FORESIGHTS))]
@@ -183,6 +188,6 @@ def method(name: str) -> Method:
     Raises:
         InvalidInput: there is no such method or foresight; the names that there are.
     """
-    plain, _, foresight = name.partition("@")
+    plain, at, foresight = name.partition("@")
     found = METHODS[known(plain, "method", list(METHODS))]
-    return found.seeing(foresight) if foresight else found
+    return found.seeing(foresight) if at else found

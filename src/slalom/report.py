@@ -1,10 +1,26 @@
 """Results as text for a terminal."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from slalom.sim import Recording
+
+LEVELS: Final = {
+    "recorded": "the futures of all are known, also of who will appear",
+    "present": "the futures of those who are there are known",
+    "observed": "nothing is known but what was seen until then",
+    "published": "robots know the manoeuvres that others are committed to",
+}
+"""What the levels of foresight are, in results."""
+FORESEEN: Final = {
+    "recorded": "The futures of all are known, also of who will appear.",
+    "present": "The futures of those who are there are known.",
+    "observed": "What was seen until now is known; accelerations are taken to last a second.",
+    "observed_velocity": "What was seen until now is known; velocities are taken to last.",
+    "observed_turn": "What was seen until now is known; speeds and rates of turning are taken to last.",
+}
+"""What the names of `forecast.FORESIGHTS` mean, for METHOD@FORESIGHT."""
 
 
 def shown(value: Any) -> str:
@@ -25,6 +41,7 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
     spent, statuses = result["decision_us"], ", ".join(f"{k.lower()} {v}" for k, v in result["statuses"].items())
     lines = [
         f"{result['scenario']} with {result['method']}, seed {result['seed']}: {arrived}, {hits}",
+        f"  foresight          {_foresight(result)}",
         f"  time               {result['time']:.1f} s",
         f"  least clearance    {shown(result['min_clearance'])} m",
         f"  adjustments        {result['adjustments']}",
@@ -37,15 +54,20 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _foresight(result: dict[str, Any]) -> str:
+    level = result["foresight"] or "not said"
+    return f"{level}: {LEVELS[level]}" if level in LEVELS else level
+
+
 def list_text(result: dict[str, Any]) -> str:
-    """Scenarios, methods, and figures and claims of the paper, one or two lines each."""
+    """Scenarios, methods, levels of foresight, formats, and figures and claims of the paper, one or two lines each."""
     lines = []
     for what, entries in result.items():
         lines.append(f"{what}:")
         for name, entry in entries.items():
             lines.append(f"  {name:22} {entry['sentence']}")
             if "source" in entry:
-                lines.append(f"  {'':22} {entry['source']}")
+                lines.append(f"  {'':22} {entry['source']}; foresight: {entry['foresight']}")
             elif entry.get("parameters"):
                 parameters = ", ".join(f"{k}={v:g}" for k, v in entry["parameters"].items())
                 lines.append(f"  {'':22} --set {parameters}")
@@ -62,17 +84,18 @@ def table_text(result: dict[str, Any]) -> str:
     width = max(8, *(len(name) + 1 for name in result["methods"]))
     lines = [
         f"{_scene(result)}, {result['seeds']} seeds",
-        f"{'method':{width}}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}{'clearance m':>14}",
+        f"{'method':{width}}{'foresight':>10}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}"
+        f"{'clearance m':>14}",
     ]
     for name, row in result["methods"].items():
         if row["runs"]:
-            counts = f"{row['runs_with_collision']:>10}{row['runs_all_arrived']:>10}"
+            counts = f"{row['foresight']:>10}{row['runs_with_collision']:>10}{row['runs_all_arrived']:>10}"
             lines.append(
                 f"{name:{width}}{counts}{_number(row['time'], 2):>10}{row['adjustments']:>10.1f}"
                 f"{_number(row['min_clearance'], 3):>14}"
             )
         else:
-            lines.append(f"{name:{width}}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>14}")
+            lines.append(f"{name:{width}}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>14}")
     for name, row in result["methods"].items():
         lines += [f"{name}: {why}" for why in _failures(row, result["seeds"])]
     return "\n".join(lines)
@@ -88,16 +111,19 @@ def page_text(tables: Sequence[dict[str, Any]], title: str, text: str, command: 
         f"Made by `{command}` with {made_with}.",
         "",
         "A collision is a clearance below -1 mm in continuous time. Last arrival: the mean over the runs in which all "
-        "arrived. In brackets 95 % confidence intervals, Wilson's for shares and Student's for means.",
+        "arrived. In brackets 95 % confidence intervals, Wilson's for shares and Student's for means. Foresight: what "
+        "is known of obstacles and, where several robots meet, of each other.",
         "",
-        "| scenario | method | runs | with a collision | all arrived | last arrival s | least clearance m |",
-        "|---|---|---|---|---|---|---|",
+        "| scenario | method | foresight | runs | with a collision | all arrived | last arrival s "
+        "| least clearance m |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for table in tables:
         for name, row in table["methods"].items():
             cells = [
                 _scene(table),
                 name,
+                row["foresight"] or "-",
                 "; ".join([str(row["runs"]), *_failures(row, table["seeds"])]),
                 _share(row, "runs_with_collision"),
                 _share(row, "runs_all_arrived"),

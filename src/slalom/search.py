@@ -23,8 +23,8 @@ DIRECTIONS = 8
 """[1] Directions of pushes in the plane; in space there are 26."""
 AIM = 0.8
 """[1] Which share of the goal's tolerance is near enough for a plan."""
-ROOM = 20_000
-"""[1] Nodes of a tree. A search that has filled it is cut."""
+ROOM, SPARE = 20_000, 2
+"""[1] Nodes of a tree, and those that are kept free for what ends a sequence. A search that has filled it is cut."""
 TRIED = 30
 """[1] Sequences that are tried, the most promising first, for one after which the robot can stop."""
 
@@ -54,6 +54,11 @@ class Search:
         return self.node >= 0 and self.node == self.tree.counts[BEST]
 
     @property
+    def full(self) -> bool:
+        """Whether the tree has no room for more."""
+        return bool(self.tree.counts[NODES] >= len(self.tree.time) - SPARE)
+
+    @property
     def ends(self) -> float:
         """When the sequence ends [s]."""
         return float(self.tree.time[self.node])
@@ -75,7 +80,9 @@ class Search:
         return replace(self, root=root, node=node, cut=cut), spent
 
     def gone_on(self, now: float, budget: float, improving: float) -> "Search":
-        """The search at a later time, at which the robot is on the sequence."""
+        """The search at a later time, at which the robot is on the sequence; without a node once the tree is full."""
+        if self.full:
+            return replace(self, node=-1, cut=True)
         return self.grown(self._after(now)[0], budget, improving)[0]
 
     def refined(self, state: State, now: float, scale: float, before: float) -> "Search":
@@ -142,7 +149,7 @@ class Search:
         No node if none of the best does. `horizon`: [s] from `now`.
         """
         count, tree, quest = self.tree.counts[NODES], self.tree, self.quest
-        nodes = np.flatnonzero(tree.mark[:count] == OPEN)
+        nodes = np.flatnonzero(tree.mark[:count] == OPEN) if not self.full else np.empty(0, np.int64)
         nodes = nodes[np.argsort(tree.cost[nodes], kind="stable")]
         for node in [int(k) for k in nodes if self._descends(int(k))][:TRIED]:
             place, speed, start = tree.place[node], tree.speed[node], float(tree.time[node])

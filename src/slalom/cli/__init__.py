@@ -1,4 +1,4 @@
-"""The command line: run, list, decide, compare, reproduce. Results on stdout, everything else on stderr.
+"""The command line: run, list, decide, compare, convert, reproduce. Results on stdout, everything else on stderr.
 
 Each module holds one or two commands. Heavy imports happen inside them, so that `slalom --help` answers at once.
 """
@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError
 
 from slalom.cli.comparing import compare
 from slalom.cli.console import BAD_INPUT, DONE, FAILED, complain
+from slalom.cli.converting import convert
 from slalom.cli.listing import list_
 from slalom.cli.reproducing import reproduce
 from slalom.cli.running import decide, run
@@ -28,6 +29,7 @@ app.command(run)
 app.command(list_, name="list")
 app.command(decide)
 app.command(compare)
+app.command(convert)
 app.command(reproduce)
 
 

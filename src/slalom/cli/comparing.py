@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from slalom.cli.console import (
     DONE,
@@ -11,12 +12,16 @@ from slalom.cli.console import (
     Names,
     Settings,
     answer,
+    complain,
     parse_settings,
     progress,
     writable,
     writing,
 )
 from slalom.report import page_text, table_text
+
+if TYPE_CHECKING:
+    from slalom.sim.study import Row
 
 
 def compare(
@@ -70,6 +75,7 @@ def compare(
     changed = parse_settings(settings)
     study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, only=only)
     writable(page)
+    _say_notes(study.rows)
     with progress("comparing") as advance:
         tables = compare_all(
             study.rows,
@@ -88,6 +94,15 @@ def compare(
     rows = flat(tables)
     killed = any(failure["killed"] for row in rows for failure in row["failures"])
     return DONE if any(row["runs"] for row in rows) and not killed else FAILED
+
+
+def _say_notes(rows: Sequence["Row"]) -> None:
+    """What was repaired or assumed when the files of the scenarios were read, once."""
+    from slalom.sim.case import is_file, load
+
+    said = [note for row in rows if is_file(row.scenario) for note in load(row.scenario, row.settings).notes]
+    for note in dict.fromkeys(said):
+        complain(note)
 
 
 def _command(

@@ -67,6 +67,17 @@ def progress(what: str) -> Iterator[Callable[[float], None]]:
         yield lambda share: bar.update(task, completed=share)
 
 
+def vector_of(text: str, option: str) -> list[float]:
+    """The two or three numbers of x,y or x,y,z. Raises InvalidInput for anything else."""
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if len(found) not in (2, 3):
+        raise InvalidInput(f"{option}: expected two or three numbers with commas between, found {text!r}")
+    return found
+
+
 def answer(result: dict[str, Any], as_json: bool, text: Callable[[], str]) -> None:
     """The result on stdout: one JSON object, or text."""
     from json import dumps
@@ -75,5 +86,5 @@ def answer(result: dict[str, Any], as_json: bool, text: Callable[[], str]) -> No
 
 
 def complain(message: str) -> None:
-    """What went wrong, on stderr."""
+    """What went wrong, or what should be known, on stderr."""
     print(message, file=sys.stderr)

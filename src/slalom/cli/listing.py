@@ -3,11 +3,13 @@
 from typing import Literal
 
 from slalom.cli.console import DONE, Flag, answer
-from slalom.report import list_text
+from slalom.report import FORESEEN, list_text
 
 
-def list_(what: Literal["scenarios", "methods", "figures"] | None = None, /, *, json: Flag = False) -> int:
-    """List the scenarios of the gallery, the methods, and the paper's figures and claims.
+def list_(
+    what: Literal["scenarios", "methods", "foresights", "formats", "figures"] | None = None, /, *, json: Flag = False
+) -> int:
+    """List scenarios of the gallery, methods, what they may know, formats of recordings, and the paper's figures.
 
     Parameters
     ----------
@@ -16,14 +18,26 @@ def list_(what: Literal["scenarios", "methods", "figures"] | None = None, /, *, 
     json
         Print one JSON object.
     """
+    from slalom.forecast import FORESIGHTS, foresight_of
+    from slalom.io.formats import FORMATS
     from slalom.peers import CONTENDERS
     from slalom.reproduce.titles import TITLES
     from slalom.sim.gallery import GALLERY
 
     scenarios = {e.name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for e in GALLERY.values()}
-    methods = {m.name: {"sentence": m.sentence, "source": m.source} for m in CONTENDERS.values()}
+    methods = {
+        m.name: {"sentence": m.sentence, "source": m.source, "foresight": m.foresight} for m in CONTENDERS.values()
+    }
+    foresights = {name: {"sentence": FORESEEN[name], "level": foresight_of(rule)} for name, rule in FORESIGHTS.items()}
+    formats = {f.name: {"sentence": f.sentence, "mark": f.mark, "suffix": f.suffix} for f in FORMATS.values()}
     figures = {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
-    every = (("scenarios", scenarios), ("methods", methods), ("figures", figures))
+    every = (
+        ("scenarios", scenarios),
+        ("methods", methods),
+        ("foresights", foresights),
+        ("formats", formats),
+        ("figures", figures),
+    )
     result = {k: v for k, v in every if what in (None, k)}
     answer(result, json, lambda: list_text(result))
     return DONE

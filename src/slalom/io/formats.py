@@ -3,7 +3,7 @@
 import csv
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,18 +23,21 @@ class Format:
 
     Attributes:
         name: what the command line calls it. sentence: what it is.
+        agents: what they are where the file does not say; "" if that may be anything.
         reader: from a path and settings to the rows of the file.
         mark: by what it is recognised, in words. recognises: whether a file may be of this format, from its suffix in
             small letters and its first line that is not blank; no two formats recognise the same file.
-        writer: from a path, tracks and settings to a file; None if it is only read.
+        writer: from a path, tracks and settings to a file; None if it is only read. suffix: of the files it writes.
     """
 
     name: str
     sentence: str
+    agents: str
     reader: Callable[..., Rows]
     mark: str
     recognises: Callable[[str, str], bool]
     writer: Callable[..., None] | None = None
+    suffix: str = ""
 
 
 def _header(*names: str) -> Callable[[str, str], bool]:
@@ -70,14 +73,17 @@ FORMATS: Final[dict[str, Format]] = {
         Format(
             "csv",
             "Slalom's own: t, id, x, y and, if known, z, radius, length, width and kind; s and m.",
+            "",
             tracks.csv_rows,
             "a header with t,id,x,y",
             _header("t", "id", "x", "y"),
             writers.write_csv,
+            ".csv",
         ),
         Format(
             "eth_ucy",
             "ETH and UCY pedestrians: frame, id, x, y between white space, or ETH's obsmat.txt.",
+            "pedestrian",
             pedestrians.eth_ucy,
             "lines of 4 or 8 numbers between white space",
             _numbers,
@@ -85,14 +91,17 @@ FORMATS: Final[dict[str, Format]] = {
         Format(
             "trajnet",
             "TrajNet++ pedestrians: scenes and tracks, one JSON object per line.",
+            "pedestrian",
             pedestrians.trajnet,
             'lines that begin with {"scene" or {"track"',
             lambda suffix, line: line.replace(" ", "").startswith(('{"scene"', '{"track"')),
             writers.write_trajnet,
+            ".ndjson",
         ),
         Format(
             "pedpy",
             "PedPy's text and the pedestrian dynamics data archive: id, frame, x, y under comments.",
+            "pedestrian",
             pedestrians.pedpy_text,
             "a first line that begins with #",
             lambda suffix, line: line.lstrip().startswith("#"),
@@ -100,14 +109,17 @@ FORMATS: Final[dict[str, Format]] = {
         Format(
             "jupedsim",
             "JuPedSim's SQLite database.",
+            "pedestrian",
             pedestrians.jupedsim,
             "the signature of SQLite",
             lambda suffix, line: line.startswith("SQLite format 3"),
             writers.write_jupedsim,
+            ".sqlite",
         ),
         Format(
             "drone",
             "The drone data sets highD, inD, rounD, exiD and uniD: NN_tracks.csv.",
+            "car",
             vehicles.drone,
             f"a header with {','.join(vehicles.CENTRES)} or {','.join(vehicles.CORNERS)}",
             lambda suffix, line: _header(*vehicles.CENTRES)(suffix, line) or _header(*vehicles.CORNERS)(suffix, line),
@@ -115,6 +127,7 @@ FORMATS: Final[dict[str, Format]] = {
         Format(
             "interaction",
             "INTERACTION road users.",
+            "car",
             vehicles.interaction,
             f"a header with {','.join(vehicles.CASES)}",
             _header(*vehicles.CASES),
@@ -122,6 +135,7 @@ FORMATS: Final[dict[str, Format]] = {
         Format(
             "commonroad",
             "CommonRoad scenarios, 2018b and 2020a: dynamic obstacles.",
+            "car",
             commonroad.commonroad,
             "the suffix .xml",
             lambda suffix, line: suffix == ".xml",
@@ -129,6 +143,7 @@ FORMATS: Final[dict[str, Format]] = {
         Format(
             "ais",
             "Ships: tables with time, MMSI, latitude and longitude.",
+            "ship",
             geographic.ais,
             "a header with mmsi, a latitude and a longitude",
             _place_of("mmsi"),
@@ -136,6 +151,7 @@ FORMATS: Final[dict[str, Format]] = {
         Format(
             "adsb",
             "Aircraft: tables with time, ICAO address, latitude, longitude and altitude.",
+            "aircraft",
             geographic.adsb,
             "a header with icao24, a latitude and a longitude",
             _place_of("icao24"),
@@ -167,10 +183,15 @@ def read_recording(
         InvalidInput: an unknown format, settings that the format does not have or that do not fit.
     """
     path = Path(path)
-    row = FORMATS[known(format, "format", list(FORMATS))] if format is not None else _recognised(path)
+    row = FORMATS[known(format_of(path) if format is None else format, "format", list(FORMATS))]
     _check(row.reader, row.name, settings)
     rows = row.reader(path, **settings)
-    return tracks_of(rows, gap=gap, max_speed=max_speed, interpolation=interpolation)
+    found = tracks_of(rows, gap=gap, max_speed=max_speed, interpolation=interpolation)
+    return replace(found, format=row.name)
+
+
+WRITTEN: Final[dict[str, str]] = {row.suffix: row.name for row in FORMATS.values() if row.writer}
+"""The format that a file is written in, by its suffix."""
 
 
 def write_recording(path: Path | str, tracks: Tracks, format: str, **settings: Any) -> None:
@@ -180,14 +201,35 @@ def write_recording(path: Path | str, tracks: Tracks, format: str, **settings: A
         InvalidInput: another format, settings that it does not have or that do not fit, tracks that it cannot hold.
         InvalidFile: a file that cannot be written.
     """
-    writer = FORMATS[known(format, "format", [row.name for row in FORMATS.values() if row.writer])].writer
+    writer = FORMATS[known(format, "format", list(WRITTEN.values()))].writer
     assert writer is not None
     _check(writer, format, settings)
     writer(Path(path), tracks, **settings)
 
 
-def _recognised(path: Path) -> Format:
-    """The format of a file."""
+def files_of(path: Path) -> list[Path]:
+    """The file itself and those that are read with it."""
+    return [path, *vehicles.beside(path)]
+
+
+def settings_to_write(name: str) -> list[str]:
+    """The settings that the writer of a format has: frame_rate where it counts frames, and numbers agents."""
+    writer = FORMATS[known(name, "format", list(WRITTEN.values()))].writer
+    assert writer is not None
+    return list(_keywords(writer))
+
+
+def settings_of(name: str) -> list[str]:
+    """The settings that the reader of a format has, such as frame_rate."""
+    return list(_keywords(FORMATS[known(name, "format", list(FORMATS))].reader))
+
+
+def format_of(path: Path) -> str:
+    """The name of the format of a file, recognised from its beginning.
+
+    Raises:
+        InvalidFile: no such file, or one of no format that is known.
+    """
     try:
         with path.open("rb") as file:
             text = file.read(BEGINNING).decode("utf-8-sig", errors="replace")
@@ -200,15 +242,20 @@ def _recognised(path: Path) -> Format:
         raise InvalidFile(
             [f"{path}: expected a file of a format that is known, or its name ({marks}), found {line[:60]!r}"]
         )
-    return found[0]
+    return found[0].name
 
 
 def _check(function: Callable[..., Any], name: str, settings: dict[str, Any]) -> None:
     """Every setting is one of the function, and none that it needs is missing."""
-    parameters = {p.name: p for p in inspect.signature(function).parameters.values() if p.kind is p.KEYWORD_ONLY}
+    parameters = _keywords(function)
     needed = [p.name for p in parameters.values() if p.default is p.empty]
     if not set(needed) <= set(settings) <= set(parameters):
         expected = f"settings {', '.join(parameters) or 'none'}"
         if needed:
             expected += f", with {', '.join(needed)}"
         raise InvalidInput(f"{name}: expected {expected}, found {', '.join(settings) or 'none'}")
+
+
+def _keywords(function: Callable[..., Any]) -> dict[str, inspect.Parameter]:
+    """What a reader or writer can be told by name."""
+    return {p.name: p for p in inspect.signature(function).parameters.values() if p.kind is p.KEYWORD_ONLY}

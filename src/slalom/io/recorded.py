@@ -47,12 +47,15 @@ class Tracks:
     """Recorded agents by their id, numbers first and in increasing order, and what was done to the rows of the file.
 
     An id is the file's own text, a whole number without leading zeros or decimals (but those of ships and aircraft are
-    as they are). Further parts of a track that was split are called after the first: 7, 7.1, 7.2. Each note is a
-    sentence with its count.
+    as they are). Further parts of a track that was split are called after the first: 7, 7.1, 7.2; `parts` has their
+    ids by that of the file. Each note is a sentence with its count. `format` is the name of the file's format, "" of
+    tracks from no file.
     """
 
     agents: Mapping[str, Agent]
     notes: tuple[str, ...] = ()
+    format: str = ""
+    parts: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

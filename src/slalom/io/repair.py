@@ -57,7 +57,7 @@ def tracks_of(
     single: list[str] = []
     starts = np.flatnonzero(np.concatenate([[True], ~same | split]))
     ends = np.append(starts[1:], len(order))
-    labels, splits = _part_labels(rows.labels, agents[starts], times, starts)
+    labels, splits, parts = _part_labels(rows.labels, agents[starts], times, starts)
     for label, start, end in zip(labels, starts.tolist(), ends.tolist()):
         if end - start < 2:
             single.append(label)
@@ -69,7 +69,7 @@ def tracks_of(
     notes += [*splits, *varying]
     if single:
         notes.append(f"{counted(len(single), 'track')} with a single row left out: {named(single, 'id')}")
-    return Tracks({label: tracks[label] for label in sorted(tracks, key=natural)}, tuple(notes))
+    return Tracks({label: tracks[label] for label in sorted(tracks, key=natural)}, tuple(notes), parts=parts)
 
 
 def _below_zero(rows: Rows) -> Iterator[Mistake]:
@@ -144,8 +144,10 @@ def _bridged(rows: Rows, agents: Indices, times: Array, same: Array) -> list[str
     ]
 
 
-def _part_labels(labels: Sequence[str], agents: Indices, times: Array, starts: Indices) -> tuple[list[str], list[str]]:
-    """A label for each part, whose agents are given, and a note for each agent in parts."""
+def _part_labels(
+    labels: Sequence[str], agents: Indices, times: Array, starts: Indices
+) -> tuple[list[str], list[str], dict[str, list[str]]]:
+    """A label for each part, whose agents are given, a note for each agent in parts, and its parts."""
     taken, parts = set(labels), dict[int, list[str]]()
     gaps = dict[int, list[str]]()
     found = []
@@ -161,11 +163,12 @@ def _part_labels(labels: Sequence[str], agents: Indices, times: Array, starts: I
             gaps.setdefault(agent, []).append(f"{times[start] - last:g} s (t = {last:g} s)")
         own.append(label)
         found.append(label)
-    return found, [
+    notes = [
         f"agent {labels[agent]} split at {'a gap' if len(where) == 1 else 'gaps'} of {_listed(where)} "
         f"into {_listed(parts[agent])}"
         for agent, where in gaps.items()
     ]
+    return found, notes, {labels[agent]: parts[agent] for agent in gaps}
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -16,7 +16,7 @@ CORNERS: Final = ("id", "frame", "x", "y", "width", "height")
 
 CASES: Final = ("track_id", "timestamp_ms", "x", "y")
 
-_SUFFIX = "_tracks.csv"
+_SUFFIX, _RATE, _CLASSES = "_tracks.csv", "_recordingMeta.csv", "_tracksMeta.csv"
 
 
 def drone(path: Path, *, frame_rate: float | None = None) -> Rows:
@@ -48,6 +48,11 @@ def drone(path: Path, *, frame_rate: float | None = None) -> Rows:
     return table.rows_of(ids, times, positions, extents=extents, kinds=of_rows, notes=notes)
 
 
+def beside(path: Path) -> list[Path]:
+    """The files that are read with a NN_tracks.csv: those of them that are there."""
+    return [other for what in (_RATE, _CLASSES) if (other := _beside(path, what))]
+
+
 def _beside(path: Path, what: str) -> Path | None:
     """The file that belongs to a NN_tracks.csv, if it is there."""
     other = path.with_name(path.name.removesuffix(_SUFFIX) + what)
@@ -57,7 +62,7 @@ def _beside(path: Path, what: str) -> Path | None:
 def _frame_rate(path: Path, given: float | None) -> float:
     """That of the recording [Hz]."""
     rate = None if given is None else positive(given, "frame_rate")
-    meta = _beside(path, "_recordingMeta.csv")
+    meta = _beside(path, _RATE)
     if meta is None and rate is not None:
         return rate
     said = []
@@ -67,14 +72,14 @@ def _frame_rate(path: Path, given: float | None) -> float:
         refuse(meta, table.mistakes)
     if len(said) != 1 or said[0] <= 0.0 or rate not in (None, said[0]):
         expected = "one frameRate above 0" if rate is None else f"one frameRate of {rate:g} Hz, which was given"
-        where = meta or path.with_name(path.name.removesuffix(_SUFFIX) + "_recordingMeta.csv")
+        where = meta or path.with_name(path.name.removesuffix(_SUFFIX) + _RATE)
         raise InvalidFile([f"{where}: expected {expected}, found {', '.join(f'{x:g}' for x in said) or 'none'}"])
     return float(said[0])
 
 
 def _kinds(path: Path, id_column: str) -> dict[str, str]:
     """The class of each track, by its id; none where it is not said."""
-    meta = _beside(path, "_tracksMeta.csv")
+    meta = _beside(path, _CLASSES)
     if meta is None:
         return {}
     table = comma_table(meta, (id_column, "class"))

@@ -7,6 +7,17 @@ its code imports none of them: `pip install --no-deps pyrvo` is enough to run it
 
 from slalom.peers.crowd import Crowd, Discs, Team
 from slalom.peers.sight import discs, outlines
-from slalom.peers.table import CONTENDERS, PEERS, Peer, contender
+from slalom.peers.table import CONTENDERS, PEERS, Peer, contender, contender_named
 
-__all__ = ["CONTENDERS", "PEERS", "Crowd", "Discs", "Peer", "Team", "contender", "discs", "outlines"]
+__all__ = [
+    "CONTENDERS",
+    "PEERS",
+    "Crowd",
+    "Discs",
+    "Peer",
+    "Team",
+    "contender",
+    "contender_named",
+    "discs",
+    "outlines",
+]

@@ -37,6 +37,16 @@ class Peer:
     inflation: float = 0.0
     walls: bool = True
 
+    @property
+    def foresight(self) -> str:
+        """It sees where obstacles are now, and how fast."""
+        return "observed"
+
+    @property
+    def foresight_among(self) -> str:
+        """The same of other robots."""
+        return "observed"
+
     def begin(self, radii: Array, speeds: Array, period: float, walls: tuple[Array, ...] = ()) -> Crowd:
         """The crowd of robots of those radii (N,) [m] and largest speeds (N,) [m/s], see `Team`.
 
@@ -121,17 +131,27 @@ CONTENDERS: Final[dict[str, Method | Peer]] = {**METHODS, **PEERS}
 
 
 def contender(name: str) -> Method | Peer:
-    """The method or the peer of that name; of methods also NAME@FORESIGHT, see `methods.method`.
+    """The method or the peer of that name, see `contender_named`, of which the package is installed.
 
     Raises:
-        InvalidInput: there is none, with all names; or it is a peer whose package is not installed, or one with a
-            foresight.
+        InvalidInput: there is none, or its package is not installed.
     """
-    plain, _, foresight = name.partition("@")
+    chosen = contender_named(name)
+    if isinstance(chosen, Peer):
+        imported(chosen.package)
+    return chosen
+
+
+def contender_named(name: str) -> Method | Peer:
+    """The method or the peer of that name, installed or not; of methods also NAME@FORESIGHT, see `methods.method`.
+
+    Raises:
+        InvalidInput: there is none, with all names; or it is a peer with a foresight.
+    """
+    plain, at, foresight = name.partition("@")
     chosen = CONTENDERS[known(plain, "method", list(CONTENDERS))]
     if isinstance(chosen, Method):
-        return chosen.seeing(foresight) if foresight else chosen
-    if foresight:
+        return chosen.seeing(foresight) if at else chosen
+    if at:
         raise InvalidInput(f"method: expected {plain} alone, which sees what is there now; found {name!r}")
-    imported(chosen.package)
     return chosen

@@ -130,8 +130,8 @@ def run(rules: Rules, obstacles: Sequence[Obstacle], start: State, goal: Array, 
             break
     robot = Robot(ROBOT, Limits(NO_LIMIT, rules.max_acceleration), start, Goal(Stationary(goal), 1.0))
     scenario = Scenario("roundabout_crossing", (robot,), tuple(obstacles), dt=rules.replan)
-    statuses = tuple(step.outcome for step in steps)
-    return Run(Recording.of(scenario, rules.method, 0, steps, state), statuses, out)
+    statuses, known = tuple(step.outcome for step in steps), METHODS[rules.method].foresight
+    return Run(Recording.of(scenario, rules.method, 0, steps, state, foresight=known), statuses, out)
 
 
 def hits(recording: Recording) -> tuple[int, float]:

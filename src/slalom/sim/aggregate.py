@@ -48,6 +48,7 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
     for row in rows:
         outcomes.update(row["statuses"])
     return {
+        "foresight": rows[0]["foresight"] if rows else None,
         "runs": len(rows),
         "runs_with_collision": collided,
         "runs_with_collision_interval": wilson(collided, len(rows)),

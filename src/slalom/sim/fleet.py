@@ -134,6 +134,7 @@ class _Run:
             goals=tuple(robot.goal for robot in scenario.robots),
             arrived=self.guidance.arrived[where],
             obstacles=scenario.obstacles,
+            foresight=method.foresight_among,
         )
 
 

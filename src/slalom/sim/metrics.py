@@ -245,6 +245,7 @@ def summary(recording: Recording) -> dict[str, Any]:
     return {
         "scenario": recording.scenario,
         "method": recording.method,
+        "foresight": recording.foresight,
         "seed": recording.seed,
         "robots": recording.positions.shape[1],
         "arrived": int(np.isfinite(recording.arrived).sum()),

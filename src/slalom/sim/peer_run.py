@@ -100,7 +100,7 @@ def simulate_peer(
     for member in members:
         member.note_arrival(scenario.start + dt * len(rows))
     ends, arrived = [member.state for member in members], [member.arrived for member in members]
-    return Recording.of_many(scenario, peer.name, seed, rows, ends, arrived)
+    return Recording.of_many(scenario, peer.name, seed, rows, ends, arrived, foresight=peer.foresight)
 
 
 def _refuse(robot: Robot, peer: Peer) -> None:

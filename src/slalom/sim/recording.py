@@ -52,6 +52,8 @@ class Recording:
         decision_times: (T, N) wall clock [s], the only part that is not the same in every run.
         shapes: N. limits: N. goals: N. arrived: (N,) absolute time, inf if not.
         obstacles: with their true trajectories.
+        foresight: what the robot knew of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); what
+            several robots knew of each other: published or observed. "" where a file does not say.
     """
 
     scenario: str
@@ -72,13 +74,17 @@ class Recording:
     goals: tuple[Goal, ...]
     arrived: Array
     obstacles: tuple[Obstacle, ...]
+    foresight: str = ""
 
     @classmethod
-    def of(cls, scenario: Scenario, method: str, seed: int, steps: Sequence[Step], last: Any) -> "Recording":
+    def of(
+        cls, scenario: Scenario, method: str, seed: int, steps: Sequence[Step], last: Any, *, foresight: str
+    ) -> "Recording":
         """The recording of one robot's steps that ended in the state `last`."""
         end = scenario.start + scenario.dt * len(steps)
         done = scenario.robot.goal.reached(last.position, last.velocity, end)
-        return cls.of_many(scenario, method, seed, [(step,) for step in steps], [last], [end if done else np.inf])
+        rows, arrived = [(step,) for step in steps], [end if done else np.inf]
+        return cls.of_many(scenario, method, seed, rows, [last], arrived, foresight=foresight)
 
     @classmethod
     def of_many(
@@ -89,6 +95,8 @@ class Recording:
         steps: Sequence[Sequence[Step]],
         last: Sequence[Any],
         arrived: Sequence[float],
+        *,
+        foresight: str,
     ) -> "Recording":
         """The recording of all robots' steps, T rows of N, that ended in the states `last` (N)."""
         d, n = scenario.dimension, len(scenario.robots)
@@ -111,6 +119,7 @@ class Recording:
             goals=tuple(robot.goal for robot in scenario.robots),
             arrived=np.array(arrived),
             obstacles=scenario.obstacles,
+            foresight=foresight,
         )
 
     @property
@@ -145,6 +154,7 @@ class Recording:
                 steps=len(self.accelerations),
                 final_sim_time=float(self.times[-1]),
                 digest=self.digest(),
+                foresight=self.foresight,
             )
             run.create_group("parameters").attrs.update(self.parameters)
             heading = np.arctan2(self.velocities[..., 1], self.velocities[..., 0])[..., None]
@@ -227,6 +237,7 @@ class Recording:
                 )
                 for o in obstacles
             ),
+            foresight=str(run.attrs.get("foresight", "")),
         )
 
 

@@ -59,6 +59,8 @@ class Scenario:
             that is, a multiple of replan or dt. sight_loss: the share of looks at which nothing is seen (see
             `watch.Watch`).
         parameters: what the gallery was asked for; they go into recordings.
+        recorded: [s] from when to when obstacles come from a recording, in which the run begins; None if none do.
+        notes: what was repaired, left out or assumed when files were read, a sentence each.
     """
 
     name: str
@@ -79,6 +81,8 @@ class Scenario:
     sight_delay: float = 0.0
     sight_loss: float = 0.0
     parameters: Mapping[str, float] = field(default_factory=dict)
+    recorded: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         dimensions = sorted({robot.state.dimension for robot in self.robots})
@@ -96,6 +100,11 @@ class Scenario:
         for name in ("message_loss", "sight_loss"):
             share(getattr(self, name), name)
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
+        if self.recorded is not None and not self.recorded[0] <= self.start < self.recorded[1]:
+            first, last = self.recorded
+            raise InvalidInput(
+                f"start: expected a time of the recording, from {first:g} to before {last:g} s, found {self.start:g} s"
+            )
         for obstacle in self.obstacles:
             if obstacle.dimension != self.dimension:
                 raise InvalidInput(

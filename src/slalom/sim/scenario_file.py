@@ -1,6 +1,6 @@
 """Scenario files: YAML 1.2 in, every mistake at once as file:line:column."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -10,13 +10,14 @@ from pydantic import BaseModel, ValidationError
 from ruamel.yaml.nodes import Node
 
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
-from slalom.io.tracks import read_tracks
+from slalom.io import formats
 from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
-from slalom.shape import round_shape
 from slalom.sim.file_mistakes import compose, dotted, message, where
+from slalom.sim.recorded import Recorded, Who, read_recorded
+from slalom.sim.recording_spec import RecordingSpec
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, whole_periods
-from slalom.sim.scenario_spec import HalfSpaceSpec, ObstacleSpec, RecordingSpec, RobotSpec, ScenarioSpec, keys_at
+from slalom.sim.scenario_spec import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec, keys_at
 from slalom.state import State
 
 T = TypeVar("T")
@@ -45,9 +46,9 @@ def read_scenario(path: Path | str) -> Scenario:
 
 
 def files_of(path: Path) -> list[Path]:
-    """A scenario file that is right, and the recording that it names, if any."""
+    """A scenario file that is right, and the files of the recording that it names, if any."""
     recording = compose(path)[1].get("recording")
-    return [path] if recording is None else [path, path.parent / recording["file"]]
+    return [path] if recording is None else [path, *formats.files_of(path.parent / recording["file"])]
 
 
 class _Parts:
@@ -87,18 +88,21 @@ class _Parts:
             if (one := _valid(ObstacleSpec, raw)) and d
         ]
         recording = _valid(RecordingSpec, content.get("recording"))
-        if recording and d:
-            obstacles += self.recorded(recording, d)
+        found = self.recorded(recording, d) if recording and d else None
         self.periods(content)
         spec = _valid(ScenarioSpec, content)
+        settings = spec.model_dump(include=set(SETTINGS)) if spec else {}
+        if spec and recording and found:
+            settings |= self.while_recorded(spec, recording, found)
+            settings["notes"] = found.notes
+            obstacles += there_in(found, recording.window, spec.horizon)
         if spec is None or robot is None or self.mistakes:
             return None
-        settings = spec.model_dump(include=set(SETTINGS))
-        there = tuple(obstacle for obstacle in obstacles if obstacle is not None)
+        some = tuple(obstacle for obstacle in obstacles if obstacle is not None)
         # All that a scenario can still refuse is a goal under an obstacle.
         return self.attempt(
             ("robot", "goal"),
-            lambda: Scenario(spec.name or self.path.stem, (robot,), there, holds=tuple(spec.holds), **settings),
+            lambda: Scenario(spec.name or self.path.stem, (robot,), some, holds=tuple(spec.holds), **settings),
         )
 
     def dimension(self, robot: object) -> int | None:
@@ -160,18 +164,71 @@ class _Parts:
             lambda: Obstacle(shape, spec.trajectory.build(), name, spec.heading, unsure),
         )
 
-    def recorded(self, spec: RecordingSpec, d: int) -> list[Obstacle | None]:
-        """The agents of a recording as obstacles."""
-        file = self.path.parent / spec.file
-        tracks = self.attempt(("recording",), lambda: read_tracks(file, interpolation=spec.interpolation)) or {}
-        shape = round_shape(spec.radius, d)
-        wrong = [agent for agent, track in tracks.items() if track.dimension != d]
-        if wrong:
-            self.note(
-                ("recording",), f"expected tracks of the robot's dimension, found {d} and {tracks[wrong[0]].dimension}"
+    def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:
+        """The agents of a recording of the robot's dimension."""
+        file, told = self.path.parent / spec.file, spec.of_format()
+        name = self.attempt(("recording", "file"), lambda: spec.format or formats.format_of(file))
+        if name is None:
+            return None
+        have = formats.settings_of(name)
+        strange = [key for key in told if key not in have]
+        for key in strange:
+            text = f"expected a setting that {name} has ({', '.join(have) or 'none'}), found {key!r}"
+            self.note(("recording", key), text)
+        if strange:
+            return None
+        try:
+            found = read_recorded(
+                file,
+                Who(spec.radius, spec.agents, spec.without),
+                format=name,
+                gap=spec.gap,
+                max_speed=spec.jump_speed,
+                interpolation=spec.interpolation,
+                **told,
             )
-            return []
-        return [Obstacle(shape, track, f"agent {agent}") for agent, track in tracks.items()]
+        except InvalidFile as error:
+            self.mistakes.extend(error.mistakes)
+            return None
+        except InvalidInput as error:
+            key, _, text = str(error).partition(": ")
+            known = key in RecordingSpec.model_fields
+            self.note(("recording", key) if known else ("recording",), text if known else str(error))
+            return None
+        if found.dimension != d:
+            self.note(("recording",), f"expected tracks of the robot's dimension, found {d} and {found.dimension}")
+            return None
+        return found
+
+    def while_recorded(self, spec: ScenarioSpec, recording: RecordingSpec, found: Recorded) -> dict[str, Any]:
+        """When the run begins and how long it is, and what of the recording is used: they must fit each other."""
+        (first, last), window = found.span, recording.window
+        begin, end = (max(first, window[0]), min(last, window[1])) if window else (first, last)
+        if window and begin >= end:
+            shown = f"{window[0]:g} to {window[1]:g} s"
+            self.note(("recording", "window"), f"expected a part of {first:g} to {last:g} s, found {shown}")
+            return {}
+        start = spec.start if "start" in spec.model_fields_set or not window else begin
+        if not begin <= start < end:
+            place = ("start",) if "start" in spec.model_fields_set else ("recording",)
+            self.note(
+                place, f"expected a start while it is recorded, from {begin:g} to before {end:g} s, found {start:g}"
+            )
+            return {}
+        duration = spec.duration
+        if window and "duration" not in spec.model_fields_set:
+            duration = end - start
+        elif window and start + duration > end + 1e-9 * abs(end):
+            self.note(("duration",), f"expected at most {end - start:g} s, until the window ends, found {duration:g}")
+        return {"start": start, "duration": duration, "recorded": (begin, end)}
+
+
+def there_in(found: Recorded, window: Sequence[float] | None, horizon: float) -> list[Obstacle]:
+    """Whoever is there at some time of the window [s], or could be foreseen in it to come within the horizon [s]."""
+    if window is None:
+        return list(found.obstacles)
+    spans = (obstacle.trajectory.span for obstacle in found.obstacles)
+    return [o for o, (first, last) in zip(found.obstacles, spans) if first <= window[1] + horizon and last >= window[0]]
 
 
 def _valid_vector(raw: object) -> list[float] | None:

@@ -12,6 +12,7 @@ from slalom.sim.bound_spec import BOUND_SPECS, BoundSpec
 from slalom.sim.file_model import Built as _Built
 from slalom.sim.file_model import Model as _Model
 from slalom.sim.file_model import NotNegative, Positive, Vector
+from slalom.sim.recording_spec import RecordingSpec
 from slalom.sim.shape_spec import SHAPE_SPECS, Shaped, UncertaintySpec
 from slalom.trajectory import (
     Circular,
@@ -155,14 +156,6 @@ class ObstacleSpec(Shaped):
     heading: FiniteFloat | Literal["motion"] = 0.0
     uncertainty: UncertaintySpec | None = None
     trajectory: TrajectorySpec
-
-
-class RecordingSpec(_Model):
-    """Recorded agents as obstacles: a CSV file with a header t,id,x,y[,z], beside the scenario file."""
-
-    file: str
-    radius: NotNegative
-    interpolation: Literal["linear", "smooth"] = "smooth"
 
 
 class ScenarioSpec(_Model):

@@ -48,7 +48,7 @@ def simulate(
         state = drive(state, push, dt)
         if progress:
             progress((k + 1) / count)
-    return Recording.of(scenario, method.name, seed, steps, state)
+    return Recording.of(scenario, method.name, seed, steps, state, foresight=method.foresight)
 
 
 def decision_at(recording: Recording, scenario: Scenario, method: Method, step: int) -> Decision:

@@ -9,7 +9,7 @@ from ruamel.yaml.nodes import Node
 
 from slalom.checks import known
 from slalom.errors import InvalidFile, InvalidInput
-from slalom.peers import CONTENDERS
+from slalom.peers import contender_named
 from slalom.sim.case import is_file, load
 from slalom.sim.file_mistakes import compose, dotted, message, where
 from slalom.sim.file_model import Model
@@ -133,12 +133,14 @@ def _unfit(path: Path, root: Node | None, k: int, row: Row) -> list[str]:
 
 def _unknown(path: Path, root: Node | None, place: tuple[str | int, ...], names: Sequence[str]) -> list[str]:
     """The methods among the names that there are not. Whether their packages are installed is asked when they run."""
-    expected = f"expected one of {', '.join(CONTENDERS)}"
-    return [
-        f"{where(path, root, (*place, k))}: {dotted((*place, k))}{expected}; found {name!r}"
-        for k, name in enumerate(names)
-        if name not in CONTENDERS
-    ]
+    mistakes = []
+    for k, name in enumerate(names):
+        try:
+            contender_named(name)
+        except InvalidInput as error:
+            at = (*place, k)
+            mistakes.append(f"{where(path, root, at)}: {dotted(at)}{str(error).removeprefix('method: ')}")
+    return mistakes
 
 
 def _keys_at(place: tuple[str | int, ...]) -> list[str]:

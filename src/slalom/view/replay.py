@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slalom.errors import InvalidInput
-from slalom.methods import METHODS
+from slalom.methods import Method
+from slalom.peers import contender_named
 from slalom.sim import Recording, Scenario, decision_at
 from slalom.sim.contact import closest_approaches
 from slalom.sim.fleet import seen_by
@@ -23,7 +24,8 @@ def replay(recording: Recording, scenario: Scenario, method: str, at: float | No
     """
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
-    if len(recording.shapes) > 1 or method not in METHODS:
+    chosen = contender_named(method)
+    if len(recording.shapes) > 1 or not isinstance(chosen, Method):
         first = seen_by(recording, 0)
         drawn = paths(
             first.times, first.positions[:, 0], first.obstacles, robot=first.shapes[0], goal=first.goals[0], snapshots=6
@@ -35,16 +37,16 @@ def replay(recording: Recording, scenario: Scenario, method: str, at: float | No
         closest = min(closest_approaches(recording), default=None)
         when = closest.time if closest is not None else float(recording.times[0])
         early = [k for k in decided if recording.times[k] <= when] or decided
-        chosen = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
+        tight = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
         held = re.compile(r"hold=([0-9.]+)")
-        step = max(chosen, key=lambda k: (float((held.findall(recording.responses[k][0]) or [0])[0]), k))
+        step = max(tight, key=lambda k: (float((held.findall(recording.responses[k][0]) or [0])[0]), k))
     else:
         step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
-    made = decision_at(recording, scenario, METHODS[method], step)
+    made = decision_at(recording, scenario, chosen, step)
     elapsed = recording.times[step] - recording.times[0]
     return decision(
         made,
-        scenario.navigator(METHODS[method]),
+        scenario.navigator(chosen),
         scenario.robot.goal,
         track=np.asarray(recording.positions[: step + 1, 0]),
         title=f"{recording.scenario}, {method}, {elapsed:.1f} s after the start: {made.outcome.name.lower()}",

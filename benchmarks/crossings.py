@@ -1,0 +1,159 @@
+"""Crossing recorded traffic: every task of a tasks.json, at a level of foresight.
+
+usage: python benchmarks/crossings.py DATA_DIR [--foresight recorded] [--out RESULT.json] [--jobs N]
+       [--method nao_ahead]
+
+DATA_DIR holds tasks.json: per recording a file of tracks, the radii and limits of a robot, and tasks with a start, a
+goal and a time. Recorded agents do not react. Writes {task: {"t": [s from the task's begin], "p": [[x, y(, z)], ...]}}
+with 20 samples a second or more, for a judge of its own, and prints per recording: safe and arrived, collided, limit
+violations, the least clearance, and decision times [us].
+
+All parameters follow from the limits alone. With v the top speed and a the largest acceleration the robot decides every
+v / (10 a), which is a tenth of the time from rest to top speed; the simulation takes five steps in that time. The
+margin is 5 mm where the future is known and 0.1 m where it is forecast.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+from machine import describe
+
+from slalom import FORESIGHTS, Ball, Disc, Goal, Limits, Method, Obstacle, State, Stationary, method
+from slalom.io.formats import read_recording
+from slalom.io.recorded import Agent, Tracks
+from slalom.sim import Recording, Robot, Scenario, simulate
+from slalom.sim.metrics import summary
+
+MARGINS = {"recorded": 0.005, "present": 0.005, "observed": 0.1}
+"""[m]"""
+DECISIONS, STEPS, SAMPLES = 10, 5, 40
+"""Decisions from rest to top speed, steps of the simulation in a decision, samples a second in the result."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", type=Path)
+    parser.add_argument("--foresight", choices=list(FORESIGHTS), default="recorded")
+    parser.add_argument("--method", default="nao_ahead")
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--jobs", type=int, default=1)
+    asked = parser.parse_args()
+    chosen = method(asked.method).seeing(asked.foresight)
+    recordings = json.loads((asked.data / "tasks.json").read_text())
+    work = [(name, entry, task) for name, entry in recordings.items() for task in entry["tasks"]]
+    runs = Parallel(n_jobs=asked.jobs)(delayed(crossed)(asked.data, entry, task, chosen) for _, entry, task in work)
+    results: dict[str, list[dict[str, Any]]] = {}
+    for (name, _, _), result in zip(work, runs, strict=True):
+        results.setdefault(name, []).append(result)
+    for line in table(results):
+        print(line)
+    if asked.out is not None:
+        asked.out.write_text(json.dumps({r["task"]: {"t": r["t"], "p": r["p"]} for r in runs}))
+        facts = [{k: v for k, v in r.items() if k not in ("t", "p", "times")} for r in runs]
+        about = {"method": chosen.name, "margins": MARGINS, "decisions": DECISIONS, "steps": STEPS, **describe()}
+        beside = asked.out.with_suffix(".runs.json")
+        beside.write_text(json.dumps({"parameters": about, "runs": facts}, indent=1))
+
+
+def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> dict[str, Any]:
+    """One task: the samples for the judge, and how it went."""
+    before = perf_counter()
+    scenario = crossing(read_recording(folder / entry["file"], interpolation="linear"), entry, task, chosen)
+    loading = perf_counter() - before
+    # Compiled code is loaded before decisions are timed.
+    simulate(scenario.with_settings({"duration": scenario.dt * STEPS}), chosen)
+    run = simulate(scenario, chosen)
+    result = summary(run)
+    times, places = samples(run)
+    decided = np.array([row[0] != "" for row in run.outcomes])
+    push, speed = np.linalg.norm(run.accelerations[:, 0], axis=1), np.linalg.norm(run.velocities[:, 0], axis=1)
+    over = bool((push > entry["amax"] * (1 + 1e-6)).any() or (speed > entry["vmax"] * (1 + 1e-6)).any())
+    return {
+        "task": task["id"],
+        "arrived": bool(result["arrived"]),
+        "collided": bool(result["collisions"]),
+        "over": over,
+        "clearance": result["min_clearance"],
+        "seconds": float(run.arrived[0]) - task["t0"] if result["arrived"] else None,
+        "times": run.decision_times[decided, 0].tolist(),
+        "loading": loading,
+        "t": times.tolist(),
+        "p": places.tolist(),
+    }
+
+
+def crossing(tracks: Tracks, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> Scenario:
+    """The scenario of a task."""
+    first, flat = task.get("first_agent_id"), len(task["start"]) == 2
+    body = Disc if flat else Ball
+    obstacles = tuple(
+        Obstacle(body(radius_of(agent, entry["agent_radius"])), agent.trajectory, name)
+        for name, agent in tracks.agents.items()
+        if first is None or int(name) >= first
+    )
+    state = State(np.array(task["start"], float), np.array(task["start_velocity"], float))
+    goal = Goal(Stationary(np.array(task["goal"], float)), task["goal_tolerance"])
+    limits = Limits(entry["vmax"], entry["amax"])
+    rise = entry["vmax"] / entry["amax"]
+    return Scenario(
+        name=task["id"],
+        robots=(Robot(body(entry["robot_radius"]), limits, state, goal),),
+        obstacles=obstacles,
+        start=task["t0"],
+        duration=task["horizon"],
+        dt=rise / DECISIONS / STEPS,
+        replan=rise / DECISIONS,
+        horizon=min(6.0 * rise, task["horizon"]),
+        margin=MARGINS[chosen.foresight],
+    )
+
+
+def radius_of(agent: Agent, rule: float | str) -> float:
+    """The radius [m] of an agent: a number for all, its own, or half the diagonal of what is as long and wide as it."""
+    if not isinstance(rule, str):
+        return float(rule)
+    if rule == "radius":
+        assert agent.radius is not None
+        return agent.radius
+    if agent.kind and agent.kind != "vehicle":
+        return 0.25
+    assert agent.length is not None and agent.width is not None  # noqa: PT018
+    return float(np.hypot(agent.length, agent.width)) / 2.0
+
+
+def samples(run: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Times from the begin (n,) [s] and places (n, d) [m] on the exact path, often enough, and where each step ends."""
+    parts = max(1, int(np.ceil(SAMPLES * run.dt)))
+    h = run.dt * np.arange(parts) / parts
+    place, speed, push = run.positions[:-1, 0], run.velocities[:-1, 0], run.accelerations[:, 0]
+    ways = place[:, None] + h[:, None] * (speed[:, None] + 0.5 * h[:, None] * push[:, None])
+    times = (run.times[:-1, None] + h).ravel()
+    ways = ways.reshape(-1, ways.shape[2])
+    return np.append(times, run.times[-1]) - run.times[0], np.concatenate([ways, run.positions[-1:, 0]])
+
+
+def table(results: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
+    """A line for each recording, and one for all."""
+    heads = [("recording", -28), ("safe and arrived", 16), ("collided", 8), ("over limits", 11), ("clearance", 9)]
+    heads += [("median us", 9), ("99 %", 7), ("max", 7)]
+    yield " ".join(f"{text:<{-width}}" if width < 0 else f"{text:>{width}}" for text, width in heads)
+    everything = [run for runs in results.values() for run in runs]
+    for name, runs in [*results.items(), ("all", everything)]:
+        safe = sum(run["arrived"] and not run["collided"] for run in runs)
+        spent = 1e6 * np.concatenate([run["times"] for run in runs])
+        clearance = min(run["clearance"] for run in runs)
+        yield (
+            f"{name:28} {f'{safe} of {len(runs)}':>16} {sum(run['collided'] for run in runs):8d} "
+            f"{sum(run['over'] for run in runs):11d} {clearance:9.3f} {np.median(spent):9.0f} "
+            f"{np.quantile(spent, 0.99):7.0f} {spent.max():7.0f}"
+        )
+
+
+if __name__ == "__main__":
+    main()

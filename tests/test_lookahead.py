@@ -1,0 +1,863 @@
+"""One robot that looks ahead: what it plans, measured by `journeys.py`, and how it goes on with it."""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from galleries import FLEETS, WITH_PYRVO
+from hypothesis import given
+from hypothesis import strategies as st
+from journeys import Decided, Journey, driven, journey, least_gap, motion_of, steps_of
+from parts import disc_or_ball
+from strategies import dimensions, numbers, states, vectors
+
+from slalom import (
+    FORESIGHTS,
+    METHODS,
+    AccelerateInTurn,
+    AccelerateThenCoast,
+    ConstantVelocity,
+    Decision,
+    Disc,
+    Goal,
+    InvalidInput,
+    Limits,
+    LookAhead,
+    Manoeuvre,
+    Navigator,
+    Obstacle,
+    Outcome,
+    Planned,
+    Polyline,
+    Sampled,
+    State,
+    Stationary,
+    method,
+)
+from slalom.lookahead import SQUEEZES
+from slalom.sim import Recording, simulate
+from slalom.sim.contact import closest_approaches
+from slalom.sim.gallery import GALLERY, build
+from slalom.sim.plant import drive
+from slalom.sim.simulate import decision_at
+from slalom.timetable import Timetable
+from slalom.tolerances import CERTIFIED, CONTACT, KEPT, METRIC, TOUCHING
+from slalom.traffic import WIDENINGS
+
+ROUNDING = 1e-9
+PERIOD = 0.1
+each_dimension = pytest.mark.parametrize("d", [2, 3])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A plan as one response.
+
+
+@st.composite
+def plans(draw: st.DrawFn, d: int) -> Manoeuvre:
+    """Up to five accelerations, one after the other."""
+    later = tuple((draw(numbers(0.1, 2.0)), tuple(draw(vectors(d, 2.0)))) for _ in range(draw(st.integers(0, 4))))
+    response = AccelerateInTurn(draw(numbers(0.1, 2.0)), later)
+    return Manoeuvre(response, draw(states(d)), draw(vectors(d, 2.0)), 0.0)
+
+
+def moments(plan: Manoeuvre, end: float) -> np.ndarray:
+    """Times from 0 to `end`, with all those at which an acceleration ends."""
+    return np.unique(np.append(np.linspace(0.0, end, 401), np.clip(plan.response.ends, 0.0, end)))
+
+
+@given(data=st.data(), d=dimensions)
+def test_a_plan_is_its_accelerations_one_after_the_other(data: st.DataObject, d: int) -> None:
+    """The motion is that of a body that is pushed so, step by step, and then goes straight on."""
+    plan = data.draw(plans(d))
+    times = moments(plan, 1.5 * float(plan.response.ends[-1]))
+    place, speed, push = motion_of(plan).at(times)
+    np.testing.assert_allclose(plan.position(times), place, atol=ROUNDING)
+    np.testing.assert_allclose(plan.velocity(times), speed, atol=ROUNDING)
+    between = 0.5 * (times[1:] + times[:-1])
+    np.testing.assert_allclose(plan.acceleration(between), motion_of(plan).at(between)[2], atol=ROUNDING)
+    np.testing.assert_allclose(plan.acceleration(times)[[0, -1]], push[[0, -1]], atol=ROUNDING)
+
+
+@given(data=st.data(), d=dimensions)
+def test_the_velocity_of_a_plan_is_the_derivative_of_its_position(data: st.DataObject, d: int) -> None:
+    """And its acceleration that of the velocity. Both integrals are exact, by trapezia and by rectangles."""
+    plan = data.draw(plans(d))
+    times = moments(plan, 1.5 * float(plan.response.ends[-1]))
+    h, speeds = np.diff(times)[:, None], plan.velocity(times)
+    np.testing.assert_allclose(np.diff(plan.position(times), axis=0), 0.5 * h * (speeds[1:] + speeds[:-1]), atol=1e-12)
+    middle = plan.acceleration(0.5 * (times[1:] + times[:-1]))
+    np.testing.assert_allclose(np.diff(speeds, axis=0), h * middle, atol=1e-12)
+
+
+@given(data=st.data(), d=dimensions)
+def test_only_the_first_acceleration_of_a_plan_is_a_control(data: st.DataObject, d: int) -> None:
+    """Its gain is that of accelerating and coasting, to the bit; without more, so is everything else."""
+    plan, horizon = data.draw(plans(d)), data.draw(numbers(0.1, 9.0))
+    times, plain = moments(plan, 9.0), AccelerateThenCoast(plan.response.hold)
+    for what in ("position", "velocity", "acceleration"):
+        ours, theirs = (getattr(response, what)(plan.state, times) for response in (plan.response, plain))
+        np.testing.assert_array_equal(ours.gain, theirs.gain)
+        alone = getattr(AccelerateInTurn(plan.response.hold), what)(plan.state, times)
+        np.testing.assert_array_equal(alone.gain, theirs.gain)
+        np.testing.assert_array_equal(alone.drift, theirs.drift)
+    alone = AccelerateInTurn(plan.response.hold)
+    np.testing.assert_array_equal(alone.knots(horizon, 9.0), plain.knots(horizon, 9.0))
+    assert alone.settled(horizon) == plain.settled(horizon)
+    for what in ("speed_peaks", "acceleration_peaks"):
+        for ours, theirs in zip(getattr(alone, what)(plan.state, horizon), getattr(plain, what)(plan.state, horizon)):
+            np.testing.assert_array_equal(ours.drift, theirs.drift)
+            np.testing.assert_array_equal(ours.gain, theirs.gain)
+
+
+@given(data=st.data(), d=dimensions)
+def test_knots_of_a_plan_are_where_its_acceleration_changes(data: st.DataObject, d: int) -> None:
+    plan, horizon = data.draw(plans(d)), data.draw(numbers(0.05, 12.0))
+    for at in (horizon, *plan.response.ends):
+        knots = plan.response.knots(float(at), 9.0)
+        assert (knots[0], knots[-1]) == (0.0, at)
+        assert np.all(np.diff(knots) > 0.0)
+        assert np.setdiff1d(plan.response.ends[plan.response.ends < at], knots).size == 0
+        assert len(knots) == 2 + np.count_nonzero(plan.response.ends < at)
+
+
+@given(data=st.data(), d=dimensions)
+def test_peaks_of_a_plan_bound_what_it_does(data: st.DataObject, d: int) -> None:
+    """The largest speed up to the horizon is that of now or of a peak, the largest acceleration that of a peak."""
+    plan, horizon = data.draw(plans(d)), data.draw(numbers(0.05, 12.0))
+    response, u = plan.response, plan.control
+    times = moments(plan, horizon)[:-1] if horizon in response.ends else moments(plan, horizon)
+    speeds = np.linalg.norm(plan.velocity(np.append(times, horizon)), axis=1)
+    peaks = [np.linalg.norm(peak(u)) for peak in response.speed_peaks(plan.state, horizon)]
+    assert speeds.max() == pytest.approx(max(speeds[0], *peaks), abs=ROUNDING)
+    pushes = np.linalg.norm(plan.acceleration(times[times < horizon]), axis=1)
+    peaks = [np.linalg.norm(peak(u)) for peak in response.acceleration_peaks(plan.state, horizon)]
+    assert pushes.max() == pytest.approx(max(peaks), abs=ROUNDING)
+
+
+def test_a_plan_is_named_shortly() -> None:
+    """It stands in recordings, once for each step."""
+    plan = AccelerateInTurn(0.123456789, [(1, [0.1, 0.2])] * 40)
+    assert repr(plan) == "AccelerateInTurn(hold=0.123457, later=40 more)"
+    assert plan == AccelerateInTurn(0.123456789, ((1.0, (0.1, 0.2)),) * 40)
+    assert hash(plan) == hash(replace(plan))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Every plan, measured.
+
+
+def faults(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
+    """What is wrong with decisions that are sequences, in the order in which they were made."""
+    seen, room, promised = None, np.inf, 0.0
+    for now, state, decision in run:
+        plan = motion_of(decision.manoeuvre)
+        end, here = float(plan.ends[-1]), f"at {now - j.start:g} s, {decision.outcome.name}"
+        room = min(
+            room, *(float(b.gaps(j.robot, state.position[None], np.array([now]), now)[0]) for b in j.bodies), 9.0
+        )
+        if decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
+            promised = min(j.margin, room - TOUCHING)
+        elif decision.outcome is not Outcome.KEPT:
+            promised = decision.search.quest.margin
+            if not any(abs(promised - min(share * j.margin, room - TOUCHING)) <= KEPT + TOUCHING for share in SQUEEZES):
+                yield f"{here}: margin {promised} is no share of {j.margin}"
+        place, speed, _ = (value[0] for value in plan.at(np.array([now])))
+        if max(np.abs(place - state.position).max(), np.abs(speed - state.velocity).max()) > KEPT:
+            yield f"{here}: the plan is elsewhere"
+        if (decision.outcome is Outcome.KEPT) != (decision.manoeuvre is seen):
+            yield f"{here}: kept is what is not new"
+        if decision.manoeuvre is seen:
+            continue
+        seen = decision.manoeuvre
+        until = max(end, now + 6.0) if decision.outcome is Outcome.BEGUN else end
+        gap = least_gap(j, plan, now, until, now)
+        if gap < promised - KEPT:
+            yield f"{here}: a clearance of {gap}, not {promised}"
+        yield from (f"{here}: {fault}" for fault in unlawful(j, now, decision))
+
+
+def unlawful(j: Journey, now: float, decision: Planned) -> Iterator[str]:
+    """What of a new plan does not obey the limits, the period, or the rule that it ends at rest."""
+    plan = motion_of(decision.manoeuvre)
+    if np.linalg.norm(plan.pushes, axis=1).max() > j.limits.max_acceleration * (1.0 + ROUNDING):
+        yield "accelerates too hard"
+    # Speed is convex while an acceleration is held.
+    speeds = np.linalg.norm(plan.at(plan.ends)[1], axis=1)
+    if speeds.max() > j.limits.max_speed * (1.0 + ROUNDING):
+        yield "too fast"
+    periods = (plan.ends - now) / j.period
+    changes = np.any(np.diff(plan.pushes, axis=0, append=0.0 * plan.pushes[:1]) != 0.0, axis=1)
+    if np.abs(periods - np.round(periods))[changes].max(initial=0.0) > 1e-6:
+        yield f"accelerations change after {periods} periods"
+    if decision.outcome is Outcome.BEGUN and speeds[-1] > ROUNDING:
+        yield f"ends at {speeds[-1]} m/s"
+
+
+def missed(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
+    """Plans that are not at the goal when they say that they are."""
+    for now, _, decision in run:
+        if decision.outcome is Outcome.BEGUN and np.isfinite(decision.arrival):
+            yield f"at {now - j.start:g} s: begun, and said to arrive"
+        if decision.outcome is Outcome.KEPT or not np.isfinite(decision.arrival):
+            continue
+        place, speed, _ = (value[0] for value in motion_of(decision.manoeuvre).at(np.array([decision.arrival])))
+        away = float(np.linalg.norm(place - j.goal.trajectory.place))
+        if away > j.goal.tolerance:
+            yield f"at {now - j.start:g} s: {away} m from the goal, of which the tolerance is {j.goal.tolerance} m"
+        if j.goal.stop and np.linalg.norm(speed) > ROUNDING:
+            yield f"at {now - j.start:g} s: arrives at {np.linalg.norm(speed)} m/s"
+
+
+BATCH = 11
+"""[1] Journeys of one test."""
+
+
+@cache
+def batch(first: int, d: int, steps: int) -> tuple[tuple[Journey, tuple[Decided, ...]], ...]:
+    """Journeys from number `first` on, and what was decided of them."""
+    found = (journey(first + k, d) for k in range(BATCH))
+    return tuple((j, tuple(driven(j, steps))) for j in found)
+
+
+quick = pytest.mark.parametrize("first", range(0, 10 * BATCH, BATCH))
+many = pytest.mark.parametrize("first", range(1000, 1000 + 40 * BATCH, BATCH))
+
+
+@quick
+@each_dimension
+def test_plans_keep_clear_and_obey_the_limits(d: int, first: int) -> None:
+    assert [f"{j}: {fault}" for j, run in batch(first, d, 6) for fault in faults(j, run)] == []
+
+
+@quick
+@each_dimension
+def test_plans_arrive_when_they_say(d: int, first: int) -> None:
+    assert [f"{j}: {fault}" for j, run in batch(first, d, 6) for fault in missed(j, run)] == []
+
+
+@many
+@each_dimension
+@pytest.mark.slow
+def test_many_plans_keep_clear_and_obey_the_limits(d: int, first: int) -> None:
+    for j, run in batch(first, d, 40):
+        assert [f"{j}: {fault}" for fault in faults(j, run)] == []
+
+
+@many
+@each_dimension
+@pytest.mark.slow
+def test_many_plans_arrive_when_they_say(d: int, first: int) -> None:
+    for j, run in batch(first, d, 40):
+        assert [f"{j}: {fault}" for fault in missed(j, run)] == []
+
+
+@pytest.mark.parametrize("seed", [1354])
+def test_every_step_is_decided(seed: int) -> None:
+    """Of journeys on which that failed once."""
+    j = journey(seed, 2)
+    assert [f"{j}: {fault}" for fault in faults(j, tuple(driven(j, 12)))] == []
+
+
+def test_these_journeys_tell_something() -> None:
+    """Every outcome of a search, every kind of motion, shape and heading; and arrivals among obstacles."""
+    runs = [pair for d in (2, 3) for first in range(0, 10 * BATCH, BATCH) for pair in batch(first, d, 6)]
+    outcomes = [step.decision.outcome for _, run in runs for step in run]
+    for outcome in (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.BEGUN, Outcome.SQUEEZED, Outcome.KEPT):
+        assert outcomes.count(outcome) >= 4, outcome
+    bodies = [body for j, run in runs if run for body in j.bodies]
+    for what in ("Disc", "Ball", "Capsule", "Rectangle", "Polygon", "Polyline", "Union"):
+        assert sum(type(body.shape).__name__ == what for body in bodies) >= 10, what
+    for kind in ("stationary", "constant_velocity", "constant_acceleration", "circular", "sampled"):
+        assert sum(body.kind == kind for body in bodies) >= 10, kind
+    assert {b.parameters["interpolation"] for b in bodies if b.kind == "sampled"} == {"linear", "smooth"}
+    assert sum(body.heading == "motion" and len(body.shape.parts[0].corners) > 1 for body in bodies) >= 10
+    assert sum(any(body.unsure) for body in bodies) >= 10
+    # Most first decisions are sequences that arrive, and the margin decides about many of them.
+    firsts = [run[0].decision for _, run in runs if run]
+    assert np.mean([np.isfinite(decision.arrival) for decision in firsts]) > 0.7
+    tight = [
+        least_gap(j, motion_of(first.decision.manoeuvre), first.now, first.decision.arrival, first.now) - j.margin
+        for j, first in [(j, run[0]) for j, run in runs[:60] if run]
+        if np.isfinite(first.decision.arrival)
+    ]
+    assert np.count_nonzero(np.abs(tight) < 1e-3) > 10
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Alone in the world.
+
+
+def look_ahead(d: int = 2, limits: Limits | None = None, name: str = "nao_ahead", **settings) -> LookAhead:
+    """A robot of radius 0.5 m, at most 3 m/s and 1 m/s^2."""
+    own = {"ahead", "deadline", "budget", "improving"} & set(settings)
+    others = {key: value for key, value in settings.items() if key not in own}
+    others = {"robot": disc_or_ball(0.5, d), "limits": limits or Limits(3.0, 1.0), "period": PERIOD, **others}
+    robot = Navigator(method(name), **others)
+    return LookAhead(robot, **{key: settings[key] for key in own})
+
+
+def alone(seed: int, d: int, *, stop: bool) -> tuple[LookAhead, State, Goal]:
+    """A robot that moves anyhow, and a goal."""
+    rng = np.random.default_rng([seed, d, stop])
+    limits = Limits(float(rng.uniform(1.0, 5.0)), float(rng.uniform(0.3, 4.0)))
+    way, pull = rng.normal(size=(2, d))
+    way *= limits.max_speed * rng.uniform(2.0, 8.0) / np.linalg.norm(way)
+    speed = limits.max_speed * rng.uniform(0.0, 1.0) * pull / np.linalg.norm(pull)
+    goal = Goal(Stationary(way), float(rng.choice([0.2, 0.5, 1.0])), stop=stop)
+    return look_ahead(d, limits, period=float(rng.choice([0.1, 0.2, 0.25]))), State(np.zeros(d), speed), goal
+
+
+def driven_alone(robot: LookAhead, state: State, goal: Goal, obstacles: Sequence[Obstacle] = ()) -> float:
+    """When it has arrived [s]; inf if not within a minute."""
+    decision, period = None, robot.navigator.period
+    for k in range(round(60.0 / period)):
+        if goal.reached(state.position, state.velocity, k * period):
+            return k * period
+        decision = robot.decide(state, obstacles, goal, now=k * period, previous=decision)
+        state = drive(state, decision.manoeuvre.mean_acceleration(k * period, period), period)
+    return np.inf
+
+
+def beyond_need(robot: LookAhead, state: State, goal: Goal) -> Iterator[str]:
+    """What is wrong with the first decision of a robot alone: it needs one push, and with `stop` one that brakes."""
+    decision = robot.decide(state, (), goal)
+    said = f"{state.velocity} m/s, to {goal.trajectory.place} within {goal.tolerance} m, {robot.navigator.limits}"
+    if decision.outcome is not Outcome.CLEAR:
+        yield f"{said}: {decision.outcome.name}"
+    pushes = np.count_nonzero(np.any(motion_of(decision.manoeuvre).pushes != 0.0, axis=1))
+    if pushes > 1 + goal.stop:
+        yield f"{said}: {pushes} pushes"
+    away = float(np.linalg.norm(decision.manoeuvre.position(decision.arrival) - goal.trajectory.place))
+    if away > goal.tolerance:
+        yield f"{said}: {away} m away at its arrival"
+
+
+def beyond_time(robot: LookAhead, state: State, goal: Goal) -> Iterator[str]:
+    """Whether the first decision to pass a goal leads there later than is possible, but for one period."""
+    arrival, period = robot.decide(state, (), goal).arrival, robot.navigator.period
+    soonest = goal.time_to_go(state.position, state.velocity, 0.0, robot.navigator.limits)
+    if arrival > soonest + period:
+        yield f"{state.velocity} m/s, to {goal.trajectory.place}: at {arrival} s, not {soonest} s"
+    # Whether a robot has arrived is asked at its steps: it should not pass by within one.
+    if (
+        goal.tolerance >= robot.navigator.limits.max_speed * period
+        and driven_alone(robot, state, goal) > arrival + period
+    ):
+        yield f"{state.velocity} m/s, to {goal.trajectory.place}: planned for {arrival} s, but not there"
+
+
+def turned_away(d: int) -> list[tuple[LookAhead, State, Goal]]:
+    """Slow to turn, and not on the way."""
+    robot, goal = look_ahead(d, Limits(5.0, 0.5)), Goal(Stationary(18.0 * np.eye(d)[0]), 0.2)
+    speeds = [(-3.0, 2.7), (1.9, -3.0), (0.0, -3.0), (0.0, -1.0), (-2.0, 0.0), (2.0, 0.0), (0.0, 0.0)]
+    return [(robot, State(np.zeros(d), np.array([*speed, 0.0][:d])), goal) for speed in speeds]
+
+
+@each_dimension
+def test_alone_it_needs_one_push_to_pass_its_goal(d: int) -> None:
+    journeys = [*turned_away(d), *(alone(seed, d, stop=False) for seed in range(40))]
+    assert [fault for journey in journeys for fault in beyond_need(*journey)] == []
+
+
+@each_dimension
+def test_alone_it_passes_its_goal_as_soon_as_it_can(d: int) -> None:
+    """As the closed form of the earliest arrival has it, but for whole periods."""
+    journeys = [*turned_away(d), *(alone(seed, d, stop=False) for seed in range(40))]
+    assert [fault for journey in journeys for fault in beyond_time(*journey)] == []
+
+
+@each_dimension
+def test_alone_it_needs_two_pushes_to_stop_at_its_goal(d: int) -> None:
+    assert [fault for seed in range(20) for fault in beyond_need(*alone(seed, d, stop=True))] == []
+
+
+@pytest.mark.parametrize("seed", range(10))
+@each_dimension
+def test_alone_it_is_at_its_goal_about_as_soon_as_it_can(d: int, seed: int) -> None:
+    """From rest, for which there is a closed form; what is planned first improves on the way.
+
+    Later than that by at most a step of the search, and a period for each of the three pieces.
+    """
+    robot, _, goal = alone(seed, d, stop=True)
+    limits, rest = robot.navigator.limits, State(np.zeros(d), np.zeros(d))
+    soonest = goal.time_to_go(rest.position, rest.velocity, 0.0, limits)
+    step = limits.max_speed / limits.max_acceleration
+    assert driven_alone(robot, rest, goal) <= soonest + step + 3.0 * robot.navigator.period
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Whole runs.
+
+MOVING_GOALS = ("curved_road", "merging")
+ALONE = [
+    pytest.param(name, marks=WITH_PYRVO) if name == "crowdnav" else name
+    for name in GALLERY
+    if name not in (*FLEETS, *MOVING_GOALS)
+]
+
+
+@cache
+def run(name: str, method_name: str, seed: int) -> Recording:
+    """A run of a scenario of the gallery."""
+    return simulate(build(name, seed=seed), method(method_name), seed=seed)
+
+
+def clear(recording: Recording, margin: float) -> bool:
+    """Whether the margin was kept all the way, by code that shares nothing with the deciding kernels."""
+    return all(closest.clearance >= margin - KEPT - METRIC for closest in closest_approaches(recording))
+
+
+def test_scenarios_of_one_robot_are_known() -> None:
+    assert set(GALLERY) == {*FLEETS, *MOVING_GOALS} | {getattr(name, "values", (name,))[0] for name in ALONE}
+    for name in MOVING_GOALS:
+        with pytest.raises(InvalidInput, match="goal: expected one at rest to look ahead"):
+            simulate(build(name), METHODS["nao_ahead"])
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_it_crosses_every_scenario_and_keeps_the_margin(name: str) -> None:
+    """Where it decides by itself from begin to end."""
+    recording = run(name, "nao_ahead", 0)
+    assert np.isfinite(recording.arrived[0])
+    assert clear(recording, build(name).margin)
+    assert {outcome for row in recording.outcomes for outcome in row} <= {"CLEAR", "CONSTRAINED", "KEPT", "BEGUN"}
+    assert recording.arrived[0] <= run(name, "nao", 0).arrived[0] + 1.0
+
+
+SEEDS = 12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in ALONE if name not in ("empty", "head_on", "recorded_roundabout")])
+def test_it_is_not_later_than_without_looking_ahead(name: str) -> None:
+    """Over many seeds: everyone arrives, clear of all; on average sooner, and nobody much later."""
+    both = [[run(name, method_name, seed) for seed in range(SEEDS)] for method_name in ("nao", "nao_ahead")]
+    plain, ahead = (np.array([recording.arrived[0] for recording in row]) for row in both)
+    assert np.all(np.isfinite(ahead))
+    assert all(clear(recording, 0.05) for recording in both[1])
+    assert ahead.mean() < plain.mean()
+    assert np.all(ahead <= plain + 2.5)
+
+
+def test_a_recorded_run_can_be_decided_again() -> None:
+    """Twice the same bits; and from its states the same decisions."""
+    scenario, looking = build("roundabout_crossing", seed=3), METHODS["nao_ahead"]
+    one, other = (simulate(scenario, looking, seed=3) for _ in range(2))
+    for what in ("positions", "velocities", "accelerations", "controls"):
+        np.testing.assert_array_equal(getattr(one, what), getattr(other, what))
+    assert (one.outcomes, one.responses) == (other.outcomes, other.responses)
+    for step in (0, 1, len(one.outcomes) // 2, len(one.outcomes) - 1):
+        decision = decision_at(one, scenario, looking, step)
+        np.testing.assert_array_equal(decision.manoeuvre.control, one.controls[step, 0])
+        assert decision.outcome.name == one.outcomes[step][0]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Budgets, deadlines.
+
+
+def pocket() -> list[Obstacle]:
+    """A wall in the way, open behind the robot."""
+    wall = Polyline([(-2.0, 3.0), (6.0, 3.0), (6.0, -3.0), (-2.0, -3.0)], 0.1)
+    return [Obstacle(wall, Stationary((0.0, 0.0)), "pocket")]
+
+
+REST = State((0.0, 0.0), (0.0, 0.0))
+BEHIND = Goal(Stationary((14.0, 0.0)), 0.5)
+
+
+def test_a_small_budget_ends_a_search_and_not_the_journey() -> None:
+    """Out of a pocket, with so little work at each decision that it takes many: begun, and gone on with."""
+    robot, state, decision, found = look_ahead(budget=30.0, improving=30.0), REST, None, []
+    for k in range(600):
+        if BEHIND.reached(state.position, state.velocity, PERIOD * k):
+            break
+        decision = robot.decide(state, WALLS, BEHIND, now=PERIOD * k, previous=decision)
+        found.append(decision)
+        state = drive(state, decision.manoeuvre.mean_acceleration(PERIOD * k, PERIOD), PERIOD)
+    assert k < 599, "it never arrives"
+    assert all(isinstance(decision, Planned) for decision in found)
+    begun = [decision for decision in found if decision.outcome is Outcome.BEGUN]
+    assert len(begun) > 5
+    assert all(decision.cut and decision.arrival == np.inf for decision in begun)
+    much = look_ahead(budget=1e6).decide(REST, WALLS, BEHIND)
+    assert np.isfinite(much.arrival)
+    assert PERIOD * k >= much.arrival - PERIOD
+
+
+WALLS = pocket()
+
+
+@cache
+def times_taken(budget: float) -> np.ndarray:
+    """How long robots take to their goals [s], at most as long as they are looked at, with a budget."""
+    journeys = [journey(seed, d) for d in (2, 3) for seed in range(2000, 2040)]
+    return np.array([j.period * sum(1 for _ in steps_of(j, LONG, j.decider(budget=budget))) for j in journeys])
+
+
+LONG = 120
+"""[1] Steps of a long journey."""
+
+
+@pytest.mark.slow
+def test_more_work_is_not_in_vain() -> None:
+    """On average robots that may search longer arrive earlier."""
+    little, usual, much = (times_taken(budget).mean() for budget in (20.0, 2000.0, 50_000.0))
+    assert little > usual > much - 0.05
+
+
+@quick
+def test_work_is_counted_and_not_measured(first: int) -> None:
+    """The same journey twice: the same bits, whatever else the machine does."""
+    for k in range(0, BATCH, 3):
+        j = journey(first + k, 2)
+        for one, other in zip(driven(j, 3), driven(journey(first + k, 2), 3), strict=True):
+            assert told(one.decision) == told(other.decision)
+
+
+def test_no_clock_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A decision is made without knowing how long it takes."""
+    robot, goal = look_ahead(), Goal(Stationary((20.0, 0.0)), 0.5)
+    first = robot.decide(REST, [rock(), *WALLS], goal)
+
+    def asked() -> float:
+        raise AssertionError("a clock is asked")
+
+    for clock in ("time", "perf_counter", "monotonic", "process_time", "thread_time", "time_ns", "perf_counter_ns"):
+        monkeypatch.setattr(time, clock, asked)
+    assert told(robot.decide(REST, [rock(), *WALLS], goal)) == told(first)
+
+
+def told(decision: Decision) -> tuple[object, ...]:
+    """All that a decision says."""
+    plan = decision.manoeuvre
+    more = (decision.arrival, decision.cut) if isinstance(decision, Planned) else ()
+    return (decision.outcome, plan.start, plan.control.tobytes(), plan.response, *more)
+
+
+@pytest.mark.parametrize("seconds", [0.3, 1.0, 2.5, 5.0])
+@each_dimension
+def test_nothing_later_than_the_deadline_is_planned(d: int, seconds: float) -> None:
+    """Who cannot arrive until then still decides something."""
+    planned, decided = 0, 0
+    for seed in range(8):
+        j = journey(seed, d)
+        robot = j.decider(deadline=j.start + seconds)
+        for step in driven(j, 8, robot):
+            decided += 1
+            if np.isfinite(step.decision.arrival):
+                assert step.decision.arrival <= j.start + seconds + ROUNDING
+                planned += 1
+    assert planned > 10 or seconds < 4.0
+    assert decided == planned or seconds > 0.5
+
+
+def test_a_deadline_is_met_if_it_can_be() -> None:
+    """A little later than the soonest arrival it changes nothing; a little earlier no arrival is planned."""
+    goal = Goal(Stationary((15.0, 0.0)), 0.5)
+    soonest = look_ahead().decide(REST, [rock()], goal).arrival
+    assert look_ahead(deadline=soonest + 0.01).decide(REST, [rock()], goal).arrival <= soonest + 0.01
+    early = goal.time_to_go(REST.position, REST.velocity, 0.0, Limits(3.0, 1.0)) - 0.2
+    decision = look_ahead(deadline=early).decide(REST, [rock()], goal)
+    assert decision.outcome.safe
+    assert not isinstance(decision, Planned) or decision.arrival == np.inf
+
+
+def test_after_its_deadline_a_robot_still_decides() -> None:
+    robot = look_ahead(deadline=5.0)
+    for now in (4.95, 5.0, 7.0):
+        decision = robot.decide(REST, WALLS, BEHIND, now=now)
+        assert decision.outcome.safe
+        assert not isinstance(decision, Planned) or decision.arrival == np.inf
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Going on with what was decided.
+
+
+@quick
+@each_dimension
+def test_a_plan_is_kept_until_one_is_better_by_the_patience(d: int, first: int) -> None:
+    """With recorded futures nothing else ends it; and all is looked up in one table."""
+    for j, steps in batch(first, d, 6):
+        patience = j.decider().navigator.patience
+        for before, after in pairwise(steps):
+            if after.now - before.now > 1.5 * j.period:
+                continue  # in between the navigator decided
+            assert after.decision.search.timetable is before.decision.search.timetable
+            if before.decision.search.ends <= after.now + 1e-6 * j.period:
+                continue
+            kept = after.decision.manoeuvre is before.decision.manoeuvre
+            assert kept == (after.decision.outcome is Outcome.KEPT)
+            if np.isfinite(before.decision.arrival):
+                assert kept or after.decision.arrival <= before.decision.arrival - patience
+                assert not kept or after.decision.arrival == before.decision.arrival
+            else:
+                assert after.decision.outcome in (Outcome.BEGUN, Outcome.CONSTRAINED, Outcome.SQUEEZED)
+
+
+def test_one_table_serves_a_whole_run() -> None:
+    """Also for those who are known of only when they are there."""
+    for name in ("nao_ahead", "nao_ahead@present"):
+        scenario = build("recorded_roundabout")
+        robot, state, decision = scenario.decider(method(name)), scenario.robot.state, None
+        tables = []
+        for k in range(60):
+            now = scenario.start + k * scenario.dt
+            decision = robot.decide(state, scenario.obstacles, scenario.robot.goal, now=now, previous=decision)
+            assert isinstance(decision, Planned)
+            tables.append(decision.search.timetable)
+            state = drive(state, decision.manoeuvre.mean_acceleration(now, scenario.dt), scenario.dt)
+        assert all(table is tables[0] for table in tables)
+
+
+def crossing(start: float, reach: float = 1.0) -> Obstacle:
+    """Somebody who appears at a time and stands in the way of the robot soon after."""
+    return Obstacle(Disc(reach), Sampled([start, start + 30.0], [(6.0, 0.1), (6.5, 0.0)]), "late")
+
+
+@pytest.mark.parametrize("name", ["nao_ahead", "nao_ahead@present", "nao_ahead@observed"])
+def test_who_appears_later_changes_nothing_before(name: str) -> None:
+    """Unless the recording is known: then the robot makes way before."""
+    goal, appears = Goal(Stationary((20.0, 0.0)), 0.5), 1.5
+    worlds = [[rock()], [rock(), crossing(appears)]]
+    runs = [list(decisions(look_ahead(name=name), REST, world, goal, 30)) for world in worlds]
+    same = [told(one) == told(other) for one, other in zip(*runs)]
+    if name == "nao_ahead":
+        assert not same[0]
+    else:
+        assert all(same[:15])
+        assert not all(same[15:])
+
+
+def rock() -> Obstacle:
+    """Beside the way."""
+    return Obstacle(Disc(1.0), Stationary((10.0, 1.2)), "rock")
+
+
+def decisions(
+    robot: LookAhead, state: State, obstacles: Sequence[Obstacle], goal: Goal, steps: int
+) -> Iterator[Decision]:
+    """The first decisions of a run."""
+    decision = None
+    for k in range(steps):
+        decision = robot.decide(state, obstacles, goal, now=PERIOD * k, previous=decision)
+        yield decision
+        state = drive(state, decision.manoeuvre.mean_acceleration(PERIOD * k, PERIOD), PERIOD)
+
+
+@pytest.mark.parametrize("first", range(3000, 3040, 10))
+def test_of_journeys_too_who_appears_later_changes_nothing_before(first: int) -> None:
+    """Among many others, in the same bits."""
+    for number in range(first, first + 10):
+        j = journey(number, 2)
+        late = Obstacle(Disc(0.7), Sampled([j.start + 1.0, j.start + 40.0], [j.goal.trajectory.place] * 2), "late")
+        seeing = replace(j.decider().navigator, method=METHODS["nao_ahead"].seeing("present"))
+        robot = replace(j.decider(), navigator=seeing)
+        for k, (one, other) in enumerate(both_driven(robot, j, (*j.obstacles, late), 5)):
+            assert told(one) == told(other) or k * j.period >= 1.0
+
+
+def both_driven(
+    robot: LookAhead, j: Journey, others: Sequence[Obstacle], steps: int
+) -> Iterator[tuple[Decision, Decision]]:
+    """Decisions in two worlds, the robot driving on as in the first."""
+    state, one, other = j.state, None, None
+    for k in range(steps):
+        now = j.start + k * j.period
+        one = robot.decide(state, j.obstacles, j.goal, now=now, previous=one)
+        other = robot.decide(state, others, j.goal, now=now, previous=other)
+        yield one, other
+        state = drive(state, one.manoeuvre.mean_acceleration(now, j.period), j.period)
+
+
+@pytest.mark.parametrize("foresight", [*FORESIGHTS])
+def test_what_is_observed_is_the_past(foresight: str) -> None:
+    """Change all that comes after now: who only observes decides the same."""
+    goal, differ = Goal(Stationary((15.0, 0.0)), 0.5), 0
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        stamps = np.arange(-20, 120) * PERIOD
+        worlds: list[list[Obstacle]] = [[], []]
+        for _ in range(5):
+            steps = np.cumsum(rng.normal(0.0, 0.02, (len(stamps), 2)), axis=0) + rng.normal(0.0, 0.1, 2)
+            places = rng.uniform((2.0, -6.0), (12.0, 6.0)) + np.cumsum(steps, axis=0)
+            now = np.searchsorted(stamps, 1.0 - 1e-9)
+            other = np.concatenate([places[: now + 1], places[now] + (places[now] - places[now + 1 :])[:, ::-1]])
+            for world, track in zip(worlds, (places, other)):
+                world.append(Obstacle(Disc(0.6), Sampled(stamps, track, "linear")))
+        runs = [list(decisions(look_ahead(name=f"nao_ahead@{foresight}"), REST, world, goal, 11)) for world in worlds]
+        same = [told(one) == told(other) for one, other in zip(*runs)]
+        if foresight.startswith("observed"):
+            assert all(same), seed
+        differ += not all(same)
+    assert (differ > 0) == (not foresight.startswith("observed"))
+
+
+def test_who_appears_in_the_way_ends_a_plan() -> None:
+    """The new one keeps clear of them."""
+    goal, late = Goal(Stationary((20.0, 0.0)), 0.5), crossing(1.5)
+    found = list(decisions(look_ahead(name="nao_ahead@present"), REST, [late], goal, 30))
+    assert found[14].manoeuvre is found[0].manoeuvre
+    assert found[15].manoeuvre is not found[0].manoeuvre
+    assert found[15].outcome is Outcome.CONSTRAINED
+    times = np.linspace(1.5, found[15].arrival, 5000)
+    before, after = (
+        plan.position(times) - late.trajectory.position(times) for plan in (found[0].manoeuvre, found[15].manoeuvre)
+    )
+    assert np.linalg.norm(before, axis=1).min() < 1.5
+    assert np.linalg.norm(after, axis=1).min() >= 1.55 - KEPT
+
+
+@pytest.mark.parametrize(("off", "kept"), [(0.0, True), (3e-6, True), (0.5, False)])
+def test_a_robot_off_its_course_plans_anew(off: float, kept: bool) -> None:
+    """From where it is; unless that is where it should be."""
+    robot, goal = look_ahead(), Goal(Stationary((20.0, 0.0)), 0.5)
+    first = robot.decide(REST, [rock()], goal)
+    there = drive(REST, first.manoeuvre.mean_acceleration(0.0, PERIOD), PERIOD)
+    there = State(there.position + np.array([0.0, off]), there.velocity)
+    second = robot.decide(there, [rock()], goal, now=PERIOD, previous=first)
+    assert isinstance(second, Planned)
+    assert (second.manoeuvre is first.manoeuvre) == kept
+    off_course = np.abs(second.manoeuvre.position(PERIOD) - there.position).max()
+    assert off_course <= (off if kept else 0.0) + ROUNDING
+
+
+def test_the_arrival_is_kept_when_the_plan_is() -> None:
+    robot, goal = look_ahead(), Goal(Stationary((20.0, 0.0)), 0.5, stop=True)
+    found = list(decisions(robot, REST, [rock()], goal, 40))
+    assert all(b.arrival <= a.arrival for a, b in pairwise(found))
+    assert found[0].outcome is not Outcome.KEPT
+    assert sum(decision.outcome is Outcome.KEPT for decision in found) > 30
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Where there is nothing to go on with.
+
+
+def test_without_a_sequence_the_navigator_decides() -> None:
+    """Overlapping, or about to collide whatever is done: as without looking ahead."""
+    wall = [Obstacle(Polyline([(6.0, -30.0), (6.0, 30.0)]), Stationary((0.0, 0.0)), "wall")]
+    fast = State((5.3, 0.0), (3.0, 0.0))
+    inside = State((5.8, 0.0), (0.0, 0.0))
+    for state, outcome in ((fast, Outcome.IMPACT), (inside, Outcome.ESCAPING)):
+        robot, goal = look_ahead(), Goal(Stationary((20.0, 0.0)))
+        decision = robot.decide(state, wall, goal)
+        assert not isinstance(decision, Planned)
+        assert decision.outcome is outcome
+        assert told(decision) == told(robot.navigator.decide(state, wall, goal))
+        # What was decided so is nothing that a plan goes on from.
+        after = drive(state, decision.manoeuvre.mean_acceleration(0.0, PERIOD), PERIOD)
+        robot.decide(after, [], goal, now=PERIOD, previous=decision)
+        assert isinstance(robot.decide(after, [], goal, now=PERIOD, previous=decision), Planned)
+
+
+@pytest.mark.parametrize("gap", [2.0 * TOUCHING, 0.01, 0.05 - 1e-7])
+def test_within_the_margin_it_plans_away(gap: float) -> None:
+    """With as much of the margin as it has, and comes no nearer."""
+    stone = [Obstacle(Disc(2.0), Stationary((2.5 + gap, 0.0)), "stone")]
+    decision = look_ahead().decide(REST, stone, Goal(Stationary((-9.0, 3.0)), 0.5))
+    assert isinstance(decision, Planned)
+    assert np.isfinite(decision.arrival)
+    places = decision.manoeuvre.position(np.linspace(0.0, decision.arrival, 5000))
+    assert np.linalg.norm(places - (2.5 + gap, 0.0), axis=1).min() >= 2.5 + gap - TOUCHING - KEPT
+
+
+def test_touching_the_navigator_leads_away_first() -> None:
+    stone, goal = [Obstacle(Disc(2.0), Stationary((2.5, 0.0)), "stone")], Goal(Stationary((-9.0, 3.0)), 0.5)
+    first, second = decisions(look_ahead(), REST, stone, goal, 2)
+    assert not isinstance(first, Planned)
+    assert first.outcome.safe
+    assert isinstance(second, Planned)
+
+
+@pytest.mark.parametrize("robot_radius", [0.45, 0.6])
+def test_to_wait_for_a_gap_comes_out_of_the_search(robot_radius: float) -> None:
+    """A door that a long train stands in until it has gone: the robot is through soon after, and hits nothing."""
+    walls = [Obstacle(Polyline([(8.0, s * 1.0), (8.0, s * 40.0)]), Stationary((0.0, 0.0)), "wall") for s in (-1, 1)]
+    train = Obstacle(Polyline([(0.0, 0.0), (0.0, 18.0)], 0.3), ConstantVelocity((8.6, -12.0), (0.0, 2.0)), "train")
+    robot = look_ahead(robot=Disc(robot_radius))
+    decision = robot.decide(State((0.0, 0.0), (1.0, 0.0)), [*walls, train], Goal(Stationary((14.0, 0.0)), 0.5))
+    assert isinstance(decision, Planned)
+    assert decision.outcome is Outcome.CONSTRAINED
+    # Its end, 0.3 m about (8.6, -12 + 2 t), has left the door at 6.5 s.
+    assert 6.5 < decision.arrival < 12.0
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Timetables.
+
+
+def table_of(j: Journey, *, everybody: bool = True, end: float = 20.0) -> Timetable:
+    """From the start of a journey on."""
+    return Timetable.of(j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, everybody=everybody)
+
+
+@pytest.mark.parametrize("first", range(0, 40, 10))
+@each_dimension
+def test_the_gap_is_the_least_distance(d: int, first: int) -> None:
+    """To whoever is there, at any place and time that the table is for, its first and last included.
+
+    Less than that by at most what pieces may be off. What is uncertain grows by straight lines, a chord of which lies
+    above its parabola by a eighth of the square of its length.
+    """
+    for seed in range(first, first + 10):
+        j, rng = journey(seed, d), np.random.default_rng([seed, d])
+        tables = [table_of(j, everybody=everybody) for everybody in (True, False)]
+        times = j.start + np.array([0.0, 20.0, 1.7, 3.4, *rng.uniform(0.0, 20.0, 40)])
+        shares = rng.uniform(0.0, 1.2, (len(times), 1))
+        places = j.state.position + shares * (j.goal.trajectory.place - j.state.position)
+        gaps = [np.full(len(times), np.inf), *(body.gaps(j.robot, places, times, j.start) for body in j.bodies)]
+        chord = max((body.unsure[2] for body in j.bodies), default=0.0) * (20.0 / WIDENINGS) ** 2 / 8.0
+        for place, t, least in zip(places, times, np.min(gaps, axis=0)):
+            for table in tables:
+                found = table.gap(place, float(t))
+                assert found == least or least - chord - SLACK <= found <= least + ROUNDING, (str(j), t, found, least)
+
+
+SLACK = 1.5 * CERTIFIED + CONTACT
+"""[m] Pieces of places and of directions are each off by a little."""
+
+
+def test_what_is_not_there_has_no_gap() -> None:
+    """Before it appears, after it has vanished, far beyond the table; and in an empty world."""
+    brief = Obstacle(Disc(1.0), Sampled([2.0, 4.0], [(3.0, 0.0), (3.0, 1.0)]), "brief")
+    robot, here = Disc(0.5), np.zeros(2)
+    table = Timetable.of([brief], [brief], robot, 0.0, 10.0, 1.0)
+    for now, gap in ((0.0, np.inf), (1.99, np.inf), (2.0, 1.5), (4.0, np.sqrt(10.0) - 1.5), (4.01, np.inf)):
+        assert table.gap(here, now) == pytest.approx(gap)
+    beyond = Timetable.of([brief], [brief], robot, 0.0, 3.0, 1.0)
+    assert [beyond.gap(here, now) for now in (-1.0, 1.0, 50.0)] == [np.inf] * 3
+    empty = Timetable.of([], [], robot, 0.0, 10.0, 1.0)
+    assert [empty.gap(here, now) for now in (-5.0, 0.0, 5.0, 10.0, 20.0)] == [np.inf] * 5
+    never = Timetable.of([brief], [brief], robot, 5.0, 10.0, 1.0)
+    assert [never.gap(here, now) for now in (5.0, 7.0)] == [np.inf] * 2
+
+
+def test_a_table_serves_for_what_it_was_made_of() -> None:
+    """The very same obstacles, between its start and its end."""
+    world = [rock()]
+    table = Timetable.of(world, world, Disc(0.5), 2.0, 10.0, 1.0)
+    assert table.serves(world, 2.0, 10.0)
+    assert not table.serves(list(world), 2.0, 10.0)
+    assert not table.serves(world, 1.9, 10.0)
+    assert not table.serves(world, 2.0, 10.1)
+    assert not Timetable.of(None, world, Disc(0.5), 2.0, 10.0, 1.0).serves(world, 2.0, 10.0)
+    assert table.known_at(3.0) == np.inf
+    assert Timetable.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, everybody=False).known_at(3.0) == 3.0
+
+
+def test_arranging_before_the_first_decision_changes_nothing() -> None:
+    world, goal = [rock(), *WALLS], Goal(Stationary((20.0, 0.0)), 0.5)
+    robot = look_ahead()
+    prepared = robot.preparing(world, 0.0)
+    one, other = (r.decide(REST, world, goal) for r in (robot, prepared))
+    assert told(one) == told(other)
+    assert other.search.timetable is prepared.prepared
+    elsewhere = prepared.decide(REST, [rock()], goal)
+    assert elsewhere.search.timetable is not prepared.prepared
