@@ -77,7 +77,7 @@ def through(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[floa
     """
     d, time = quest.dimension, to_go(quest, place, speed)
     push[:] = 0.0
-    for _ in range(40):
+    for _ in range(100):
         square = 0.0
         for axis in range(d):
             push[axis] = quest.goal[axis] - place[axis] - speed[axis] * time
@@ -89,7 +89,10 @@ def through(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[floa
         need = length - quest.near
         hold = time - np.sqrt(max(time * time - 2.0 * need / quest.push, 0.0))
         hold = np.ceil(hold / quest.period - 1e-9) * quest.period
-        time = max(time, hold)
+        if hold > time:
+            # The way to go is another one at a later time.
+            time = hold
+            continue
         size = need / (hold * (time - 0.5 * hold))
         fast, now = 0.0, 0.0
         for axis in range(d):
@@ -98,7 +101,7 @@ def through(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[floa
             now += speed[axis] ** 2
         if size <= quest.push * (1.0 + 1e-9) and fast <= max(quest.top**2, now) * (1.0 + 1e-9):
             return hold, time
-        time = 1.01 * time + 0.1 * quest.period
+        time += 0.25 * quest.period
     return -1.0, -1.0
 
 

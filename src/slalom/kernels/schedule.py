@@ -19,8 +19,9 @@ def near(schedule: Schedule, t: float, length: float, place: Array, reach: float
     for k in range(k0, k1 + 1):
         for j in range(schedule.begin[k], schedule.begin[k + 1]):
             s = schedule.row[j]
-            # In elapsed times, as they are cut afterwards: a row is not to vanish by rounding in between.
-            if schedule.times[s, 1] - t <= 0.0 or schedule.times[s, 0] - t >= length or schedule.since[s] > now:
+            # As rows are cut afterwards: one is not to vanish by rounding in between.
+            begin, end = max(schedule.times[s, 0] - t, 0.0), min(schedule.times[s, 1] - t, length)
+            if not begin < end or schedule.since[s] > now:
                 continue
             # Rows of several intervals are taken from the first.
             if k > k0 and schedule.times[s, 0] < schedule.start + k * schedule.width:
