@@ -529,9 +529,7 @@ def test_a_window_is_what_is_run(tmp_path: Path) -> None:
     beyond = read_scenario(write(tmp_path, ROBOT + "duration: 2\nrecording: {file: tracks.csv, window: [90, 200]}\n"))
     assert (beyond.start, beyond.duration, beyond.recorded) == (90.0, 2.0, (90.0, 99.0))
     assert load(str(tmp_path / "scenario.yaml"), {"start": 95.0}).start == 95.0
-    with pytest.raises(
-        InvalidInput, match=r"start: expected a time of the recording, from 90 to before 99 s"
-    ):
+    with pytest.raises(InvalidInput, match=r"start: expected a time of the recording, from 90 to before 99 s"):
         load(str(tmp_path / "scenario.yaml"), {"start": 89.0})
 
 
