@@ -101,11 +101,10 @@ class LookAhead:
         now: float = 0.0,
         previous: Decision | None = None,
     ) -> Decision:
-        """The decision at time `now` [s] of a robot in `state`, committed to what it decided in `previous`.
+        """As `Navigator.decide`.
 
         Args:
-            obstacles: with their true trajectories; the method's forecast decides what of them is used. The same
-                sequence at every decision spares the work of arranging it again.
+            obstacles: the same sequence at every decision spares the work of arranging it again.
 
         Raises:
             InvalidInput: dimensions that differ, a goal that moves.
