@@ -243,7 +243,6 @@ def test_plans_arrive_when_they_say(d: int, first: int) -> None:
 @many
 @each_dimension
 @pytest.mark.slow
-@pytest.mark.skip(reason="not run yet since arrivals were made exact")
 def test_many_plans_keep_clear_and_obey_the_limits(d: int, first: int) -> None:
     for j, run in batch(first, d, 40):
         assert [f"{j}: {fault}" for fault in faults(j, run)] == []
@@ -252,7 +251,6 @@ def test_many_plans_keep_clear_and_obey_the_limits(d: int, first: int) -> None:
 @many
 @each_dimension
 @pytest.mark.slow
-@pytest.mark.skip(reason="not run yet since arrivals were made exact")
 def test_many_plans_arrive_when_they_say(d: int, first: int) -> None:
     for j, run in batch(first, d, 40):
         assert [f"{j}: {fault}" for fault in missed(j, run)] == []
@@ -436,7 +434,6 @@ SEEDS = 12
 
 
 @pytest.mark.slow
-@pytest.mark.skip(reason="not run yet since arrivals were made exact")
 @pytest.mark.parametrize("name", [name for name in ALONE if name not in ("empty", "head_on", "recorded_roundabout")])
 def test_it_is_not_later_than_without_looking_ahead(name: str) -> None:
     """Over many seeds: everyone arrives, clear of all; on average sooner, and nobody much later."""
@@ -509,7 +506,6 @@ LONG = 120
 
 
 @pytest.mark.slow
-@pytest.mark.skip(reason="not run yet since arrivals were made exact")
 def test_more_work_is_not_in_vain() -> None:
     """On average robots that may search longer arrive earlier."""
     little, usual, much = (times_taken(budget).mean() for budget in (20.0, 2000.0, 50_000.0))

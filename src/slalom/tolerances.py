@@ -125,6 +125,12 @@ BOUNDARY: Final = 2.5e-5
 Smaller by 4: twice as many points. What collides is never decided by it.
 """
 
+GRID: Final = 1e-3
+"""[1] The grid on which curves of a boundary meet, as a share of its tolerance.
+
+Larger: corners move by as much. Smaller: below the rounding of a crossing, faces stay open and are lost.
+"""
+
 STILL: Final = 0.1
 """[1] An element that moves less than this share of a boundary's tolerance stands: its outline is an arc there.
 

@@ -15,6 +15,7 @@ from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, par
 from slalom.boundary.outline import outlines
 from slalom.checks import Array
 from slalom.segments import Segments
+from slalom.tolerances import GRID
 
 
 def boundary(
@@ -69,12 +70,24 @@ def _faces(lines: list[Any], circle: Any, window: Window) -> Any:
     """The faces within the window between the lines: (n,) polygons."""
     points = shapely.get_coordinates(lines)
     within = np.hypot(*(points - window.center).T).max() < window.radius - window.tolerance
-    noded = shapely.unary_union(lines if within else [*lines, circle])
-    faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
+    every = lines if within else [*lines, circle]
+    faces, whole = _between(shapely.unary_union(every))
+    if not whole:
+        # Curves on nearly the same line: a joint was lost to rounding, and with it a face. On a grid none is.
+        faces, _ = _between(shapely.unary_union(every, grid_size=GRID * window.tolerance))
     if within:
         return faces
     away = shapely.get_coordinates(shapely.point_on_surface(faces)) - window.center
     return faces[np.hypot(away[:, 0], away[:, 1]) < window.radius]
+
+
+def _between(noded: Any) -> tuple[Any, bool]:
+    """The faces (n,) between lines that meet at their ends, and whether each line has one on both sides.
+
+    All lines have that, being closed, but where rounding opened them.
+    """
+    faces, cuts, dangles, _ = shapely.polygonize_full(shapely.get_parts(noded))
+    return shapely.get_parts(faces), bool(shapely.is_empty(cuts) and shapely.is_empty(dangles))
 
 
 def rings(segments: Segments, window: Window) -> tuple[Any, Indices]:
