@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from slalom.kernels.ahead import explore, stays_free
     from slalom.kernels.arrival import earliest_arrival
     from slalom.kernels.clearance import contact_times, least_clearances
-    from slalom.kernels.crew import decide_all
+    from slalom.kernels.compiled import threads
+    from slalom.kernels.crew import decide_all, look_around
     from slalom.kernels.exchange import nearest_free
     from slalom.kernels.hulls import distances
     from slalom.kernels.meeting import find_corners, head_for, longer_ways
@@ -27,12 +28,14 @@ __all__ = [
     "give_way",
     "head_for",
     "least_clearances",
+    "look_around",
     "longer_ways",
     "nearest_free",
     "passing_velocity",
     "relative_segments",
     "stays_free",
     "stopping_velocity",
+    "threads",
     "time_to_stop",
 ]
 
@@ -47,11 +50,13 @@ _MODULES = {
     "head_for": "meeting",
     "least_clearances": "clearance",
     "longer_ways": "meeting",
+    "look_around": "crew",
     "nearest_free": "exchange",
     "passing_velocity": "wish",
     "relative_segments": "segments",
     "stays_free": "ahead",
     "stopping_velocity": "wish",
+    "threads": "compiled",
     "time_to_stop": "wish",
 }
 

@@ -31,11 +31,17 @@ def reaches(away: Array, v: Array, push: float, top: float, tolerance: float, t:
 @kernel
 def earliest_arrival(away: Array, v: Array, push: float, top: float, tolerance: float) -> float:
     """Time [s] at which a point with velocity v, limited to `push` and `top`, gets within `tolerance` of `away`."""
-    distance = np.sqrt(np.sum(away * away))
+    square, speed = 0.0, 0.0
+    for axis in range(len(away)):
+        square += away[axis] * away[axis]
+        speed += v[axis] * v[axis]
+    distance = np.sqrt(square)
     if distance <= tolerance:
         return 0.0
+    # On the way it is never faster than at its begin or end.
+    least = (distance - tolerance) / max(top, np.sqrt(speed)) * (1.0 - 1e-6)
     late = 1e-3
-    while not reaches(away, v, push, top, tolerance, late):
+    while late < least or not reaches(away, v, push, top, tolerance, late):
         late *= 1.05
         if late > 1e6:
             return np.inf

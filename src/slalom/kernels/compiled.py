@@ -58,3 +58,8 @@ def inlined(function: F) -> F:
     that it calls, once more at every level.
     """
     return cast(F, numba.njit(nogil=True, error_model="numpy", inline="always")(function))
+
+
+def threads() -> int:
+    """How many threads kernels may run in: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
+    return int(numba.config.NUMBA_NUM_THREADS)

@@ -8,13 +8,14 @@ import numpy as np
 
 from slalom.kernels.bezier import new_stack
 from slalom.kernels.compiled import Array, Indices, inlined, kernel
-from slalom.kernels.exchange import SAFE, deepest_violation
-from slalom.kernels.fleet import attempt, commit, course, gather, place_at, relative
+from slalom.kernels.exchange import SAFE, deepest_violation, nearest_among
+from slalom.kernels.fleet import commit, course, foresee, gather, in_reach, meeting, place_at, relative
 from slalom.kernels.hulls import new_course
-from slalom.kernels.meeting import longer_way
-from slalom.kernels.tables import Answers, Fleet, Rows, Terms, World
+from slalom.kernels.meeting import in_the_way, longer_way
+from slalom.kernels.tables import Answers, Fleet, Rows, Survey, Terms, World
+from slalom.kernels.windows import around, survey, who_is_met
 from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_go
-from slalom.tolerances import KEPT, TOUCHING
+from slalom.tolerances import CANDIDATES, ELEMENTS, KEPT, TOUCHING
 
 CLEAR, CONSTRAINED, KEEP, CONTINUE, SQUEEZED, ASK = 0, 1, 2, 3, 4, -1
 SQUEEZES = 4
@@ -77,7 +78,7 @@ def cost_of(
 ) -> float:
     """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
     d = terms.dimension
-    place, speed, wanted, other = np.empty(d), np.empty(d), np.empty(d), np.empty(d)
+    place, speed, wanted = np.empty(d), np.empty(d), np.empty(d)
     for step in range(8):
         place_at(begin, points, terms.now + until * step / 8.0, place, speed)
         if arrives(place, speed, goal, stop, tolerance):
@@ -87,8 +88,9 @@ def cost_of(
     if d == 2 and len(terms.angles) > 0:
         longer = 0.0
         for k in near:
-            place_at(fleet.seen_begin[k], fleet.seen_points[k], terms.now + terms.horizon, other, speed)
-            longer += longer_way(place, goal, other[0], other[1], fleet.radius[i] + fleet.radius[k] + terms.margin)
+            reach = fleet.radius[i] + fleet.radius[k] + terms.margin
+            if in_the_way(place, goal, fleet.later[k, 0], fleet.later[k, 1], reach):
+                longer += longer_way(place, goal, fleet.later[k, 0], fleet.later[k, 1], reach)
         for e in range(len(world.reach)):
             reach = world.reach[e] + fleet.radius[i] + terms.margin
             longer += longer_way(place, goal, world.ends[e, 0], world.ends[e, 1], reach)
@@ -149,21 +151,36 @@ def best_of(
 ) -> tuple[float, int, int]:
     """The cost, response and outcome of the exact choice that costs least; its control into best_u. Response -1: none.
 
-    Ways that are turned off the one that is wished for are looked at where that is not clear.
+    Ways that are turned off the one that is wished for are looked at where that is not clear, by responses that have
+    any free control.
     """
     goal, stop, tolerance = fleet.target[i], fleet.halt[i], fleet.near[i]
-    p = fleet.points.shape[1]
+    p, first = fleet.points.shape[1], answers.kinds[fleet.kind[i]]
+    count = answers.kinds[fleet.kind[i] + 1] - first
     wanted, own = np.zeros(3), np.zeros(3)
     begin, points = np.empty(p + 1), np.empty((p, 4, 3))
     best, best_r, outcome, clear = np.inf, -1, CONSTRAINED, False
+    own_control(i, first, fleet, answers, terms, own)
+    meetings = [meeting(i, first, rows, fleet, world, answers, terms, own)]
+    closed = np.zeros(count, np.bool_)
     for turn in range(-1, len(terms.angles)):
         if turn >= 0 and clear:
             break
         angle = 0.0 if turn < 0 else terms.angles[turn]
-        for r in range(answers.kinds[fleet.kind[i]], answers.kinds[fleet.kind[i] + 1]):
+        for k in range(count):
+            r = first + k
+            if len(meetings) <= k:
+                own_control(i, r, fleet, answers, terms, own)
+                meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
+            if closed[k]:
+                continue
             preferred(i, r, goal, stop, angle, fleet, answers, terms, wanted)
-            own_control(i, r, fleet, answers, terms, own)
-            code, u = attempt(i, r, wanted, rows, fleet, world, answers, terms, terms.horizon, own)
+            m = meetings[k]
+            code, u, _, _ = nearest_among(
+                wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls,
+                ELEMENTS, CANDIDATES,
+            )  # fmt: skip
+            closed[k] = code != SAFE
             if code != SAFE:
                 continue
             course(i, r, u, fleet, answers, terms, begin, points)
@@ -178,9 +195,10 @@ def best_of(
 
 
 @inlined
-def decide(i: int, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
+def decide(i: int, seen: Survey, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
     """The decision of robot i: its outcome. What it commits to goes into `fleet`."""
-    rows, overlaps, near = gather(i, fleet, world, terms)
+    near = in_reach(i, around(i, fleet, seen), fleet, terms)
+    rows, overlaps = gather(i, who_is_met(i, near, fleet, answers, terms), fleet, world, terms)
     if overlaps:
         return ASK
     best_u = np.zeros(3)
@@ -208,11 +226,20 @@ def decide(i: int, fleet: Fleet, world: World, answers: Answers, terms: Terms) -
 
 
 @kernel
-def decide_all(order: Indices, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
+def look_around(order: Indices, fleet: Fleet, answers: Answers, terms: Terms) -> Survey:
+    """What the decisions of the robots in `order` at this time have in common."""
+    for k in range(len(fleet.present)):
+        if fleet.present[k]:
+            foresee(k, fleet, terms)
+    return survey(order, fleet, answers, terms)
+
+
+@kernel
+def decide_all(order: Indices, seen: Survey, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
     """The decisions of the robots in `order`, one after the other; how many, up to one that must ask the navigator."""
     for k in range(len(order)):
         i = order[k]
-        fleet.outcome[i] = decide(i, fleet, world, answers, terms)
+        fleet.outcome[i] = decide(i, seen, fleet, world, answers, terms)
         if fleet.outcome[i] == ASK:
             return k
     return len(order)

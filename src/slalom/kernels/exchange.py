@@ -224,6 +224,26 @@ def nearest_free(
     used, candidates examined.
     """
     points, gains, radius, growth, reach, hulls = within_reach(limits, points, gains, radius, growth, reach, hulls)
+    return nearest_among(
+        preferred, dimension, limits, points, gains, radius, growth, reach, hulls, most_elements, most_candidates
+    )
+
+
+@kernel
+def nearest_among(
+    preferred: Array,
+    dimension: int,
+    limits: Array,
+    points: Array,
+    gains: Array,
+    radius: Array,
+    growth: Array,
+    reach: Array,
+    hulls: Hulls,
+    most_elements: int,
+    most_candidates: int,
+) -> tuple[int, Array, int, int]:
+    """`nearest_free` of segments that are `within_reach`."""
     admissible = len(limits)
     boundaries, polygons = new_boundaries(limits), new_polygons()
     stack, element, found, gaps = new_stack(), np.zeros(5), np.zeros((4, 3)), np.empty(len(radius))

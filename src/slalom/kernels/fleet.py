@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Hulls, Indices, inlined, kernel
-from slalom.kernels.exchange import nearest_free
+from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.exchange import within_reach
 from slalom.kernels.hulls import distances
 from slalom.kernels.segments import relative_segments
-from slalom.kernels.tables import CLOSE, FOR_EVER, Answers, Fleet, Rows, Terms, World
-from slalom.tolerances import CANDIDATES, CONTACT, ELEMENTS, TOUCHING
+from slalom.kernels.tables import CLOSE, FOR_EVER, Answers, Fleet, Meeting, Rows, Terms, World
+from slalom.kernels.windows import whereabouts
+from slalom.tolerances import CONTACT, TOUCHING
 
 
 @kernel
@@ -26,13 +27,10 @@ def place_at(begin: Array, points: Array, t: float, place: Array, speed: Array) 
 
 
 @kernel
-def in_reach(i: int, fleet: Fleet, terms: Terms) -> Indices:
-    """The other robots that robot i can meet within the horizon, whatever both do."""
-    n = len(fleet.radius)
-    near, count = np.empty(n, np.int64), 0
-    for k in range(n):
-        if k == i or not fleet.present[k]:
-            continue
+def in_reach(i: int, others: Indices, fleet: Fleet, terms: Terms) -> Indices:
+    """The other robots that robot i could meet within the horizon if both drove straight at top speed."""
+    near, count = np.empty(len(others), np.int64), 0
+    for k in others:
         reach = (fleet.top[i] + fleet.top[k]) * terms.horizon + fleet.radius[i] + fleet.radius[k] + terms.margin
         square = 0.0
         for axis in range(terms.dimension):
@@ -44,11 +42,10 @@ def in_reach(i: int, fleet: Fleet, terms: Terms) -> Indices:
 
 
 @kernel
-def gather(i: int, fleet: Fleet, world: World, terms: Terms) -> tuple[Rows, bool, Indices]:
-    """What robot i may meet within the horizon; whether it overlaps something now; the robots among them."""
+def gather(i: int, near: Indices, fleet: Fleet, world: World, terms: Terms) -> tuple[Rows, bool]:
+    """What robot i may meet within the horizon, of robots those in `near`; whether it overlaps something now."""
     d, now = terms.dimension, terms.now
     q = fleet.seen_points.shape[1]
-    near = in_reach(i, fleet, terms)
     count = len(near)
     fixed, bodies = len(world.body), len(world.around)
     rows = fixed + count * q
@@ -101,7 +98,6 @@ def gather(i: int, fleet: Fleet, world: World, terms: Terms) -> tuple[Rows, bool
     return (
         Rows(times[:s], points[:s], radius[:s], growth[:s], turns[:s], body[:s], hull, spread, partner, extras),
         overlaps,
-        near[:count],
     )
 
 
@@ -179,20 +175,11 @@ def limits_of(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms) -> A
     return rows
 
 
-@inlined
-def attempt(
-    i: int,
-    r: int,
-    wanted: Array,
-    rows: Rows,
-    fleet: Fleet,
-    world: World,
-    answers: Answers,
-    terms: Terms,
-    horizon: float,
-    own: Array,
-) -> tuple[int, Array]:
-    """The exact choice of response r nearest to the preferred control `wanted` (3,): its status, the control."""
+@kernel
+def meeting(
+    i: int, r: int, rows: Rows, fleet: Fleet, world: World, answers: Answers, terms: Terms, own: Array
+) -> Meeting:
+    """What robot i may meet under response r; `own`: the control that changes nothing."""
     d, first, last = terms.dimension, answers.first[r], answers.first[r + 1]
     m = last - first
     knots = answers.knots[first + r : last + r + 1]
@@ -202,7 +189,7 @@ def attempt(
             for axis in range(d):
                 drift[p, c, axis] = fleet.position[i, axis] + answers.place[first + p, c] * fleet.velocity[i, axis]
     points, gains, radius, growth, reach, hulls, body = relative(
-        rows, world, knots, drift, answers.gain[first:last], horizon
+        rows, world, knots, drift, answers.gain[first:last], terms.horizon
     )
     if terms.share < 1.0:
         # Where the other avoids too, half the change of the control must do: w = own + (u - own) / share is tested.
@@ -213,8 +200,7 @@ def attempt(
                         points[c, axis, s] += gains[c, s] * own[axis] * (1.0 / terms.share - 1.0)
                     gains[c, s] /= terms.share
     limits = limits_of(i, r, fleet, answers, terms)
-    code, u, _, _ = nearest_free(wanted, d, limits, points, gains, radius, growth, reach, hulls, ELEMENTS, CANDIDATES)
-    return code, u
+    return Meeting(limits, *within_reach(limits, points, gains, radius, growth, reach, hulls))
 
 
 @kernel
@@ -235,6 +221,14 @@ def course(i: int, r: int, u: Array, fleet: Fleet, answers: Answers, terms: Term
 
 
 @kernel
+def foresee(k: int, fleet: Fleet, terms: Terms) -> None:
+    """Where robot k is seen to be during the horizon and at its end."""
+    speed = np.empty(3)
+    whereabouts(fleet.seen_begin[k], fleet.seen_points[k], terms, fleet.middle[k], fleet.spread[k])
+    place_at(fleet.seen_begin[k], fleet.seen_points[k], terms.now + terms.horizon, fleet.later[k], speed)
+
+
+@kernel
 def commit(i: int, r: int, u: Array, fleet: Fleet, answers: Answers, terms: Terms) -> None:
     """Robot i follows response r under u from now on; with shared manoeuvres the others see it at once."""
     course(i, r, u, fleet, answers, terms, fleet.begin[i], fleet.points[i])
@@ -242,3 +236,4 @@ def commit(i: int, r: int, u: Array, fleet: Fleet, answers: Answers, terms: Term
     fleet.control[i] = u
     if terms.shared:
         fleet.seen_begin[i], fleet.seen_points[i] = fleet.begin[i], fleet.points[i]
+        foresee(i, fleet, terms)

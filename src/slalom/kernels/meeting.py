@@ -4,7 +4,7 @@ import numpy as np
 
 from slalom.kernels.compiled import Array, Indices, kernel
 from slalom.kernels.guide import Guide
-from slalom.kernels.way import free_cells, next_corner
+from slalom.kernels.way import free_cells, next_corner, straight
 
 CLOSE = 1.3
 """[1] Robots meet if they would come nearer to each other than this many times the sum of their radii."""
@@ -30,6 +30,14 @@ def longer_way(place: Array, goal: Array, x: float, y: float, radius: float) -> 
     tangents = np.sqrt(first * first - radius * radius) + np.sqrt(second * second - radius * radius)
     straight = np.sqrt((goal[0] - place[0]) ** 2 + (goal[1] - place[1]) ** 2)
     return float(max(tangents + radius * angle - straight, 0.0))
+
+
+@kernel
+def in_the_way(place: Array, goal: Array, x: float, y: float, radius: float) -> bool:
+    """Whether a disc may lie on the straight way from `place` to `goal`; if not, `longer_way` around it is 0."""
+    dx, dy, tx, ty = goal[0] - place[0], goal[1] - place[1], x - place[0], y - place[1]
+    along = min(1.0, max(0.0, (tx * dx + ty * dy) / (dx * dx + dy * dy + 1e-300)))
+    return bool((tx - along * dx) ** 2 + (ty - along * dy) ** 2 < (1.0 + 1e-6) * radius * radius)
 
 
 @kernel
@@ -182,6 +190,9 @@ def find_corners(guide: Guide, grid: Array, clearance: Array, margin: float, par
     """The next place on the way of each robot in `due`."""
     for i in due:
         reach = guide.radius[i] + margin
+        if straight(grid, clearance, reach, guide.position, guide.radius, parked, i, guide.goal[i]):
+            guide.corner[i] = guide.goal[i]
+            continue
         cost = free_cells(grid, clearance, reach, guide.position, guide.radius, parked, i)
         guide.corner[i] = guide.goal[i]
         next_corner(

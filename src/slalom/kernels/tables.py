@@ -9,10 +9,16 @@ from slalom.checks import Array
 
 Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
+Hulls = tuple[Indices, Array, Array, Indices, Flags]
+"""hull, turns, corners, first, mixed: see `slalom.segments`."""
 CLOSE = 0.3
 """[1] Robots nearer to each other than this share of the sum of their radii avoid each other in full, not in part."""
 FOR_EVER = 1e6
 """[s] How long a robot at rest is seen to stay."""
+
+
+WINDOWS = 6
+"""[1] Into how many parts the horizon is cut for the balls of `windows`; more are tighter and cost more to test."""
 
 
 class Answers(NamedTuple):
@@ -26,6 +32,10 @@ class Answers(NamedTuple):
     settled: Array  # (k,) [s]
     aim: Array  # (k, 2) at that time: velocity = aim[0] v + aim[1] u
     peaks: Array  # (p, 4): response, 0 for a velocity or 1 for an acceleration, share of v, gain
+    cuts: Indices  # (k + 1,) response r has the parts of pieces, cut at windows, cuts[r] to cuts[r + 1]
+    window: Indices  # (c,)
+    cut_place: Array  # (c, 4)
+    cut_gain: Array  # (c, 4)
 
 
 class Fleet(NamedTuple):
@@ -46,10 +56,23 @@ class Fleet(NamedTuple):
     points: Array  # (n, p, 4, 3)
     seen_begin: Array  # (n, q + 1) as others see them
     seen_points: Array  # (n, q, 4, 3)
+    middle: Array  # (n, WINDOWS, 3) balls that hold what is seen of them during windows of the horizon
+    spread: Array  # (n, WINDOWS) their radii
+    later: Array  # (n, 3) where they are seen to be at its end
     regret: Array  # (n,) [s]
     response: Indices  # (n,) -1: none of the tables
     control: Array  # (n, 3)
     outcome: Indices  # (n,)
+
+
+class Survey(NamedTuple):
+    """Robots sorted into cells; who is not in a cell about one's own cannot be met."""
+
+    low: Array  # (d,) the corner of the first cell
+    width: Array  # (d,)
+    counts: Indices  # (d,)
+    first: Indices  # (cells + 1,) in cell c are the members first[c] to first[c + 1]
+    member: Indices  # (n,)
 
 
 class World(NamedTuple):
@@ -100,3 +123,15 @@ class Rows(NamedTuple):
     spread: Array  # (b,)
     partner: Flags  # (b,) whether it avoids the robot too
     extra: Array  # (b,) [m] how much of the radius is margin
+
+
+class Meeting(NamedTuple):
+    """What one robot may meet under one response: the admissible set, and segments as in `slalom.segments`."""
+
+    limits: Array
+    points: Array
+    gains: Array
+    radius: Array
+    growth: Array
+    reach: Array
+    hulls: Hulls

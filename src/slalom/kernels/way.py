@@ -95,6 +95,44 @@ def sees(cost: Array, x0: float, y0: float, x1: float, y1: float) -> bool:
 
 
 @kernel
+def straight(
+    grid: Array, clearance: Array, reach: float, places: Array, radii: Array, parked: Indices, i: int, goal: Array
+) -> bool:
+    """Whether robot i `sees` its goal, without the map of all cells: for most robots at most times that is enough."""
+    width = grid[2]
+    x0, y0 = (places[i, 0] - grid[0]) / width, (places[i, 1] - grid[1]) / width
+    x1, y1 = (goal[0] - grid[0]) / width, (goal[1] - grid[1]) / width
+    length = np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2)
+    near, count = np.empty(len(parked), np.int64), 0
+    for k in parked:
+        # On the line rounded to cells, and with one cell to spare.
+        x, y, r = (places[k, 0] - grid[0]) / width, (places[k, 1] - grid[1]) / width, (radii[k] + reach) / width + 1.0
+        along = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / max(length * length, 1e-300)
+        along = min(1.0, max(0.0, along))
+        if k != i and (x - x0 - along * (x1 - x0)) ** 2 + (y - y0 - along * (y1 - y0)) ** 2 <= r * r:
+            near[count] = k
+            count += 1
+    nx, ny = clearance.shape
+    steps, most = int(np.ceil(2.0 * length)) + 1, 0.0
+    for n in range(steps + 1):
+        x, y = x0 + (x1 - x0) * n / steps, y0 + (y1 - y0) * n / steps
+        a, b = min(max(int(np.round(x)), 0), nx - 1), min(max(int(np.round(y)), 0), ny - 1)
+        cost = 1.0
+        if clearance[a, b] < reach:
+            cost = WALL if clearance[a, b] < reach - 0.7 * width else NARROW
+        for m in range(count):
+            k = near[m]
+            px, py, r = (places[k, 0] - grid[0]) / width, (places[k, 1] - grid[1]) / width, (radii[k] + reach) / width
+            if (a - px) ** 2 + (b - py) ** 2 < r * r:
+                cost = max(cost, THROUGH)
+        if n == 0:
+            most = min(cost, NARROW)
+        elif cost > most and length * n / steps > 1.5:
+            return False
+    return True
+
+
+@kernel
 def next_corner(grid: Array, cost: Array, px: float, py: float, gx: float, gy: float, corner: Array) -> bool:
     """Whether the straight way to a goal is not free; then the farthest place on the shortest way that is seen."""
     shape = cost.shape

@@ -23,8 +23,8 @@ class Deciders(Protocol):
     def push(self, now: float, dt: float) -> Array:
         """The accelerations (n, 3) [m/s^2] that carry the robots along what they are committed to, up to now + dt."""
 
-    def chosen(self, k: int) -> tuple[Array, str]:
-        """The control and the response of robot k."""
+    def chosen(self) -> tuple[Array, tuple[str, ...]]:
+        """The controls (n, d) and the responses of all robots."""
 
 
 def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> Manoeuvre:

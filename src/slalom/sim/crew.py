@@ -1,6 +1,7 @@
 """How the robots of a scenario decide: all by one kernel where they are discs or balls, else each by its navigator."""
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from time import perf_counter
 
@@ -11,7 +12,7 @@ from slalom.checks import Array
 from slalom.decision import Decision, Outcome
 from slalom.forecast import foreseen
 from slalom.goal import Goal
-from slalom.kernels.tables import FOR_EVER, Fleet, Indices, Terms, World
+from slalom.kernels.tables import FOR_EVER, WINDOWS, Fleet, Indices, Terms, World
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
@@ -35,6 +36,8 @@ OUTCOMES = (
 """What the kernel's numbers mean; it knows nothing of the last."""
 WAIT, ASK = 5, -1
 """The numbers of a robot that may not decide, and of one that the kernel has no answer for: it asks its navigator."""
+FEWEST = 20
+"""Robots that are worth a thread."""
 OUTLOOK = 10.0
 """[1] Forecasts of robots are tables over so many horizons: sight is seldom older."""
 
@@ -55,7 +58,10 @@ class Crew:
     What a robot commits to is kept as cubic pieces over two horizons, or for ever where it ends at rest.
     """
 
-    def __init__(self, scenario: Scenario, method: Method, guidance: Guidance, seed: int = 0) -> None:
+    def __init__(
+        self, scenario: Scenario, method: Method, guidance: Guidance, seed: int = 0, threads: int | None = None
+    ) -> None:
+        self.threads = kernels.threads() if threads is None else threads
         self.scenario, self.method, self.guidance = scenario, method, guidance
         self.post, self.watch = post_of(scenario, method, seed), watch_of(scenario, method, guidance, seed)
         robots, guide = scenario.robots, guidance.guide
@@ -86,6 +92,9 @@ class Crew:
             points=np.zeros((n, pieces, 4, 3)),
             seen_begin=np.zeros((n, seen + 1)),
             seen_points=np.zeros((n, seen, 4, 3)),
+            middle=np.zeros((n, WINDOWS, 3)),
+            spread=np.zeros((n, WINDOWS)),
+            later=np.zeros((n, 3)),
             # Shared manoeuvres are promises from the begin; seen robots are free to change their first.
             regret=np.zeros(n) if method.shared else np.full(n, np.inf),
             response=np.full(n, -1),
@@ -107,18 +116,47 @@ class Crew:
         self.fleet.push[:] = self.guidance.push
         world, outcomes = self._world(now), {}
         for some, terms in self._turns(due, usual):
-            done = 0
-            while done < len(some):
-                done += kernels.decide_all(some[done:], self.fleet, world, self.answers, terms)
-                if done < len(some):
-                    k = int(some[done])
-                    outcomes[k] = self._ask(k, now).outcome.name
-                    done += 1
+            if self.method.shared:
+                outcomes.update(self._one_by_one(some, world, terms))
+            else:
+                outcomes.update(self._at_once(some, world, terms))
         for k in order:
             if self.fleet.outcome[k] != ASK:
                 outcomes[k] = OUTCOMES[self.fleet.outcome[k]].name
         spent = (perf_counter() - before) / max(len(order), 1)
         return outcomes, dict.fromkeys(order, spent)
+
+    def _one_by_one(self, some: Indices, world: World, terms: Terms) -> dict[int, str]:
+        """Each sees what those before it have decided. The outcomes of robots that asked their navigators."""
+        outcomes, done = {}, 0
+        while done < len(some):
+            seen = kernels.look_around(some[done:], self.fleet, self.answers, terms)
+            done += kernels.decide_all(some[done:], seen, self.fleet, world, self.answers, terms)
+            if done < len(some):
+                k = int(some[done])
+                outcomes[k] = self._ask(k, terms.now).outcome.name
+                done += 1
+        return outcomes
+
+    def _at_once(self, some: Indices, world: World, terms: Terms) -> dict[int, str]:
+        """All see the same, whoever decides first: in threads, with the same bits in any number of them."""
+        seen = kernels.look_around(some, self.fleet, self.answers, terms)
+
+        def asking(part: Indices) -> list[int]:
+            found, done = [], 0
+            while done < len(part):
+                done += kernels.decide_all(part[done:], seen, self.fleet, world, self.answers, terms)
+                found += part[done : done + 1].tolist()
+                done += 1
+            return found
+
+        parts = np.array_split(some, max(1, min(self.threads, len(some) // FEWEST)))
+        if len(parts) == 1:
+            who = asking(some)
+        else:
+            with ThreadPoolExecutor(len(parts)) as pool:
+                who = [k for found in pool.map(asking, parts) for k in found]
+        return {k: self._ask(k, terms.now).outcome.name for k in who}
 
     def _turns(self, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:
         """Those who decide one after the other from the same knowledge of the others, which is in `fleet` then."""
@@ -167,10 +205,10 @@ class Crew:
         bends = (1 - x) ** 2 * (p[:, 1] - p[:, 0]) + 2 * x * (1 - x) * (p[:, 2] - p[:, 1]) + x * x * (p[:, 3] - p[:, 2])
         return np.asarray((3.0 * bends / width - fleet.velocity) / dt)
 
-    def chosen(self, k: int) -> tuple[Array, str]:
-        r = self.fleet.response[k]
-        text = self.texts[r] if r >= 0 else self._others[k]
-        return self.fleet.control[k, : self.scenario.dimension].copy(), text
+    def chosen(self) -> tuple[Array, tuple[str, ...]]:
+        numbers, texts, others = self.fleet.response.tolist(), self.texts, self._others
+        said = tuple(texts[r] if r >= 0 else others[k] for k, r in enumerate(numbers))
+        return self.fleet.control[:, : self.scenario.dimension].copy(), said
 
     def _look(self, now: float, who: int = -1) -> None:
         """What is seen of each robot, by all alike or by robot `who` as it watches: a forecast from its state."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.forecast import Forecast
-from slalom.kernels.tables import Answers
+from slalom.kernels.tables import WINDOWS, Answers
 from slalom.path import Path, hermite
 from slalom.response import Response
 from slalom.state import State
@@ -23,13 +23,16 @@ def tabulated(kinds: Sequence[Sequence[Response]], horizon: float, span: float, 
     What a response does to a robot is affine in its velocity as in the control, so one state stands for all.
     """
     unit = State(np.zeros(dimension), np.eye(dimension)[0])
-    knots, place, gain, settled, aim, peaks = [], [], [], [], [], []
+    knots, place, gain, settled, aim, peaks, parts = [], [], [], [], [], [], []
+    windows = np.linspace(0.0, horizon, WINDOWS + 1)
     for r, response in enumerate(response for kind in kinds for response in kind):
         times = response.knots(span, 2.0 * FASTEST)
         position, velocity = response.position(unit, times), response.velocity(unit, times)
         place.append(hermite(times, position.drift[:, :1], velocity.drift[:, :1]).points[..., 0])
         gain.append(hermite(times, position.gain[:, None], velocity.gain[:, None]).points[..., 0])
         knots.append(times)
+        pieces = Path(times, np.stack([place[-1], gain[-1]], axis=-1), np.zeros(len(times) - 1))
+        parts.append(pieces.cut(np.union1d(times[times < horizon], windows)))
         settled.append(response.settled(horizon))
         then = response.velocity(unit, settled[-1])
         aim.append((float(then.drift[0]), float(then.gain)))
@@ -45,6 +48,10 @@ def tabulated(kinds: Sequence[Sequence[Response]], horizon: float, span: float, 
         settled=np.array(settled),
         aim=np.array(aim),
         peaks=np.array(peaks, dtype=np.float64),
+        cuts=np.cumsum([0, *(len(part.points) for part in parts)]),
+        window=np.concatenate([np.searchsorted(windows, part.times[:-1], side="right") - 1 for part in parts]),
+        cut_place=np.concatenate([part.points[..., 0] for part in parts]),
+        cut_gain=np.concatenate([part.points[..., 1] for part in parts]),
     )
 
 

@@ -18,7 +18,12 @@ from slalom.sim.scenario import Scenario
 
 
 def simulate_fleet(
-    scenario: Scenario, method: Method, *, seed: int = 0, progress: Callable[[float], None] | None = None
+    scenario: Scenario,
+    method: Method,
+    *,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    threads: int | None = None,
 ) -> Recording:
     """Run a scenario of several robots until all have arrived or its time is over.
 
@@ -27,7 +32,8 @@ def simulate_fleet(
     which begins with another one at each step, and each sees the manoeuvres that all others are committed to at that
     moment (docs/theory.md, 16). Who cannot be met within the horizon is not looked at; nobody else is left out.
 
-    The result does not depend on the order of `scenario.robots`.
+    The result does not depend on the order of `scenario.robots`, nor on the number of `threads` in which robots that
+    only see each other decide (None: as many as NUMBA_NUM_THREADS says, by default one for each core).
 
     Raises:
         InvalidInput: two robots of one name; with a shared method, manoeuvres that last longer than the horizon.
@@ -43,7 +49,7 @@ def simulate_fleet(
     method = method.among_robots()
     if method.shared:
         _refuse_short_horizon(sorted_scenario, method)
-    run = _Run(sorted_scenario, method, seed)
+    run = _Run(sorted_scenario, method, seed, threads)
     run.to_the_end(progress)
     return run.recording(scenario, method, seed, [order.index(k) for k in range(len(order))])
 
@@ -62,11 +68,14 @@ def _refuse_short_horizon(scenario: Scenario, method: Method) -> None:
 class _Run:
     """A run while it goes on: what has been driven so far, step by step."""
 
-    def __init__(self, scenario: Scenario, method: Method, seed: int) -> None:
+    def __init__(self, scenario: Scenario, method: Method, seed: int, threads: int | None) -> None:
         self.scenario = scenario
         self.guidance = Guidance(scenario)
-        kind = Crew if suits(scenario) else Pilots
-        self.deciders: Deciders = kind(scenario, method, self.guidance, seed)
+        self.deciders: Deciders = (
+            Crew(scenario, method, self.guidance, seed, threads)
+            if suits(scenario)
+            else Pilots(scenario, method, self.guidance, seed)
+        )
         self.states: list[tuple[Array, Array]] = []
         self.pushes: list[Array] = []
         self.controls: list[Array] = []
@@ -106,9 +115,9 @@ class _Run:
         guide, n = self.guidance.guide, len(push)
         self.states.append((guide.position.copy(), guide.velocity.copy()))
         self.pushes.append(push)
-        chosen = [self.deciders.chosen(k) for k in range(n)]
-        self.controls.append(np.array([control for control, _ in chosen]))
-        self.responses.append(tuple(text for _, text in chosen))
+        controls, responses = self.deciders.chosen()
+        self.controls.append(controls)
+        self.responses.append(responses)
         self.outcomes.append(tuple(outcomes.get(k, "") for k in range(n)))
         self.times.append(np.array([spent.get(k, 0.0) for k in range(n)]))
 

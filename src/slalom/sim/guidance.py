@@ -52,6 +52,7 @@ class Guidance:
             ring=np.zeros((n, 4)),
         )
         self._steps = 0
+        self._moving = [k for k, robot in enumerate(robots) if not isinstance(robot.goal.trajectory, Stationary)]
         if self.guided:
             self.grid, self.clearance = _grid(scenario, self.guide)
 
@@ -64,23 +65,25 @@ class Guidance:
     def note_arrivals(self, now: float) -> None:
         """Robots that reach their goals; those that pass them leave. Who has been asked away has not arrived."""
         guide, d = self.guide, self.dimension
-        for k, robot in enumerate(self.robots):
-            if not guide.present[k]:
-                continue
-            place, speed = guide.position[k, :d], guide.velocity[k, :d]
-            if robot.goal.reached(place, speed, now):
-                if not np.isfinite(self.arrived[k]):
-                    self.arrived[k] = now
-                    guide.present[k] = robot.goal.stop
-            elif np.linalg.norm(robot.goal.position(now) - place) > 2.0 * robot.goal.tolerance:
-                self.arrived[k] = np.inf
+        away = np.linalg.norm(self.goals(now) - guide.position, axis=1)
+        # Whether each is near enough says its goal; here only who is worth asking, or has left.
+        for k in np.flatnonzero(guide.present & (away <= 1.1 * guide.tolerance)):
+            goal = self.robots[k].goal
+            if goal.reached(guide.position[k, :d], guide.velocity[k, :d], now) and not np.isfinite(self.arrived[k]):
+                self.arrived[k] = now
+                guide.present[k] = goal.stop
+        self.arrived[guide.present & (away > 2.0 * guide.tolerance)] = np.inf
+
+    def goals(self, now: float) -> Array:
+        """Where the goals are: (n, 3)."""
+        for k in self._moving:
+            self.guide.goal[k, : self.dimension] = self.robots[k].goal.position(now)
+        return self.guide.goal
 
     def update(self, now: float, period: float) -> None:
         """Where each robot heads for, from what all of them do now."""
         guide = self.guide
-        for k, robot in enumerate(self.robots):
-            if not isinstance(robot.goal.trajectory, Stationary):
-                guide.goal[k, : self.dimension] = robot.goal.position(now)
+        self.goals(now)
         guide.arrived[:] = np.isfinite(self.arrived)
         guide.visited[:] |= guide.arrived
         guide.near[:], guide.halt[:] = guide.tolerance, guide.stop

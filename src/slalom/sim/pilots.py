@@ -88,8 +88,9 @@ class Pilots:
             push[k, : self.scenario.dimension] = manoeuvre.mean_acceleration(now, dt)
         return push
 
-    def chosen(self, k: int) -> tuple[Array, str]:
-        return np.asarray(self._committed[k].control), repr(self._committed[k].response)
+    def chosen(self) -> tuple[Array, tuple[str, ...]]:
+        controls = np.array([manoeuvre.control for manoeuvre in self._committed])
+        return controls, tuple(repr(manoeuvre.response) for manoeuvre in self._committed)
 
     def _state(self, k: int) -> State:
         d, guide = self.scenario.dimension, self.guidance.guide

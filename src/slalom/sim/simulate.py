@@ -15,19 +15,24 @@ from slalom.state import State
 
 
 def simulate(
-    scenario: Scenario, method: Method | Peer, *, seed: int = 0, progress: Callable[[float], None] | None = None
+    scenario: Scenario,
+    method: Method | Peer,
+    *,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    threads: int | None = None,
 ) -> Recording:
     """Run a scenario until the robot has arrived or its time is over; of several robots, see `fleet.simulate_fleet`,
     with another project's method `peer_run.simulate_peer`.
 
     A robot is a double integrator: between steps its acceleration is constant, so a step is the exact motion that was
     predicted. The result depends on the scenario and the method alone; `seed`, with which the scenario was built,
-    is recorded. `progress` is called with the share of the duration that has passed.
+    is recorded. `progress` is called with the share of the duration that has passed; `threads`: see `simulate_fleet`.
     """
     if isinstance(method, Peer):
         return simulate_peer(scenario, method, seed=seed, progress=progress)
     if len(scenario.robots) > 1:
-        return simulate_fleet(scenario, method, seed=seed, progress=progress)
+        return simulate_fleet(scenario, method, seed=seed, progress=progress, threads=threads)
     navigator, goal, dt = scenario.decider(method), scenario.robot.goal, scenario.dt
     state, decision = scenario.robot.state, None
     steps: list[Step] = []
