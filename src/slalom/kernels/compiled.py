@@ -62,4 +62,4 @@ def inlined(function: F) -> F:
 
 def threads() -> int:
     """How many threads kernels may run in: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
-    return int(numba.config.NUMBA_NUM_THREADS)
+    return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
