@@ -77,7 +77,7 @@ def crew_state(crew, i):
 
 @pytest.mark.parametrize(("name", "scenario", "settings"), CREWS)
 def test_who_is_left_out_stays_away(name, scenario, settings):
-    """Whoever is not met is, in every window, out of reach of the ball of the robot; and cells leave out nobody else."""
+    """Whoever is not met is out of reach of the robot's ball in every window; and cells leave out nobody else."""
     crew = started(name, scenario, settings)
     some, terms = crew.looked
     fleet, answers = crew.fleet, crew.answers

@@ -17,7 +17,7 @@ ROUNDING = 1e-9
 
 @kernel
 def ball_of(low: Array, high: Array, middle: Array) -> float:
-    """The middle, into `middle`, and the radius of a ball that holds the box from low to high; -inf for an empty box."""
+    """The radius of a ball that holds the box from low to high, its middle into `middle`; -inf for an empty box."""
     square = 0.0
     for axis in range(3):
         middle[axis] = 0.5 * (low[axis] + high[axis])
