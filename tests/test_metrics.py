@@ -113,6 +113,8 @@ BY_HAND = [
     ("max_speed", CORNER, math.sqrt(5.0)),
     ("mean_speed", STRAIGHT, 0.6),
     ("mean_speed", CORNER, (2.0 + 2.0 + 2.0 * math.sqrt(5.0)) / 4.0),
+    ("efficacy", STRAIGHT, 3.0 / (4.0 * 10.0)),
+    ("efficacy", CORNER, (math.hypot(100, 100) - math.hypot(97.0, 99.25)) / (1.5 * 10.0)),
     ("max_acceleration", STRAIGHT, 1.0),
     ("max_acceleration", CORNER, 2.0),
     ("mean_acceleration", STRAIGHT, 0.5),

@@ -110,6 +110,20 @@ def mean_acceleration(recording: Recording) -> float:
     return float(norms.mean()) if norms.size else 0.0
 
 
+def efficacy(recording: Recording, robot: int = 0) -> float:
+    """How fast the robot came nearer to its goal until it arrived, as a share of its top speed: 1 is ideal.
+
+    The projection of the velocity on the desired one, over time (navground's efficacy).
+    """
+    end = min(float(recording.arrived[robot]), float(recording.times[-1]))
+    spent, goal = end - float(recording.times[0]), recording.goals[robot]
+    if spent <= 0.0:
+        return 1.0
+    place = positions_at(recording, robot, np.array([recording.times[0], end]))
+    away = np.linalg.norm(goal.position(np.array([recording.times[0], end])) - place, axis=-1)
+    return float((away[0] - away[1]) / (spent * recording.limits[robot].max_speed))
+
+
 def _jerks(recording: Recording) -> Array:
     return np.asarray(np.linalg.norm(np.diff(recording.accelerations[:, 0], axis=0), axis=1) / recording.dt)
 
@@ -214,6 +228,7 @@ METRICS: Final[dict[str, Callable[[Recording], float]]] = {
         sign_reversals,
         max_speed,
         mean_speed,
+        efficacy,
         max_acceleration,
         mean_acceleration,
         max_jerk,
@@ -252,6 +267,7 @@ def summary(recording: Recording) -> dict[str, Any]:
         "collisions": collided,
         "min_clearance": finite(min(passive.min(initial=np.inf), between.min(initial=np.inf))),
         "time": time(recording),
+        "efficacy": round(float(np.mean([efficacy(recording, k) for k in robots])), 3),
         "adjustments": int(sum(adjustments(recording, k) for k in robots)),
         "decision_us": dict(zip(("p50", "p99", "max"), (round(float(q), 1) for q in quantiles))),
         "statuses": dict(sorted(Counter(name for row in recording.outcomes for name in row if name).items())),
