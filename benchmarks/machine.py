@@ -1,6 +1,7 @@
 """What every benchmark writes beside its numbers: the machine, the versions, the time of one bare reference loop."""
 
 import json
+import os
 import platform
 import time
 from collections.abc import Callable
@@ -22,6 +23,7 @@ def describe() -> dict[str, Any]:
     return {
         "machine": platform.machine(),
         "processor": model or platform.processor(),
+        "cores": os.cpu_count(),
         "system": platform.system(),
         "python": platform.python_version(),
         **{name: version(name) for name in PACKAGES},
