@@ -4,7 +4,8 @@ usage: python benchmarks/memory.py [--decisions 2000] [--robots 100] [--seconds 
 
 One robot decides again and again among 30 cars; nothing is recorded, so nothing may stay. A fleet's run is recorded as
 a whole, by design: what its memory grows by is held against what the recording holds. Growth is the slope of a straight
-line through the resident memory over the second half, after everything was used for the first time.
+line through the resident memory over the second half, after everything was used for the first time. Times are of the
+processor.
 """
 
 import resource
@@ -14,7 +15,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields
 from multiprocessing import get_context
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -38,13 +39,13 @@ def resident() -> float:
 
 
 def watched(count: int, every: Callable[[Callable[[], None]], None]) -> dict[str, Any]:
-    """Memory [bytes] and time [s] at each of `count` calls: where both stand after each, and what they tell."""
+    """Memory [bytes] and time of the processor [s] after each of `count` calls: how they grow."""
     # Made and touched before: what is noted must not grow either.
     memory, stamps, done = np.ones(count), np.ones(count), 0
 
     def note() -> None:
         nonlocal done
-        memory[done], stamps[done], done = resident(), perf_counter(), done + 1
+        memory[done], stamps[done], done = resident(), process_time(), done + 1
 
     every(note)
     memory, stamps = memory[:done], stamps[:done]
@@ -131,7 +132,7 @@ def measure(decisions: int, robots: int, seconds: float) -> dict[str, Any]:
         "targets": [
             target("growth for each decision of one robot", alone["growth_bytes"], most=64.0, unit="bytes"),
             target("growth for each robot and step beyond what is recorded", excess, most=256.0, unit="bytes"),
-            target("the last quarter of calls over the first, median time", slower, most=1.5),
+            target("the last quarter of calls over the first, median time of the processor", slower, most=1.5),
         ],
         "results": {"decisions": alone, "fleets": fleets},
     }

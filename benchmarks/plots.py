@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from program import shown
 
 OURS, THEIRS, PALE = "#1b6ca8", "#8a8a8a", "#c9c9c9"
@@ -15,7 +16,7 @@ def decisions(results: Results) -> Figure:
     """Bars of what a decision of nao costs, on a logarithmic scale."""
     families = ("roundabout", "mixed")
     figure = Figure(figsize=(7.5, 3.4), layout="constrained")
-    for axes, family in zip(figure.subplots(1, 2, sharey=True), families):
+    for axes, family in zip(figure.subplots(1, 2, sharey=True, sharex=True), families):
         spent = dict(results["sampling"]["results"][f"{family}, nao"]["us"])
         if "mpc" in results:
             spent["MPC with IPOPT"] = results["mpc"]["results"][family]["mpc_us"]
@@ -40,7 +41,7 @@ def _bars(axes: Any, values: dict[str, float], unit: str, title: str) -> None:
         away = {"xytext": (3, 0), "textcoords": "offset points", "va": "center", "fontsize": 8}
         axes.annotate(shown(values[name]), (values[name], k), **away)
     axes.set_xscale("log")
-    axes.set_xlim(0.5 * min(values.values()), 6.0 * max(values.values()))
+    axes.set_xlim(0.4 * min(values.values()), 8.0 * max(values.values()))
     axes.set_title(title, fontsize=10)
     axes.set_xlabel(unit)
     axes.tick_params(labelsize=8)
@@ -80,6 +81,8 @@ def scaling(results: Results) -> Figure:
             lowest = min(lowest, curve[unit][0])
         sizes = np.array([curve["sizes"][0], max(curve["sizes"])], dtype=float)
         axes.loglog(sizes, lowest * sizes / sizes[0], ":", color=THEIRS)
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_minor_formatter(NullFormatter())
         axes.set_xlabel(what)
         axes.set_ylabel("s for a step" if unit == "s" else "us for a decision")
         axes.legend(fontsize=8, frameon=False)

@@ -18,7 +18,7 @@ PICTURES: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "sampling": (plots.decisions, "Time of one decision of nao, of samplers and of a model predictive controller."),
     "stages": (plots.stages, "Where the time of one decision goes."),
     "scaling": (plots.scaling, "Time against number of obstacles, knots and robots; dotted: in proportion."),
-    "fleet_step": (plots.fleets, "One step of 1000 robots, for each of them."),
+    "fleet_step": (plots.fleets, "One step of a fleet, for each robot."),
     "boundaries": (plots.boundaries, "Time of boundaries against the share of controls on the wrong side."),
     "memory": (plots.memory, "Resident memory over many calls, less that after the first."),
 }
@@ -120,9 +120,10 @@ def page(results: dict[str, dict[str, Any]], images: Path) -> Iterator[str]:
         "`make bench` makes this page: it runs every program of `benchmarks/` once, one after the other, and renders "
         "what they wrote to `out/benchmarks/`; one of them runs alone as `python benchmarks/NAME.py`, and "
         "`python benchmarks/report.py` renders again. Peers come from packages (`pip install 'slalom[peers,bench]'`) "
-        "and run in the same run on the same scenes, numpy's matrix products on one thread. Times depend on the machine and on what else it "
-        "does; their ratios are the results. Times are medians of repeated calls after one that is not counted, from "
-        "Python, compiling and importing left out. Whether a target is met is decided by the programs."
+        "and run in the same run on the same scenes, numpy's matrix products on one thread. Times "
+        "depend on the machine and on what else it does; their ratios are the results. Times are medians of repeated "
+        "calls after one that is not counted, from Python, compiling and importing left out. Whether a target is met "
+        "is decided by the programs."
     )
     yield ""
     yield from setting(results)

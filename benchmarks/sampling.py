@@ -73,12 +73,15 @@ def one_product(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray
 def velocities(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Whether velocities are free up to the horizon, obstacles keeping theirs: `places` (n, 2, 2) now and in 1 s."""
     state = task.situation.state
-    gap = places[:, 0] - state.position
-    closing = tried[:, None] - (places[:, 1] - places[:, 0])
-    speed = np.maximum((closing**2).sum(axis=-1), 1e-300)
-    soonest = np.clip((closing * gap).sum(axis=-1) / speed, 0.0, HORIZON)
-    least = gap - soonest[..., None] * closing
-    return ((least**2).sum(axis=-1) >= task.radii**2).all(axis=1)
+    gap_x, gap_y = (places[:, 0] - state.position).T
+    moving_x, moving_y = (places[:, 1] - places[:, 0]).T
+    closing_x, closing_y = tried[:, :1] - moving_x, tried[:, 1:] - moving_y
+    soonest = closing_x * gap_x + closing_y * gap_y
+    soonest /= np.maximum(closing_x * closing_x + closing_y * closing_y, 1e-300)
+    np.clip(soonest, 0.0, HORIZON, out=soonest)
+    closing_x *= soonest
+    closing_y *= soonest
+    return ((gap_x - closing_x) ** 2 + (gap_y - closing_y) ** 2 >= task.radii**2).all(axis=1)
 
 
 Sampler = Callable[[Task, np.ndarray, np.ndarray], np.ndarray]
