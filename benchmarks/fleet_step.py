@@ -4,9 +4,10 @@ usage: python benchmarks/fleet_step.py [--robots 1000] [--steps 8] [--quick] [--
 
 Robots of 0.5 m with random goals, 100 m^2 for each, so that about 10 are within reach of each over the 6 s that ours
 look ahead. Everybody begins at the same places, by turns: RVO2 (pyrvo) with 10 neighbours within 15 m and a horizon of
-5 s, its step alone and with the preferred velocities that a program in Python has to set; ORCA and the human-like behaviour in
-navground's own world with the same 15 m. Each is in its own simulator, in single precision and without limits on
-acceleration; ours includes the exact motion, the guidance and the recording. Needs the packages pyrvo and navground.
+5 s, its step alone and with the preferred velocities that a program in Python has to set; ORCA and the human-like
+behaviour in navground's own world with the same 15 m. Each is in its own simulator, in single precision and without
+limits on acceleration; ours includes the exact motion, the guidance and the recording. Needs the packages pyrvo and
+navground.
 """
 
 import sys

@@ -16,12 +16,16 @@ def decisions(results: Results) -> Figure:
     """Bars of what a decision of nao costs, on a logarithmic scale."""
     families = ("roundabout", "mixed")
     figure = Figure(figsize=(7.5, 3.4), layout="constrained")
-    for axes, family in zip(figure.subplots(1, 2, sharey=True, sharex=True), families):
+    everything = []
+    panels = figure.subplots(1, 2, sharey=True, sharex=True)
+    for axes, family in zip(panels, families):
         spent = dict(results["sampling"]["results"][f"{family}, nao"]["us"])
         if "mpc" in results:
             spent["MPC with IPOPT"] = results["mpc"]["results"][family]["mpc_us"]
         spent.pop("the samplers' futures of the obstacles")
         _bars(axes, spent, "us", family)
+        everything += list(spent.values())
+    panels[0].set_xlim(0.4 * min(everything), 10.0 * max(everything))
     return figure
 
 

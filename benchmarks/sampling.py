@@ -5,7 +5,8 @@ usage: python benchmarks/sampling.py [--scenes 60] [--quick] [--out FOLDER]
 The samplers try 500 controls, spread evenly over what the limits allow, and take the free one nearest to the preferred
 control. The acceleration obstacle is sampled at 60 times, in three ways of writing it: as one large array of distances,
 in place with x and y apart, as one matrix product. The velocity obstacle has a closed form in time. All work on the
-same scenes, with the obstacles' futures given; what it takes to get these is timed apart.
+same scenes, with the obstacles' futures given; what it takes to get these is timed apart. Of repeated calls on a scene
+the quickest counts, of scenes the median: what else the machine does slows large arrays more than small ones.
 """
 
 from collections.abc import Callable
@@ -108,7 +109,7 @@ def times(tasks: list[Task], samplers: dict[str, Sampler], look: Callable[[Task]
     spent: dict[str, list[float]] = {}
 
     def note(name: str, call: Callable[[], object], repeat: int) -> None:
-        spent.setdefault(name, []).append(microseconds(call, repeat))
+        spent.setdefault(name, []).append(microseconds(call, repeat, 0.0))
 
     for task in tasks:
         tried, places = controls(task), look(task)

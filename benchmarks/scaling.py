@@ -1,6 +1,6 @@
 """What a decision costs as there are more obstacles, knots and robots: the exponents of power laws.
 
-usage: python benchmarks/scaling.py [--robots 10 30 100 ...] [--budget 20] [--quick] [--out FOLDER]
+usage: python benchmarks/scaling.py [--robots 10 30 100 ...] [--budget 30] [--quick] [--out FOLDER]
 
 Obstacles: one decision of one response, from obstacles to control, among discs on circles; at constant density, so that
 most of many are out of reach, and in one and the same square, in which they are smaller the more they are. Knots: 30
@@ -25,7 +25,7 @@ KNOTS = (20, 50, 100, 200, 500)
 ROBOTS = (10, 30, 100, 300, 1000, 3000, 10000)
 DENSE, SQUARE = 80.0, 50.0
 """[m^2] for each obstacle. [m] side of the square that does not grow."""
-LEAST_STEPS, MOST_STEPS = 3, 21
+LEAST_STEPS, MOST_STEPS = 3, 11
 
 
 def exponents(sizes: list[int], times: list[float]) -> dict[str, float | None]:
@@ -155,7 +155,7 @@ def main() -> None:
     """Measure, print, write."""
     parser = options(__doc__)
     parser.add_argument("--robots", type=int, nargs="+", default=list(ROBOTS))
-    parser.add_argument("--budget", type=float, default=20.0, help="[s] for one size of one method")
+    parser.add_argument("--budget", type=float, default=30.0, help="[s] for one size of one method")
     arguments = parser.parse_args()
     if arguments.quick:
         result = measure((10, 30), (20, 50), [5, 10], 1, 10.0)
