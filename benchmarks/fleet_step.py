@@ -1,0 +1,171 @@
+"""A step of a fleet against other projects' fleets, and a ring of 50 robots for a minute.
+
+usage: python benchmarks/fleet_step.py [--robots 1000] [--steps 8] [--quick] [--out FOLDER]
+
+Robots of 0.5 m with random goals, 100 m^2 for each, so that about 10 are within reach of each over the 6 s that ours
+look ahead. Everybody begins at the same places, by turns: RVO2 (pyrvo) with 10 neighbours within 15 m and a horizon of
+5 s, its step alone and with the preferred velocities that a program in Python has to set; ORCA and the human-like
+behaviour in navground's own world with the same 15 m. Each is in its own simulator, in single precision and without
+limits on acceleration; ours includes the exact motion, the guidance and the recording. Needs the packages pyrvo and
+navground.
+"""
+
+import sys
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from pace import DT, fleet, steps
+from program import finish, options, table, target
+
+from slalom import Method, method
+from slalom.sim import Scenario, gallery, simulate
+
+NEIGHBOURS, SIGHT, AHEAD, RADIUS, SPEED = 10, 15.0, 5.0, 0.5, 1.5
+MINUTE, ROUNDS = 60.0, 3
+
+
+def times_of(step: Callable[[], object], count: int) -> np.ndarray:
+    """Wall clock of each of so many steps but the first [s]."""
+    stamps = [perf_counter()]
+    for _ in range(count):
+        step()
+        stamps.append(perf_counter())
+    return np.diff(stamps)[1:]
+
+
+def places_of(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and goals (n, 2) [m]."""
+    starts = np.array([robot.state.position for robot in scenario.robots])
+    return starts, np.array([robot.goal.position(0.0) for robot in scenario.robots])
+
+
+def rvo2(scenario: Scenario, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """RVO2: its step alone, and with preferred velocities set and places read [s]."""
+    from pyrvo import RVOSimulator
+
+    starts, goals = places_of(scenario)
+    simulator = RVOSimulator(DT, SIGHT, NEIGHBOURS, AHEAD, AHEAD, RADIUS, SPEED)
+    for start in starts:
+        simulator.add_agent(tuple(start))
+    alone, n = [], len(starts)
+
+    def step() -> None:
+        away = goals - np.array([simulator.get_agent_position(k).to_tuple() for k in range(n)])
+        far = np.linalg.norm(away, axis=1, keepdims=True)
+        wished = away * np.minimum(SPEED / np.maximum(far, 1e-9), 1.0)
+        for k in range(n):
+            simulator.set_agent_pref_velocity(k, tuple(wished[k]))
+        before = perf_counter()
+        simulator.do_step()
+        alone.append(perf_counter() - before)
+
+    return times_of(step, count), np.array(alone[1:])
+
+
+def navground(scenario: Scenario, kind: str, count: int) -> np.ndarray:
+    """A behaviour of navground in its own world [s]."""
+    from navground import core, sim
+
+    world = sim.World()
+    for start, goal in zip(*places_of(scenario)):
+        behavior = core.Behavior.make_type(kind)
+        kinematics = core.kinematics.OmnidirectionalKinematics(SPEED)
+        if kind == "ORCA":
+            behavior.set("max_neighbors", NEIGHBOURS)
+            behavior.set("time_horizon", AHEAD)
+        task = sim.tasks.WaypointsTask([tuple(goal)], loop=False, tolerance=0.3)
+        sight = sim.state_estimations.BoundedStateEstimation(range=SIGHT)
+        agent = sim.Agent(RADIUS, behavior, kinematics, task, [sight], DT)
+        behavior.optimal_speed, behavior.horizon = SPEED, SIGHT
+        agent.position = start
+        world.add_agent(agent)
+    return times_of(lambda: world.update(DT), count)
+
+
+def minute(chosen: Method, seconds: float, robots: int) -> dict[str, float]:
+    """The ring from Python: wall clock [s], the time that was simulated until all had arrived [s], and for a minute."""
+    scenario = gallery.build("ring", {"robots": robots, "duration": seconds})
+    spent = []
+    for _ in range(2):
+        before = perf_counter()
+        run = simulate(scenario, chosen)
+        spent.append(perf_counter() - before)
+    simulated = float(run.times[-1])
+    return {"wall_s": min(spent), "simulated_s": simulated, "wall_s_per_minute": min(spent) * MINUTE / simulated}
+
+
+def turn(scenario: Scenario, ours: dict[str, Method], count: int) -> dict[str, np.ndarray]:
+    """So many steps of everybody [s]."""
+    spent = {f"slalom {name}": steps(scenario, chosen)[0] for name, chosen in ours.items()}
+    spent["pyrvo, ORCA, set from Python"], spent["pyrvo, ORCA, its step alone"] = rvo2(scenario, count)
+    spent["navground, ORCA"] = navground(scenario, "ORCA", count)
+    spent["navground, human-like"] = navground(scenario, "HL", count)
+    return spent
+
+
+def measure(robots: int, count: int, ring: int, seconds: float) -> dict[str, Any]:
+    """Everybody on the same robots, one after the other."""
+    scenario = fleet(robots, (count + 1) * DT)
+    ours = {name: method(name) for name in ("nao", "nao_shared")}
+    for chosen in ours.values():
+        steps(fleet(5, 3 * DT), chosen)
+    # By turns: what else the machine does meets everybody.
+    rounds = [turn(scenario, ours, count) for _ in range(ROUNDS)]
+    each = {name: 1e6 * float(np.median([r[name] for r in rounds])) / robots for name in rounds[0]}
+    peer = each["pyrvo, ORCA, set from Python"]
+    rings = {name: minute(chosen, seconds, ring) for name, chosen in ours.items()}
+    heads = ["method", "wall s", "simulated s until all arrived", "wall s for a minute"]
+    return {
+        "question": "A step of a fleet against other projects' fleets",
+        "parameters": {
+            "robots": robots,
+            "steps": count,
+            "rounds": ROUNDS,
+            "neighbours": NEIGHBOURS,
+            "sight_m": SIGHT,
+            "ring": ring,
+        },
+        "tables": [
+            table(
+                "One step, for each robot",
+                ["what", "median us", "ratio to pyrvo set from Python"],
+                [[name, us, us / peer] for name, us in each.items()],
+            ),
+            table(f"A ring of {ring} robots, from Python", heads, [[name, *r.values()] for name, r in rings.items()]),
+        ],
+        "targets": [
+            target("a step of nao for each robot over pyrvo's, set from Python", each["slalom nao"] / peer, most=5.0),
+            target(
+                "a step of nao for each robot over pyrvo's own step alone",
+                each["slalom nao"] / each["pyrvo, ORCA, its step alone"],
+                most=5.0,
+            ),
+            *(
+                target(f"a minute of a ring of {ring} robots, {name}", r["wall_s_per_minute"], most=0.5, unit="s")
+                for name, r in rings.items()
+            ),
+        ],
+        "results": {"us_per_robot": each, "ring": rings},
+    }
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = options(__doc__)
+    parser.add_argument("--robots", type=int, default=1000)
+    parser.add_argument("--steps", type=int, default=8)
+    arguments = parser.parse_args()
+    try:
+        import navground.core  # noqa: F401
+        import pyrvo  # noqa: F401
+    except ImportError as error:
+        sys.exit(f"benchmarks/fleet_step.py needs pyrvo and navground: pip install 'slalom[peers]' ({error})")
+    quick = arguments.quick
+    result = measure(*((10, 4, 4, 1.0) if quick else (arguments.robots, arguments.steps, 50, MINUTE)))
+    finish("fleet_step", result, arguments, ["pyrvo", "navground"])
+
+
+if __name__ == "__main__":
+    main()

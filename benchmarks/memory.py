@@ -1,0 +1,154 @@
+"""Does memory grow, does a step get slower: over many decisions of one robot, and over many steps of a fleet.
+
+usage: python benchmarks/memory.py [--decisions 2000] [--robots 100] [--seconds 60] [--quick] [--out FOLDER]
+
+One robot decides again and again among 30 cars; nothing is recorded, so nothing may stay. A fleet's run is recorded as
+a whole, by design: what its memory grows by is held against what the recording holds. Growth is the slope of a straight
+line through the resident memory over the second half, after everything was used for the first time. Times are of the
+processor.
+"""
+
+import resource
+import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import fields
+from multiprocessing import get_context
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+from pace import DT, fleet
+from program import finish, options, table, target
+
+from slalom import method
+from slalom.sim import Recording, gallery, simulate
+from slalom.sim.plant import drive
+
+ROOM, CARS_TIME = 900.0, 12.0
+"""[m^2] for each robot: far goals, so that they are all on their way. [s] after which the crossing begins again."""
+STATEMENT = Path("/proc/self/statm")
+
+
+def resident() -> float:
+    """Resident memory now [bytes]; where the system does not say, the largest so far."""
+    if STATEMENT.exists():
+        return float(STATEMENT.read_text().split()[1]) * resource.getpagesize()
+    return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) * (1.0 if sys.platform == "darwin" else 1024.0)
+
+
+def watched(count: int, every: Callable[[Callable[[], None]], None]) -> dict[str, Any]:
+    """Memory [bytes] and time of the processor [s] after each of `count` calls: how they grow."""
+    # Made and touched before: what is noted must not grow either.
+    memory, stamps, done = np.ones(count), np.ones(count), 0
+
+    def note() -> None:
+        nonlocal done
+        memory[done], stamps[done], done = resident(), process_time(), done + 1
+
+    every(note)
+    memory, stamps = memory[:done], stamps[:done]
+    half, quarter = len(memory) // 2, max(len(memory) // 4, 2)
+    spent = np.diff(stamps)
+    growth = float(np.polyfit(np.arange(half, len(memory)), memory[half:], 1)[0]) if len(memory) - half > 1 else 0.0
+    picked = np.unique(np.linspace(0, len(memory) - 1, 100).astype(int))
+    return {
+        "calls": len(memory),
+        "growth_bytes": growth,
+        "first_quarter_us": 1e6 * float(np.median(spent[:quarter])),
+        "last_quarter_us": 1e6 * float(np.median(spent[-quarter:])),
+        "at": picked.tolist(),
+        "mebibytes": (memory[picked] / 2**20).tolist(),
+        "largest_mebibytes": float(memory.max()) / 2**20,
+    }
+
+
+def deciding(count: int) -> dict[str, Any]:
+    """One robot in the roundabout, over and over again, nothing recorded."""
+    scenario = gallery.build("roundabout_crossing")
+    navigator, robot, dt = scenario.decider(method("nao")), scenario.robot, scenario.dt
+
+    def run(note: Callable[[], None]) -> None:
+        state, decision, now = robot.state, None, 0.0
+        for _ in range(count):
+            decision = navigator.decide(state, scenario.obstacles, robot.goal, now=now, previous=decision)
+            state, now = drive(state, decision.manoeuvre.mean_acceleration(now, dt), dt), now + dt
+            if now >= CARS_TIME:
+                state, decision, now = robot.state, None, 0.0
+            note()
+
+    return watched(count, run)
+
+
+def held(run: Recording) -> float:
+    """What a recording holds for each robot and step [bytes]: its arrays, and a reference for each text."""
+    values = [getattr(run, field.name) for field in fields(run)]
+    arrays = sum(value.nbytes for value in values if isinstance(value, np.ndarray))
+    cells = run.accelerations.shape[0] * run.accelerations.shape[1]
+    return arrays / cells + 2.0 * 8.0
+
+
+def stepping(name: str, robots: int, seconds: float) -> dict[str, Any]:
+    """A fleet for so many seconds."""
+    scenario, chosen, runs = fleet(robots, seconds, ROOM), method(name), []
+
+    def run(note: Callable[[], None]) -> None:
+        runs.append(simulate(scenario, chosen, progress=lambda _: note()))
+
+    found = watched(round(seconds / DT), run)
+    return {**found, "growth_per_robot": found["growth_bytes"] / robots, "held_per_robot": held(runs[0])}
+
+
+def apart(call: Callable[..., dict[str, Any]], *arguments: object) -> dict[str, Any]:
+    """What a call returns in a new process."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(call, *arguments).result()
+
+
+def measure(decisions: int, robots: int, seconds: float) -> dict[str, Any]:
+    """Each in a process of its own: what one frees would serve the next."""
+    alone = apart(deciding, decisions)
+    fleets = {name: apart(stepping, name, robots, seconds) for name in ("nao", "nao_shared")}
+    heads = ["what", "calls", "growth, bytes a call", "first quarter, median us", "last quarter, median us"]
+    rows = [
+        [what, r["calls"], r["growth_bytes"], r["first_quarter_us"], r["last_quarter_us"], r["largest_mebibytes"]]
+        for what, r in (("one robot, decisions", alone), *((f"{k}, steps of all", r) for k, r in fleets.items()))
+    ]
+    kept = [[k, r["growth_per_robot"], r["held_per_robot"]] for k, r in fleets.items()]
+    slower = max(r["last_quarter_us"] / r["first_quarter_us"] for r in (alone, *fleets.values()))
+    excess = max(r["growth_per_robot"] - r["held_per_robot"] for r in fleets.values())
+    return {
+        "question": "Does memory grow, does a step get slower",
+        "parameters": {"decisions": decisions, "robots": robots, "seconds": seconds, "room_m2": ROOM},
+        "tables": [
+            table("Memory and time over many calls", [*heads, "largest resident MiB"], rows),
+            table(
+                "Growth of a recorded run, for each robot and step",
+                ["method", "bytes that memory grows by", "bytes that the recording holds"],
+                kept,
+            ),
+        ],
+        "targets": [
+            target("growth for each decision of one robot", alone["growth_bytes"], most=64.0, unit="bytes"),
+            target("growth for each robot and step beyond what is recorded", excess, most=256.0, unit="bytes"),
+            target("the last quarter of calls over the first, median time of the processor", slower, most=1.5),
+        ],
+        "results": {"decisions": alone, "fleets": fleets},
+    }
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = options(__doc__)
+    parser.add_argument("--decisions", type=int, default=2000)
+    parser.add_argument("--robots", type=int, default=100)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    arguments = parser.parse_args()
+    quick = arguments.quick
+    sizes = (40, 5, 1.0) if quick else (arguments.decisions, arguments.robots, arguments.seconds)
+    finish("memory", measure(*sizes), arguments)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""The pictures of docs/performance.md: each from the results of all programs, by name."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+from program import shown
+
+OURS, THEIRS, PALE = "#1b6ca8", "#8a8a8a", "#c9c9c9"
+PARTS = ("#1b6ca8", "#5fa8d3", "#f0a202", "#d95d39", "#6a994e", "#7d5ba6", "#bbbbbb")
+Results = dict[str, dict[str, Any]]
+
+
+def decisions(results: Results) -> Figure:
+    """Bars of what a decision of nao costs, on a logarithmic scale."""
+    families = ("roundabout", "mixed")
+    figure = Figure(figsize=(7.5, 3.4), layout="constrained")
+    everything = []
+    panels = figure.subplots(1, 2, sharey=True, sharex=True)
+    for axes, family in zip(panels, families):
+        spent = dict(results["sampling"]["results"][f"{family}, nao"]["us"])
+        if "mpc" in results:
+            spent["MPC with IPOPT"] = results["mpc"]["results"][family]["mpc_us"]
+        spent.pop("the samplers' futures of the obstacles")
+        _bars(axes, spent, "us", family)
+        everything += list(spent.values())
+    panels[0].set_xlim(0.4 * min(everything), 10.0 * max(everything))
+    return figure
+
+
+def fleets(results: Results) -> Figure:
+    """Bars of a step for each robot."""
+    figure = Figure(figsize=(6.5, 2.6), layout="constrained")
+    of = results["fleet_step"]
+    _bars(figure.subplots(), of["results"]["us_per_robot"], "us for each robot", f"{of['parameters']['robots']} robots")
+    return figure
+
+
+def _bars(axes: Any, values: dict[str, float], unit: str, title: str) -> None:
+    names = list(values)[::-1]
+    colors = [OURS if name.startswith("slalom") else THEIRS for name in names]
+    axes.barh(names, [values[name] for name in names], color=colors)
+    for k, name in enumerate(names):
+        away = {"xytext": (3, 0), "textcoords": "offset points", "va": "center", "fontsize": 8}
+        axes.annotate(shown(values[name]), (values[name], k), **away)
+    axes.set_xscale("log")
+    axes.set_xlim(0.4 * min(values.values()), 8.0 * max(values.values()))
+    axes.set_title(title, fontsize=10)
+    axes.set_xlabel(unit)
+    axes.tick_params(labelsize=8)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def stages(results: Results) -> Figure:
+    """One bar of stages for each family."""
+    figure = Figure(figsize=(7.5, 2.6), layout="constrained")
+    axes = figure.subplots()
+    families = results["stages"]["results"]
+    skip = ("the whole decision",)
+    names = [n for n in next(iter(families.values()))["median_us"] if n not in skip and not n.startswith("of the")]
+    before = np.zeros(len(families))
+    for name, color in zip(names, PARTS):
+        widths = np.array([max(family["median_us"][name], 0.0) for family in families.values()])
+        axes.barh(list(families), widths, left=before, color=color, label=name)
+        before = before + widths
+    axes.set_xlabel("us")
+    axes.tick_params(labelsize=9)
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False)
+    return figure
+
+
+def scaling(results: Results) -> Figure:
+    """Three panels of lines between logarithms, each with a line of slope 1."""
+    figure = Figure(figsize=(9.0, 3.2), layout="constrained")
+    curves = results["scaling"]["results"]
+    for axes, what in zip(figure.subplots(1, 3), ("obstacles", "knots", "robots")):
+        unit = "s" if what == "robots" else "us"
+        lowest = np.inf
+        for (name, curve), color in zip(((n, c) for n, c in curves.items() if n.startswith(what)), (OURS, "#d95d39")):
+            label = name.partition(", ")[2] or name
+            power = curve["exponents"]["upper"]
+            axes.loglog(curve["sizes"], curve[unit], "o-", color=color, ms=4, label=f"{label}: {power:.2f}")
+            lowest = min(lowest, curve[unit][0])
+        sizes = np.array([curve["sizes"][0], max(curve["sizes"])], dtype=float)
+        axes.loglog(sizes, lowest * sizes / sizes[0], ":", color=THEIRS)
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.set_xlabel(what)
+        axes.set_ylabel("s for a step" if unit == "s" else "us for a decision")
+        axes.legend(fontsize=8, frameon=False)
+        axes.tick_params(labelsize=8)
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def boundaries(results: Results) -> Figure:
+    """Time against the share of controls on the wrong side: the lower left corner is best."""
+    figure = Figure(figsize=(5.5, 3.2), layout="constrained")
+    axes = figure.subplots()
+    of = results["boundaries"]
+    least = 0.3 / of["parameters"]["points"] / of["parameters"]["scenes"]
+    for family, mark in zip(of["results"], "os"):
+        row = of["results"][family]
+        for kind, color, label in (("slalom", OURS, "slalom"), ("discs", THEIRS, "200 discs each, shapely")):
+            share = max(row[f"{kind}_wrong"], least)
+            axes.loglog(row[f"{kind}_all_ms"], share, mark, color=color, ms=8, label=f"{label}, {family}")
+    axes.set_xlabel("ms for 30 obstacles")
+    axes.set_ylabel("share of wrong controls")
+    axes.margins(0.15)
+    axes.legend(fontsize=8, frameon=False, loc="center", bbox_to_anchor=(0.5, 0.5))
+    axes.tick_params(labelsize=8)
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def memory(results: Results) -> Figure:
+    """How memory grows: without a recording, and with."""
+    figure = Figure(figsize=(7.5, 2.8), layout="constrained")
+    of = results["memory"]["results"]
+    left, right = figure.subplots(1, 2)
+    alone = of["decisions"]
+    left.plot(alone["at"], np.array(alone["mebibytes"]) - alone["mebibytes"][0], color=OURS)
+    left.set_title("one robot, nothing recorded", fontsize=10)
+    left.set_xlabel("decisions")
+    for (name, run), color in zip(of["fleets"].items(), (OURS, "#d95d39")):
+        right.plot(run["at"], np.array(run["mebibytes"]) - run["mebibytes"][0], color=color, label=name)
+    kept = next(iter(of["fleets"].values()))
+    robots = results["memory"]["parameters"]["robots"]
+    at = np.array(kept["at"])
+    right.plot(at, at * robots * kept["held_per_robot"] / 2**20, ":", color=THEIRS, label="what is recorded")
+    right.set_title(f"{robots} robots, all recorded", fontsize=10)
+    right.set_xlabel("steps")
+    right.legend(fontsize=8, frameon=False)
+    for axes in (left, right):
+        axes.set_ylabel("MiB more")
+        axes.tick_params(labelsize=8)
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure

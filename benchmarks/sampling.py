@@ -1,0 +1,220 @@
+"""One certified decision against sampling in numpy: how much faster, and is the choice better?
+
+usage: python benchmarks/sampling.py [--scenes 60] [--quick] [--out FOLDER]
+
+The samplers try 500 controls, spread evenly over what the limits allow, and take the free one nearest to the preferred
+control. The acceleration obstacle is sampled at 60 times, in three ways of writing it: as one large array of distances,
+in place with x and y apart, as one matrix product. The velocity obstacle has a closed form in time. All work on the
+same scenes, with the obstacles' futures given; what it takes to get these is timed apart. Of repeated calls on a scene
+the quickest counts, of scenes the median: what else the machine does slows large arrays more than small ones.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from machine import microseconds
+from program import finish, options, table, target
+from tasks import HOLD, HORIZON, Task, classical, families
+
+from slalom import ControlObstacle, kernels, select
+from slalom.tolerances import CANDIDATES, CERTIFIED, CONTACT, ELEMENTS
+
+CONTROLS, TIMES = 500, np.linspace(0.1, HORIZON, 60)
+GAIN = np.where(TIMES < HOLD, 0.5 * TIMES**2, HOLD * (TIMES - 0.5 * HOLD))
+WHOLE = "sampling, all distances at once"
+
+
+def controls(task: Task) -> np.ndarray:
+    """Controls (CONTROLS, 2) spread evenly over the smallest disc of the limits: a sunflower."""
+    k = np.arange(CONTROLS) + 0.5
+    angle, away = k * np.pi * (3.0 - np.sqrt(5.0)), np.sqrt(k / CONTROLS)
+    disc = int(np.argmin(task.situation.admissible.radii))
+    spread = away[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    return task.situation.admissible.centers[disc] + task.situation.admissible.radii[disc] * spread
+
+
+def futures(task: Task) -> np.ndarray:
+    """Where the obstacles are at the sampled times, (n, 60, 2) [m]."""
+    times = task.situation.now + TIMES
+    return np.array([obstacle.trajectory.position(times) for obstacle in task.blocked.traffic.obstacles])
+
+
+def all_at_once(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Whether controls are free at all sampled times."""
+    state = task.situation.state
+    paths = state.position + TIMES[:, None] * state.velocity + GAIN[:, None] * tried[:, None]
+    gaps = np.linalg.norm(paths[:, None] - places, axis=-1)
+    return (gaps >= task.radii[:, None]).all(axis=(1, 2))
+
+
+def in_place(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """The same with x and y apart and no array made twice."""
+    p, v = task.situation.state.position, task.situation.state.velocity
+    x, y = (p[i] + TIMES * v[i] + GAIN * tried[:, i : i + 1] for i in range(2))
+    dx = x[:, None] - np.ascontiguousarray(places[..., 0])
+    dy = y[:, None] - np.ascontiguousarray(places[..., 1])
+    dx *= dx
+    dy *= dy
+    dx += dy
+    return (dx.min(axis=2) >= task.radii**2).all(axis=1)
+
+
+def one_product(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """The same as a product of two matrices: squared distances are bilinear in (u, |u|^2, 1) and the scene."""
+    state = task.situation.state
+    away = places - (state.position + TIMES[:, None] * state.velocity)
+    spare = (away**2).sum(axis=-1) - (task.radii**2)[:, None]
+    square = np.broadcast_to(GAIN**2, spare.shape)
+    scene = np.stack([-2.0 * GAIN * away[..., 0], -2.0 * GAIN * away[..., 1], square, spare]).reshape(4, -1)
+    rows = np.column_stack([tried, (tried**2).sum(axis=1), np.ones(len(tried))])
+    return ((rows @ scene) >= 0.0).all(axis=1)
+
+
+def velocities(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Whether velocities are free up to the horizon, obstacles keeping theirs: `places` (n, 2, 2) now and in 1 s."""
+    state = task.situation.state
+    gap_x, gap_y = (places[:, 0] - state.position).T
+    moving_x, moving_y = (places[:, 1] - places[:, 0]).T
+    closing_x, closing_y = tried[:, :1] - moving_x, tried[:, 1:] - moving_y
+    soonest = closing_x * gap_x + closing_y * gap_y
+    soonest /= np.maximum(closing_x * closing_x + closing_y * closing_y, 1e-300)
+    np.clip(soonest, 0.0, HORIZON, out=soonest)
+    closing_x *= soonest
+    closing_y *= soonest
+    return ((gap_x - closing_x) ** 2 + (gap_y - closing_y) ** 2 >= task.radii**2).all(axis=1)
+
+
+Sampler = Callable[[Task, np.ndarray, np.ndarray], np.ndarray]
+
+
+def best(task: Task, sampler: Sampler, tried: np.ndarray, places: np.ndarray) -> np.ndarray | None:
+    """The free admissible control nearest to the preferred one."""
+    free = sampler(task, tried, places) & (task.situation.admissible.excess(tried) <= 0.0)
+    away = np.where(free, ((tried - task.preferred) ** 2).sum(axis=1), np.inf)
+    nearest = int(np.argmin(away))
+    return tried[nearest] if free[nearest] else None
+
+
+def kernel(task: Task) -> Callable[[], object]:
+    """The compiled choice alone."""
+    wanted = np.append(task.preferred, 0.0)
+    rows, s = task.situation.admissible.rows(), task.blocked.segments
+    rest = (s.points, s.gains, s.radius, s.growth, s.reach, s.hulls, ELEMENTS, CANDIDATES)
+    return lambda: kernels.nearest_free(wanted, 2, rows, *rest)
+
+
+def times(tasks: list[Task], samplers: dict[str, Sampler], look: Callable[[Task], np.ndarray]) -> dict[str, float]:
+    """Median over the scenes of what each needs [us]."""
+    spent: dict[str, list[float]] = {}
+
+    def note(name: str, call: Callable[[], object], repeat: int) -> None:
+        spent.setdefault(name, []).append(microseconds(call, repeat, 0.0))
+
+    for task in tasks:
+        tried, places = controls(task), look(task)
+        wish, allowed = task.preferred, task.situation.admissible
+
+        def decided(traffic: object = None, task: Task = task) -> object:
+            return select(task.preferred, task.situation.admissible, task.fresh())
+
+        def whole(task: Task = task) -> object:
+            b, traffic = task.blocked, task.foreseen()
+            new = ControlObstacle(b.response, b.state, traffic, b.robot, b.margin)
+            return select(task.preferred, task.situation.admissible, new)
+
+        note("slalom", decided, 7)
+        note("slalom, choice alone", lambda: select(wish, allowed, task.blocked), 7)  # noqa: B023
+        note("slalom, kernel of the choice", kernel(task), 7)
+        note("slalom, with the obstacles' futures", whole, 5)
+        for name, sampler in samplers.items():
+            note(name, lambda f=sampler: best(task, f, tried, places), 3)  # type: ignore[misc]  # noqa: B023
+        note("the samplers' futures of the obstacles", lambda: look(task), 3)  # noqa: B023
+    return {name: float(np.median(each)) for name, each in spent.items()}
+
+
+def quality(tasks: list[Task], sampler: Sampler, look: Callable[[Task], np.ndarray]) -> dict[str, Any]:
+    """Whose choice is nearer to the preferred control, and whose collides: by the certified test."""
+    found: dict[str, Any] = dict.fromkeys(("scenes", "none_sampled", "none", "collide", "worse", "only_slalom"), 0)
+    farther = []
+    for task in tasks:
+        tried, places = controls(task), look(task)
+        mine, theirs = (
+            select(task.preferred, task.situation.admissible, task.blocked),
+            best(task, sampler, tried, places),
+        )
+        # Whatever is free by the certified test, the samples of time left aside: the best of these is the mark.
+        free = (task.situation.admissible.excess(tried) <= 0.0) & (task.blocked.clearance(tried) >= CONTACT + CERTIFIED)
+        away = np.linalg.norm(tried - task.preferred, axis=1)
+        mark = float(away[free].min(initial=np.inf))
+        found["scenes"] += 1
+        found["none"] += not mine.safe
+        found["none_sampled"] += theirs is None
+        found["collide"] += theirs is not None and bool(task.blocked.contains(theirs))
+        found["worse"] += mine.distance > mark + 1e-9
+        found["only_slalom"] += mine.safe and not np.isfinite(mark)
+        if mine.safe and np.isfinite(mark):
+            farther.append(mark - mine.distance)
+    return {**found, "farther": float(np.median(farther)) if farther else None}
+
+
+def measure(scenes: int) -> dict[str, Any]:
+    """Both comparisons on both families of scenes."""
+    shapes: dict[str, Sampler] = {WHOLE: all_at_once, "sampling, in place": in_place}
+    shapes["sampling, one matrix product"] = one_product
+    rows, verdicts, result = [], [], {}
+    for family, tasks in families(scenes).items():
+        for name, some, samplers, look in (
+            ("nao", tasks, shapes, futures),
+            ("vo", [classical(task) for task in tasks], {"sampling, closed form in time": velocities}, beginnings),
+        ):
+            spent, judged = times(some, samplers, look), quality(some, next(iter(samplers.values())), look)
+            result[f"{family}, {name}"] = {"us": spent, "quality": judged}
+            rows += [[f"{family}, {name}", what, us, us / spent["slalom"]] for what, us in spent.items()]
+            verdicts.append([f"{family}, {name}", *judged.values()])
+    ratios = [r["us"][WHOLE] / r["us"]["slalom"] for r in result.values() if WHOLE in r["us"]]
+    heads = ["scenes", "number", "sampler finds none", "slalom finds none", "sampler's choice collides"]
+    heads += ["slalom farther than the best free sample", "only slalom finds one", "best free sample farther by"]
+    fair = min(
+        min(us for what, us in r["us"].items() if what in shapes) / r["us"]["slalom"]
+        for r in result.values()
+        if WHOLE in r["us"]
+    )
+    return {
+        "question": "One certified decision of nao with one response against sampling",
+        "parameters": {"scenes": scenes, "obstacles": 30, "horizon_s": HORIZON, "controls": CONTROLS, "times": 60},
+        "tables": [
+            table("Time of one decision", ["scenes", "what", "median us", "ratio to slalom"], rows),
+            table("Choices, judged by the certified test", heads, verdicts),
+        ],
+        "targets": [
+            target("sampled NAO in numpy, all distances at once, over slalom", min(ratios), least=100.0),
+            target("the same with the fastest of three ways to write it", fair, least=100.0),
+            target(
+                "scenes in which a free sample is nearer to the preferred control than slalom's choice",
+                sum(r["quality"]["worse"] for r in result.values()),
+                most=0,
+            ),
+        ],
+        "results": result,
+    }
+
+
+def beginnings(task: Task) -> np.ndarray:
+    """Where the obstacles are now and after a second at their present velocity, (n, 2, 2) [m]."""
+    now = task.situation.now
+    paths = [obstacle.trajectory for obstacle in task.blocked.traffic.obstacles]
+    return np.array([(path.position(now), path.position(now) + path.velocity(now)) for path in paths])
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = options(__doc__)
+    parser.add_argument("--scenes", type=int, default=60)
+    arguments = parser.parse_args()
+    result = measure(3 if arguments.quick else arguments.scenes)
+    finish("sampling", result, arguments)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,95 @@
+"""Where the time of one decision goes: one response of nao, 30 obstacles, 6 s.
+
+usage: python benchmarks/stages.py [--scenes 60] [--quick] [--out FOLDER]
+
+Every stage is timed by itself, again and again on the same scene, and so is the whole. The rest of the whole is what
+the stages do not explain: they run on caches that the stages between them would have used, and some of what they
+compute is kept.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from machine import microseconds
+from program import finish, options, table
+from tasks import HORIZON, Task, families
+
+from slalom import ControlObstacle, Traffic, kernels, select
+from slalom.kernels.segments import chord_gaps
+from slalom.objective import Arrive, preferred_control
+from slalom.tolerances import CANDIDATES, ELEMENTS
+
+WHOLE = "the whole decision"
+ONE_PASS = "of the choice: one pass of the chord test over all segments"
+KERNEL = "of the choice: the kernel of the exchange"
+
+
+def stages(task: Task) -> dict[str, Callable[[], object]]:
+    """What each stage calls, the results of those before it being given."""
+    b, s = task.blocked, task.situation
+    obstacles, start, robot = b.traffic.obstacles, b.traffic.start, b.robot
+    table_of, rows, wanted = b.segments, s.admissible.rows(), np.append(task.preferred, 0.0)
+    gaps, columns = np.empty(len(table_of.radius)), (table_of.points, table_of.gains)
+    rest = (*columns, table_of.radius, table_of.growth, table_of.reach, table_of.hulls, ELEMENTS, CANDIDATES)
+
+    def apart() -> object:
+        # Distances are kept for a place of the robot: asked for anew they are measured anew.
+        b.traffic._distances = None
+        return b.traffic.distances(robot, s.state.position)
+
+    def whole() -> object:
+        admissible = s.limits.admissible(s.response, s.state, HORIZON)
+        wish = preferred_control(Arrive().aims(s))
+        fresh = ControlObstacle(b.response, b.state, Traffic(obstacles, start, HORIZON), robot, b.margin)
+        return select(wish, admissible, fresh)
+
+    return {
+        "limits to admissible controls": lambda: s.limits.admissible(s.response, s.state, HORIZON),
+        "goal to preferred control": lambda: preferred_control(Arrive().aims(s)),
+        "obstacles to pieces": lambda: Traffic(obstacles, start, HORIZON).bodies(robot),
+        "who overlaps now": apart,
+        "pieces to segments": lambda: task.fresh().segments,
+        "the choice": lambda: select(task.preferred, s.admissible, b),
+        KERNEL: lambda: kernels.nearest_free(wanted, 2, rows, *rest),
+        ONE_PASS: lambda: chord_gaps(*columns, 1.0, 0.5, 0.0, gaps),
+        WHOLE: whole,
+    }
+
+
+def measure(scenes: int, repeat: int) -> dict[str, Any]:
+    """Median over the scenes of each stage [us], for both families."""
+    rows, result = [], {}
+    for family, tasks in families(scenes).items():
+        spent: dict[str, list[float]] = {}
+        for task in tasks:
+            for name, call in stages(task).items():
+                spent.setdefault(name, []).append(microseconds(call, repeat))
+        parts = [each for name, each in spent.items() if name not in (WHOLE, KERNEL, ONE_PASS)]
+        spent["the rest"] = (np.array(spent[WHOLE]) - np.sum(parts, axis=0)).tolist()
+        medians = {name: float(np.median(each)) for name, each in spent.items()}
+        late = {name: float(np.quantile(each, 0.99)) for name, each in spent.items()}
+        segments = float(np.median([len(task.blocked.segments.begin) for task in tasks]))
+        result[family] = {"segments": segments, "median_us": medians, "p99_us": late}
+        rows += [[family, name, us, late[name], us / medians[WHOLE]] for name, us in medians.items()]
+    heads = ["scenes", "stage", "median us", "99 % us", "share of the whole"]
+    return {
+        "question": "Where the time of one decision goes",
+        "parameters": {"scenes": scenes, "obstacles": 30, "horizon_s": HORIZON, "response": "accelerate, then coast"},
+        "tables": [table("Stages of one decision", heads, rows)],
+        "targets": [],
+        "results": result,
+    }
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = options(__doc__)
+    parser.add_argument("--scenes", type=int, default=60)
+    arguments = parser.parse_args()
+    quick = arguments.quick
+    finish("stages", measure(2 if quick else arguments.scenes, 3 if quick else 15), arguments)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""The decisions that several programs measure: 30 moving obstacles, 6 s of foresight, one response of nao.
+
+Two families. `roundabout`: moments of nao's own crossings of the paper's roundabout, circles all. `mixed`: random
+places among ten circles, ten chains of quintic polynomials and ten tracks with 5 stamps a second.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from decision import situations
+
+from slalom import (
+    AccelerateThenCoast,
+    Circular,
+    ControlObstacle,
+    Disc,
+    Goal,
+    Limits,
+    Obstacle,
+    PiecewisePolynomial,
+    Sampled,
+    State,
+    Stationary,
+    Traffic,
+    Velocity,
+    method,
+)
+from slalom.forecast import foreseen
+from slalom.objective import Arrive, Situation, preferred_control
+
+HORIZON, HOLD, OBSTACLES = 6.0, 1.0, 30
+ROBOT, LIMITS, MARGIN = Disc(1.0), Limits(8.0, 4.0), 0.025
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A decision: the robot in its situation, what it would prefer, and the controls that collide."""
+
+    situation: Situation
+    preferred: np.ndarray
+    blocked: ControlObstacle
+
+    def fresh(self) -> ControlObstacle:
+        """The control obstacle anew: nothing of it has been computed."""
+        b = self.blocked
+        return ControlObstacle(b.response, b.state, b.traffic, b.robot, b.margin)
+
+    def foreseen(self) -> Traffic:
+        """The obstacles over the window anew, as pieces."""
+        traffic = Traffic(self.blocked.traffic.obstacles, self.blocked.traffic.start, HORIZON)
+        traffic.bodies(self.blocked.robot)
+        return traffic
+
+    @property
+    def radii(self) -> np.ndarray:
+        """How near the centres may come [m]: (n,)."""
+        grown = self.blocked.robot.reach + float(self.blocked.margin)
+        return np.array([obstacle.shape.reach + grown for obstacle in self.blocked.traffic.obstacles])
+
+
+def families(count: int) -> dict[str, list[Task]]:
+    """So many decisions of each family."""
+    rows = [Task(situation, preferred, blocked) for blocked, situation, preferred in situations(count)]
+    return {"roundabout": rows, "mixed": mixed(count)}
+
+
+def mixed(count: int) -> list[Task]:
+    """Decisions at random places; none in which the robot overlaps an obstacle already."""
+    rng, found = np.random.default_rng(1), []
+    while len(found) < count:
+        state = State(rng.uniform(-8.0, 8.0, 2), rng.uniform(-4.0, 4.0, 2))
+        angle = rng.uniform(0.0, 2.0 * np.pi)
+        goal = Goal(Stationary(30.0 * np.array([np.cos(angle), np.sin(angle)])), 1.0)
+        task = decision(state, goal, [anything(k, rng) for k in range(OBSTACLES)])
+        if not len(task.blocked.overlapping):
+            found.append(task)
+    return found
+
+
+def decision(state: State, goal: Goal, obstacles: list[Obstacle]) -> Task:
+    """The decision of one response of nao at time 0."""
+    response = AccelerateThenCoast(HOLD)
+    blocked = ControlObstacle(response, state, Traffic(obstacles, 0.0, HORIZON), ROBOT, MARGIN)
+    admissible = LIMITS.admissible(response, state, HORIZON)
+    situation = Situation(response, state, goal, LIMITS, admissible, 0.0, HORIZON)
+    return Task(situation, preferred_control(Arrive().aims(situation)), blocked)
+
+
+def anything(k: int, rng: np.random.Generator) -> Obstacle:
+    """A disc of 1 m on a circle, on quintic polynomials from stop to stop, or as a tracker saw it."""
+    body = Disc(1.0)
+    if k % 3 == 0:
+        center, phase = rng.uniform(-20.0, 20.0, 2), rng.uniform(0.0, 2.0 * np.pi)
+        return Obstacle(body, Circular(center, rng.uniform(5.0, 15.0), rng.uniform(2.0, 8.0), phase))
+    if k % 3 == 1:
+        stops = np.concatenate([rng.uniform(-25.0, 25.0, (1, 2)), rng.uniform(-12.0, 12.0, (5, 2))]).cumsum(axis=0)
+        powers = np.zeros((5, 6, 2))
+        powers[:, 0] = stops[:-1]
+        for power, weight in ((3, 10.0), (4, -15.0), (5, 6.0)):
+            powers[:, power] = weight * np.diff(stops, axis=0) / 2.0**power
+        return Obstacle(body, PiecewisePolynomial(np.full(5, 2.0), powers, -1.0))
+    times = np.arange(-1.0, 9.01, 0.2)
+    return Obstacle(body, Sampled(times, wander(times, rng.uniform(-20.0, 20.0, 2), rng), "smooth"))
+
+
+def wander(times: np.ndarray, place: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Places (n, 2) [m] of somebody who wanders about `place`, at some 3 m/s."""
+    rates, phases = rng.uniform(0.3, 1.0, (2, 3)), rng.uniform(0.0, 2.0 * np.pi, (2, 3))
+    return place + 3.0 * np.sin(rates * times[:, None, None] + phases).sum(axis=2)
+
+
+def classical(task: Task) -> Task:
+    """The same moment with a velocity obstacle: a new velocity at once, obstacles keep theirs."""
+    now, response, forecast = task.situation.now, Velocity(), method("vo").forecast
+    seen = [foreseen(obstacle, forecast, now) for obstacle in task.blocked.traffic.obstacles]
+    blocked = ControlObstacle(response, task.blocked.state, Traffic(seen, now, HORIZON), ROBOT, task.blocked.margin)
+    admissible = LIMITS.admissible(response, task.situation.state, HORIZON)
+    situation = replace(task.situation, response=response, admissible=admissible)
+    return Task(situation, preferred_control(Arrive().aims(situation)), blocked)
