@@ -121,9 +121,9 @@ def page(results: dict[str, dict[str, Any]], images: Path) -> Iterator[str]:
         "what they wrote to `out/benchmarks/`; one of them runs alone as `python benchmarks/NAME.py`, and "
         "`python benchmarks/report.py` renders again. Peers come from packages (`pip install 'slalom[peers,bench]'`) "
         "and run in the same run on the same scenes, numpy's matrix products on one thread. Times "
-        "depend on the machine and on what else it does; their ratios are the results, and where arrays are large these "
-        "too are larger on a busy machine. Times are medians, from Python, compiling and importing left out. Whether a "
-        "target is met is decided by the programs."
+        "depend on the machine and on what else it does; their ratios are the results, and where arrays are large "
+        "these too are larger on a busy machine. Times are medians, from Python, compiling and importing left out. "
+        "Whether a target is met is decided by the programs."
     )
     yield ""
     yield from setting(results)
