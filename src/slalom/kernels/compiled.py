@@ -7,12 +7,15 @@ be written (a read-only install without a writable home) kernels compile in ever
 
 import hashlib
 from collections.abc import Callable
+from contextlib import suppress
+from functools import cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
 import numpy as np
 import numpy.typing as npt
+from numba.core import types
 from numba.core.caching import FunctionCache
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -20,10 +23,10 @@ Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 Plane: TypeAlias = tuple[bool, float, float, float, float]
-Candidate: TypeAlias = tuple[float, float, float, int, int, int]
 Direction: TypeAlias = tuple[float, float, float, float]
-Hulls: TypeAlias = tuple[Indices, Array, Array, Indices, npt.NDArray[np.bool_]]
-"""hull, turns, corners, first, mixed: see `slalom.segments`."""
+Hulls: TypeAlias = tuple[Indices, Array, Array, Indices, Flags] | tuple[()]
+"""hull, turns, corners, first, mixed: see `slalom.segments`. Empty where all bodies are points: numba drops branches that
+the length of an argument decides, so that kernels are compiled without what only hulls need."""
 
 
 def _digest() -> str:
@@ -35,22 +38,61 @@ def _digest() -> str:
 SOURCES = _digest()
 
 
+
 class _KernelCache(FunctionCache):
-    """numba's function cache with the hash of all kernel sources in its key."""
+    """numba's function cache with the hash of all kernel sources in its key, and the options."""
+
+    def __init__(self, function: Callable[..., Any], options: tuple[str, ...]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._options = options
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (SOURCES, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
+        return (SOURCES, self._options, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
+
+
+def _compiled(function: F, **options: Any) -> Any:
+    compiled = numba.njit(nogil=True, error_model="numpy", **options)(function)
+    if not hasattr(compiled, "enable_caching"):  # when NUMBA_DISABLE_JIT is set
+        return compiled
+    with suppress(RuntimeError):
+        compiled._cache = _KernelCache(function, tuple(sorted(options)))
+    template = compiled.get_call_template
+
+    def get_call_template(args: Any, kws: Any) -> Any:
+        return template(tuple(types.unliteral(arg) for arg in args), kws)
+
+    # Once for all integers that kernels hand to each other, not once more for each constant.
+    compiled.get_call_template = get_call_template
+    return compiled
 
 
 def kernel(function: F) -> F:
     """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan."""
-    compiled = numba.njit(nogil=True, error_model="numpy")(function)
-    if hasattr(compiled, "enable_caching"):  # absent when NUMBA_DISABLE_JIT is set
-        try:
-            compiled._cache = _KernelCache(function)  # type: ignore[attr-defined, no-untyped-call]
-        except RuntimeError:
-            return cast(F, compiled)
-    return cast(F, compiled)
+    return cast(F, _compiled(function))
+
+
+def part(function: F) -> F:
+    """As `kernel`, for what kernels call: without the wrappers that take Python's objects, which cost as much again.
+
+    Called from Python, as tests do, it is compiled once more with them.
+    """
+    return cast(F, _Part(function))
+
+
+class _Part:
+    def __init__(self, function: Callable[..., Any]) -> None:
+        update_wrapper(self, function)
+        self._function = function
+        self._lean = _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+        if hasattr(self._lean, "enable_caching"):
+            self._numba_type_ = types.Dispatcher(self._lean)
+
+    @cached_property
+    def _full(self) -> Callable[..., Any]:
+        return kernel(self._function)
+
+    def __call__(self, *args: Any) -> Any:
+        return self._full(*args)
 
 
 def inlined(function: F) -> F:

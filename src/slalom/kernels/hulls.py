@@ -13,20 +13,22 @@ middle.
 import numpy as np
 
 from slalom.kernels.bezier import restrict, value
-from slalom.kernels.compiled import Array, Direction, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Direction, Hulls, Indices, kernel, part
 from slalom.tolerances import DEPTH
 
 
-@kernel
+@part
 def new_course(hulls: Hulls) -> tuple[Array, Array]:
     """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
-    first, most = hulls[3], 1
-    for h in range(len(first) - 1):
-        most = max(most, first[h + 1] - first[h])
+    most = 1
+    if len(hulls) > 0:
+        first = hulls[3]
+        for h in range(len(first) - 1):
+            most = max(most, first[h + 1] - first[h])
     return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
 
 
-@kernel
+@part
 def load(points: Array, gains: Array, hulls: Hulls, s: int, u: Array, course: Array) -> None:
     """The course of segment s under control u."""
     turns = hulls[1]
@@ -36,7 +38,7 @@ def load(points: Array, gains: Array, hulls: Hulls, s: int, u: Array, course: Ar
         course[j, 3], course[j, 4] = turns[j, 0, s], turns[j, 1, s]
 
 
-@kernel
+@part
 def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
     """The corners of hull h at x in [0, 1], into q; their number."""
     corners, first = hulls[2], hulls[3]
@@ -52,7 +54,7 @@ def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
     return int(n)
 
 
-@kernel
+@part
 def to_segment(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
     """The point of the segment from a to b nearest to the origin."""
     dx, dy, dz = bx - ax, by - ay, bz - az
@@ -61,7 +63,7 @@ def to_segment(ax: float, ay: float, az: float, bx: float, by: float, bz: float)
     return ax + along * dx, ay + along * dy, az + along * dz
 
 
-@kernel
+@part
 def signed_distance(q: Array, n: int) -> Direction:
     """Signed distance of the origin to the hull of q[:n], and the unit vector that attains it.
 
@@ -91,7 +93,7 @@ def signed_distance(q: Array, n: int) -> Direction:
     return 0.0, nx, ny, 0.0
 
 
-@kernel
+@part
 def order(q: Array, n: int) -> int:
     """Sort the corners q[:n] in the plane into the corners of their hull, counter-clockwise; their number.
 
@@ -120,7 +122,7 @@ def order(q: Array, n: int) -> int:
     return count
 
 
-@kernel
+@part
 def excess(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x: float, q: Array) -> Direction:
     """Signed distance to the rounded hull at x, and the direction that attains it."""
     n = corners_at(course, hulls, h, x, q)
@@ -130,7 +132,7 @@ def excess(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x:
     return distance - radius - growth * x, vx, vy, vz
 
 
-@kernel
+@part
 def bound(
     course: Array,
     hulls: Hulls,
@@ -187,7 +189,7 @@ def bound(
     )
 
 
-@kernel
+@part
 def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array) -> float:
     """Some x at which the origin is inside the rounded hull, or -1 if there is none (up to rounding)."""
     for end in (0.0, 1.0):
@@ -209,7 +211,7 @@ def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float
     return -1.0
 
 
-@kernel
+@part
 def hull_first_below(
     course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array, least: float
 ) -> float:
@@ -234,7 +236,7 @@ def hull_first_below(
     return -1.0
 
 
-@kernel
+@part
 def hull_least(
     course: Array,
     hulls: Hulls,
@@ -267,7 +269,7 @@ def hull_least(
     return float(best)
 
 
-@kernel
+@part
 def hull_sink(
     course: Array,
     gain: Array,
@@ -316,12 +318,15 @@ def distances(places: Array, directions: Array, which: Indices, hulls: Hulls) ->
     result = np.empty((len(places), 4))
     course, q = new_course(hulls)
     for i in range(len(places)):
-        if which[i] < 0:
-            q[0], n = places[i], 1
+        if len(hulls) == 0 or which[i] < 0:
+            n = 1
+            for axis in range(3):
+                q[0, axis] = places[i, axis]
         else:
-            course[0, :3], course[0, 3:] = places[i], directions[i]
-            for j in range(1, 4):
-                course[j] = course[0]
+            for j in range(4):
+                for axis in range(3):
+                    course[j, axis] = places[i, axis]
+                course[j, 3], course[j, 4] = directions[i, 0], directions[i, 1]
             n = corners_at(course, hulls, which[i], 0.0, q)
             if hulls[4][which[i]]:
                 n = order(q, n)

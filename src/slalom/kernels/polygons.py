@@ -8,66 +8,83 @@ from typing import TypeAlias
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Indices, kernel
+from slalom.kernels.compiled import Array, Hulls, Indices, part
 from slalom.tolerances import ELEMENT
 
-Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
-"""corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on."""
+Polygons: TypeAlias = tuple[Array, Indices, Array, Array] | tuple[()]
+"""corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on. Empty where
+there are no hulls."""
 
 
-@kernel
-def smallest_ball(limits: Array) -> int:
-    """The row of the smallest ball that all admissible controls lie in."""
+@part
+def smallest_ball(limits: Array, admissible: int) -> int:
+    """Which of the first rows is the smallest ball that all admissible controls lie in."""
     smallest = -1
-    for b in range(len(limits)):
+    for b in range(admissible):
         if limits[b, 0] < 0.0 and (smallest < 0 or limits[b, 4] < limits[smallest, 4]):
             smallest = b
     return smallest
 
 
-@kernel
+@part
 def new_boundaries(limits: Array) -> Array:
     """The boundaries of the admissible set, and room for more."""
-    boundaries = np.zeros((len(limits) + 64, 9))
-    boundaries[: len(limits), :5] = limits
-    boundaries[:, 5] = -1.0
-    boundaries[:, 8] = np.inf
+    boundaries = np.empty((len(limits) + 64, 9))
+    clear(boundaries, 0)
+    for b in range(len(limits)):
+        for column in range(5):
+            boundaries[b, column] = limits[b, column]
     return boundaries
 
 
-@kernel
+@part
+def clear(boundaries: Array, first: int) -> None:
+    """Rows from `first` on that are no boundaries yet."""
+    for b in range(first, len(boundaries)):
+        for column in range(8):
+            boundaries[b, column] = 0.0
+        boundaries[b, 5], boundaries[b, 8] = -1.0, np.inf
+
+
+@part
 def with_room(boundaries: Array, count: int) -> Array:
     """The boundaries, moved to a larger array if there are fewer than `count` rows."""
     if count <= len(boundaries):
         return boundaries
-    larger = np.zeros((2 * count, 9))
-    larger[: len(boundaries)] = boundaries
-    larger[len(boundaries) :, 5] = -1.0
-    larger[len(boundaries) :, 8] = np.inf
+    larger = np.empty((2 * count, 9))
+    clear(larger, len(boundaries))
+    for b in range(len(boundaries)):
+        for column in range(9):
+            larger[b, column] = boundaries[b, column]
     return larger
 
 
-@kernel
-def new_polygons() -> Polygons:
-    """No polygons."""
+@part
+def new_polygons(hulls: Hulls) -> Polygons:
+    """No polygons; nothing where there are no hulls."""
+    if len(hulls) == 0:
+        return ()
     return np.empty((16, 2)), np.zeros(6, np.int64), np.empty(4), np.empty((4, 3))
 
 
-@kernel
+@part
 def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
     """The polygons and one more, with corners q[:n]."""
     corners, begins, radii, around = polygons
     k = begins[0]
     start = begins[k + 1]
     if k + 1 > len(radii):
-        wider = np.empty((2 * len(radii), 3))
-        wider[:k] = around
-        longer, more = np.empty(2 * len(radii)), np.zeros(2 * len(radii) + 2, np.int64)
-        longer[:k], more[: len(begins)] = radii, begins
+        longer, more, wider = np.empty(2 * k), np.zeros(2 * k + 2, np.int64), np.empty((2 * k, 3))
+        for j in range(k):
+            longer[j] = radii[j]
+            wider[j, 0], wider[j, 1], wider[j, 2] = around[j, 0], around[j, 1], around[j, 2]
+        for j in range(k + 2):
+            more[j] = begins[j]
         begins, radii, around = more, longer, wider
     if start + n > len(corners):
         larger = np.empty((2 * (start + n), 2))
-        larger[:start] = corners[:start]
+        for j in range(start):
+            larger[j, 0], larger[j, 1] = corners[j, 0], corners[j, 1]
         corners = larger
     x, y = 0.0, 0.0
     for j in range(n):
@@ -81,7 +98,7 @@ def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
     return corners, begins, radii, around
 
 
-@kernel
+@part
 def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: float) -> bool:
     """Whether the control (x, y) is outside the rounded polygons begin to end - 1, up to rounding."""
     corners, begins, radii, around = polygons
@@ -97,12 +114,14 @@ def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: floa
     return True
 
 
-@kernel
+@part
 def within_polygon(polygons: Polygons, last: int, x: float, y: float) -> int:
     """A rounded polygon that the control (x, y) is inside of, or -1.
 
     The one that rejected the last control most likely rejects this one too: it is asked first.
     """
+    if len(polygons) == 0:
+        return -1
     if polygons[1][0] > 0 and not outside_polygons(polygons, last, last + 1, x, y):
         return last
     for k in range(polygons[1][0]):
@@ -111,7 +130,7 @@ def within_polygon(polygons: Polygons, last: int, x: float, y: float) -> int:
     return -1
 
 
-@kernel
+@part
 def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: float) -> bool:
     """Whether (x, y) is at least `keep` from the polygon of the corners first to last - 1; its inside counts as 0."""
     within = last - first > 2
@@ -127,13 +146,13 @@ def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: floa
     return not within
 
 
-@kernel
+@part
 def add_rounded(
     boundaries: Array, admissible: int, count: int, which: int, q: Array, n: int, r: float
 ) -> tuple[Array, int]:
     """The circles and lines of rounded polygon `which` that reach into the admissible set, as boundaries."""
     boundaries = with_room(boundaries, count + 2 * n)
-    smallest = smallest_ball(boundaries[:admissible])
+    smallest = smallest_ball(boundaries, admissible)
     x, y, most = boundaries[smallest, 1], boundaries[smallest, 2], boundaries[smallest, 4]
     for j in range(n):
         ax, ay = q[j, 0], q[j, 1]
