@@ -12,7 +12,7 @@ import numpy as np
 
 from slalom.kernels.arriving import PER_CHOICE, PER_NODE, PER_ROW, PER_WISH, finish, is_free, moved
 from slalom.kernels.bezier import new_stack
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel, part
+from slalom.kernels.compiled import Array, Hulls, Indices, kernel
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.hulls import new_course
 from slalom.kernels.quest import add, descends, is_new, to_go
@@ -21,7 +21,7 @@ from slalom.kernels.sequences import BEST, CLOSED, NODES, OPEN, Quest, Schedule,
 from slalom.tolerances import FEW_CANDIDATES, FEW_ELEMENTS
 
 
-@part
+@kernel
 def wish(tree: Tree, i: int, k: int, quest: Quest, u: Array) -> bool:
     """The push that is wished for next, number k: coasting, braking, to the goal, in all directions; into u.
 
@@ -67,7 +67,7 @@ def wish(tree: Tree, i: int, k: int, quest: Quest, u: Array) -> bool:
     return True
 
 
-@part
+@kernel
 def around(
     tree: Tree, i: int, schedule: Schedule, quest: Quest, found: Indices
 ) -> tuple[Array, Array, Array, Array, Array, Hulls, Array]:
@@ -93,7 +93,7 @@ def around(
     return points, gains, radius, growth, far, hulls, limits
 
 
-@part
+@kernel
 def expand(
     tree: Tree,
     i: int,

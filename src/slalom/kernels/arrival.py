@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, kernel, part
+from slalom.kernels.compiled import Array, kernel
 
 
-@part
+@kernel
 def reaches(away: Array, v: Array, push: float, top: float, tolerance: float, t: float) -> bool:
     """Whether a full push in one direction, then coasting, is within `tolerance` of the point at time t.
 

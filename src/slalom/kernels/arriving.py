@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Indices, part
+from slalom.kernels.compiled import Array, Indices, kernel
 from slalom.kernels.exchange import deepest_violation
 from slalom.kernels.hulls import new_course
 from slalom.kernels.quest import add, to_go
@@ -13,7 +13,7 @@ PER_NODE, PER_ROW, PER_WISH, PER_CHOICE, PER_STRETCH = 8.0, 0.3, 0.6, 8.0, 3.0
 """[us] What the parts of the work take on a usual machine (benchmarks/crossings.py tells how well that holds)."""
 
 
-@part
+@kernel
 def moved(place: Array, speed: Array, push: Array, t: float, then: Array, fast: Array) -> None:
     """Where a robot is after t under a constant push, and how fast, into then and fast."""
     for axis in range(3):
@@ -21,7 +21,7 @@ def moved(place: Array, speed: Array, push: Array, t: float, then: Array, fast: 
         fast[axis] = speed[axis] + t * push[axis]
 
 
-@part
+@kernel
 def is_free(
     schedule: Schedule,
     quest: Quest,
@@ -69,7 +69,7 @@ def is_free(
     return True
 
 
-@part
+@kernel
 def through(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[float, float]:
     """How long to push (into `push`), and when the robot is then near the goal, which it passes; -1: never.
 
@@ -105,7 +105,7 @@ def through(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[floa
     return -1.0, -1.0
 
 
-@part
+@kernel
 def to_rest(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[float, float]:
     """How long to push (into `push`), and how long to brake evenly then, to come to rest at the goal; -1: not so.
 
@@ -126,7 +126,7 @@ def to_rest(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[floa
     return -1.0, -1.0
 
 
-@part
+@kernel
 def finish(tree: Tree, i: int, schedule: Schedule, quest: Quest, found: Indices, stack: Array, work: Array) -> int:
     """To the goal at once by a push and a second part, coasting or braking: the node there, or -1 if it is not free.
 

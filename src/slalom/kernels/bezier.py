@@ -7,19 +7,19 @@ decided by their signs alone, with no sampling and no root formula that degenera
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, part
+from slalom.kernels.compiled import Array, kernel
 from slalom.tolerances import DEPTH
 
 NODE = 9  # a node of a bisection: seven coefficients, left end, width
 
 
-@part
+@kernel
 def new_stack() -> Array:
     """Room for the nodes of one depth-first bisection: one sibling per level, and the root."""
     return np.empty((DEPTH + 4, NODE))
 
 
-@part
+@kernel
 def restrict(p0: float, p1: float, p2: float, p3: float, a: float, b: float) -> tuple[float, float, float, float]:
     """Control values of the cubic with values p0..p3, restricted to [a, b] (its blossom at a and b)."""
     a01, a12, a23 = p0 + (p1 - p0) * a, p1 + (p2 - p1) * a, p2 + (p3 - p2) * a
@@ -30,27 +30,27 @@ def restrict(p0: float, p1: float, p2: float, p3: float, a: float, b: float) -> 
     return aa + (aa2 - aa) * a, aa + (aa2 - aa) * b, ab + (ab2 - ab) * b, bb + (bb2 - bb) * b
 
 
-@part
+@kernel
 def value(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
     """The cubic at s."""
     r = 1.0 - s
     return r * r * r * p0 + 3.0 * s * r * r * p1 + 3.0 * s * s * r * p2 + s * s * s * p3
 
 
-@part
+@kernel
 def slope(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
     """Its derivative at s."""
     r = 1.0 - s
     return 3.0 * (r * r * (p1 - p0) + 2.0 * s * r * (p2 - p1) + s * s * (p3 - p2))
 
 
-@part
+@kernel
 def curvature(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
     """Its second derivative at s."""
     return 6.0 * ((1.0 - s) * (p2 - 2.0 * p1 + p0) + s * (p3 - 2.0 * p2 + p1))
 
 
-@part
+@kernel
 def put_gap(
     stack: Array,
     x0: float,
@@ -90,7 +90,7 @@ def put_gap(
     node[8] = 1.0
 
 
-@part
+@kernel
 def bisect(stack: Array, top: int) -> None:
     """Replace the node at `top` by its right half, and put its left half at top + 1."""
     node, left = stack[top], stack[top + 1]
@@ -120,13 +120,13 @@ def bisect(stack: Array, top: int) -> None:
     node[7], node[8] = node[7] + width, width
 
 
-@part
+@kernel
 def least_coefficient(node: Array) -> float:
     """A lower bound of the node's polynomial."""
     return float(min(min(min(node[0], node[1]), min(node[2], node[3])), min(min(node[4], node[5]), node[6])))
 
 
-@part
+@kernel
 def below(stack: Array) -> float:
     """Some s at which the root node's polynomial is below 0, or -1 if there is none (up to rounding)."""
     top = 0
@@ -146,7 +146,7 @@ def below(stack: Array) -> float:
     return -1.0
 
 
-@part
+@kernel
 def first_below(stack: Array, width: float) -> float:
     """The first s, up to `width`, at which the polynomial falls below 0, or -1 if it never does."""
     top = 0
@@ -164,7 +164,7 @@ def first_below(stack: Array, width: float) -> float:
     return -1.0
 
 
-@part
+@kernel
 def least(stack: Array, ceiling: float, accuracy: float) -> tuple[float, float]:
     """Least value of a squared distance where below `ceiling`, and its place (-1: nowhere below).
 

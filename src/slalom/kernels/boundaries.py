@@ -9,17 +9,17 @@ and the disc in which alone it matters.
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Plane, part
+from slalom.kernels.compiled import Array, Plane, kernel
 from slalom.tolerances import ADMISSIBLE, ELEMENT, PARALLEL
 
 
-@part
+@kernel
 def is_flat(boundaries: Array, b: int) -> bool:
     """Whether the boundary is a plane or a line."""
     return bool(boundaries[b, 0] == 0.0 or boundaries[b, 0] == 3.0)
 
 
-@part
+@kernel
 def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k: int) -> bool:
     """Whether u satisfies the boundaries first..last-1, up to rounding; i, j, k, which generated it, are met."""
     for b in range(first, last):
@@ -41,7 +41,7 @@ def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k:
     return True
 
 
-@part
+@kernel
 def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
     """Nearest point of boundary b to u, into found[0]. At the centre of a ball every direction is as near."""
     x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
@@ -57,7 +57,7 @@ def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
     found[0, 0], found[0, 1], found[0, 2] = x + scale * dx, y + scale * dy, z + scale * dz
 
 
-@part
+@kernel
 def apart(boundaries: Array, i: int, j: int) -> bool:
     """Whether two boundaries are too far apart to have common points: the quick test before their intersection.
 
@@ -75,7 +75,7 @@ def apart(boundaries: Array, i: int, j: int) -> bool:
     return bool(square > (boundaries[i, 4] + boundaries[j, 4]) ** 2)
 
 
-@part
+@kernel
 def plane_of(boundaries: Array, i: int, j: int) -> tuple[bool, float, float, float, float]:
     """The plane (unit normal, offset) that holds the intersection of i and j; False if there is none.
 
@@ -96,7 +96,7 @@ def plane_of(boundaries: Array, i: int, j: int) -> tuple[bool, float, float, flo
     return True, nx, ny, nz, nx * x + ny * y + nz * z + along
 
 
-@part
+@kernel
 def line_of(a: Plane, b: Plane) -> tuple[bool, float, float, float, float, float, float]:
     """The line (point, unit direction) in which the planes a and b meet; False if they are parallel."""
     _, ax, ay, az, ao = a
@@ -113,7 +113,7 @@ def line_of(a: Plane, b: Plane) -> tuple[bool, float, float, float, float, float
     return True, px, py, pz, cx / length, cy / length, cz / length
 
 
-@part
+@kernel
 def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, found: Array) -> int:
     """Points of boundaries i and j that can be nearest to u, into found; their number.
 
@@ -155,7 +155,7 @@ def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, f
     return around_axis(nx, ny, nz, fx, fy, fz, half, found)
 
 
-@part
+@kernel
 def around_axis(nx: float, ny: float, nz: float, x: float, y: float, z: float, half: float, found: Array) -> int:
     """Four points of the circle of radius `half` about (x, y, z) normal to n, into found."""
     ex, ey, ez = 0.0, -nz, ny
@@ -170,13 +170,13 @@ def around_axis(nx: float, ny: float, nz: float, x: float, y: float, z: float, h
     return 4
 
 
-@part
+@kernel
 def flat(boundaries: Array, b: int) -> tuple[bool, float, float, float, float]:
     """A half-space's plane."""
     return True, boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
 
 
-@part
+@kernel
 def intersect_three(boundaries: Array, i: int, j: int, k: int, found: Array) -> int:
     """Points in which three boundaries in space meet, into found; their number."""
     ball = k if not is_flat(boundaries, k) else j if not is_flat(boundaries, j) else i

@@ -3,13 +3,13 @@
 import numpy as np
 
 from slalom.kernels.bezier import first_below, least, new_stack, put_gap
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel, part
+from slalom.kernels.compiled import Array, Hulls, Indices, kernel
 from slalom.kernels.hulls import hull_first_below, hull_least, load, new_course
 from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CLEARANCE, TIME
 
 
-@part
+@kernel
 def put_segment(
     stack: Array, points: Array, gains: Array, s: int, ux: float, uy: float, uz: float, floor: float
 ) -> None:

@@ -5,18 +5,22 @@ unnoticed and the old result is returned. Here the key holds a hash of all kerne
 be written (a read-only install without a writable home) kernels compile in every process instead of failing.
 """
 
+import gc
 import hashlib
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property, update_wrapper
+from functools import update_wrapper
+from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
 import numpy as np
 import numpy.typing as npt
-from numba.core import types
+from numba.core import config, types
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 F = TypeVar("F", bound=Callable[..., Any])
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -40,59 +44,94 @@ SOURCES = _digest()
 
 
 class _KernelCache(FunctionCache):
-    """numba's function cache with the hash of all kernel sources in its key, and the options."""
+    """numba's function cache with the hash of all kernel sources in its key."""
 
-    def __init__(self, function: Callable[..., Any], options: tuple[str, ...]) -> None:
+    def __init__(self, function: Callable[..., Any], what: str) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        self._options = options
+        self._what = what
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (SOURCES, self._options, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
+        return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
 
 
-def _compiled(function: F, **options: Any) -> Any:
-    compiled = numba.njit(nogil=True, error_model="numpy", **options)(function)
-    if not hasattr(compiled, "enable_caching"):  # when NUMBA_DISABLE_JIT is set
-        return compiled
+class _PartLibrary(JITCodeLibrary):
+    """Code to be linked in, which is optimised and translated with what Python calls only: not once at every level."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0
+
+    @property
+    def codegen(self) -> "_PartLibrary":
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Nothing: kernels have no use for one, since they neither print nor raise."""
+
+    def serialize_using_object_code(self) -> Any:
+        return self.serialize_using_bitcode()
+
+
+class _PartCompiler(Compiler):
+    def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
+        super().__init__(typing, target, library or _PartLibrary(target.codegen(), "part"), *others)
+
+
+def _cached(compiled: Any, function: Callable[..., Any], what: str) -> Any:
     with suppress(RuntimeError):
-        compiled._cache = _KernelCache(function, tuple(sorted(options)))
-    template = compiled.get_call_template
-
-    def get_call_template(args: Any, kws: Any) -> Any:
-        return template(tuple(types.unliteral(arg) for arg in args), kws)
-
-    # Once for all integers that kernels hand to each other, not once more for each constant.
-    compiled.get_call_template = get_call_template
+        compiled._cache = _KernelCache(function, what)
     return compiled
 
 
 def kernel(function: F) -> F:
-    """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan."""
-    return cast(F, _compiled(function))
+    """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan.
 
-
-def part(function: F) -> F:
-    """As `kernel`, for what kernels call: without the wrappers that take Python's objects, which cost as much again.
-
-    Called from Python, as tests do, it is compiled once more with them.
+    Twice: as a part of kernels that call it, and, only when Python calls it, a function around that part. Wrappers for
+    Python's objects, optimisation and machine code cost more than the rest; so parts have none of them.
     """
-    return cast(F, _Part(function))
+    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    if config.DISABLE_JIT:
+        return function
+    part = numba.njit(**options, no_cpython_wrapper=True, pipeline_class=_PartCompiler)(function)
+    template = _cached(part, function, "part").get_call_template
+
+    def get_call_template(args: Any, kws: Any) -> Any:
+        # Once for all integers that kernels hand to each other, not once more for each constant.
+        return template(tuple(types.unliteral(arg) for arg in args), kws)
+
+    entry = _cached(numba.njit(**options)(_around(part, function)), function, "entry")
+    entry.get_call_template, entry.get_overload = get_call_template, part.get_overload
+    entry.compile = _without_collecting(entry.compile)
+    return cast(F, entry)
 
 
-class _Part:
-    def __init__(self, function: Callable[..., Any]) -> None:
-        update_wrapper(self, function)
-        self._function = function
-        self._lean = _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-        if hasattr(self._lean, "enable_caching"):
-            self._numba_type_ = types.Dispatcher(self._lean)
+def _around(part: Any, function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of the same arguments that calls the part."""
+    names = ", ".join(signature(function).parameters)
+    space = {"__name__": function.__module__, "part": part}
+    exec(f"def {function.__name__}({names}):\n    return part({names})", space)
+    return cast(Callable[..., Any], update_wrapper(space[function.__name__], function))
 
-    @cached_property
-    def _full(self) -> Callable[..., Any]:
-        return kernel(self._function)
 
-    def __call__(self, *args: Any) -> Any:
-        return self._full(*args)
+def _without_collecting(compile_one: Callable[..., Any]) -> Callable[..., Any]:
+    """All that compiling makes stays in use: to look for garbage in it again and again takes a tenth of the time."""
+
+    def compile_quickly(*args: Any) -> Any:
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            return compile_one(*args)
+        finally:
+            if collects:
+                gc.enable()
+
+    return compile_quickly
 
 
 def inlined(function: F) -> F:

@@ -3,13 +3,13 @@
 import numpy as np
 
 from slalom.kernels.bezier import restrict, value
-from slalom.kernels.compiled import Array, Hulls, part
+from slalom.kernels.compiled import Array, Hulls, kernel
 from slalom.kernels.hulls import corners_at, excess, load, order, signed_distance, to_segment
 from slalom.kernels.polygons import smallest_ball
 from slalom.tolerances import CONTACT
 
 
-@part
+@kernel
 def hull_element(
     points: Array,
     gains: Array,
@@ -63,7 +63,7 @@ def hull_element(
     return n, (radius[s] + growth[s] * place + CONTACT) / g
 
 
-@part
+@kernel
 def swept(
     course: Array,
     gain: Array,
@@ -101,7 +101,7 @@ def swept(
     return m, r
 
 
-@part
+@kernel
 def fan(
     course: Array,
     gain: Array,
@@ -163,7 +163,7 @@ def fan(
     return m, r
 
 
-@part
+@kernel
 def inner_disc(q: Array, n: int) -> tuple[float, float, float]:
     """The mean of the corners of a polygon, and its distance from the border."""
     x, y = 0.0, 0.0
@@ -177,7 +177,7 @@ def inner_disc(q: Array, n: int) -> tuple[float, float, float]:
     return x, y, rho
 
 
-@part
+@kernel
 def shift(q: Array, n: int, u: Array) -> None:
     """Move corners relative to u to where they are."""
     for j in range(n):
@@ -185,7 +185,7 @@ def shift(q: Array, n: int, u: Array) -> None:
             q[j, axis] += u[axis]
 
 
-@part
+@kernel
 def corners_in_control(course: Array, gain: Array, hulls: Hulls, h: int, x: float, q: Array, at: int) -> int:
     """The corners at x in control space relative to the control of the course, into q from row `at` on; how many.
 
@@ -201,7 +201,7 @@ def corners_in_control(course: Array, gain: Array, hulls: Hulls, h: int, x: floa
     return n
 
 
-@part
+@kernel
 def sag(course: Array, gain: Array, far: float, a: float, b: float) -> float:
     """By how much, in the workspace, a body between a and b may miss its straight interpolation if it does not turn.
 
@@ -212,7 +212,7 @@ def sag(course: Array, gain: Array, far: float, a: float, b: float) -> float:
     return float(bend(course[:, 0], course[:, 1], a, b) + far * bend(gain, gain, a, b))
 
 
-@part
+@kernel
 def corner_sag(course: Array, gain: Array, hulls: Hulls, h: int, far: float, a: float, b: float) -> float:
     """By how much a corner of a turning body may miss the chord of its path; as `sag`, and what turning adds."""
     spread = 0.0
@@ -221,7 +221,7 @@ def corner_sag(course: Array, gain: Array, hulls: Hulls, h: int, far: float, a: 
     return float(sag(course, gain, far, a, b) + np.sqrt(spread) * bend(course[:, 3], course[:, 4], a, b))
 
 
-@part
+@kernel
 def bend(x: Array, y: Array, a: float, b: float) -> float:
     """How far the plane cubic with control values x, y may be from its chord over [a, b], see `chord_gaps`."""
     x0, x1, x2, x3 = restrict(x[0], x[1], x[2], x[3], a, b)
@@ -231,7 +231,7 @@ def bend(x: Array, y: Array, a: float, b: float) -> float:
     return float(0.75 * np.sqrt(max(e, f)))
 
 
-@part
+@kernel
 def nearest_ball(q: Array, u: Array) -> int:
     """Of a capsule in space, the ball about the point of its axis nearest to u, into q; always one corner."""
     x, y, z = to_segment(q[0, 0] - u[0], q[0, 1] - u[1], q[0, 2] - u[2], q[1, 0] - u[0], q[1, 1] - u[1], q[1, 2] - u[2])

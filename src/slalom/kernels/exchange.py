@@ -17,7 +17,7 @@ import numpy as np
 from slalom.kernels.bezier import below, new_stack, value
 from slalom.kernels.boundaries import apart, intersect_three, intersect_two, meets, project
 from slalom.kernels.clearance import put_segment
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel, part
+from slalom.kernels.compiled import Array, Hulls, Indices, kernel
 from slalom.kernels.elements import hull_element, nearest_ball
 from slalom.kernels.hulls import bound, excess, hull_below, hull_sink, load, new_course
 from slalom.kernels.polygons import (
@@ -39,7 +39,7 @@ from slalom.tolerances import CONTACT, SMALLEST_GAIN
 SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
 
 
-@part
+@kernel
 def deepest_violation(
     points: Array,
     gains: Array,
@@ -97,7 +97,7 @@ def deepest_violation(
     return worst
 
 
-@part
+@kernel
 def within_reach(
     limits: Array, points: Array, gains: Array, radius: Array, growth: Array, reach: Array, hulls: Hulls
 ) -> tuple[Array, Array, Array, Array, Array, Hulls]:
@@ -137,7 +137,7 @@ def within_reach(
     return near, gain, around, more, far, kept_hulls(hulls, keep, count)
 
 
-@part
+@kernel
 def kept_hulls(hulls: Hulls, keep: Indices, count: int) -> Hulls:
     """The hulls of the segments keep[:count]."""
     if len(hulls) == 0:
@@ -154,7 +154,7 @@ def kept_hulls(hulls: Hulls, keep: Indices, count: int) -> Hulls:
     return which, turned, corners, first, mixed
 
 
-@part
+@kernel
 def push(
     queue: Array,
     boundaries: Array,
@@ -183,7 +183,7 @@ def push(
     return put(queue, cost, u, i, j, k)
 
 
-@part
+@kernel
 def propose(
     queue: Array,
     boundaries: Array,

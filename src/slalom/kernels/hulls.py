@@ -13,11 +13,11 @@ middle.
 import numpy as np
 
 from slalom.kernels.bezier import restrict, value
-from slalom.kernels.compiled import Array, Direction, Hulls, Indices, kernel, part
+from slalom.kernels.compiled import Array, Direction, Hulls, Indices, kernel
 from slalom.tolerances import DEPTH
 
 
-@part
+@kernel
 def new_course(hulls: Hulls) -> tuple[Array, Array]:
     """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
     most = 1
@@ -28,7 +28,7 @@ def new_course(hulls: Hulls) -> tuple[Array, Array]:
     return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
 
 
-@part
+@kernel
 def load(points: Array, gains: Array, hulls: Hulls, s: int, u: Array, course: Array) -> None:
     """The course of segment s under control u."""
     turns = hulls[1]
@@ -38,7 +38,7 @@ def load(points: Array, gains: Array, hulls: Hulls, s: int, u: Array, course: Ar
         course[j, 3], course[j, 4] = turns[j, 0, s], turns[j, 1, s]
 
 
-@part
+@kernel
 def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
     """The corners of hull h at x in [0, 1], into q; their number."""
     corners, first = hulls[2], hulls[3]
@@ -54,7 +54,7 @@ def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
     return int(n)
 
 
-@part
+@kernel
 def to_segment(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
     """The point of the segment from a to b nearest to the origin."""
     dx, dy, dz = bx - ax, by - ay, bz - az
@@ -63,7 +63,7 @@ def to_segment(ax: float, ay: float, az: float, bx: float, by: float, bz: float)
     return ax + along * dx, ay + along * dy, az + along * dz
 
 
-@part
+@kernel
 def signed_distance(q: Array, n: int) -> Direction:
     """Signed distance of the origin to the hull of q[:n], and the unit vector that attains it.
 
@@ -93,7 +93,7 @@ def signed_distance(q: Array, n: int) -> Direction:
     return 0.0, nx, ny, 0.0
 
 
-@part
+@kernel
 def order(q: Array, n: int) -> int:
     """Sort the corners q[:n] in the plane into the corners of their hull, counter-clockwise; their number.
 
@@ -122,7 +122,7 @@ def order(q: Array, n: int) -> int:
     return count
 
 
-@part
+@kernel
 def excess(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x: float, q: Array) -> Direction:
     """Signed distance to the rounded hull at x, and the direction that attains it."""
     n = corners_at(course, hulls, h, x, q)
@@ -132,7 +132,7 @@ def excess(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x:
     return distance - radius - growth * x, vx, vy, vz
 
 
-@part
+@kernel
 def bound(
     course: Array,
     hulls: Hulls,
@@ -189,7 +189,7 @@ def bound(
     )
 
 
-@part
+@kernel
 def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array) -> float:
     """Some x at which the origin is inside the rounded hull, or -1 if there is none (up to rounding)."""
     for end in (0.0, 1.0):
@@ -211,7 +211,7 @@ def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float
     return -1.0
 
 
-@part
+@kernel
 def hull_first_below(
     course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array, least: float
 ) -> float:
@@ -236,7 +236,7 @@ def hull_first_below(
     return -1.0
 
 
-@part
+@kernel
 def hull_least(
     course: Array,
     hulls: Hulls,
@@ -269,7 +269,7 @@ def hull_least(
     return float(best)
 
 
-@part
+@kernel
 def hull_sink(
     course: Array,
     gain: Array,

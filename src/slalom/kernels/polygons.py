@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Hulls, Indices, part
+from slalom.kernels.compiled import Array, Hulls, Indices, kernel
 from slalom.tolerances import ELEMENT
 
 Polygons: TypeAlias = tuple[Array, Indices, Array, Array] | tuple[()]
@@ -16,7 +16,7 @@ Polygons: TypeAlias = tuple[Array, Indices, Array, Array] | tuple[()]
 there are no hulls."""
 
 
-@part
+@kernel
 def smallest_ball(limits: Array, admissible: int) -> int:
     """Which of the first rows is the smallest ball that all admissible controls lie in."""
     smallest = -1
@@ -26,7 +26,7 @@ def smallest_ball(limits: Array, admissible: int) -> int:
     return smallest
 
 
-@part
+@kernel
 def new_boundaries(limits: Array) -> Array:
     """The boundaries of the admissible set, and room for more."""
     boundaries = np.empty((len(limits) + 64, 9))
@@ -37,7 +37,7 @@ def new_boundaries(limits: Array) -> Array:
     return boundaries
 
 
-@part
+@kernel
 def clear(boundaries: Array, first: int) -> None:
     """Rows from `first` on that are no boundaries yet."""
     for b in range(first, len(boundaries)):
@@ -46,7 +46,7 @@ def clear(boundaries: Array, first: int) -> None:
         boundaries[b, 5], boundaries[b, 8] = -1.0, np.inf
 
 
-@part
+@kernel
 def with_room(boundaries: Array, count: int) -> Array:
     """The boundaries, moved to a larger array if there are fewer than `count` rows."""
     if count <= len(boundaries):
@@ -59,7 +59,7 @@ def with_room(boundaries: Array, count: int) -> Array:
     return larger
 
 
-@part
+@kernel
 def new_polygons(hulls: Hulls) -> Polygons:
     """No polygons; nothing where there are no hulls."""
     if len(hulls) == 0:
@@ -67,7 +67,7 @@ def new_polygons(hulls: Hulls) -> Polygons:
     return np.empty((16, 2)), np.zeros(6, np.int64), np.empty(4), np.empty((4, 3))
 
 
-@part
+@kernel
 def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
     """The polygons and one more, with corners q[:n]."""
     corners, begins, radii, around = polygons
@@ -98,7 +98,7 @@ def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
     return corners, begins, radii, around
 
 
-@part
+@kernel
 def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: float) -> bool:
     """Whether the control (x, y) is outside the rounded polygons begin to end - 1, up to rounding."""
     corners, begins, radii, around = polygons
@@ -114,7 +114,7 @@ def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: floa
     return True
 
 
-@part
+@kernel
 def within_polygon(polygons: Polygons, last: int, x: float, y: float) -> int:
     """A rounded polygon that the control (x, y) is inside of, or -1.
 
@@ -130,7 +130,7 @@ def within_polygon(polygons: Polygons, last: int, x: float, y: float) -> int:
     return -1
 
 
-@part
+@kernel
 def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: float) -> bool:
     """Whether (x, y) is at least `keep` from the polygon of the corners first to last - 1; its inside counts as 0."""
     within = last - first > 2
@@ -146,7 +146,7 @@ def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: floa
     return not within
 
 
-@part
+@kernel
 def add_rounded(
     boundaries: Array, admissible: int, count: int, which: int, q: Array, n: int, r: float
 ) -> tuple[Array, int]:

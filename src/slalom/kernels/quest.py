@@ -3,12 +3,12 @@
 import numpy as np
 
 from slalom.kernels.arrival import earliest_arrival
-from slalom.kernels.compiled import Array, part
+from slalom.kernels.compiled import Array, kernel
 from slalom.kernels.sequences import NODES, PLACES, SPEEDS, Quest, Tree
 from slalom.kernels.wish import stopping_velocity, time_to_stop
 
 
-@part
+@kernel
 def to_go(quest: Quest, place: Array, speed: Array) -> float:
     """How long [s] a robot alone in the world needs to the goal: to pass it exact, to stop there an estimate."""
     d = quest.dimension
@@ -24,7 +24,7 @@ def to_go(quest: Quest, place: Array, speed: Array) -> float:
     return float(time_to_stop(max(0.0, np.sqrt(square) - quest.near), np.sqrt(change), quest.push, quest.top))
 
 
-@part
+@kernel
 def add(tree: Tree, parent: int, time: float, place: Array, speed: Array, push: Array, cost: float, mark: int) -> int:
     """A node after `parent`; its number."""
     i = tree.counts[NODES]
@@ -35,7 +35,7 @@ def add(tree: Tree, parent: int, time: float, place: Array, speed: Array, push: 
     return int(i)
 
 
-@part
+@kernel
 def is_new(tree: Tree, quest: Quest, time: float, place: Array, speed: Array) -> bool:
     """Whether no other node has been in this cell of time, place and velocity; from now on one has.
 
@@ -61,7 +61,7 @@ def is_new(tree: Tree, quest: Quest, time: float, place: Array, speed: Array) ->
     return True
 
 
-@part
+@kernel
 def descends(tree: Tree, i: int, root: int) -> bool:
     """Whether the way to node i leads over `root`; parents are older than their nodes."""
     while i > root:

@@ -9,10 +9,10 @@ One array and plain loops, since lists of tuples and `heapq` take several second
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, part
+from slalom.kernels.compiled import Array, kernel
 
 
-@part
+@kernel
 def new_queue() -> Array:
     """No candidates."""
     queue = np.empty((128, 8))
@@ -20,14 +20,14 @@ def new_queue() -> Array:
     return queue
 
 
-@part
+@kernel
 def before(queue: Array, a: float, b: float) -> bool:
     """Whether candidate a is taken before candidate b."""
     first, second = queue[int(a), 0], queue[int(b), 0]
     return bool(first < second or (first == second and a < b))
 
 
-@part
+@kernel
 def put(queue: Array, cost: float, u: Array, i: int, j: int, k: int) -> Array:
     """The queue with one more candidate; a larger array if it was full."""
     n = int(queue[0, 0]) + 1
@@ -48,7 +48,7 @@ def put(queue: Array, cost: float, u: Array, i: int, j: int, k: int) -> Array:
     return queue
 
 
-@part
+@kernel
 def take(queue: Array) -> int:
     """The number of the candidate of least cost, which waits no longer; 0 if none waits."""
     size = int(queue[0, 1])

@@ -1,10 +1,10 @@
 """Local refinement of the time of deepest approach."""
 
 from slalom.kernels.bezier import curvature, slope, value
-from slalom.kernels.compiled import Array, part
+from slalom.kernels.compiled import Array, kernel
 
 
-@part
+@kernel
 def sink(points: Array, gains: Array, k: int, u: Array, s: float) -> float:
     """A place near s in [0, 1] where |p - g u| is no larger on segment k, by a few Newton steps on its square."""
     g0, g1, g2, g3 = gains[0, k], gains[1, k], gains[2, k], gains[3, k]
@@ -30,7 +30,7 @@ def sink(points: Array, gains: Array, k: int, u: Array, s: float) -> float:
     return s
 
 
-@part
+@kernel
 def squared(points: Array, gains: Array, k: int, u: Array, s: float) -> float:
     """|p - g u|^2 at s on segment k."""
     result = 0.0

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Hulls, Indices, part
+from slalom.kernels.compiled import Array, Hulls, Indices, kernel
 from slalom.kernels.segments import relative_segments
 from slalom.kernels.sequences import Schedule
 
 
-@part
+@kernel
 def near(schedule: Schedule, t: float, length: float, place: Array, reach: float, now: float, found: Indices) -> int:
     """How many rows may be within `reach` of `place` at some time from t to t + length; they go into found.
 
@@ -36,7 +36,7 @@ def near(schedule: Schedule, t: float, length: float, place: Array, reach: float
     return count
 
 
-@part
+@kernel
 def meeting_rows(
     schedule: Schedule, rows: Indices, t: float, length: float, margin: float, drift: Array, gain: Array
 ) -> tuple[Array, Array, Array, Array, Array, Hulls]:

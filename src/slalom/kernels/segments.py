@@ -7,7 +7,7 @@ on vector registers.
 import numpy as np
 
 from slalom.kernels.bezier import restrict
-from slalom.kernels.compiled import Array, Indices, kernel, part
+from slalom.kernels.compiled import Array, Indices, kernel
 
 
 @kernel
@@ -88,7 +88,7 @@ def relative_segments(
     return begin[:k], end[:k], near, shares, around[:k], widening[:k], ahead, who[:k]
 
 
-@part
+@kernel
 def chord_gaps(points: Array, gains: Array, ux: float, uy: float, uz: float, gaps: Array) -> None:
     """Lower bounds of the distance to the origin along every segment under control (ux, uy, uz), into gaps.
 

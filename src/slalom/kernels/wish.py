@@ -3,7 +3,7 @@
 import numpy as np
 
 from slalom.kernels.arrival import earliest_arrival
-from slalom.kernels.compiled import Array, kernel, part
+from slalom.kernels.compiled import Array, kernel
 
 
 @kernel
@@ -50,7 +50,7 @@ def time_to_stop(distance: float, change: float, push: float, top: float) -> flo
     return float(np.sqrt(2.0 * distance / push) + change / push)
 
 
-@part
+@kernel
 def time_to_go(
     away: Array, velocity: Array, push: float, top: float, tolerance: float, stop: bool, wanted: Array
 ) -> float:
