@@ -31,8 +31,10 @@ def reaches(away: Array, v: Array, push: float, top: float, tolerance: float, t:
 @kernel
 def earliest_arrival(away: Array, v: Array, push: float, top: float, tolerance: float) -> float:
     """Time [s] at which a point with velocity v, limited to `push` and `top`, gets within `tolerance` of `away`."""
-    distance = np.sqrt(np.sum(away * away))
-    if distance <= tolerance:
+    square = 0.0
+    for axis in range(len(away)):
+        square += away[axis] * away[axis]
+    if np.sqrt(square) <= tolerance:
         return 0.0
     late = 1e-3
     while not reaches(away, v, push, top, tolerance, late):
