@@ -8,7 +8,7 @@ import numpy.typing as npt
 from slalom.checks import Array
 
 if TYPE_CHECKING:
-    from slalom.kernels.compiled import Hulls
+    from slalom.kernels.compiled import MaybeHulls
 
 
 class Segments(NamedTuple):
@@ -42,7 +42,7 @@ class Segments(NamedTuple):
     mixed: npt.NDArray[np.bool_]  # (h,) whether the corners lie in no order, some inside the hull
 
     @property
-    def hulls(self) -> "Hulls":
+    def hulls(self) -> "MaybeHulls":
         """hull, turns, corners, first, mixed: what kernels take as one argument; empty where all parts are points."""
         if self.hull.max(initial=-1) < 0:
             return ()

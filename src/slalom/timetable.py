@@ -14,7 +14,7 @@ from slalom.shape import Shape
 from slalom.traffic import Bodies, Indices, Traffic
 
 if TYPE_CHECKING:
-    from slalom.kernels.compiled import Hulls
+    from slalom.kernels.compiled import MaybeHulls
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: flo
     middle = rows.points.mean(axis=1)
     bends = np.linalg.norm(rows.points - middle[:, None], axis=2).max(axis=1, initial=0.0)
     begin, row = _listed(times, start, end, width)
-    hulls: "Hulls" = ()
+    hulls: MaybeHulls = ()
     if bodies.hull.max(initial=-1) >= 0:
         hulls = (bodies.hull[which], np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
     return Schedule(

@@ -18,7 +18,7 @@ from slalom.tolerances import INTERPOLATION
 from slalom.trajectory import Circular, Composite, Function, PiecewisePolynomial, Sampled
 
 if TYPE_CHECKING:
-    from slalom.kernels.compiled import Hulls
+    from slalom.kernels.compiled import MaybeHulls
 
 Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
@@ -120,7 +120,7 @@ class Traffic:
         directions = np.broadcast_to(_AHEAD, (len(which), 2))
         if bodies.turning:
             directions = np.einsum("nj,njd->nd", weights, rows.turns[heads])
-        hulls: "Hulls" = ()
+        hulls: MaybeHulls = ()
         if bodies.hull.max(initial=-1) >= 0:
             hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
         found = kernels.distances(places, directions, bodies.hull[which], hulls)

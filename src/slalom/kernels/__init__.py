@@ -3,6 +3,7 @@
 Importing this package does not import numba: the first use of a kernel does. `slalom --help` stays quick.
 """
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -34,7 +35,11 @@ __all__ = [
     "stays_free",
     "stopping_velocity",
     "time_to_stop",
+    "when_compiling",
 ]
+
+when_compiling: list[Callable[[], None]] = []
+"""What is called, once each, when the first kernel has to be compiled because no cache holds it."""
 
 _MODULES = {
     "contact_times": "clearance",

@@ -12,7 +12,7 @@ import numpy as np
 
 from slalom.kernels.arriving import PER_CHOICE, PER_NODE, PER_ROW, PER_WISH, finish, is_free, moved
 from slalom.kernels.bezier import new_stack
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.hulls import new_course
 from slalom.kernels.quest import add, descends, is_new, to_go
@@ -75,7 +75,7 @@ def wish(tree: Tree, i: int, k: int, quest: Quest, u: Array) -> bool:
 @kernel
 def around(
     tree: Tree, i: int, schedule: Schedule, quest: Quest, found: Indices
-) -> tuple[Array, Array, Array, Array, Array, Hulls, Array]:
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls, Array]:
     """What a robot at node i may meet within one step, whatever its push, and the limits of that push."""
     d, h, t = quest.dimension, quest.step, tree.time[i]
     drift, gain, middle = np.empty((1, 4, d)), np.zeros((1, 4)), np.empty(3)

@@ -24,7 +24,7 @@ def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k:
     """Whether u satisfies the boundaries first..last-1, up to rounding; i, j, k, which generated it, are met."""
     for b in range(first, last):
         side = boundaries[b, 0]
-        if side >= 2.0 or b == i or b == j or b == k:
+        if side >= 2.0 or b in (i, j, k):
             continue
         r = boundaries[b, 4]
         x, y, z = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3]

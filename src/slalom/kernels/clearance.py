@@ -3,7 +3,7 @@
 import numpy as np
 
 from slalom.kernels.bezier import first_below, least, new_stack, put_gap
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.hulls import hull_first_below, hull_least, load, new_course
 from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CLEARANCE, TIME
@@ -32,7 +32,7 @@ def least_clearances(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     owner: Indices,
     owners: int,
     controls: Array,
@@ -77,7 +77,7 @@ def contact_times(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     owner: Indices,
     owners: int,
     controls: Array,

@@ -9,7 +9,7 @@ import gc
 import hashlib
 from collections.abc import Callable
 from contextlib import suppress
-from functools import update_wrapper
+from functools import partial, update_wrapper
 from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
@@ -21,6 +21,9 @@ from numba.core import config, types
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.event import Listener, register
+
+from slalom.kernels import when_compiling
 
 F = TypeVar("F", bound=Callable[..., Any])
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -28,9 +31,11 @@ Indices: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 Plane: TypeAlias = tuple[bool, float, float, float, float]
 Direction: TypeAlias = tuple[float, float, float, float]
-Hulls: TypeAlias = tuple[Indices, Array, Array, Indices, Flags] | tuple[()]
-"""hull, turns, corners, first, mixed: see `slalom.segments`. Empty where all bodies are points: numba drops branches that
-the length of an argument decides, so that kernels are compiled without what only hulls need."""
+Hulls: TypeAlias = tuple[Indices, Array, Array, Indices, Flags]
+"""hull, turns, corners, first, mixed: see `slalom.segments`."""
+MaybeHulls: TypeAlias = Hulls | tuple[()]
+"""Empty where all bodies are points: numba drops branches that the length of an argument decides, so that kernels are
+compiled without what only hulls need."""
 
 
 def _digest() -> str:
@@ -40,7 +45,6 @@ def _digest() -> str:
 
 
 SOURCES = _digest()
-
 
 
 class _KernelCache(FunctionCache):
@@ -61,7 +65,7 @@ class _PartLibrary(JITCodeLibrary):
         pass
 
     def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
@@ -75,12 +79,27 @@ class _PartLibrary(JITCodeLibrary):
         """Nothing: kernels have no use for one, since they neither print nor raise."""
 
     def serialize_using_object_code(self) -> Any:
-        return self.serialize_using_bitcode()
+        return self.serialize_using_bitcode()  # type: ignore[no-untyped-call]
 
 
 class _PartCompiler(Compiler):
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
-        super().__init__(typing, target, library or _PartLibrary(target.codegen(), "part"), *others)
+        library = library or _PartLibrary(target.codegen(), "part")  # type: ignore[no-untyped-call]
+        super().__init__(typing, target, library, *others)  # type: ignore[no-untyped-call]
+
+
+class _Announcer(Listener):
+    """Tells those who want to know that compilation, which takes a while, has begun."""
+
+    def on_start(self, event: Any) -> None:
+        while when_compiling:
+            when_compiling.pop(0)()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
 
 
 def _cached(compiled: Any, function: Callable[..., Any], what: str) -> Any:
@@ -95,17 +114,17 @@ def kernel(function: F) -> F:
     Twice: as a part of kernels that call it, and, only when Python calls it, a function around that part. Wrappers for
     Python's objects, optimisation and machine code cost more than the rest; so parts have none of them.
     """
-    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-    if config.DISABLE_JIT:
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
-    part = numba.njit(**options, no_cpython_wrapper=True, pipeline_class=_PartCompiler)(function)
+    compiled: Any = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+    part = compiled(no_cpython_wrapper=True, pipeline_class=_PartCompiler)(function)
     template = _cached(part, function, "part").get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
         # Once for all integers that kernels hand to each other, not once more for each constant.
-        return template(tuple(types.unliteral(arg) for arg in args), kws)
+        return template(tuple(types.unliteral(arg) for arg in args), kws)  # type: ignore[no-untyped-call]
 
-    entry = _cached(numba.njit(**options)(_around(part, function)), function, "entry")
+    entry = _cached(compiled(_around(part, function)), function, "entry")
     entry.get_call_template, entry.get_overload = get_call_template, part.get_overload
     entry.compile = _without_collecting(entry.compile)
     return cast(F, entry)

@@ -17,11 +17,11 @@ import numpy as np
 from slalom.kernels.bezier import below, new_stack, value
 from slalom.kernels.boundaries import apart, intersect_three, intersect_two, meets, project
 from slalom.kernels.clearance import put_segment
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.elements import hull_element, nearest_ball
 from slalom.kernels.hulls import bound, excess, hull_below, hull_sink, load, new_course
 from slalom.kernels.polygons import (
-    Polygons,
+    MaybePolygons,
     add_polygon,
     add_rounded,
     new_boundaries,
@@ -46,7 +46,7 @@ def deepest_violation(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     gaps: Array,
     stack: Array,
     course: Array,
@@ -99,8 +99,8 @@ def deepest_violation(
 
 @kernel
 def within_reach(
-    limits: Array, points: Array, gains: Array, radius: Array, growth: Array, reach: Array, hulls: Hulls
-) -> tuple[Array, Array, Array, Array, Array, Hulls]:
+    limits: Array, points: Array, gains: Array, radius: Array, growth: Array, reach: Array, hulls: MaybeHulls
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
     """The segments that some admissible control can collide on, as copies of their rows.
 
     All admissible controls lie within the smallest ball of `limits`; moving the control by r from its centre
@@ -138,7 +138,7 @@ def within_reach(
 
 
 @kernel
-def kept_hulls(hulls: Hulls, keep: Indices, count: int) -> Hulls:
+def kept_hulls(hulls: MaybeHulls, keep: Indices, count: int) -> MaybeHulls:
     """The hulls of the segments keep[:count]."""
     if len(hulls) == 0:
         return ()
@@ -158,7 +158,7 @@ def kept_hulls(hulls: Hulls, keep: Indices, count: int) -> Hulls:
 def push(
     queue: Array,
     boundaries: Array,
-    polygons: Polygons,
+    polygons: MaybePolygons,
     admissible: int,
     preferred: Array,
     u: Array,
@@ -187,7 +187,7 @@ def push(
 def propose(
     queue: Array,
     boundaries: Array,
-    polygons: Polygons,
+    polygons: MaybePolygons,
     admissible: int,
     count: int,
     preferred: Array,
@@ -227,7 +227,7 @@ def nearest_free(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     most_elements: int,
     most_candidates: int,
 ) -> tuple[int, Array, int, int]:
@@ -237,6 +237,26 @@ def nearest_free(
     used, candidates examined.
     """
     points, gains, radius, growth, reach, kept = within_reach(limits, points, gains, radius, growth, reach, hulls)
+    return exchanged(
+        preferred, dimension, limits, points, gains, radius, growth, reach, kept, most_elements, most_candidates
+    )
+
+
+@kernel
+def exchanged(
+    preferred: Array,
+    dimension: int,
+    limits: Array,
+    points: Array,
+    gains: Array,
+    radius: Array,
+    growth: Array,
+    reach: Array,
+    hulls: MaybeHulls,
+    most_elements: int,
+    most_candidates: int,
+) -> tuple[int, Array, int, int]:
+    """`nearest_free` of segments that are all within reach."""
     admissible = len(limits)
     boundaries, polygons, queue = new_boundaries(limits), new_polygons(hulls), new_queue()
     stack, element, found, gaps = new_stack(), np.zeros(5), np.zeros((4, 3)), np.empty(len(radius))
@@ -264,7 +284,7 @@ def nearest_free(
             continue
         if not meets(boundaries, admissible, count, u, int(queue[n, 4]), int(queue[n, 5]), int(queue[n, 6])):
             continue
-        segment = deepest_violation(points, gains, radius, growth, reach, kept, gaps, stack, course, q, u, element)
+        segment = deepest_violation(points, gains, radius, growth, reach, hulls, gaps, stack, course, q, u, element)
         if segment == -2:
             return OVERLAPPING, u, elements, examined
         if segment == -1:
@@ -272,9 +292,9 @@ def nearest_free(
         if elements >= most_elements:
             return UNDECIDED, u, elements, examined
         elements += 1
-        if len(hulls) > 0 and kept[0][segment] >= 0:
+        if len(hulls) > 0 and len(polygons) > 0 and hulls[0][segment] >= 0:
             place = element[0]
-            n, r = hull_element(points, gains, radius, growth, kept, segment, place, u, dimension, limits, course, q)
+            n, r = hull_element(points, gains, radius, growth, hulls, segment, place, u, dimension, limits, course, q)
             if dimension == 3 and n > 1:
                 n = nearest_ball(q, u)
             if n > 1:

@@ -13,12 +13,12 @@ middle.
 import numpy as np
 
 from slalom.kernels.bezier import restrict, value
-from slalom.kernels.compiled import Array, Direction, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Direction, Hulls, Indices, MaybeHulls, kernel
 from slalom.tolerances import DEPTH
 
 
 @kernel
-def new_course(hulls: Hulls) -> tuple[Array, Array]:
+def new_course(hulls: MaybeHulls) -> tuple[Array, Array]:
     """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
     most = 1
     if len(hulls) > 0:
@@ -310,7 +310,7 @@ def hull_sink(
 
 
 @kernel
-def distances(places: Array, directions: Array, which: Indices, hulls: Hulls) -> Array:
+def distances(places: Array, directions: Array, which: Indices, hulls: MaybeHulls) -> Array:
     """Signed distance of the origin to hulls which (k,), -1 for points, and the unit vector that attains it: (k, 4).
 
     The hulls are at places (k, 3), their bodies along directions (k, 2).

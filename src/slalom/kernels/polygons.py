@@ -8,12 +8,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.tolerances import ELEMENT
 
-Polygons: TypeAlias = tuple[Array, Indices, Array, Array] | tuple[()]
-"""corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on. Empty where
-there are no hulls."""
+Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
+"""corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on."""
+MaybePolygons: TypeAlias = Polygons | tuple[()]
+"""Empty where there are no hulls, see `compiled.MaybeHulls`."""
 
 
 @kernel
@@ -60,7 +61,7 @@ def with_room(boundaries: Array, count: int) -> Array:
 
 
 @kernel
-def new_polygons(hulls: Hulls) -> Polygons:
+def new_polygons(hulls: MaybeHulls) -> MaybePolygons:
     """No polygons; nothing where there are no hulls."""
     if len(hulls) == 0:
         return ()
@@ -115,7 +116,7 @@ def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: floa
 
 
 @kernel
-def within_polygon(polygons: Polygons, last: int, x: float, y: float) -> int:
+def within_polygon(polygons: MaybePolygons, last: int, x: float, y: float) -> int:
     """A rounded polygon that the control (x, y) is inside of, or -1.
 
     The one that rejected the last control most likely rejects this one too: it is asked first.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.segments import relative_segments
 from slalom.kernels.sequences import Schedule
 
@@ -39,7 +39,7 @@ def near(schedule: Schedule, t: float, length: float, place: Array, reach: float
 @kernel
 def meeting_rows(
     schedule: Schedule, rows: Indices, t: float, length: float, margin: float, drift: Array, gain: Array
-) -> tuple[Array, Array, Array, Array, Array, Hulls]:
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
     """The relative motion of some rows and a robot from t to t + length: points, gains, radius, growth, reach, hulls.
 
     The robot's position has the control points drift (1, 4, d) + gain (1, 4) u.
@@ -69,7 +69,7 @@ def meeting_rows(
 
 
 @kernel
-def hulls_of(hulls: Hulls, rows: Indices, turned: Array) -> Hulls:
+def hulls_of(hulls: MaybeHulls, rows: Indices, turned: Array) -> MaybeHulls:
     """The hulls of some rows, whose directions are `turned` if any of them turns."""
     if len(hulls) == 0:
         return ()

@@ -6,7 +6,7 @@ from slalom.checks import Array
 from slalom.kernels.tables import Indices
 
 if TYPE_CHECKING:
-    from slalom.kernels.compiled import Hulls
+    from slalom.kernels.compiled import MaybeHulls
 
 OPEN, CLOSED, ARRIVED = 0, 1, 2
 """Marks of nodes: yet to be looked at, looked at, at the goal."""
@@ -28,7 +28,7 @@ class Schedule(NamedTuple):
     span: Array  # (n,) [m] how far any point of the body is from there at most, within the piece
     spread: Array  # (n,)
     since: Array  # (n,) [s] when the body appears
-    hulls: "Hulls"  # the first (n,), the second empty: see `compiled.Hulls`
+    hulls: "MaybeHulls"  # the first (n,), the second empty: see `compiled.MaybeHulls`
     start: float  # [s] of the first interval
     width: float  # [s] of all intervals
     begin: Indices  # (m + 1,) interval k has the rows row[begin[k]] to row[begin[k + 1]]
