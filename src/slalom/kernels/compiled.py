@@ -58,6 +58,10 @@ class _KernelCache(FunctionCache):
         return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
 
 
+NEWEST = (0, 68)
+"""The last numba that `_PartLibrary` is known to fit. With later ones compiling takes half as long again."""
+
+
 class _PartLibrary(JITCodeLibrary):
     """Code to be linked in, which is optimised and translated with what Python calls only: not once at every level."""
 
@@ -117,7 +121,8 @@ def kernel(function: F) -> F:
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
     compiled: Any = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-    part = compiled(no_cpython_wrapper=True, pipeline_class=_PartCompiler)(function)
+    pipeline = {"pipeline_class": _PartCompiler} if numba.version_info.short <= NEWEST else {}
+    part = compiled(no_cpython_wrapper=True, **pipeline)(function)
     template = _cached(part, function, "part").get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
