@@ -1,11 +1,14 @@
 """The relative motion of obstacles and a controlled robot as one table: what kernels and boundaries work on."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.checks import Array
+
+if TYPE_CHECKING:
+    from slalom.kernels.compiled import MaybeHulls
 
 
 class Segments(NamedTuple):
@@ -39,6 +42,8 @@ class Segments(NamedTuple):
     mixed: npt.NDArray[np.bool_]  # (h,) whether the corners lie in no order, some inside the hull
 
     @property
-    def hulls(self) -> tuple[npt.NDArray[np.int64], Array, Array, npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
-        """hull, turns, corners, first, mixed: what kernels take as one argument."""
+    def hulls(self) -> "MaybeHulls":
+        """hull, turns, corners, first, mixed: what kernels take as one argument; empty where all parts are points."""
+        if self.hull.max(initial=-1) < 0:
+            return ()
         return self.hull, self.turns, self.corners, self.first, self.mixed

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from slalom.kernels.sequences import Schedule
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.traffic import Bodies, Indices, Traffic
+
+if TYPE_CHECKING:
+    from slalom.kernels.compiled import MaybeHulls
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +77,8 @@ class Timetable:
         ahead[:, 0] = 1.0
         if len(s.turns):
             ahead = np.einsum("nj,njd->nd", weights, s.turns[rows])
-        hulls = (s.hull, np.empty((4, 2, 0)), s.corners, s.first, s.mixed)
-        found = kernels.distances(places, ahead, s.hull[rows], hulls)
+        which = s.hulls[0][rows] if s.hulls else np.full(len(rows), -1)
+        found = kernels.distances(places, ahead, which, s.hulls)
         return float((found[:, 0] - s.radius[rows] - s.growth[rows] * x).min())
 
 
@@ -85,6 +89,9 @@ def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: flo
     middle = rows.points.mean(axis=1)
     bends = np.linalg.norm(rows.points - middle[:, None], axis=2).max(axis=1, initial=0.0)
     begin, row = _listed(times, start, end, width)
+    hulls: MaybeHulls = ()
+    if bodies.hull.max(initial=-1) >= 0:
+        hulls = (bodies.hull[which], np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
     return Schedule(
         times=times,
         points=np.ascontiguousarray(rows.points),
@@ -93,12 +100,9 @@ def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: flo
         turns=np.ascontiguousarray(rows.turns) if bodies.turning else np.empty((0, 4, 2)),
         middle=middle,
         span=bends + around + np.maximum(rows.growth, 0.0) + bodies.spread[which],
-        hull=bodies.hull[which],
         spread=bodies.spread[which],
         since=since[bodies.owner[which]],
-        corners=bodies.corners,
-        first=bodies.first,
-        mixed=bodies.mixed,
+        hulls=hulls,
         start=float(start),
         width=float(width),
         begin=begin,

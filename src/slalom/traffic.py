@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,6 +16,9 @@ from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.tolerances import INTERPOLATION
 from slalom.trajectory import Circular, Composite, Function, PiecewisePolynomial, Sampled
+
+if TYPE_CHECKING:
+    from slalom.kernels.compiled import MaybeHulls
 
 Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
@@ -117,7 +120,9 @@ class Traffic:
         directions = np.broadcast_to(_AHEAD, (len(which), 2))
         if bodies.turning:
             directions = np.einsum("nj,njd->nd", weights, rows.turns[heads])
-        hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
+        hulls: MaybeHulls = ()
+        if bodies.hull.max(initial=-1) >= 0:
+            hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
         found = kernels.distances(places, directions, bodies.hull[which], hulls)
         result[which], towards[which] = found[:, 0], found[:, 1 : 1 + position.size]
         # How far it may be off now is a distance, not a part of its shape.

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError
 
+from slalom import kernels
 from slalom.cli.comparing import compare
 from slalom.cli.console import BAD_INPUT, DONE, FAILED, complain
 from slalom.cli.converting import convert
@@ -40,6 +41,8 @@ def main(tokens: Sequence[str] | None = None) -> None:
 
 def call(tokens: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code."""
+    if sys.stderr.isatty():
+        kernels.when_compiling[:] = [lambda: complain("slalom: compiling, once after an installation: some seconds")]
     try:
         code = app(tokens, exit_on_error=False, print_error=False)
     except CycloptsError as error:

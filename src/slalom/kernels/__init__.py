@@ -3,6 +3,7 @@
 Importing this package does not import numba: the first use of a kernel does. `slalom --help` stays quick.
 """
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -37,7 +38,11 @@ __all__ = [
     "stopping_velocity",
     "threads",
     "time_to_stop",
+    "when_compiling",
 ]
+
+when_compiling: list[Callable[[], None]] = []
+"""What is called, once each, when the first kernel has to be compiled because no cache holds it."""
 
 _MODULES = {
     "contact_times": "clearance",

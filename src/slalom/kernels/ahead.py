@@ -12,7 +12,7 @@ import numpy as np
 
 from slalom.kernels.arriving import PER_CHOICE, PER_NODE, PER_ROW, PER_WISH, finish, is_free, moved
 from slalom.kernels.bezier import new_stack
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.hulls import new_course
 from slalom.kernels.quest import add, descends, is_new, to_go
@@ -37,7 +37,9 @@ def wish(tree: Tree, i: int, k: int, quest: Quest, u: Array) -> bool:
     if k == 0:
         return True
     if k == 1:
-        u[:] = tree.speed[i] * (-min(quest.push, fast / h) / max(fast, 1e-9))
+        scale = -min(quest.push, fast / h) / max(fast, 1e-9)
+        for axis in range(3):
+            u[axis] = tree.speed[i, axis] * scale
         return bool(fast > 1e-9)
     if k == 2:
         for axis in range(d):
@@ -54,13 +56,16 @@ def wish(tree: Tree, i: int, k: int, quest: Quest, u: Array) -> bool:
     size, then = 0.0, 0.0
     for axis in range(d):
         size += u[axis] ** 2
-    u *= min(1.0, quest.push / max(np.sqrt(size), 1e-9))
+    scale = min(1.0, quest.push / max(np.sqrt(size), 1e-9))
+    for axis in range(3):
+        u[axis] *= scale
     for axis in range(d):
         then += (tree.speed[i, axis] + h * u[axis]) ** 2
     if then > quest.top**2:
         # No faster than allowed, in the same direction.
-        u[:] = (tree.speed[i] * (quest.top / np.sqrt(then) - 1.0) + h * u * (quest.top / np.sqrt(then))) / h
-        size = 0.0
+        scale, size = quest.top / np.sqrt(then), 0.0
+        for axis in range(3):
+            u[axis] = (tree.speed[i, axis] * (scale - 1.0) + h * u[axis] * scale) / h
         for axis in range(d):
             size += u[axis] ** 2
         return bool(size <= quest.push**2)
@@ -70,7 +75,7 @@ def wish(tree: Tree, i: int, k: int, quest: Quest, u: Array) -> bool:
 @kernel
 def around(
     tree: Tree, i: int, schedule: Schedule, quest: Quest, found: Indices
-) -> tuple[Array, Array, Array, Array, Array, Hulls, Array]:
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls, Array]:
     """What a robot at node i may meet within one step, whatever its push, and the limits of that push."""
     d, h, t = quest.dimension, quest.step, tree.time[i]
     drift, gain, middle = np.empty((1, 4, d)), np.zeros((1, 4)), np.empty(3)
@@ -125,7 +130,8 @@ def expand(
             )
             if code != SAFE:
                 continue
-            u[:] = w
+            for axis in range(3):
+                u[axis] = w[axis]
         moved(tree.place[i], tree.speed[i], u, h, p, v)
         rest = to_go(quest, p, v)
         if t + h + rest > latest or not is_new(tree, quest, t + h, p, v):

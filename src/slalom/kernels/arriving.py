@@ -152,7 +152,8 @@ def finish(tree: Tree, i: int, schedule: Schedule, quest: Quest, found: Indices,
         return -1
     moved(tree.place[i], tree.speed[i], push, hold, p, v)
     if quest.stop:
-        then[:] = -v / rest
+        for axis in range(3):
+            then[axis] = -v[axis] / rest
     # A robot that passes the goal is seen there at the end of a period.
     later = rest if quest.stop else np.ceil(rest / quest.period) * quest.period
     if not is_free(schedule, quest, tree.time[i] + hold, p, v, then, later, found, stack, work):

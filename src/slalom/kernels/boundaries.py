@@ -179,10 +179,9 @@ def flat(boundaries: Array, b: int) -> tuple[bool, float, float, float, float]:
 @kernel
 def intersect_three(boundaries: Array, i: int, j: int, k: int, found: Array) -> int:
     """Points in which three boundaries in space meet, into found; their number."""
-    ball = -1
-    for b in (i, j, k):
-        if not is_flat(boundaries, b):
-            ball = b
+    ball = k if not is_flat(boundaries, k) else j if not is_flat(boundaries, j) else i
+    if is_flat(boundaries, ball):
+        ball = -1
     if ball < 0:
         meet, px, py, pz, ex, ey, ez = line_of(flat(boundaries, i), flat(boundaries, j))
         nx, ny, nz, offset = boundaries[k, 1], boundaries[k, 2], boundaries[k, 3], boundaries[k, 4]

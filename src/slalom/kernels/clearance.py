@@ -3,7 +3,7 @@
 import numpy as np
 
 from slalom.kernels.bezier import first_below, least, new_stack, put_gap
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.hulls import hull_first_below, hull_least, load, new_course
 from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CLEARANCE, TIME
@@ -32,7 +32,7 @@ def least_clearances(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     owner: Indices,
     owners: int,
     controls: Array,
@@ -42,7 +42,7 @@ def least_clearances(
     Never above the true minimum by more than CLEARANCE.
     """
     result = np.full((len(controls), owners), np.inf)
-    stack, gaps, hull = new_stack(), np.empty(len(radius)), hulls[0]
+    stack, gaps = new_stack(), np.empty(len(radius))
     course, q = new_course(hulls)
     for c in range(len(controls)):
         u = controls[c]
@@ -51,10 +51,10 @@ def least_clearances(
             best = result[c, owner[s]]
             if gaps[s] - reach[s] >= best:
                 continue
-            if hull[s] >= 0:
+            if len(hulls) > 0 and hulls[0][s] >= 0:
                 load(points, gains, hulls, s, u, course)
                 result[c, owner[s]] = hull_least(
-                    course, hulls, hull[s], radius[s], growth[s], stack, q, best, CLEARANCE
+                    course, hulls, hulls[0][s], radius[s], growth[s], stack, q, best, CLEARANCE
                 )
                 continue
             ceiling = best + radius[s]
@@ -77,14 +77,14 @@ def contact_times(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     owner: Indices,
     owners: int,
     controls: Array,
 ) -> Array:
     """Elapsed time [s] of the first contact with each owner for each control, (k, owners); inf if there is none."""
     result = np.full((len(controls), owners), np.inf)
-    stack, gaps, hull = new_stack(), np.empty(len(radius)), hulls[0]
+    stack, gaps = new_stack(), np.empty(len(radius))
     course, q = new_course(hulls)
     for c in range(len(controls)):
         u = controls[c]
@@ -92,9 +92,9 @@ def contact_times(
         for s in range(len(radius)):
             if begin[s] >= result[c, owner[s]] or gaps[s] >= reach[s]:
                 continue
-            if hull[s] >= 0:
+            if len(hulls) > 0 and hulls[0][s] >= 0:
                 load(points, gains, hulls, s, u, course)
-                place = hull_first_below(course, hulls, hull[s], radius[s], growth[s], stack, q, TIME)
+                place = hull_first_below(course, hulls, hulls[0][s], radius[s], growth[s], stack, q, TIME)
             else:
                 put_segment(stack, points, gains, s, u[0], u[1], u[2], radius[s] * radius[s])
                 place = first_below(stack, TIME)

@@ -5,25 +5,37 @@ unnoticed and the old result is returned. Here the key holds a hash of all kerne
 be written (a read-only install without a writable home) kernels compile in every process instead of failing.
 """
 
+import gc
 import hashlib
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial, update_wrapper
+from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
 import numpy as np
 import numpy.typing as npt
+from numba.core import config, types
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.event import Listener, register
+
+from slalom.kernels import when_compiling
 
 F = TypeVar("F", bound=Callable[..., Any])
 Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 Plane: TypeAlias = tuple[bool, float, float, float, float]
-Candidate: TypeAlias = tuple[float, float, float, int, int, int]
 Direction: TypeAlias = tuple[float, float, float, float]
-Hulls: TypeAlias = tuple[Indices, Array, Array, Indices, npt.NDArray[np.bool_]]
+Hulls: TypeAlias = tuple[Indices, Array, Array, Indices, Flags]
 """hull, turns, corners, first, mixed: see `slalom.segments`."""
+MaybeHulls: TypeAlias = Hulls | tuple[()]
+"""Empty where all bodies are points: numba drops branches that the length of an argument decides, so that kernels are
+compiled without what only hulls need."""
 
 
 def _digest() -> str:
@@ -38,19 +50,112 @@ SOURCES = _digest()
 class _KernelCache(FunctionCache):
     """numba's function cache with the hash of all kernel sources in its key."""
 
+    def __init__(self, function: Callable[..., Any], what: str) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._what = what
+
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (SOURCES, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
+        return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
+
+
+NEWEST = (0, 68)
+"""The last numba that `_PartLibrary` is known to fit. With later ones compiling takes half as long again."""
+
+
+class _PartLibrary(JITCodeLibrary):
+    """Code to be linked in, which is optimised and translated with what Python calls only: not once at every level."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0
+
+    @property
+    def codegen(self) -> "_PartLibrary":
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Nothing: kernels have no use for one, since they neither print nor raise."""
+
+    def serialize_using_object_code(self) -> Any:
+        return self.serialize_using_bitcode()  # type: ignore[no-untyped-call]
+
+
+class _PartCompiler(Compiler):
+    def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
+        library = library or _PartLibrary(target.codegen(), "part")  # type: ignore[no-untyped-call]
+        super().__init__(typing, target, library, *others)  # type: ignore[no-untyped-call]
+
+
+class _Announcer(Listener):
+    """Tells those who want to know that compilation, which takes a while, has begun."""
+
+    def on_start(self, event: Any) -> None:
+        while when_compiling:
+            when_compiling.pop(0)()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
+
+
+def _cached(compiled: Any, function: Callable[..., Any], what: str) -> Any:
+    with suppress(RuntimeError):
+        compiled._cache = _KernelCache(function, what)
+    return compiled
 
 
 def kernel(function: F) -> F:
-    """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan."""
-    compiled = numba.njit(nogil=True, error_model="numpy")(function)
-    if hasattr(compiled, "enable_caching"):  # absent when NUMBA_DISABLE_JIT is set
+    """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan.
+
+    Twice: as a part of kernels that call it, and, only when Python calls it, a function around that part. Wrappers for
+    Python's objects, optimisation and machine code cost more than the rest; so parts have none of them.
+    """
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
+    compiled: Any = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+    pipeline = {"pipeline_class": _PartCompiler} if numba.version_info.short <= NEWEST else {}
+    part = compiled(no_cpython_wrapper=True, **pipeline)(function)
+    template = _cached(part, function, "part").get_call_template
+
+    def get_call_template(args: Any, kws: Any) -> Any:
+        # Once for all integers that kernels hand to each other, not once more for each constant.
+        return template(tuple(types.unliteral(arg) for arg in args), kws)  # type: ignore[no-untyped-call]
+
+    entry = _cached(compiled(_around(part, function)), function, "entry")
+    entry.get_call_template, entry.get_overload = get_call_template, part.get_overload
+    entry.compile = _without_collecting(entry.compile)
+    return cast(F, entry)
+
+
+def _around(part: Any, function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of the same arguments that calls the part."""
+    names = ", ".join(signature(function).parameters)
+    space = {"__name__": function.__module__, "part": part}
+    exec(f"def {function.__name__}({names}):\n    return part({names})", space)
+    return cast(Callable[..., Any], update_wrapper(space[function.__name__], function))
+
+
+def _without_collecting(compile_one: Callable[..., Any]) -> Callable[..., Any]:
+    """All that compiling makes stays in use: to look for garbage in it again and again takes a tenth of the time."""
+
+    def compile_quickly(*args: Any) -> Any:
+        collects = gc.isenabled()
+        gc.disable()
         try:
-            compiled._cache = _KernelCache(function)  # type: ignore[attr-defined, no-untyped-call]
-        except RuntimeError:
-            return cast(F, compiled)
-    return cast(F, compiled)
+            return compile_one(*args)
+        finally:
+            if collects:
+                gc.enable()
+
+    return compile_quickly
 
 
 def inlined(function: F) -> F:

@@ -38,7 +38,7 @@ def hull_element(
         depth = -excess(course, hulls, h, radius[s], growth[s], place, q)[0]
         depth /= value(gain[0], gain[1], gain[2], gain[3], place)
         turning = abs(course[0, 3] - course[3, 3]) + abs(course[0, 4] - course[3, 4]) > 0.0
-        smallest = smallest_ball(limits)
+        smallest = smallest_ball(limits, len(limits))
         far = np.sqrt((u[0] - limits[smallest, 1]) ** 2 + (u[1] - limits[smallest, 2]) ** 2) + limits[smallest, 4]
         half = 0.25
         for _ in range(24):

@@ -12,18 +12,16 @@ Every answer is at least as near as any control that keeps CONTACT clear, since 
 the control obstacle; the first candidate that passes the test is therefore the optimum.
 """
 
-import heapq
-
 import numpy as np
 
 from slalom.kernels.bezier import below, new_stack, value
 from slalom.kernels.boundaries import apart, intersect_three, intersect_two, meets, project
 from slalom.kernels.clearance import put_segment
-from slalom.kernels.compiled import Array, Candidate, Hulls, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.elements import hull_element, nearest_ball
 from slalom.kernels.hulls import bound, excess, hull_below, hull_sink, load, new_course
 from slalom.kernels.polygons import (
-    Polygons,
+    MaybePolygons,
     add_polygon,
     add_rounded,
     new_boundaries,
@@ -33,6 +31,7 @@ from slalom.kernels.polygons import (
     with_room,
     within_polygon,
 )
+from slalom.kernels.queue import new_queue, put, take
 from slalom.kernels.refine import sink
 from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CONTACT, SMALLEST_GAIN
@@ -47,7 +46,7 @@ def deepest_violation(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     gaps: Array,
     stack: Array,
     course: Array,
@@ -62,27 +61,25 @@ def deepest_violation(
     correctness, a deep one makes the exchange short.
     """
     worst, deepest = -1, 0.0
-    hull = hulls[0]
     chord_gaps(points, gains, u[0], u[1], u[2], gaps)
     for s in range(len(gaps)):
         if gaps[s] >= reach[s]:
             continue
-        if hull[s] >= 0:
+        if len(hulls) > 0 and hulls[0][s] >= 0:
             load(points, gains, hulls, s, u, course)
-            place = hull_below(course, hulls, hull[s], radius[s], growth[s], stack, q)
-            if place < 0.0:
-                continue
+            place = hull_below(course, hulls, hulls[0][s], radius[s], growth[s], stack, q)
         else:
             put_segment(stack, points, gains, s, u[0], u[1], u[2], radius[s] * radius[s])
             place = below(stack)
-            if place < 0.0:
-                continue
-            place = sink(points[:, :, s], gains[:, s], u, place)
+            if place >= 0.0:
+                place = sink(points, gains, s, u, place)
+        if place < 0.0:
+            continue
         g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], place)
         if g < SMALLEST_GAIN:
             return -2
-        if hull[s] >= 0:
-            depth = -excess(course, hulls, hull[s], radius[s], growth[s], place, q)[0] / g
+        if len(hulls) > 0 and hulls[0][s] >= 0:
+            depth = -excess(course, hulls, hulls[0][s], radius[s], growth[s], place, q)[0] / g
             x, y, z = 0.0, 0.0, 0.0
         else:
             x = value(points[0, 0, s], points[1, 0, s], points[2, 0, s], points[3, 0, s], place) / g
@@ -92,106 +89,121 @@ def deepest_violation(
         if worst < 0 or depth > deepest:
             worst, deepest = s, depth
             element[0], element[1], element[2], element[3], element[4] = place, x, y, z, (radius[s] + CONTACT) / g
-    if worst >= 0 and hull[worst] >= 0:
+    if len(hulls) > 0 and worst >= 0 and hulls[0][worst] >= 0:
         # Costly, and therefore done for one only.
         load(points, gains, hulls, worst, u, course)
-        h, r, more = hull[worst], radius[worst], growth[worst]
+        h, r, more = hulls[0][worst], radius[worst], growth[worst]
         element[0] = hull_sink(course, gains[:, worst], hulls, h, r, more, q, element[0])
     return worst
 
 
 @kernel
 def within_reach(
-    limits: Array, points: Array, gains: Array, radius: Array, growth: Array, reach: Array, hulls: Hulls
-) -> tuple[Array, Array, Array, Array, Array, Hulls]:
+    limits: Array, points: Array, gains: Array, radius: Array, growth: Array, reach: Array, hulls: MaybeHulls
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
     """The segments that some admissible control can collide on, as copies of their rows.
 
     All admissible controls lie within the smallest ball of `limits`; moving the control by r from its centre
     moves the robot by at most r times the largest gain of the segment.
     """
-    smallest = smallest_ball(limits)
+    smallest = smallest_ball(limits, len(limits))
     center, r = limits[smallest, 1:4], limits[smallest, 4]
-    hull, turns, corners, first, mixed = hulls
-    gaps, keep = np.empty(len(radius)), np.empty(len(radius), np.int64)
+    gaps, keep, count = np.empty(len(radius)), np.empty(len(radius), np.int64), 0
     course, q = new_course(hulls)
     chord_gaps(points, gains, center[0], center[1], center[2], gaps)
-    count = 0
     for s in range(len(gaps)):
         farthest = r * max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
         if gaps[s] >= reach[s] + farthest:
             continue
-        if hull[s] >= 0:
+        if len(hulls) > 0 and hulls[0][s] >= 0:
             # A long wall may be out of reach although the disc about it is not.
+            h = hulls[0][s]
             load(points, gains, hulls, s, center, course)
-            _, vx, vy, vz = excess(course, hulls, hull[s], radius[s], growth[s], 0.5, q)
-            if bound(course, hulls, hull[s], radius[s], growth[s], 0.0, 1.0, vx, vy, vz) >= farthest:
+            _, vx, vy, vz = excess(course, hulls, h, radius[s], growth[s], 0.5, q)
+            if bound(course, hulls, h, radius[s], growth[s], 0.0, 1.0, vx, vy, vz) >= farthest:
                 continue
         keep[count] = s
         count += 1
-    kept = keep[:count]
-    near, gain, turned = np.empty((4, 3, count)), np.empty((4, count)), np.empty((4, 2, count))
+    near, gain = np.empty((4, 3, count)), np.empty((4, count))
+    around, more, far = np.empty(count), np.empty(count), np.empty(count)
     for j in range(4):
         for i in range(count):
-            gain[j, i] = gains[j, kept[i]]
+            gain[j, i] = gains[j, keep[i]]
         for axis in range(3):
             for i in range(count):
-                near[j, axis, i] = points[j, axis, kept[i]]
-        if turns.shape[2] > 0:
+                near[j, axis, i] = points[j, axis, keep[i]]
+    for i in range(count):
+        around[i], more[i], far[i] = radius[keep[i]], growth[keep[i]], reach[keep[i]]
+    return near, gain, around, more, far, kept_hulls(hulls, keep, count)
+
+
+@kernel
+def kept_hulls(hulls: MaybeHulls, keep: Indices, count: int) -> MaybeHulls:
+    """The hulls of the segments keep[:count]."""
+    if len(hulls) == 0:
+        return ()
+    hull, turns, corners, first, mixed = hulls
+    which, turned = np.empty(count, np.int64), np.empty((4, 2, count))
+    for i in range(count):
+        which[i] = hull[keep[i]]
+    if turns.shape[2] > 0:
+        for j in range(4):
             for axis in range(2):
                 for i in range(count):
-                    turned[j, axis, i] = turns[j, axis, kept[i]]
-    return near, gain, radius[kept], growth[kept], reach[kept], (hull[kept], turned, corners, first, mixed)
+                    turned[j, axis, i] = turns[j, axis, keep[i]]
+    return which, turned, corners, first, mixed
 
 
 @kernel
 def push(
-    heap: list[tuple[float, int]],
-    candidates: list[Candidate],
+    queue: Array,
     boundaries: Array,
-    polygons: Polygons,
+    polygons: MaybePolygons,
     admissible: int,
     preferred: Array,
     u: Array,
     i: int,
     j: int,
     k: int,
-) -> None:
-    """Put candidate u, generated by boundaries i, j, k (-1: none), on the heap if it is admissible.
+) -> Array:
+    """The queue with candidate u, generated by boundaries i, j, k (-1: none), if it is admissible.
 
     And on the border of the polygons that it comes from: most points of their circles and lines lie within.
     """
-    for b in (i, j):
-        which = int(boundaries[b, 5]) if b >= 0 else -1
+    if len(polygons) > 0:
+        which = int(boundaries[i, 5])
         if which >= 0 and not outside_polygons(polygons, which, which + 1, u[0], u[1]):
-            return
-    if meets(boundaries, 0, admissible, u, i, j, k):
-        cost = (u[0] - preferred[0]) ** 2 + (u[1] - preferred[1]) ** 2 + (u[2] - preferred[2]) ** 2
-        heapq.heappush(heap, (cost, len(candidates)))
-        candidates.append((u[0], u[1], u[2], i, j, k))
+            return queue
+        which = int(boundaries[j, 5]) if j >= 0 else -1
+        if which >= 0 and not outside_polygons(polygons, which, which + 1, u[0], u[1]):
+            return queue
+    if not meets(boundaries, 0, admissible, u, i, j, k):
+        return queue
+    cost = (u[0] - preferred[0]) ** 2 + (u[1] - preferred[1]) ** 2 + (u[2] - preferred[2]) ** 2
+    return put(queue, cost, u, i, j, k)
 
 
 @kernel
 def propose(
-    heap: list[tuple[float, int]],
-    candidates: list[Candidate],
+    queue: Array,
     boundaries: Array,
-    polygons: Polygons,
+    polygons: MaybePolygons,
     admissible: int,
     count: int,
     preferred: Array,
     dimension: int,
     found: Array,
-) -> None:
-    """Push the critical points that the last boundary, number count - 1, adds to those before it."""
+) -> Array:
+    """The queue with the critical points that the last boundary, number count - 1, adds to those before it."""
     new = count - 1
     project(boundaries, new, preferred, found)
-    push(heap, candidates, boundaries, polygons, admissible, preferred, found[0], new, -1, -1)
+    queue = push(queue, boundaries, polygons, admissible, preferred, found[0], new, -1, -1)
     for i in range(new):
         if apart(boundaries, i, new):
             continue
         number = intersect_two(boundaries, i, new, preferred, dimension, found)
         for f in range(number):
-            push(heap, candidates, boundaries, polygons, admissible, preferred, found[f], i, new, -1)
+            queue = push(queue, boundaries, polygons, admissible, preferred, found[f], i, new, -1)
     if dimension == 3:
         for i in range(new):
             if apart(boundaries, i, new):
@@ -201,7 +213,8 @@ def propose(
                     continue
                 number = intersect_three(boundaries, j, i, new, found)
                 for f in range(number):
-                    push(heap, candidates, boundaries, polygons, admissible, preferred, found[f], j, i, new)
+                    queue = push(queue, boundaries, polygons, admissible, preferred, found[f], j, i, new)
+    return queue
 
 
 @kernel
@@ -214,7 +227,7 @@ def nearest_free(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     most_elements: int,
     most_candidates: int,
 ) -> tuple[int, Array, int, int]:
@@ -223,14 +236,14 @@ def nearest_free(
     Of `limits` (n, 5), see `boundaries`, and segments as in `slalom.segments`. Returns status, control (3,), elements
     used, candidates examined.
     """
-    points, gains, radius, growth, reach, hulls = within_reach(limits, points, gains, radius, growth, reach, hulls)
-    return nearest_among(
-        preferred, dimension, limits, points, gains, radius, growth, reach, hulls, most_elements, most_candidates
+    points, gains, radius, growth, reach, kept = within_reach(limits, points, gains, radius, growth, reach, hulls)
+    return exchanged(
+        preferred, dimension, limits, points, gains, radius, growth, reach, kept, most_elements, most_candidates
     )
 
 
 @kernel
-def nearest_among(
+def exchanged(
     preferred: Array,
     dimension: int,
     limits: Array,
@@ -239,38 +252,37 @@ def nearest_among(
     radius: Array,
     growth: Array,
     reach: Array,
-    hulls: Hulls,
+    hulls: MaybeHulls,
     most_elements: int,
     most_candidates: int,
 ) -> tuple[int, Array, int, int]:
-    """`nearest_free` of segments that are `within_reach`."""
+    """`nearest_free` of segments that are all within reach."""
     admissible = len(limits)
-    boundaries, polygons = new_boundaries(limits), new_polygons()
+    boundaries, polygons, queue = new_boundaries(limits), new_polygons(hulls), new_queue()
     stack, element, found, gaps = new_stack(), np.zeros(5), np.zeros((4, 3)), np.empty(len(radius))
     course, q = new_course(hulls)
     u = preferred.copy()
-    heap, candidates = [(0.0, 0)], [(u[0], u[1], u[2], -1, -1, -1)]
-    count, elements, proposed, examined, last = admissible, 0, admissible, 0, 0
-    if not meets(boundaries, 0, admissible, u, -1, -1, -1):
-        # Only then can the admissible set's own boundary hold the optimum: the set is convex.
-        heap.pop()
-        proposed = 0
+    count, elements, proposed, examined, last = admissible, 0, 0, 0, 0
+    if meets(boundaries, 0, admissible, u, -1, -1, -1):
+        # Only if it is not admissible can the admissible set's own boundary hold the optimum: the set is convex.
+        queue = put(queue, 0.0, u, -1, -1, -1)
+        proposed = admissible
     while True:
         while proposed < count:
             proposed += 1
-            propose(heap, candidates, boundaries, polygons, admissible, proposed, preferred, dimension, found)
-        if len(heap) == 0:
+            queue = propose(queue, boundaries, polygons, admissible, proposed, preferred, dimension, found)
+        n = take(queue)
+        if n == 0:
             break
-        ux, uy, uz, i, j, k = candidates[heapq.heappop(heap)[1]]
         examined += 1
         if examined > most_candidates:
             return UNDECIDED, u, elements, examined
-        u[0], u[1], u[2] = ux, uy, uz
+        u[0], u[1], u[2] = queue[n, 1], queue[n, 2], queue[n, 3]
         rejects = within_polygon(polygons, last, u[0], u[1])
         if rejects >= 0:
             last = rejects
             continue
-        if not meets(boundaries, admissible, count, u, i, j, k):
+        if not meets(boundaries, admissible, count, u, int(queue[n, 4]), int(queue[n, 5]), int(queue[n, 6])):
             continue
         segment = deepest_violation(points, gains, radius, growth, reach, hulls, gaps, stack, course, q, u, element)
         if segment == -2:
@@ -280,7 +292,7 @@ def nearest_among(
         if elements >= most_elements:
             return UNDECIDED, u, elements, examined
         elements += 1
-        if hulls[0][segment] >= 0:
+        if len(hulls) > 0 and len(polygons) > 0 and hulls[0][segment] >= 0:
             place = element[0]
             n, r = hull_element(points, gains, radius, growth, hulls, segment, place, u, dimension, limits, course, q)
             if dimension == 3 and n > 1:
@@ -292,6 +304,7 @@ def nearest_among(
             element[1], element[2], element[3], element[4] = q[0, 0], q[0, 1], q[0, 2], r
         boundaries = with_room(boundaries, count + 1)
         boundaries[count, 0] = 1.0
-        boundaries[count, 1:5] = element[1:]
+        for column in range(1, 5):
+            boundaries[count, column] = element[column]
         count += 1
     return (BLOCKED if examined else INADMISSIBLE), u, elements, examined

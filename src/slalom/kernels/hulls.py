@@ -13,16 +13,18 @@ middle.
 import numpy as np
 
 from slalom.kernels.bezier import restrict, value
-from slalom.kernels.compiled import Array, Direction, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Direction, Hulls, Indices, MaybeHulls, kernel
 from slalom.tolerances import DEPTH
 
 
 @kernel
-def new_course(hulls: Hulls) -> tuple[Array, Array]:
+def new_course(hulls: MaybeHulls) -> tuple[Array, Array]:
     """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
-    first, most = hulls[3], 1
-    for h in range(len(first) - 1):
-        most = max(most, first[h + 1] - first[h])
+    most = 1
+    if len(hulls) > 0:
+        first = hulls[3]
+        for h in range(len(first) - 1):
+            most = max(most, first[h + 1] - first[h])
     return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
 
 
@@ -308,7 +310,7 @@ def hull_sink(
 
 
 @kernel
-def distances(places: Array, directions: Array, which: Indices, hulls: Hulls) -> Array:
+def distances(places: Array, directions: Array, which: Indices, hulls: MaybeHulls) -> Array:
     """Signed distance of the origin to hulls which (k,), -1 for points, and the unit vector that attains it: (k, 4).
 
     The hulls are at places (k, 3), their bodies along directions (k, 2).
@@ -316,12 +318,15 @@ def distances(places: Array, directions: Array, which: Indices, hulls: Hulls) ->
     result = np.empty((len(places), 4))
     course, q = new_course(hulls)
     for i in range(len(places)):
-        if which[i] < 0:
-            q[0], n = places[i], 1
+        if len(hulls) == 0 or which[i] < 0:
+            n = 1
+            for axis in range(3):
+                q[0, axis] = places[i, axis]
         else:
-            course[0, :3], course[0, 3:] = places[i], directions[i]
-            for j in range(1, 4):
-                course[j] = course[0]
+            for j in range(4):
+                for axis in range(3):
+                    course[j, axis] = places[i, axis]
+                course[j, 3], course[j, 4] = directions[i, 0], directions[i, 1]
             n = corners_at(course, hulls, which[i], 0.0, q)
             if hulls[4][which[i]]:
                 n = order(q, n)

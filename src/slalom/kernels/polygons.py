@@ -8,18 +8,20 @@ from typing import TypeAlias
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.tolerances import ELEMENT
 
 Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
 """corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on."""
+MaybePolygons: TypeAlias = Polygons | tuple[()]
+"""Empty where there are no hulls, see `compiled.MaybeHulls`."""
 
 
 @kernel
-def smallest_ball(limits: Array) -> int:
-    """The row of the smallest ball that all admissible controls lie in."""
+def smallest_ball(limits: Array, admissible: int) -> int:
+    """Which of the first rows is the smallest ball that all admissible controls lie in."""
     smallest = -1
-    for b in range(len(limits)):
+    for b in range(admissible):
         if limits[b, 0] < 0.0 and (smallest < 0 or limits[b, 4] < limits[smallest, 4]):
             smallest = b
     return smallest
@@ -28,11 +30,21 @@ def smallest_ball(limits: Array) -> int:
 @kernel
 def new_boundaries(limits: Array) -> Array:
     """The boundaries of the admissible set, and room for more."""
-    boundaries = np.zeros((len(limits) + 64, 9))
-    boundaries[: len(limits), :5] = limits
-    boundaries[:, 5] = -1.0
-    boundaries[:, 8] = np.inf
+    boundaries = np.empty((len(limits) + 64, 9))
+    clear(boundaries, 0)
+    for b in range(len(limits)):
+        for column in range(5):
+            boundaries[b, column] = limits[b, column]
     return boundaries
+
+
+@kernel
+def clear(boundaries: Array, first: int) -> None:
+    """Rows from `first` on that are no boundaries yet."""
+    for b in range(first, len(boundaries)):
+        for column in range(8):
+            boundaries[b, column] = 0.0
+        boundaries[b, 5], boundaries[b, 8] = -1.0, np.inf
 
 
 @kernel
@@ -40,16 +52,19 @@ def with_room(boundaries: Array, count: int) -> Array:
     """The boundaries, moved to a larger array if there are fewer than `count` rows."""
     if count <= len(boundaries):
         return boundaries
-    larger = np.zeros((2 * count, 9))
-    larger[: len(boundaries)] = boundaries
-    larger[len(boundaries) :, 5] = -1.0
-    larger[len(boundaries) :, 8] = np.inf
+    larger = np.empty((2 * count, 9))
+    clear(larger, len(boundaries))
+    for b in range(len(boundaries)):
+        for column in range(9):
+            larger[b, column] = boundaries[b, column]
     return larger
 
 
 @kernel
-def new_polygons() -> Polygons:
-    """No polygons."""
+def new_polygons(hulls: MaybeHulls) -> MaybePolygons:
+    """No polygons; nothing where there are no hulls."""
+    if len(hulls) == 0:
+        return ()
     return np.empty((16, 2)), np.zeros(6, np.int64), np.empty(4), np.empty((4, 3))
 
 
@@ -60,14 +75,17 @@ def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
     k = begins[0]
     start = begins[k + 1]
     if k + 1 > len(radii):
-        wider = np.empty((2 * len(radii), 3))
-        wider[:k] = around
-        longer, more = np.empty(2 * len(radii)), np.zeros(2 * len(radii) + 2, np.int64)
-        longer[:k], more[: len(begins)] = radii, begins
+        longer, more, wider = np.empty(2 * k), np.zeros(2 * k + 2, np.int64), np.empty((2 * k, 3))
+        for j in range(k):
+            longer[j] = radii[j]
+            wider[j, 0], wider[j, 1], wider[j, 2] = around[j, 0], around[j, 1], around[j, 2]
+        for j in range(k + 2):
+            more[j] = begins[j]
         begins, radii, around = more, longer, wider
     if start + n > len(corners):
         larger = np.empty((2 * (start + n), 2))
-        larger[:start] = corners[:start]
+        for j in range(start):
+            larger[j, 0], larger[j, 1] = corners[j, 0], corners[j, 1]
         corners = larger
     x, y = 0.0, 0.0
     for j in range(n):
@@ -98,11 +116,13 @@ def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: floa
 
 
 @kernel
-def within_polygon(polygons: Polygons, last: int, x: float, y: float) -> int:
+def within_polygon(polygons: MaybePolygons, last: int, x: float, y: float) -> int:
     """A rounded polygon that the control (x, y) is inside of, or -1.
 
     The one that rejected the last control most likely rejects this one too: it is asked first.
     """
+    if len(polygons) == 0:
+        return -1
     if polygons[1][0] > 0 and not outside_polygons(polygons, last, last + 1, x, y):
         return last
     for k in range(polygons[1][0]):
@@ -133,7 +153,7 @@ def add_rounded(
 ) -> tuple[Array, int]:
     """The circles and lines of rounded polygon `which` that reach into the admissible set, as boundaries."""
     boundaries = with_room(boundaries, count + 2 * n)
-    smallest = smallest_ball(boundaries[:admissible])
+    smallest = smallest_ball(boundaries, admissible)
     x, y, most = boundaries[smallest, 1], boundaries[smallest, 2], boundaries[smallest, 4]
     for j in range(n):
         ax, ay = q[j, 0], q[j, 1]

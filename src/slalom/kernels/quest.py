@@ -12,7 +12,9 @@ from slalom.kernels.wish import stopping_velocity, time_to_stop
 def to_go(quest: Quest, place: Array, speed: Array) -> float:
     """How long [s] a robot alone in the world needs to the goal: to pass it exact, to stop there an estimate."""
     d = quest.dimension
-    away = quest.goal[:d] - place[:d]
+    away = np.empty(d)
+    for axis in range(d):
+        away[axis] = quest.goal[axis] - place[axis]
     if not quest.stop:
         return float(earliest_arrival(away, speed[:d], quest.push, quest.top, quest.near))
     wanted = np.empty(d)

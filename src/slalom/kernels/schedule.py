@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.segments import relative_segments
 from slalom.kernels.sequences import Schedule
 
@@ -39,7 +39,7 @@ def near(schedule: Schedule, t: float, length: float, place: Array, reach: float
 @kernel
 def meeting_rows(
     schedule: Schedule, rows: Indices, t: float, length: float, margin: float, drift: Array, gain: Array
-) -> tuple[Array, Array, Array, Array, Array, Hulls]:
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
     """The relative motion of some rows and a robot from t to t + length: points, gains, radius, growth, reach, hulls.
 
     The robot's position has the control points drift (1, 4, d) + gain (1, 4) u.
@@ -48,7 +48,7 @@ def meeting_rows(
     turning = len(schedule.turns) > 0
     times, points = np.empty((n, 2)), np.empty((n, 4, d))
     radius, growth, turns = np.empty(n), np.empty(n), np.empty((n if turning else 0, 4, 2))
-    hull, spread = np.empty(n, np.int64), np.empty(n)
+    spread = np.empty(n)
     for i in range(n):
         s = rows[i]
         times[i, 0], times[i, 1] = schedule.times[s, 0] - t, schedule.times[s, 1] - t
@@ -58,13 +58,28 @@ def meeting_rows(
             if turning:
                 turns[i, c, 0], turns[i, c, 1] = schedule.turns[s, c, 0], schedule.turns[s, c, 1]
         radius[i], growth[i] = schedule.radius[s] + margin, schedule.growth[s]
-        hull[i], spread[i] = schedule.hull[s], schedule.spread[s]
+        spread[i] = schedule.spread[s]
     knots = np.array([0.0, length])
     _, _, rel, gains, around, widening, turned, _ = relative_segments(
         times, points, radius, growth, turns, np.zeros(n, np.int64), knots, drift, gain, length
     )
-    reach = around + np.maximum(widening, 0.0) + spread
-    if not turning:
+    for i in range(n):
+        spread[i] = around[i] + max(widening[i], 0.0) + spread[i]
+    return rel, gains, around, widening, spread, hulls_of(schedule.hulls, rows, turned)
+
+
+@kernel
+def hulls_of(hulls: MaybeHulls, rows: Indices, turned: Array) -> MaybeHulls:
+    """The hulls of some rows, whose directions are `turned` if any of them turns."""
+    if len(hulls) == 0:
+        return ()
+    n = len(rows)
+    hull = np.empty(n, np.int64)
+    for i in range(n):
+        hull[i] = hulls[0][rows[i]]
+    if turned.shape[2] == 0:
         turned = np.zeros((4, 2, n))
-        turned[:, 0] = 1.0
-    return rel, gains, around, widening, reach, (hull, turned, schedule.corners, schedule.first, schedule.mixed)
+        for c in range(4):
+            for i in range(n):
+                turned[c, 0, i] = 1.0
+    return hull, turned, hulls[2], hulls[3], hulls[4]

@@ -74,8 +74,18 @@ def relative_segments(
             around[k], widening[k] = radius[s] + growth[s] * a, growth[s] * (b - a)
             k += 1
             t0 = stop
-    rel, gains, turned = rel[:, :, :k].copy(), gains[:, :k].copy(), turned[:, :, :k].copy()
-    return begin[:k], end[:k], rel, gains, around[:k], widening[:k], turned, who[:k]
+    near, shares, ahead = np.empty((4, 3, k)), np.empty((4, k)), np.empty((4, 2, k if turning else 0))
+    for c in range(4):
+        for axis in range(3):
+            for s in range(k):
+                near[c, axis, s] = rel[c, axis, s]
+        for s in range(k):
+            shares[c, s] = gains[c, s]
+        if turning:
+            for axis in range(2):
+                for s in range(k):
+                    ahead[c, axis, s] = turned[c, axis, s]
+    return begin[:k], end[:k], near, shares, around[:k], widening[:k], ahead, who[:k]
 
 
 @kernel

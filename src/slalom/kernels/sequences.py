@@ -1,9 +1,12 @@
 """What a search over sequences of pushes is made from, as arrays."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from slalom.checks import Array
-from slalom.kernels.tables import Flags, Indices
+from slalom.kernels.tables import Indices
+
+if TYPE_CHECKING:
+    from slalom.kernels.compiled import MaybeHulls
 
 OPEN, CLOSED, ARRIVED = 0, 1, 2
 """Marks of nodes: yet to be looked at, looked at, at the goal."""
@@ -23,12 +26,9 @@ class Schedule(NamedTuple):
     turns: Array  # (n, 4, 2), or (0, 4, 2) if nothing turns
     middle: Array  # (n, d) middle of each piece
     span: Array  # (n,) [m] how far any point of the body is from there at most, within the piece
-    hull: Indices  # (n,)
     spread: Array  # (n,)
     since: Array  # (n,) [s] when the body appears
-    corners: Array
-    first: Indices
-    mixed: Flags
+    hulls: "MaybeHulls"  # the first (n,), the second empty: see `compiled.MaybeHulls`
     start: float  # [s] of the first interval
     width: float  # [s] of all intervals
     begin: Indices  # (m + 1,) interval k has the rows row[begin[k]] to row[begin[k + 1]]
