@@ -87,8 +87,8 @@ def test_who_is_left_out_stays_away(name, scenario, settings):
     for i in some:
         everybody = np.delete(np.arange(len(fleet.radius)), i)
         near = in_reach(i, everybody, fleet, terms)
-        np.testing.assert_array_equal(in_reach(i, around(i, fleet, seen), fleet, terms), near)
-        met = who_is_met(i, around(i, fleet, seen), fleet, answers, terms)
+        np.testing.assert_array_equal(np.sort(in_reach(i, around(i, fleet, seen), fleet, terms)), near)
+        met = np.sort(who_is_met(i, around(i, fleet, seen), fleet, answers, terms))
         np.testing.assert_array_equal(who_is_met(i, everybody, fleet, answers, terms), met)
         reachable(i, fleet, answers, terms, middle, spread)
         for k in np.setdiff1d(everybody, met):

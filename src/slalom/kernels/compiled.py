@@ -158,13 +158,6 @@ def _without_collecting(compile_one: Callable[..., Any]) -> Callable[..., Any]:
     return compile_quickly
 
 
-def inlined(function: F) -> F:
-    """A part of one other kernel, which is compiled there: each kernel of its own that calls much is compiled with all
-    that it calls, once more at every level.
-    """
-    return cast(F, numba.njit(nogil=True, error_model="numpy", inline="always")(function))
-
-
 def threads() -> int:
     """How many threads kernels may run in: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
     return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]

@@ -7,7 +7,7 @@ module has no answer for is told to ask the navigator.
 import numpy as np
 
 from slalom.kernels.bezier import new_stack
-from slalom.kernels.compiled import Array, Indices, inlined, kernel
+from slalom.kernels.compiled import Array, Indices, kernel
 from slalom.kernels.exchange import SAFE, deepest_violation, exchanged
 from slalom.kernels.fleet import commit, course, foresee, gather, in_reach, meeting, place_at, relative
 from slalom.kernels.hulls import new_course
@@ -98,7 +98,7 @@ def cost_of(
     return float(cost)
 
 
-@inlined
+@kernel
 def is_clear(i: int, squeezed: bool, rows: Rows, fleet: Fleet, world: World, terms: Terms) -> bool:
     """Whether robot i can go on as it is committed to; `squeezed`: without keeping the margin."""
     d, n = terms.dimension, fleet.points.shape[1]
@@ -138,7 +138,7 @@ def own_control(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms, u:
         u[axis] = fleet.velocity[i, axis] if answers.aim[r, 0] == 0.0 else fleet.push[i, axis]
 
 
-@inlined
+@kernel
 def best_of(
     i: int,
     rows: Rows,
@@ -194,7 +194,7 @@ def best_of(
     return best, best_r, outcome
 
 
-@inlined
+@kernel
 def decide(i: int, seen: Survey, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
     """The decision of robot i: its outcome. What it commits to goes into `fleet`."""
     near = in_reach(i, around(i, fleet, seen), fleet, terms)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Hulls, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.exchange import within_reach
 from slalom.kernels.hulls import distances
 from slalom.kernels.segments import relative_segments
-from slalom.kernels.tables import CLOSE, FOR_EVER, Answers, Fleet, Meeting, Rows, Terms, World
+from slalom.kernels.tables import CLOSE, FOR_EVER, Answers, Fleet, Meeting, Rows, Solid, Terms, World
 from slalom.kernels.windows import whereabouts
 from slalom.tolerances import CONTACT, TOUCHING
 
@@ -121,8 +121,7 @@ def widen(i: int, fleet: Fleet, world: World, terms: Terms, around: Array) -> bo
             for axis in range(2):
                 p = world.turns[s, :, axis]
                 ahead[h, axis] = w0 * p[0] + w1 * p[1] + w2 * p[2] + w3 * p[3]
-    hulls = (world.hull, np.empty((4, 2, 0)), world.corners, world.first, world.mixed)
-    found = distances(places, ahead, world.hull[which], hulls)
+    found = distances(places, ahead, world.hull[which], hulls_of(world.solid, world.hull, np.empty((4, 2, 0))))
     overlaps = False
     wide = np.full(len(around), terms.margin)
     for h in range(len(heads)):
@@ -138,7 +137,7 @@ def widen(i: int, fleet: Fleet, world: World, terms: Terms, around: Array) -> bo
 @kernel
 def relative(
     rows: Rows, world: World, knots: Array, drift: Array, gain: Array, horizon: float
-) -> tuple[Array, Array, Array, Array, Array, Hulls, Indices]:
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls, Indices]:
     """points, gains, radius, growth, reach, hulls and body of the relative motion."""
     _, _, points, gains, radius, growth, turned, body = relative_segments(
         rows.times, rows.points, rows.radius, rows.growth, rows.turns, rows.body, knots, drift, gain, horizon
@@ -148,7 +147,15 @@ def relative(
     if len(rows.turns) == 0:
         turned = np.zeros((4, 2, len(body)))
         turned[:, 0] = 1.0
-    return points, gains, radius, growth, reach, (hull, turned, world.corners, world.first, world.mixed), body
+    return points, gains, radius, growth, reach, hulls_of(world.solid, hull, turned), body
+
+
+@kernel
+def hulls_of(solid: Solid, hull: Indices, turned: Array) -> MaybeHulls:
+    """The hulls of rows by numbers (k,) and directions (4, 2, k); empty where there are none (`compiled.MaybeHulls`)."""
+    if len(solid) > 0:
+        return hull, turned, solid[0], solid[1], solid[2]
+    return ()
 
 
 @kernel

@@ -1,16 +1,19 @@
 """What the decisions of many robots are made from, as arrays."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.checks import Array
 
+if TYPE_CHECKING:
+    from slalom.kernels.compiled import MaybeHulls
+
 Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
-Hulls = tuple[Indices, Array, Array, Indices, Flags]
-"""hull, turns, corners, first, mixed: see `slalom.segments`."""
+Solid = tuple[Array, Indices, Flags] | tuple[()]
+"""corners, first, mixed of hulls: see `slalom.segments`; empty where all bodies are points."""
 CLOSE = 0.3
 """[1] Robots nearer to each other than this share of the sum of their radii avoid each other in full, not in part."""
 FOR_EVER = 1e6
@@ -87,9 +90,7 @@ class World(NamedTuple):
     around: Array
     spread: Array
     hull: Indices
-    corners: Array
-    first: Indices
-    mixed: Flags
+    solid: Solid
     heads: Indices
     ends: Array  # (e, d) where obstacles of one part are in the end
     reach: Array  # (e,)
@@ -134,4 +135,4 @@ class Meeting(NamedTuple):
     radius: Array
     growth: Array
     reach: Array
-    hulls: Hulls
+    hulls: "MaybeHulls"

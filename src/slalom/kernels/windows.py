@@ -172,7 +172,7 @@ def cell_at(place: Array, low: Array, width: Array, counts: Indices) -> int:
 
 @kernel
 def around(i: int, fleet: Fleet, seen: Survey) -> Indices:
-    """All robots but i in the cells about it, in the order of their numbers."""
+    """All robots but i in the cells about it."""
     d = len(seen.counts)
     index, count = np.empty(len(seen.member), np.int64), 0
     at = np.zeros(3, np.int64)
@@ -191,9 +191,7 @@ def around(i: int, fleet: Fleet, seen: Survey) -> Indices:
                     if seen.member[m] != i:
                         index[count] = seen.member[m]
                         count += 1
-    found = index[:count]
-    found.sort()
-    return found
+    return index[:count]
 
 
 @kernel
