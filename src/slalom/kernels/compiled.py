@@ -9,8 +9,7 @@ import gc
 import hashlib
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial, update_wrapper
-from inspect import signature
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
 
@@ -115,8 +114,8 @@ def _cached(compiled: Any, function: Callable[..., Any], what: str) -> Any:
 def kernel(function: F) -> F:
     """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan.
 
-    Twice: as a part of kernels that call it, and, only when Python calls it, a function around that part. Wrappers for
-    Python's objects, optimisation and machine code cost more than the rest; so parts have none of them.
+    As a part of kernels that call it, and, only when Python calls it, by itself. Wrappers for Python's objects,
+    optimisation and machine code cost more than the rest; so parts have none of them.
     """
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
@@ -129,18 +128,10 @@ def kernel(function: F) -> F:
         # Once for all integers that kernels hand to each other, not once more for each constant.
         return template(tuple(types.unliteral(arg) for arg in args), kws)  # type: ignore[no-untyped-call]
 
-    entry = _cached(compiled(_around(part, function)), function, "entry")
+    entry = _cached(compiled(function), function, "entry")
     entry.get_call_template, entry.get_overload = get_call_template, part.get_overload
     entry.compile = _without_collecting(entry.compile)
     return cast(F, entry)
-
-
-def _around(part: Any, function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of the same arguments that calls the part."""
-    names = ", ".join(signature(function).parameters)
-    space = {"__name__": function.__module__, "part": part}
-    exec(f"def {function.__name__}({names}):\n    return part({names})", space)
-    return cast(Callable[..., Any], update_wrapper(space[function.__name__], function))
 
 
 def _without_collecting(compile_one: Callable[..., Any]) -> Callable[..., Any]:

@@ -22,9 +22,8 @@ def new_course(hulls: MaybeHulls) -> tuple[Array, Array]:
     """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
     most = 1
     if len(hulls) > 0:
-        first = hulls[3]
-        for h in range(len(first) - 1):
-            most = max(most, first[h + 1] - first[h])
+        for h in range(len(hulls[3]) - 1):
+            most = max(most, hulls[3][h + 1] - hulls[3][h])
     return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
 
 
@@ -320,15 +319,12 @@ def distances(places: Array, directions: Array, which: Indices, hulls: MaybeHull
     for i in range(len(places)):
         if len(hulls) == 0 or which[i] < 0:
             n = 1
-            for axis in range(3):
-                q[0, axis] = places[i, axis]
+            q[0, 0], q[0, 1], q[0, 2] = places[i, 0], places[i, 1], places[i, 2]
         else:
             for j in range(4):
-                for axis in range(3):
-                    course[j, axis] = places[i, axis]
+                course[j, 0], course[j, 1], course[j, 2] = places[i, 0], places[i, 1], places[i, 2]
                 course[j, 3], course[j, 4] = directions[i, 0], directions[i, 1]
             n = corners_at(course, hulls, which[i], 0.0, q)
-            if hulls[4][which[i]]:
-                n = order(q, n)
+            n = order(q, n) if hulls[4][which[i]] else n
         result[i, 0], result[i, 1], result[i, 2], result[i, 3] = signed_distance(q, n)
     return result

@@ -74,18 +74,23 @@ def relative_segments(
             around[k], widening[k] = radius[s] + growth[s] * a, growth[s] * (b - a)
             k += 1
             t0 = stop
-    near, shares, ahead = np.empty((4, 3, k)), np.empty((4, k)), np.empty((4, 2, k if turning else 0))
+    shares = np.empty((4, k))
     for c in range(4):
-        for axis in range(3):
-            for s in range(k):
-                near[c, axis, s] = rel[c, axis, s]
         for s in range(k):
             shares[c, s] = gains[c, s]
-        if turning:
-            for axis in range(2):
-                for s in range(k):
-                    ahead[c, axis, s] = turned[c, axis, s]
+    near, ahead = first_of(rel, k), first_of(turned, k if turning else 0)
     return begin[:k], end[:k], near, shares, around[:k], widening[:k], ahead, who[:k]
+
+
+@kernel
+def first_of(table: Array, k: int) -> Array:
+    """A copy of the first k segments of a table (4, axes, segments)."""
+    copy = np.empty((4, table.shape[1], k))
+    for c in range(4):
+        for axis in range(table.shape[1]):
+            for s in range(k):
+                copy[c, axis, s] = table[c, axis, s]
+    return copy
 
 
 @kernel
