@@ -152,7 +152,7 @@ def relative(
 
 @kernel
 def hulls_of(solid: Solid, hull: Indices, turned: Array) -> MaybeHulls:
-    """The hulls of rows by numbers (k,) and directions (4, 2, k); empty where there are none (`compiled.MaybeHulls`)."""
+    """The hulls of rows by numbers (k,), directions (4, 2, k); empty where there are none (`compiled.MaybeHulls`)."""
     if len(solid) > 0:
         return hull, turned, solid[0], solid[1], solid[2]
     return ()
