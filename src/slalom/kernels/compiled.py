@@ -57,8 +57,8 @@ class _KernelCache(FunctionCache):
         return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
 
 
-NEWEST = (0, 68)
-"""The last numba that `_PartLibrary` is known to fit. With later ones compiling takes half as long again."""
+FITTING = {(0, 68)}
+"""Versions of numba that `_PartLibrary` is known to fit. With others compiling takes half as long again."""
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -120,7 +120,7 @@ def kernel(function: F) -> F:
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
     compiled: Any = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-    pipeline = {"pipeline_class": _PartCompiler} if numba.version_info.short <= NEWEST else {}
+    pipeline = {"pipeline_class": _PartCompiler} if numba.version_info.short in FITTING else {}
     part = compiled(no_cpython_wrapper=True, **pipeline)(function)
     template = _cached(part, function, "part").get_call_template
 
