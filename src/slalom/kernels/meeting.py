@@ -8,10 +8,16 @@ from slalom.kernels.way import free_cells, next_corner, straight
 
 CLOSE = 1.3
 """[1] Robots meet if they would come nearer to each other than this many times the sum of their radii."""
-ROOM = 1.15
+ROOM = 1.2
 """[1] How long a ring is, as a share of 1.1 times the length of its robots side by side.
 
 Longer: a longer way around it. Shorter: robots get in each other's way on it (docs/design/0008).
+"""
+DRIFT = 0.05
+"""[1] The middle of a ring moves by this share of the way, at each step at which no more robots are on it than before.
+
+Larger: it follows who happens to be counted, and robots leave the ring too early. Smaller: it stays where it was seen
+first, beside where they meet.
 """
 PATIENCE = 1.0
 """[s] Who has waited for longer gives up going around."""
@@ -63,7 +69,8 @@ def meetings(i: int, guide: Guide, found: Array) -> int:
     dx, dy = dx / distance, dy / distance
     count = 0
     for k in range(len(guide.present)):
-        if k == i or not guide.present[k]:
+        # Who has arrived is no meeting, however it moves about its place.
+        if k == i or not guide.present[k] or guide.arrived[k]:
             continue
         rx, ry = guide.position[k, 0] - px, guide.position[k, 1] - py
         vx, vy = guide.velocity[k, 0], guide.velocity[k, 1]
@@ -152,8 +159,9 @@ def members(i: int, guide: Guide, ring: Array) -> int:
         reaches += guide.radius[k]
         largest = max(largest, guide.radius[k])
     if count >= ring[3]:
-        ring[0] += 0.2 * (x / count - ring[0])
-        ring[1] += 0.2 * (y / count - ring[1])
+        gain = 1.0 if count > ring[3] else DRIFT
+        ring[0] += gain * (x / count - ring[0])
+        ring[1] += gain * (y / count - ring[1])
         ring[2] = max(1.2 * (guide.radius[i] + largest), ROOM * 2.2 * reaches / (2.0 * np.pi) + 0.5 * guide.radius[i])
         ring[3] = count
     return count
@@ -175,7 +183,9 @@ def head_for(guide: Guide) -> None:
         count = meetings(i, guide, found)
         if count > 0:
             ring_of(guide.radius[i], found, count, fresh)
-            if fresh[3] > ring[3]:
+            x, y = fresh[0] - guide.position[i, 0], fresh[1] - guide.position[i, 1]
+            # Who is inside is too late to go around.
+            if fresh[3] > ring[3] and (ring[2] > 0.0 or x * x + y * y > fresh[2] * fresh[2]):
                 ring[:] = fresh
         if ring[2] > 0.0:
             if members(i, guide, ring) > 0 and around(i, guide, ring, guide.target[i]):
