@@ -485,13 +485,25 @@ def test_every_name_in_a_study_that_is_not_known_is_a_line(study: Path) -> None:
 
 
 def test_the_study_of_fleets_is_complete() -> None:
-    """Every scenario of several robots of its gallery, beside ours in every row."""
+    """Scenarios of several robots and the test cases of others, each with ours and with those of others beside them.
+
+    Starts that are exactly symmetric and the largest circle are ours alone.
+    """
     found = read_study(FLEETS)
     assert found.title
     assert found.text
-    assert len(found.rows) == 16
-    assert {row.scenario for row in found.rows} >= {"circle", "ring", "doorway", "navground_cross"}
-    assert all(row.methods[0] == "nao_shared" for row in found.rows)
+    rows = [*found.rows, *found.left_out]
+    assert len(rows) == 48
+    assert {row.scenario for row in rows} >= {"circle", "ring", "doorway", "navground_cross", "crowdnav"}
+    assert [row.seeds for row in rows if "cadrl_" in row.scenario] == [500, 500]
+    beside: dict[str, set[str]] = {}
+    for row in rows:
+        settings = {name: value for name, value in row.settings.items() if name != "margin"}
+        alone = settings.get("noise") == 0 or settings.get("robots") == 250
+        beside.setdefault(f"{row.scenario} {settings}", {"orca"} if alone else set()).update(row.methods)
+    for where, methods in beside.items():
+        assert {"nao_shared", "nao_ahead"} & methods, where
+        assert {"orca", "navground_orca"} & methods, where
 
 
 def test_the_page_of_fleets_has_the_rows_of_its_study() -> None:
@@ -504,6 +516,7 @@ def test_the_page_of_fleets_has_the_rows_of_its_study() -> None:
     expected = []
     for row in rows:
         settings = ", ".join(f"{name}={value:g}" for name, value in row.settings.items())
-        expected += [[f"| {row.scenario} {settings}".rstrip(), method] for method in row.methods]
+        called = Path(row.scenario).name if row.scenario.endswith(".csv") else row.scenario
+        expected += [[f"| {called} {settings}".rstrip(), method] for method in row.methods]
     assert cells == expected
     assert "`slalom compare benchmarks/fleets.yaml " in page
