@@ -3,6 +3,7 @@
 import json
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -30,6 +31,7 @@ robot: {position: [0, 0], velocity: [1, 0], radius: 0.5, max_speed: 2, max_accel
 obstacles:
   - {name: rock, radius: 1, trajectory: {kind: stationary, position: [8, 0.2]}}
 """
+CADRL = "case,agent,x,y,goal_x,goal_y,pref_speed,radius\n0,0,-3,0,3,0,1,0.5\n0,1,3,0.2,-3,0,1,0.5\n"
 MAGIC = {".svg": b"<?xml", ".pdf": b"%PDF", ".png": b"\x89PNG"}
 OF_RUN = {
     "scenario",
@@ -401,11 +403,45 @@ def test_compare_writes_a_page(say: Say) -> None:
         ["| scene.yaml duration=0.3", "vo", "observed", "3"],
         ["| scene.yaml duration=0.3", "ao", "observed", "3"],
     ]
-    assert {line.count("|") for line in lines} == {9}
+    assert {line.count("|") for line in lines} == {12}
     assert "0 (0-56 %)" in lines[2]
     Path("a b.md").unlink()
     assert say(*shlex.split(command)[1:]).code == 0
     assert Path("a b.md").read_text() == page
+
+
+def test_compare_says_which_files_of_cases_are_not_there(say: Say) -> None:
+    """On stderr, in JSON and on the page; where they are is told by --data, and does not get onto the page."""
+    Path("study.yaml").write_text(
+        "methods: [nao_shared]\nseeds: 1\nscenarios: [{scenario: two.csv}, {scenario: three.csv}]\n"
+    )
+    Path("folder").mkdir()
+    Path("folder/two.csv").write_text(CADRL)
+    tokens = ["compare", "study.yaml", "--data", "folder"]
+    said = say(*tokens, "--page", "page.md", "--json")
+    assert said.code == 0
+    assert said.err == (
+        "three.csv: left out, as there is no such file; --data names the folder of files of test cases\n"
+    )
+    found = json.loads(said.out)
+    assert found["left_out"] == ["three.csv"]
+    (row,) = found["rows"]
+    assert (row["scenario"], row["runs"], row["runs_successful"]) == ("folder/two.csv", 1, 1)
+    page = Path("page.md").read_text()
+    assert "`slalom compare study.yaml --data DATA_DIR --page page.md`" in page
+    assert (
+        "\nLeft out, as the files of their test cases were not there when this page was made: the rows of "
+        "`three.csv`.\n" in page
+    )
+    (line,) = [line for line in page.splitlines() if line.startswith("| two.csv | nao_shared | published | 1 |")]
+    extra = ", ".join(f"{x:.2f}" for x in row["extra_time"])
+    assert line.endswith(f"| {extra} | {row['efficacy']:.2f} | {row['min_clearance']:.3f} |")
+    shutil.copy("folder/two.csv", "folder/three.csv")
+    said = say(*tokens, "--page", "page.md", "--json")
+    assert (said.err, said.json["left_out"]) == ("", [])
+    assert "eft out" not in Path("page.md").read_text()
+    alone = say("compare", "folder/two.csv", "--methods", "nao_shared", "--seeds", "1", "--json").json
+    assert alone["methods"]["nao_shared"].items() <= row.items()
 
 
 def test_compare_goes_on_from_its_store(say: Say) -> None:
@@ -430,7 +466,7 @@ def test_compare_says_what_cannot_run(say: Say) -> None:
     assert reason in said.out
     (line,) = [line for line in Path("page.md").read_text().splitlines() if " | orca | " in line]
     assert "0; none ran: drone: expected a disc" in line
-    assert line.endswith("| - | - | - | - |")
+    assert line.endswith("| - | - | - | - | - | - | - |")
     assert say(*tokens, "--methods", "orca").code == 1
 
 
@@ -515,6 +551,7 @@ BAD = [
     ("compare empty full --store kept", r"scenario: expected a \.yaml file or one of .*; found 'full'"),
     ("compare empty --only ring", r"only: expected one of empty; found 'ring'"),
     ("compare empty --backend fast", r"backend: expected loky, .*; found 'fast'"),
+    ("compare empty --data folder", r"data: expected only with a study file, found it with empty"),
     ("compare empty --page none/a.md", r"none/a\.md: expected a file in a folder that exists"),
     ("compare empty --seeds 1 --store scene.yaml", r"store: expected a folder that is there or can be made, found "),
     ("fly empty", r"fly"),
@@ -571,7 +608,7 @@ def test_every_command_has_help(command: str, say: Say) -> None:
     options["run"] += ("--figure-at", "--at", "--start", "--goal", "--agents", "--frame-rate")
     options |= {"list": ("--json",), "convert": ("--out-frame-rate", "--format", "--without", "--gap", "--json")}
     options |= {"decide": ("--method", "--json", "--figure"), "compare": ("--set", "--methods", "--seeds", "--jobs")}
-    options["compare"] += ("--only", "--backend", "--store", "--page", "--json")
+    options["compare"] += ("--only", "--backend", "--store", "--data", "--page", "--json")
     options |= {"reproduce": ("--out", "--page", "--seeds", "--jobs", "--quick", "--json")}
     for option in options[command]:
         assert option in said.out

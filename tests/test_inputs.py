@@ -93,7 +93,7 @@ from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
 from slalom.sim.case import SOURCES as SOURCES_NOW
 from slalom.sim.case import Case as Run
-from slalom.sim.case import run_case
+from slalom.sim.case import drawn, run_case
 from slalom.sim.gallery import build
 from slalom.sim.recording_spec import RecordingSpec
 from slalom.sim.scenario_spec import GoalSpec
@@ -179,11 +179,16 @@ def reading(reader: Callable, name: str, content: str | bytes) -> Callable[[Path
 A_RUN = Run("empty", {}, "nao", 0, {"seed": 0})
 
 
+CADRL = "case,agent,x,y,goal_x,goal_y,pref_speed,radius\n0,0,-3,0,3,0,1,0.5\n0,1,3,0.2,-3,0,1,0.5\n"
+"""A file of one test case."""
+OTHER_FILES = {"files": ["none"]}
+"""What a sweep began with."""
+
+
 def edited_scene(folder: Path) -> object:
     """A run of a file that is not what it was when the run was asked for."""
     path = written("a.yaml", MINIMAL.replace("GOAL", "position: [9, 0]"))(folder)
-    about = {"files": ["none"]}
-    return run_case(Run(str(path), {}, "nao", 0, {"sources": SOURCES_NOW, "scenario": about}))
+    return run_case(Run(str(path), {}, "nao", 0, {"sources": SOURCES_NOW, "scenario": OTHER_FILES}))
 
 
 def command(*tokens: str) -> Callable[[Path], object]:
@@ -1070,7 +1075,15 @@ CASES = [
         lambda _: run_case(Run("empty", {}, "nao", 0, {"sources": "none"})),
     ),
     Case(
-        "_read",
+        "_refuse_others",
+        InvalidFile,
+        r"a\.csv: expected the files that the sweep began with, found others",
+        lambda folder: run_case(
+            Run(str(written("a.csv", CADRL)(folder)), {}, "nao", 0, {"sources": SOURCES_NOW, "scenario": OTHER_FILES})
+        ),
+    ),
+    Case(
+        "_refuse_others",
         InvalidFile,
         r"a\.yaml: expected the files that the sweep began with, found others",
         edited_scene,
@@ -1106,6 +1119,42 @@ CASES = [
         reading(read_study, "a.yaml", "scenarios: [{scenario: full}]"),
     ),
     Case("named", InvalidInput, r"scenario: expected at least one, or a study file, found none", lambda _: named([])),
+    Case(
+        "named",
+        InvalidInput,
+        r"data: expected only with a study file, found it with empty, ring",
+        lambda folder: named(["empty", "ring"], data=folder),
+    ),
+    Case(
+        "named",
+        InvalidInput,
+        r"data: expected the folder of none\.csv; found no such file, and nothing else to run",
+        reading(lambda path: named([str(path)]), "a.yaml", "scenarios: [{scenario: none.csv}]"),
+    ),
+    Case(
+        "read_study",
+        InvalidInput,
+        r"data: expected a folder, found none at 'none'",
+        reading(lambda path: read_study(path, "none"), "a.yaml", "scenarios: [{scenario: empty}]"),
+    ),
+    Case(
+        "refuse_more",
+        InvalidInput,
+        r"seeds: expected at most 1, the cases of .*a\.csv; found 2",
+        reading(lambda path: compare(str(path), ["nao"], 2), "a.csv", CADRL),
+    ),
+    Case(
+        "case_of",
+        InvalidInput,
+        r"seed: expected 0 to 0, the cases of .*a\.csv; found 1",
+        reading(lambda path: drawn(str(path), seed=1), "a.csv", CADRL),
+    ),
+    Case(
+        "case_of",
+        InvalidInput,
+        r"parameter of a\.csv: expected one of max_acceleration, start, .*; found 'people'",
+        reading(lambda path: drawn(str(path), {"people": 3.0}), "a.csv", CADRL),
+    ),
     Case("build", InvalidInput, r"seed: expected 0 or more, found -1", lambda _: build("empty", seed=-1)),
     Case(
         "Scenario._refuse_hidden_goal",

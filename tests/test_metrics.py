@@ -100,6 +100,8 @@ BY_HAND = [
     ("min_clearance", CORNER, math.inf),
     ("time", STRAIGHT, 4.0),
     ("time", CORNER, 1.5),
+    ("extra_time", STRAIGHT, 4.0 - 0.35),
+    ("extra_time", CORNER, math.inf),
     ("path_length", STRAIGHT, 3.0),
     ("path_length", CORNER, 1.0 + math.hypot(1.0, 0.25) + math.hypot(1.0, 0.5)),
     ("spl", STRAIGHT, 1.0),

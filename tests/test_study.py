@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,12 @@ import pytest
 from galleries import NAMES, nudged
 
 from slalom import METHODS, InvalidFile, InvalidInput, SlalomError
+from slalom.io.cadrl import read_cases
 from slalom.peers import contender
 from slalom.sim import Row, compare, compare_all, load, metrics, read_study, simulate
 from slalom.sim.aggregate import mean_interval, wilson
-from slalom.sim.case import run_case, run_one
+from slalom.sim.case import drawn, run_case, run_one
+from slalom.sim.crowds import cadrl
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.study import cases_of, flat
 from slalom.sim.study_file import is_study, named
@@ -50,6 +53,10 @@ def test_the_table_is_that_of_the_single_runs() -> None:
         assert row["runs_all_arrived"] == len(done)
         assert row["adjustments"] == np.mean([metrics.adjustments(run) for run in runs])
         assert row["time"] == (np.mean([metrics.time(run) for run in done]) if done else None)
+        assert row["runs_successful"] == sum(metrics.success(run) for run in runs)
+        assert row["efficacy"] == pytest.approx(np.mean([metrics.efficacy(run) for run in runs]), abs=5e-4)
+        extra = [metrics.extra_time(run) for run in done]
+        assert row["extra_time"] == (list(np.percentile(extra, (50, 75, 90))) if done else None)
         assert row["min_clearance"] == min(metrics.min_clearance(run) for run in runs)
         outcomes = [name for run in runs for (name,) in run.outcomes]
         assert row["outcomes"] == {name: outcomes.count(name) for name in sorted(set(outcomes))}
@@ -357,11 +364,87 @@ def test_a_study_is_what_its_file_says(study: Path) -> None:
     assert not is_study("empty")
 
 
+CADRL = """\
+case,agent,x,y,goal_x,goal_y,pref_speed,radius
+7,0,-3,0,3,0,1,0.3
+7,1,3,0.1,-3,0,1.2,0.3
+9,0,-2,0,2,0,1,0.3
+9,1,0,-2,0,2,1,0.3
+"""
+WITH_CASES = """\
+methods: [nao]
+seeds: 2
+scenarios:
+  - {scenario: empty}
+  - {scenario: two.csv, settings: {max_acceleration: 3}, methods: [nao_shared]}
+  - {scenario: three.csv, seeds: 500}
+"""
+
+
+def test_a_study_takes_files_of_cases(study: Path) -> None:
+    """From beside it or from a folder of data; what is not there is left out, and is said to be."""
+    study.write_text(WITH_CASES)
+    empty, three = Row("empty", {}, ["nao"], 2), Row("three.csv", {}, ["nao"], 500)
+    two = Row("two.csv", {"max_acceleration": 3.0}, ["nao_shared"], 2)
+    assert read_study(study) == ("", "", [empty], (two, three))
+    folder = study.parent / "data"
+    folder.mkdir()
+    (folder / "two.csv").write_text(CADRL)
+    found = Row(str(folder / "two.csv"), {"max_acceleration": 3.0}, ["nao_shared"], 2)
+    assert read_study(study, folder) == ("", "", [empty, found], (three,))
+    assert read_study(study).left_out == (two, three)
+    study.with_name("two.csv").write_text(CADRL)
+    assert read_study(study).rows == [empty, found._replace(scenario=str(study.with_name("two.csv")))]
+    assert named([str(study)], only=["two.csv"], data=folder) == ("", "", [found], ())
+    assert named([str(study)], seeds=1, data=folder).left_out == (three._replace(seeds=1),)
+
+
+def test_every_mistake_about_cases_is_a_line(study: Path) -> None:
+    study.with_name("two.csv").write_text(CADRL)
+    study.with_name("bad.csv").write_text(CADRL.replace("1.2", "0"))
+    study.write_text(
+        "seeds: 3\nscenarios:\n  - {scenario: two.csv}\n  - {scenario: two.csv, seeds: 4}\n"
+        "  - {scenario: two.csv, seeds: 2, settings: {people: 3}}\n  - {scenario: bad.csv}\n"
+        "  - {scenario: none.csv, methods: [worst]}\n"
+    )
+    with pytest.raises(InvalidFile) as caught:
+        read_study(study)
+    patterns = [
+        r"study\.yaml:3:5: scenarios\.0\.seeds: expected at most 2, the cases of .*two\.csv; found 3",
+        r"study\.yaml:4:32: scenarios\.1\.seeds: expected at most 2, the cases of .*two\.csv; found 4",
+        r"study\.yaml:5:45: scenarios\.2\.settings: parameter of two\.csv: expected one of .*; found 'people'",
+        r"bad\.csv:3: pref_speed: expected a number above 0, found 0",
+        r"study\.yaml:7:36: scenarios\.4\.methods\.0: expected one of vo, .*; found 'worst'",
+    ]
+    assert len(caught.value.mistakes) == len(patterns)
+    for mistake, pattern in zip(caught.value.mistakes, patterns, strict=True):
+        assert re.search(pattern, mistake), mistake
+
+
+def test_seeds_of_a_file_are_its_cases(tmp_path: Path) -> None:
+    """By increasing number; the same from a process that reads the file itself, and kept apart from other settings."""
+    path = tmp_path / "two.csv"
+    path.write_text(CADRL)
+    row = Row(str(path), {"max_acceleration": 3.0, "margin": 0.05}, ["nao_shared"], 2)
+    made = cases_of(row)
+    assert len({case.key for case in [*made, *cases_of(row._replace(settings={}))]}) == 4
+    runs = [simulate(replace(cadrl(case, 3.0), margin=0.05), METHODS["nao_shared"]) for case in read_cases(path)]
+    assert [drawn(str(path), row.settings, seed=k).parameters["case"] for k in range(2)] == [7.0, 9.0]
+    assert [run_case(case)["digest"] for case in made] == [
+        simulate(drawn(str(path), row.settings, seed=k), METHODS["nao_shared"], seed=k).digest() for k in range(2)
+    ]
+    table = compare_all([row])[0]["methods"]["nao_shared"]
+    assert table["runs_successful"] == 2
+    assert table["time"] == pytest.approx(np.mean([metrics.time(run) for run in runs]), rel=1e-15)
+    extra = [metrics.extra_time(run, k) for run in runs for k in range(2)]
+    assert table["extra_time"] == pytest.approx(list(np.percentile(extra, (50, 75, 90))), rel=1e-15)
+
+
 def test_names_become_rows(study: Path) -> None:
     """Studies and scenarios together; settings are added, methods and seeds stand in, rows are chosen."""
     scene = str(study.with_name("scene.yaml"))
     assert named([str(study)]) == read_study(study)
-    assert named(["ring", str(study)]) == ("", "", [Row("ring"), *read_study(study).rows])
+    assert named(["ring", str(study)]) == ("", "", [Row("ring"), *read_study(study).rows], ())
     changed = named([str(study)], settings={"margin": 0.1}, methods=["nao"], seeds=7, only=[scene]).rows
     assert changed == [Row(scene, {"margin": 0.1}, ["nao"], 7)]
     assert named([str(study)], settings={"duration": 9.0}).rows[0].settings == {"duration": 9.0}
@@ -402,23 +485,38 @@ def test_every_name_in_a_study_that_is_not_known_is_a_line(study: Path) -> None:
 
 
 def test_the_study_of_fleets_is_complete() -> None:
-    """Every scenario of several robots of its gallery, beside ours in every row."""
+    """Scenarios of several robots and the test cases of others, each with ours and with those of others beside them.
+
+    Starts that are exactly symmetric and the largest circle are ours alone.
+    """
     found = read_study(FLEETS)
     assert found.title
     assert found.text
-    assert len(found.rows) == 16
-    assert {row.scenario for row in found.rows} >= {"circle", "ring", "doorway", "navground_cross"}
-    assert all(row.methods[0] == "nao_shared" for row in found.rows)
+    rows = [*found.rows, *found.left_out]
+    assert len(rows) == 48
+    assert {row.scenario for row in rows} >= {"circle", "ring", "doorway", "navground_cross", "crowdnav"}
+    assert [row.seeds for row in rows if "cadrl_" in row.scenario] == [500, 500]
+    beside: dict[str, set[str]] = {}
+    for row in rows:
+        settings = {name: value for name, value in row.settings.items() if name != "margin"}
+        alone = settings.get("noise") == 0 or settings.get("robots") == 250
+        beside.setdefault(f"{row.scenario} {settings}", {"orca"} if alone else set()).update(row.methods)
+    for where, methods in beside.items():
+        assert {"nao_shared", "nao_ahead"} & methods, where
+        assert {"orca", "navground_orca"} & methods, where
 
 
 def test_the_page_of_fleets_has_the_rows_of_its_study() -> None:
     """docs/fleets.md is what the command wrote."""
     page = FLEETS.parents[1].joinpath("docs", "fleets.md").read_text()
-    rows = read_study(FLEETS).rows
+    study = read_study(FLEETS)
+    # It was made where the files of test cases are.
+    rows = [*study.rows, *study.left_out]
     cells = [line.split(" | ")[:2] for line in page.splitlines() if line.startswith("| ")][1:]
     expected = []
     for row in rows:
         settings = ", ".join(f"{name}={value:g}" for name, value in row.settings.items())
-        expected += [[f"| {row.scenario} {settings}".rstrip(), method] for method in row.methods]
+        called = Path(row.scenario).name if row.scenario.endswith(".csv") else row.scenario
+        expected += [[f"| {called} {settings}".rstrip(), method] for method in row.methods]
     assert cells == expected
     assert "`slalom compare benchmarks/fleets.yaml " in page

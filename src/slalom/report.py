@@ -1,6 +1,7 @@
 """Results as text for a terminal."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -21,6 +22,21 @@ FORESEEN: Final = {
     "observed_turn": "What was seen until now is known; speeds and rates of turning are taken to last.",
 }
 """What the names of `forecast.FORESIGHTS` mean, for METHOD@FORESIGHT."""
+
+COLUMNS: Final = (
+    "scenario",
+    "method",
+    "foresight",
+    "runs",
+    "with a collision",
+    "all arrived",
+    "success",
+    "last arrival s",
+    "extra time s",
+    "efficacy",
+    "least clearance m",
+)
+"""Of the table of a page."""
 
 
 def shown(value: Any) -> str:
@@ -101,8 +117,18 @@ def table_text(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def page_text(tables: Sequence[dict[str, Any]], title: str, text: str, command: str, versions: dict[str, str]) -> str:
-    """Comparisons as a Markdown page: the command that made it, and one table with confidence intervals."""
+def page_text(
+    tables: Sequence[dict[str, Any]],
+    title: str,
+    text: str,
+    command: str,
+    versions: dict[str, str],
+    left_out: Sequence[str] = (),
+) -> str:
+    """Comparisons as a Markdown page: the command that made it, and one table with confidence intervals.
+
+    `left_out` are the files of test cases that were not there.
+    """
     made_with = ", ".join(f"{name} {version}" for name, version in versions.items())
     lines = [
         f"# {title or 'Comparison'}",
@@ -110,13 +136,15 @@ def page_text(tables: Sequence[dict[str, Any]], title: str, text: str, command: 
         *([text, ""] if text else []),
         f"Made by `{command}` with {made_with}.",
         "",
-        "A collision is a clearance below -1 mm in continuous time. Last arrival: the mean over the runs in which all "
-        "arrived. In brackets 95 % confidence intervals, Wilson's for shares and Student's for means. Foresight: what "
-        "is known of obstacles and, where several robots meet, of each other.",
+        "A collision is a clearance below -1 mm in continuous time. Success: all arrived and nobody collided. Last "
+        "arrival: the mean over the runs in which all arrived. Extra time: what robots that arrived took longer than "
+        "the straight way takes at top speed, at 50, 75 and 90 % of them. Efficacy: how fast robots came nearer to "
+        "their goals, as a share of top speed, mean. In brackets 95 % confidence intervals, Wilson's for shares and "
+        "Student's for means. Foresight: what is known of obstacles and, where several robots meet, of each other.",
         "",
-        "| scenario | method | foresight | runs | with a collision | all arrived | last arrival s "
-        "| least clearance m |",
-        "|---|---|---|---|---|---|---|---|",
+        *([_without(left_out), ""] if left_out else []),
+        f"| {' | '.join(COLUMNS)} |",
+        "|---" * len(COLUMNS) + "|",
     ]
     for table in tables:
         for name, row in table["methods"].items():
@@ -127,17 +155,27 @@ def page_text(tables: Sequence[dict[str, Any]], title: str, text: str, command: 
                 "; ".join([str(row["runs"]), *_failures(row, table["seeds"])]),
                 _share(row, "runs_with_collision"),
                 _share(row, "runs_all_arrived"),
+                _share(row, "runs_successful"),
                 _mean(row),
+                ", ".join(_number(x, 2) for x in row["extra_time"] or [None]),
+                _number(row["efficacy"], 2),
                 _number(row["min_clearance"], 3),
             ]
             lines.append("| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |")
     return "\n".join(lines) + "\n"
 
 
+def _without(left_out: Sequence[str]) -> str:
+    """A sentence about files of test cases that were not there."""
+    files = ", ".join(f"`{name}`" for name in left_out)
+    return f"Left out, as the files of their test cases were not there when this page was made: the rows of {files}."
+
+
 def _scene(result: dict[str, Any]) -> str:
-    """A scenario with its settings."""
+    """A scenario with its settings; of a file of test cases only its name, wherever it is."""
     settings = ", ".join(f"{name}={value:g}" for name, value in result["settings"].items())
-    return f"{result['scenario']} {settings}".rstrip()
+    scenario = str(result["scenario"])
+    return f"{Path(scenario).name if scenario.endswith('.csv') else scenario} {settings}".rstrip()
 
 
 def _number(value: float | None, digits: int) -> str:

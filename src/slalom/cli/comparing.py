@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from slalom.cli.console import (
     DONE,
@@ -21,7 +21,7 @@ from slalom.cli.console import (
 from slalom.report import page_text, table_text
 
 if TYPE_CHECKING:
-    from slalom.sim.study import Row
+    from slalom.sim.study_file import Study
 
 
 def compare(
@@ -35,6 +35,7 @@ def compare(
     jobs: int = 1,
     backend: str | None = None,
     store: Path | None = None,
+    data: Path | None = None,
     page: Path | None = None,
     json: Flag = False,
 ) -> int:
@@ -46,7 +47,8 @@ def compare(
     Parameters
     ----------
     scenarios
-        Names from `slalom list scenarios`, .yaml files, or study files, which list scenarios, settings and methods.
+        Names from `slalom list scenarios`, .yaml files, .csv files of test cases (case,agent,x,y,goal_x,goal_y,
+        pref_speed,radius), or study files, which list scenarios, settings and methods.
     settings
         NAME=VALUE for parameters of the scenarios or settings of every scenario; may be repeated.
     methods
@@ -61,21 +63,21 @@ def compare(
         What joblib works with: loky (by default), threading, sequential, dask, ray.
     store
         Folder that keeps every finished run, made if need be; the same command goes on where it was interrupted.
+    data
+        Folder of the test cases that a study names; by default its own. Those not there are left out, and named.
     page
         Write the table with confidence intervals, and how it was made, to this Markdown file.
     json
         Print one JSON object.
     """
-    from slalom.peers import contender
-    from slalom.sim.case import versions
     from slalom.sim.study import compare_all, flat
     from slalom.sim.study_file import is_study, named
 
     chosen = None if methods is None else [name.strip() for name in methods.split(",") if name.strip()]
     changed = parse_settings(settings)
-    study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, only=only)
+    study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, only=only, data=data)
     writable(page)
-    _say_notes(study.rows)
+    _say_notes(study)
     with progress("comparing") as advance:
         tables = compare_all(
             study.rows,
@@ -85,24 +87,34 @@ def compare(
             progress=lambda done, total: advance(done / total),
         )
     if page is not None:
-        command = _command(scenarios, settings, chosen, seeds, only, page)
-        made_with = versions(contender(name) for row in study.rows for name in row.methods)
-        with writing(page):
-            page.write_text(page_text(tables, study.title, study.text, command, made_with))
+        _write(page, study, tables, _command(scenarios, settings, chosen, seeds, only, data, page))
     alone = len(scenarios) == 1 and not is_study(scenarios[0])
-    answer(tables[0] if alone else {"rows": flat(tables)}, json, lambda: "\n\n".join(table_text(t) for t in tables))
     rows = flat(tables)
+    result = tables[0] if alone else {"rows": rows, "left_out": study.missing}
+    answer(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
     killed = any(failure["killed"] for row in rows for failure in row["failures"])
     return DONE if any(row["runs"] for row in rows) and not killed else FAILED
 
 
-def _say_notes(rows: Sequence["Row"]) -> None:
-    """What was repaired or assumed when the files of the scenarios were read, once."""
+def _say_notes(study: "Study") -> None:
+    """What was repaired or assumed when the files of the scenarios were read, once, and what is left out."""
     from slalom.sim.case import is_file, load
 
-    said = [note for row in rows if is_file(row.scenario) for note in load(row.scenario, row.settings).notes]
+    said = [note for row in study.rows if is_file(row.scenario) for note in load(row.scenario, row.settings).notes]
     for note in dict.fromkeys(said):
         complain(note)
+    for name in study.missing:
+        complain(f"{name}: left out, as there is no such file; --data names the folder of files of test cases")
+
+
+def _write(page: Path, study: "Study", tables: Sequence[dict[str, Any]], command: str) -> None:
+    """The page, with the versions of what the table was made with."""
+    from slalom.peers import contender
+    from slalom.sim.case import versions
+
+    made_with = versions(contender(name) for row in study.rows for name in row.methods)
+    with writing(page):
+        page.write_text(page_text(tables, study.title, study.text, command, made_with, study.missing))
 
 
 def _command(
@@ -111,6 +123,7 @@ def _command(
     methods: Sequence[str] | None,
     seeds: int | None,
     only: Sequence[str] | None,
+    data: Path | None,
     page: Path,
 ) -> str:
     """The command without what leaves the table as it is."""
@@ -119,4 +132,6 @@ def _command(
     tokens += [] if methods is None else ["--methods", ",".join(methods)]
     tokens += [] if seeds is None else ["--seeds", str(seeds)]
     tokens += ["--only", *only] if only else []
+    # Where somebody keeps them is of no concern to others.
+    tokens += [] if data is None else ["--data", "DATA_DIR"]
     return shlex.join([*tokens, "--page", str(page)])

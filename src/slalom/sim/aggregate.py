@@ -2,12 +2,15 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from slalom.sim.case import Failure
 from slalom.sim.metrics import finite
+
+PERCENTILES: Final = (50, 75, 90)
+"""[%] Of the extra times of robots."""
 
 
 def wilson(count: int, runs: int) -> list[float] | None:
@@ -42,6 +45,8 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
     """The results of seeds 0, 1, ... as one row, see `study.compare`; JSON-ready."""
     rows = [row for row in results if not isinstance(row, Failure)]
     times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
+    good = sum(row["arrived"] == row["robots"] and not row["collisions"] for row in rows)
+    extra = [seconds for row in rows for seconds in row["extra_times"] if seconds is not None]
     collided = sum(row["collisions"] > 0 for row in rows)
     clearances = [row["min_clearance"] for row in rows if row["min_clearance"] is not None]
     outcomes: Counter[str] = Counter()
@@ -54,9 +59,13 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
         "runs_with_collision_interval": wilson(collided, len(rows)),
         "runs_all_arrived": len(times),
         "runs_all_arrived_interval": wilson(len(times), len(rows)),
+        "runs_successful": good,
+        "runs_successful_interval": wilson(good, len(rows)),
         "adjustments": float(np.mean([row["adjustments"] for row in rows])) if rows else None,
+        "efficacy": float(np.mean([row["efficacy"] for row in rows])) if rows else None,
         "time": finite(float(np.mean(times))) if times else None,
         "time_interval": mean_interval(times),
+        "extra_time": [float(x) for x in np.percentile(extra, PERCENTILES)] if extra else None,
         "min_clearance": finite(min(clearances, default=np.inf)),
         "outcomes": dict(sorted(outcomes.items())),
         "failures": _failures(results),

@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from slalom.errors import InvalidFile, InvalidInput
+from slalom.io import cadrl
 from slalom.methods import Method
 from slalom.peers import Peer, contender
+from slalom.sim.case_file import case_of, is_cases
 from slalom.sim.gallery import GALLERY
 from slalom.sim.gallery import build as build_gallery
-from slalom.sim.metrics import summary
+from slalom.sim.metrics import extra_time, finite, summary
 from slalom.sim.scenario import Scenario
 from slalom.sim.scenario_file import files_of, read_scenario
 from slalom.sim.simulate import simulate
@@ -52,7 +54,8 @@ class Case:
     """A run that can be asked for in any process.
 
     Attributes:
-        scenario: a name of the gallery, or the absolute path of a file. settings, method, seed: see `run_one`.
+        scenario: a name of the gallery, or the absolute path of a file, perhaps of test cases. settings, method, seed:
+            see `run_one`.
         content: all that the result depends on, JSON-ready: scenario and method with their parameters, seed, versions,
             digests of the sources and of files. A gallery's parameters are those asked for and the defaults of the
             others.
@@ -95,23 +98,37 @@ def load(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 
     return build_gallery(name, settings, seed=seed)
 
 
+def drawn(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
+    """What a study runs by that name with a seed: as `load`, and of a file of test cases the case of that number.
+
+    Raises:
+        InvalidInput: as `load`; no such case. InvalidFile: mistakes in the file.
+    """
+    if is_cases(name):
+        return case_of(name, cadrl.read_cases(name), settings or {}, seed)
+    return load(name, settings, seed=seed)
+
+
 def is_file(name: str) -> bool:
     """Whether the name of a scenario is that of a file."""
     return name.endswith((".yaml", ".yml"))
 
 
 def measured(scenario: Scenario, method: str, seed: int) -> dict[str, Any]:
-    """The summary of one run, without what depends on the clock; as JSON gives it back."""
+    """The summary of one run and the extra time of each robot, without what depends on the clock; as JSON gives it
+    back.
+    """
     recording = simulate(scenario, contender(method), seed=seed)
     row = summary(recording)
     del row["decision_us"]
-    result: dict[str, Any] = json.loads(canonical({**row, "digest": recording.digest()}))
+    extra = [finite(extra_time(recording, k)) for k in range(len(recording.shapes))]
+    result: dict[str, Any] = json.loads(canonical({**row, "extra_times": extra, "digest": recording.digest()}))
     return result
 
 
 def run_one(name: str, settings: Mapping[str, float], method: str, seed: int) -> dict[str, Any]:
     """The summary of one run, see `measured`."""
-    return measured(load(name, settings, seed=seed), method, seed)
+    return measured(drawn(name, settings, seed=seed), method, seed)
 
 
 def run_case(case: Case) -> dict[str, Any] | Failure:
@@ -125,8 +142,11 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
             ["slalom: expected the code that the sweep began with, found other code: it was edited since"]
         )
     try:
-        if files := case.content["scenario"].get("files"):
-            scenario = _read(case.scenario, tuple(files)).with_settings(case.settings)
+        files = tuple(case.content["scenario"].get("files", ()))
+        if is_cases(case.scenario):
+            scenario = case_of(case.scenario, _read_cases(case.scenario, files), case.settings, case.seed)
+        elif files:
+            scenario = _read(case.scenario, files).with_settings(case.settings)
         else:
             scenario = load(case.scenario, case.settings, seed=case.seed)
         return measured(scenario, case.method, case.seed)
@@ -138,19 +158,33 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
 def _read(name: str, digests: tuple[str, ...]) -> Scenario:
     """A scenario file of which the files have these digests, once in a process."""
     scenario = read_scenario(name)
-    if digests_of(name) != list(digests):
-        raise InvalidFile([f"{name}: expected the files that the sweep began with, found others"])
+    _refuse_others(name, digests)
     return scenario
 
 
+@cache
+def _read_cases(name: str, digests: tuple[str, ...]) -> list[cadrl.Case]:
+    """The cases of a file that has this digest, once in a process."""
+    cases = cadrl.read_cases(name)
+    _refuse_others(name, digests)
+    return cases
+
+
+def _refuse_others(name: str, digests: tuple[str, ...]) -> None:
+    """Raises InvalidFile if a file of a scenario, or of cases, is no longer what it was."""
+    if digests_of(name) != list(digests):
+        raise InvalidFile([f"{name}: expected the files that the sweep began with, found others"])
+
+
 def digests_of(name: str) -> list[str]:
-    """SHA-256 of a scenario file and of the files that it names."""
-    return [hashlib.sha256(path.read_bytes()).hexdigest() for path in files_of(Path(name))]
+    """SHA-256 of a file of cases, or of a scenario file and of the files that it names."""
+    paths = [Path(name)] if is_cases(name) else files_of(Path(name))
+    return [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
 
 
 def scenario_content(name: str, settings: Mapping[str, float], scenario: Scenario) -> Content:
     """What a result depends on of a `scenario` that was loaded by that name and with those settings."""
-    if is_file(name):
+    if is_file(name) or is_cases(name):
         return {"name": scenario.name, "settings": dict(settings), "files": digests_of(name)}
     return {"name": name, "parameters": dict(scenario.parameters)}
 

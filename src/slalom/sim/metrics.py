@@ -55,6 +55,16 @@ def time(recording: Recording) -> float:
     return float(recording.times[-1] - recording.times[0])
 
 
+def extra_time(recording: Recording, robot: int = 0) -> float:
+    """Time until the robot arrived, less what the straight way takes at its top speed [s]; inf if it did not arrive.
+
+    The way is that from where it starts to where its goal then is (gym-collision-avoidance's extra time to goal).
+    """
+    begin = float(recording.times[0])
+    way = float(np.linalg.norm(recording.goals[robot].position(begin) - recording.positions[0, robot]))
+    return float(recording.arrived[robot]) - begin - way / recording.limits[robot].max_speed
+
+
 def path_length(recording: Recording) -> float:
     """Sum of the distances between steps [m]."""
     return float(np.linalg.norm(np.diff(recording.positions[:, 0], axis=0), axis=1).sum())
@@ -221,6 +231,7 @@ METRICS: Final[dict[str, Callable[[Recording], float]]] = {
         collisions,
         min_clearance,
         time,
+        extra_time,
         path_length,
         spl,
         adjustments,

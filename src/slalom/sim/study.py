@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 
 from slalom.checks import number
 from slalom.errors import InvalidInput
+from slalom.io.cadrl import read_cases
 from slalom.methods import Method
 from slalom.peers import CONTENDERS, contender
 from slalom.sim.aggregate import aggregate
@@ -15,13 +16,14 @@ from slalom.sim.case import (
     SOURCES,
     Case,
     Failure,
+    drawn,
     is_file,
-    load,
     method_content,
     run_case,
     scenario_content,
     versions,
 )
+from slalom.sim.case_file import is_cases, refuse_more
 from slalom.sim.pool import survive, working_with
 from slalom.sim.store import Store
 
@@ -34,7 +36,10 @@ Result = dict[str, Any] | Failure
 
 
 class Row(NamedTuple):
-    """A scenario with settings, and the methods that are compared in it on seeds 0, 1, ..."""
+    """A scenario with settings, and the methods that are compared in it on seeds 0, 1, ...
+
+    Of a file of test cases, seeds are the first so many cases.
+    """
 
     scenario: str
     settings: Mapping[str, float] = {}
@@ -57,8 +62,10 @@ def compare(
 
     Returns:
         {"scenario", "seeds", "settings", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived",
-        "adjustments", "time", "min_clearance", "outcomes", "failures"}}}: counts; means over the runs for adjustments
-        and, over those in which all arrived, time until the last did [s]; the least clearance [m] of all; for the
+        "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance", "outcomes", "failures"}}}:
+        counts, of which a successful run is one in which all arrived and nobody collided; means over the runs for
+        adjustments and efficacy and, over those in which all arrived, time until the last did [s]; of all robots that
+        arrived the 50th, 75th and 90th percentile of the extra time [s]; the least clearance [m] of all; for the
         counts and the time "..._interval", between which the share of runs and the mean lie with 95 % confidence; and
         for runs that have no result the reasons, each with its seeds. What there is not is None.
     """
@@ -114,8 +121,11 @@ def cases_of(row: Row) -> list[Case]:
         raise InvalidInput(f"methods: expected at least one of {', '.join(CONTENDERS)}; found none")
     settings = {name: number(value, name) for name, value in row.settings.items()}
     contenders = {name: contender(name) for name in row.methods}
-    scenario = load(row.scenario, settings)
-    where = str(Path(row.scenario).resolve()) if is_file(row.scenario) else row.scenario
+    scenario = drawn(row.scenario, settings)
+    if is_cases(row.scenario):
+        refuse_more(row.scenario, read_cases(row.scenario), row.seeds)
+    a_file = is_file(row.scenario) or is_cases(row.scenario)
+    where = str(Path(row.scenario).resolve()) if a_file else row.scenario
     about = scenario_content(row.scenario, settings, scenario)
     for method in contenders.values():
         if isinstance(method, Method):
