@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Indices, kernel
+from slalom.kernels.compiled import Array, Flags, Indices, kernel
 from slalom.kernels.guide import Guide
 from slalom.kernels.way import free_cells, next_corner, straight
 
@@ -56,10 +56,40 @@ def longer_ways(place: Array, goal: Array, centers: Array, radii: Array) -> Arra
 
 
 @kernel
-def meetings(i: int, guide: Guide, found: Array) -> int:
+def side_by_side(guide: Guide) -> Array:
+    """Places, velocities and radii of all robots, (5, n); a radius of -inf for those that nobody meets.
+
+    Each in a row of its own, for loops that processors do several at a time.
+    """
+    n = len(guide.radius)
+    rows = np.empty((5, n))
+    for k in range(n):
+        rows[0, k], rows[1, k] = guide.position[k, 0], guide.position[k, 1]
+        rows[2, k], rows[3, k] = guide.velocity[k, 0], guide.velocity[k, 1]
+        rows[4, k] = guide.radius[k] if guide.present[k] else -np.inf
+    return rows
+
+
+@kernel
+def may_meet(px: float, py: float, wx: float, wy: float, reach: float, end: float, all_of: Array, maybe: Flags) -> None:
+    """Whether each comes near before `end` [s] to a robot at p with velocity w, rounding apart: no division, no branch.
+
+    The square of the least distance is r^2 - (r m)^2 / m^2, for the relative place r and velocity m.
+    """
+    x, y, vx, vy, radius = all_of[0], all_of[1], all_of[2], all_of[3], all_of[4]
+    for k in range(len(maybe)):
+        rx, ry, mx, my = x[k] - px, y[k] - py, vx[k] - wx, vy[k] - wy
+        square, toward = mx * mx + my * my, -(rx * mx + ry * my)
+        far, touch = rx * rx + ry * ry, CLOSE * (reach + radius[k])
+        near = far * square - toward * toward <= touch * touch * square + 1e-9 * (far * square + 1.0)
+        maybe[k] = near & (toward > 0.0) & (toward <= end * max(square, 1e-9) * (1.0 + 1e-9)) & (radius[k] >= 0.0)
+
+
+@kernel
+def meetings(i: int, guide: Guide, all_of: Array, maybe: Flags, found: Array) -> int:
     """When and where robot i, straight to its goal at top speed, meets others at their present velocities.
 
-    Rows (when, x, y, radius of the other) in the order of time into found; their number.
+    Rows (when, x, y, radius of the other) in the order of time into found; their number. all_of: see `side_by_side`.
     """
     px, py = guide.position[i, 0], guide.position[i, 1]
     dx, dy = guide.corner[i, 0] - px, guide.corner[i, 1] - py
@@ -68,9 +98,10 @@ def meetings(i: int, guide: Guide, found: Array) -> int:
         return 0
     dx, dy = dx / distance, dy / distance
     count = 0
-    for k in range(len(guide.present)):
+    may_meet(px, py, speed * dx, speed * dy, reach, 0.999 * distance / speed, all_of, maybe)
+    for k in range(len(maybe)):
         # Who has arrived is no meeting, however it moves about its place.
-        if k == i or not guide.present[k] or guide.arrived[k]:
+        if not maybe[k] or k == i or guide.arrived[k]:
             continue
         rx, ry = guide.position[k, 0] - px, guide.position[k, 1] - py
         vx, vy = guide.velocity[k, 0], guide.velocity[k, 1]
@@ -134,12 +165,24 @@ def around(i: int, guide: Guide, ring: Array, place: Array) -> bool:
 
 
 @kernel
-def members(i: int, guide: Guide, ring: Array) -> int:
+def may_join(ring: Array, all_of: Array, maybe: Flags) -> None:
+    """Whether each is on the ring or on its way into it, rounding apart: no division, no branch."""
+    x, y, vx, vy, radius = all_of[0], all_of[1], all_of[2], all_of[3], all_of[4]
+    for k in range(len(maybe)):
+        tx, ty, size = ring[0] - x[k], ring[1] - y[k], (ring[2] + 2.0 * radius[k]) * (1.0 + 1e-9)
+        across, away, square = vx[k] * ty - vy[k] * tx, tx * tx + ty * ty, vx[k] * vx[k] + vy[k] * vy[k]
+        in_line = across * across <= size * size * max(square, 1e-18)
+        maybe[k] = (radius[k] >= 0.0) & (in_line | (away <= size * size))
+
+
+@kernel
+def members(i: int, guide: Guide, all_of: Array, maybe: Flags, ring: Array) -> int:
     """Fit the ring to robot i and the robots that are on it or on their way into it: middle, radius, number."""
     count, x, y, reaches = 0, 0.0, 0.0, guide.radius[i]
     largest = 0.0
-    for k in range(len(guide.present)):
-        if k == i or not guide.present[k]:
+    may_join(ring, all_of, maybe)
+    for k in range(len(maybe)):
+        if not maybe[k] or k == i:
             continue
         tx, ty = ring[0] - guide.position[k, 0], ring[1] - guide.position[k, 1]
         away, vx, vy = np.sqrt(tx * tx + ty * ty), guide.velocity[k, 0], guide.velocity[k, 1]
@@ -171,7 +214,7 @@ def members(i: int, guide: Guide, ring: Array) -> int:
 def head_for(guide: Guide) -> None:
     """Where every robot heads for: the next place on its way, or one beside the meetings that it is in for."""
     n = len(guide.radius)
-    found, fresh = np.empty((n, 4)), np.zeros(4)
+    found, fresh, maybe, all_of = np.empty((n, 4)), np.zeros(4), np.empty(n, np.bool_), side_by_side(guide)
     for i in range(n):
         last = guide.corner[i, 0] == guide.goal[i, 0] and guide.corner[i, 1] == guide.goal[i, 1]
         guide.target[i], guide.near[i], guide.halt[i] = guide.corner[i], guide.tolerance[i], guide.stop[i] and last
@@ -180,7 +223,7 @@ def head_for(guide: Guide) -> None:
             # Going around has led nowhere.
             ring[:] = 0.0
             continue
-        count = meetings(i, guide, found)
+        count = meetings(i, guide, all_of, maybe, found)
         if count > 0:
             ring_of(guide.radius[i], found, count, fresh)
             x, y = fresh[0] - guide.position[i, 0], fresh[1] - guide.position[i, 1]
@@ -188,7 +231,7 @@ def head_for(guide: Guide) -> None:
             if fresh[3] > ring[3] and (ring[2] > 0.0 or x * x + y * y > fresh[2] * fresh[2]):
                 ring[:] = fresh
         if ring[2] > 0.0:
-            if members(i, guide, ring) > 0 and around(i, guide, ring, guide.target[i]):
+            if members(i, guide, all_of, maybe, ring) > 0 and around(i, guide, ring, guide.target[i]):
                 guide.near[i], guide.halt[i] = 0.5, False
             else:
                 guide.target[i] = guide.corner[i]
