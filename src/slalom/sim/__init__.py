@@ -7,6 +7,7 @@ from slalom.late import offer
 if TYPE_CHECKING:
     from slalom.sim import gallery, metrics
     from slalom.sim.case import load
+    from slalom.sim.ending import Ending
     from slalom.sim.recording import Recording
     from slalom.sim.scenario import Robot, Scenario
     from slalom.sim.scenario_file import read_scenario
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from slalom.sim.study_file import read_study
 
 __all__ = [
+    "Ending",
     "Recording",
     "Robot",
     "Row",
@@ -34,6 +36,7 @@ offer(
     __name__,
     {
         "case": ("load",),
+        "ending": ("Ending",),
         "recording": ("Recording",),
         "scenario": ("Robot", "Scenario"),
         "scenario_file": ("read_scenario",),
