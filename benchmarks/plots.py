@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from program import shown
 
 OURS, THEIRS, PALE = "#1b6ca8", "#8a8a8a", "#c9c9c9"
@@ -106,6 +106,9 @@ def boundaries(results: Results) -> Figure:
         for kind, color, label in (("slalom", OURS, "slalom"), ("discs", THEIRS, "200 discs each, shapely")):
             share = max(row[f"{kind}_wrong"], least)
             axes.loglog(row[f"{kind}_all_ms"], share, mark, color=color, ms=8, label=f"{label}, {family}")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("ms for 30 obstacles")
     axes.set_ylabel("share of wrong controls")
     axes.margins(0.15)
