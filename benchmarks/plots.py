@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from program import shown
 
 OURS, THEIRS, PALE = "#1b6ca8", "#8a8a8a", "#c9c9c9"
@@ -106,6 +106,9 @@ def boundaries(results: Results) -> Figure:
         for kind, color, label in (("slalom", OURS, "slalom"), ("discs", THEIRS, "200 discs each, shapely")):
             share = max(row[f"{kind}_wrong"], least)
             axes.loglog(row[f"{kind}_all_ms"], share, mark, color=color, ms=8, label=f"{label}, {family}")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("ms for 30 obstacles")
     axes.set_ylabel("share of wrong controls")
     axes.margins(0.15)
@@ -116,25 +119,29 @@ def boundaries(results: Results) -> Figure:
 
 
 def memory(results: Results) -> Figure:
-    """How memory grows: without a recording, and with."""
-    figure = Figure(figsize=(7.5, 2.8), layout="constrained")
-    of = results["memory"]["results"]
-    left, right = figure.subplots(1, 2)
+    """How memory grows: of one robot, and of fleets with a recording and without."""
+    figure = Figure(figsize=(9.0, 2.8), layout="constrained")
+    of, told = results["memory"]["results"], results["memory"]["parameters"]
+    left, middle, right = figure.subplots(1, 3)
     alone = of["decisions"]
     left.plot(alone["at"], np.array(alone["mebibytes"]) - alone["mebibytes"][0], color=OURS)
     left.set_title("one robot, nothing recorded", fontsize=10)
     left.set_xlabel("decisions")
-    for (name, run), color in zip(of["fleets"].items(), (OURS, "#d95d39")):
-        right.plot(run["at"], np.array(run["mebibytes"]) - run["mebibytes"][0], color=color, label=name)
+    for axes, what, robots, recorded in (
+        (middle, "fleets", told["robots"], "all recorded"),
+        (right, "unrecorded", told["many"], "nothing recorded"),
+    ):
+        for (name, run), color in zip(of[what].items(), (OURS, "#d95d39")):
+            axes.plot(run["at"], np.array(run["mebibytes"]) - run["mebibytes"][0], color=color, label=name)
+        axes.set_title(f"{robots} robots, {recorded}", fontsize=10)
+        axes.set_xlabel("steps")
     kept = next(iter(of["fleets"].values()))
-    robots = results["memory"]["parameters"]["robots"]
     at = np.array(kept["at"])
-    right.plot(at, at * robots * kept["held_per_robot"] / 2**20, ":", color=THEIRS, label="what is recorded")
-    right.set_title(f"{robots} robots, all recorded", fontsize=10)
-    right.set_xlabel("steps")
-    right.legend(fontsize=8, frameon=False)
-    for axes in (left, right):
-        axes.set_ylabel("MiB more")
+    middle.plot(at, at * told["robots"] * kept["held_per_robot"] / 2**20, ":", color=THEIRS, label="what is recorded")
+    left.set_ylabel("MiB more")
+    for axes in (left, middle, right):
         axes.tick_params(labelsize=8)
         axes.spines[["top", "right"]].set_visible(False)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=8, frameon=False)
     return figure

@@ -5,8 +5,20 @@ import pytest
 import shapely
 from scenes import scene
 
-from slalom import Acceleration, ConstantAcceleration, ConstantVelocity, Disc, Obstacle, State, control_obstacle
+from slalom import (
+    Acceleration,
+    ConstantAcceleration,
+    ConstantVelocity,
+    Disc,
+    Obstacle,
+    PiecewisePolynomial,
+    State,
+    control_obstacle,
+    kernels,
+)
 from slalom.boundary import boundary, grazing_curves
+from slalom.boundary.envelope import Window, corner_parts, discs_bend, may_meet, sample
+from slalom.boundary.faces import rings
 from slalom.segments import Segments
 from slalom.tolerances import BOUNDARY
 
@@ -257,3 +269,58 @@ def test_curves_are_closed_and_bound_the_region():
     assert len(coarse.curves[0]) < 0.4 * len(curve)
     assert coarse.region.symmetric_difference(found.region).area < 0.05 * found.region.length
     assert blocked.boundary((0, 0), 4.0, tolerance=BOUNDARY * 4.0).region.equals(found.region)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# How curves are made.
+
+
+def test_the_kernel_cuts_pieces_as_arrays_do():
+    """Two ways to write the same rule, to the bit: for all discs of a table at once, and one piece after another."""
+    cuts = 0
+    for number in range(40):
+        s = scene(number, 2)
+        smallest = int(np.argmin(s.admissible.radii))
+        radius = float(s.admissible.radii[smallest])
+        window = Window(s.admissible.centers[smallest], radius, BOUNDARY * radius)
+        for rows, control in corner_parts(s.blocked.segments):
+            reach = s.blocked.segments.reach[rows]
+
+            def meets(which, part, reach=reach, window=window):
+                return may_meet(part, reach[which], window)
+
+            expected = sample(rows, control, window, meets, discs_bend(window))
+            view = np.array([*window.center, window.radius, window.tolerance])
+            piece, times, points, sharp = kernels.grazing_discs(control, reach, view)
+            assert np.array_equal(rows[piece], expected.row)
+            assert np.array_equal(times, [expected.begin, expected.end])
+            assert np.array_equal(np.moveaxis(points, 0, 2), expected.control[:, :4])
+            assert np.array_equal(sharp, expected.sharp)
+            cuts += len(piece)
+    assert cuts > 1000
+
+
+def stop_and_go(rng):
+    """A disc that comes to rest every second, and goes on in another direction."""
+    stops = np.concatenate([rng.uniform(-10, 10, (1, 2)), rng.uniform(-6, 6, (4, 2))]).cumsum(axis=0)
+    legs = np.zeros((4, 6, 2))
+    legs[:, 0] = stops[:-1]
+    for power, weight in ((3, 10.0), (4, -15.0), (5, 6.0)):
+        legs[:, power] = weight * np.diff(stops, axis=0)
+    return Obstacle(Disc(0.6), PiecewisePolynomial(np.ones(4), legs))
+
+
+def test_an_arc_that_is_run_along_both_ways_is_left_out():
+    """Where a body rests its disc stands, and both sides turn about it: no chords twice, no slivers in between."""
+    rng, window, opened = np.random.default_rng(4), Window(np.zeros(2), 8.0, 8.0 * BOUNDARY), 0
+    for _ in range(20):
+        blocked = control_obstacle(Acceleration(), State((0, 0), (1, 0)), [stop_and_go(rng)], Disc(0.4), horizon=4.0)
+        lines, _ = rings(blocked.segments, window)
+        chords = np.concatenate([np.stack([c[:-1], c[1:]], axis=1) for c in map(shapely.get_coordinates, lines)])
+        chords = chords[(chords[:, 0] != chords[:, 1]).any(axis=1)]
+        forth, back = ({chord.tobytes() for chord in some} for some in (chords, chords[:, ::-1]))
+        assert not forth & back
+        opened += int((~shapely.is_closed(lines)).sum())
+        faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(shapely.unary_union(lines))))
+        assert len(faces) < 30
+    assert opened > 5

@@ -95,6 +95,7 @@ from slalom.sim.case import SOURCES as SOURCES_NOW
 from slalom.sim.case import Case as Run
 from slalom.sim.case import drawn, run_case
 from slalom.sim.gallery import build
+from slalom.sim.metrics import path_length
 from slalom.sim.recording_spec import RecordingSpec
 from slalom.sim.scenario_spec import GoalSpec
 from slalom.sim.shape_spec import Shaped
@@ -482,6 +483,12 @@ CASES = [
         InvalidInput,
         r"method: expected one for several robots, found nao_ahead, for a robot alone",
         lambda _: simulate(load("circle"), METHODS["nao_ahead"]),
+    ),
+    Case(
+        "Ending.__getattr__",
+        InvalidInput,
+        r"positions: expected a run that was recorded, found one with record=False",
+        lambda _: path_length(simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False)),
     ),
     # Looking ahead, forecasts, foresight.
     Case(
@@ -992,6 +999,13 @@ CASES = [
         lambda _: decide(goal=Goal(Stationary((0, 0, 0)))),
     ),
     Case("__getattr__", AttributeError, r"no attribute 'nothing'", lambda _: kernels.nothing),
+    Case("Late.__getattr__", AttributeError, r"'slalom\.sim' has no attribute 'nothing'", lambda _: slalom.sim.nothing),
+    Case(
+        "Ending.__getattr__",
+        AttributeError,
+        r"'Ending' object has no attribute 'nothing'",
+        lambda _: simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False).nothing,
+    ),
     # Scenarios and files.
     Case(
         "Robot.__post_init__",

@@ -5,6 +5,8 @@ import importlib
 import inspect
 import pkgutil
 import re
+import subprocess
+import sys
 import typing
 from collections.abc import Iterator
 from functools import cache
@@ -16,6 +18,7 @@ import pytest
 from galleries import NAMES
 
 import slalom
+import slalom.sim
 from slalom import errors, forecast, objective, response, tolerances, trajectory
 from slalom.sim import gallery
 from slalom.sim.gaps import clearances
@@ -70,12 +73,52 @@ def test_public_names_resolve_and_are_sorted(module: ModuleType) -> None:
     assert all(getattr(module, name) is not None for name in names)
 
 
-def test_public_names_are_complete() -> None:
-    """What `slalom` imports is what it offers."""
-    imported = {
-        name for name, value in vars(slalom).items() if not name.startswith("_") and not inspect.ismodule(value)
-    }
-    assert imported == set(slalom.__all__)
+def imported_for_types(package: ModuleType) -> dict[str, str]:
+    """The names that type checkers see a package import, and from which modules."""
+    assert package.__file__
+    nodes = [node for node in ast.walk(ast.parse(Path(package.__file__).read_text())) if isinstance(node, ast.If)]
+    assert [ast.unparse(node.test) for node in nodes] == ["TYPE_CHECKING"]
+    lines = [line for line in nodes[0].body if isinstance(line, ast.ImportFrom)]
+    return {alias.name: str(line.module) for line in lines for alias in line.names}
+
+
+@pytest.mark.parametrize("package", [slalom, slalom.sim], ids=lambda package: package.__name__)
+def test_public_names_are_complete(package: ModuleType) -> None:
+    """What type checkers see is what is offered, from the same modules, whatever was imported before."""
+    told = imported_for_types(package)
+    assert set(told) == set(package.__all__)
+    modules()
+    for name, home in told.items():
+        expected = importlib.import_module(home)
+        assert getattr(package, name) is (
+            importlib.import_module(f"{home}.{name}") if home == package.__name__ else getattr(expected, name)
+        )
+        assert name in dir(package)
+
+
+def test_what_is_not_there_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match=r"module 'slalom' has no attribute 'Nothing'"):
+        slalom.Nothing  # noqa: B018
+    with pytest.raises(ImportError, match="cannot import name 'Nothing'"):
+        from slalom import Nothing  # noqa: F401
+
+
+def test_names_are_imported_when_they_are_asked_for() -> None:
+    """In a new process. The function, not its module, which Python binds to the package; a module by its name."""
+    code = (
+        "import slalom, slalom.sim, sys\n"
+        "assert not {'numpy', 'slalom.shape', 'slalom.sim.recording'} & set(sys.modules)\n"
+        "from slalom import Disc\n"
+        "assert Disc.__module__ == 'slalom.shape' and 'slalom.control_obstacle' not in sys.modules\n"
+        "import slalom.control_obstacle, slalom.sim.simulate\n"
+        "assert all(type(f).__name__ == 'function' for f in (slalom.control_obstacle, slalom.sim.simulate))\n"
+        "from slalom.control_obstacle import ControlObstacle\n"
+        "assert slalom.ControlObstacle is ControlObstacle and slalom.bounds.Box is slalom.Box\n"
+        "from slalom import *\n"
+        "assert set(slalom.__all__) <= set(globals())\n"
+        "assert 'numba' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_every_part_is_public() -> None:
@@ -111,6 +154,7 @@ def test_modules_classes_and_functions_have_docstrings(path: Path) -> None:
     public = [
         node for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
     ]
+    public = [node for node in public if "overload" not in map(ast.unparse, node.decorator_list)]
     without = [node.name for node in public if not ast.get_docstring(node)]
     assert not without
     doc = ast.get_docstring(tree)

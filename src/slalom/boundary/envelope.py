@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from slalom import kernels
 from slalom.checks import Array
 from slalom.segments import Segments
 from slalom.tolerances import CONTACT, DEPTH, JUMP, STILL
@@ -229,8 +230,9 @@ class Nodes(NamedTuple):
 
 def point_nodes(segments: Segments, window: Window, rows: Indices, control: Array) -> Nodes:
     """The discs of the points in rows (k,) with control points (4, 4, k), where they may meet the window."""
-    reach = segments.reach[rows]
-    spans = sample(rows, control, window, lambda which, part: may_meet(part, reach[which], window), discs_bend(window))
+    view = np.array([*window.center, window.radius, window.tolerance])
+    piece, (begin, end), points, sharp = kernels.grazing_discs(control, segments.reach[rows], view)
+    spans = Spans(rows[piece], begin, end, np.ascontiguousarray(np.moveaxis(points, 0, 2)), sharp)
     same, joint = spans.continues(linked_rows(segments))
     before, length = segments.begin[spans.row], (segments.end - segments.begin)[spans.row]
     # The begin of each span, and its end unless the next one in its row begins there.

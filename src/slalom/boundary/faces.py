@@ -91,7 +91,10 @@ def _between(noded: Any) -> tuple[Any, bool]:
 
 
 def rings(segments: Segments, window: Window) -> tuple[Any, Indices]:
-    """Closed lines around the elements of point parts (n,), and their owners (n,). Coarse beyond the window."""
+    """Lines around the elements of point parts (n,), closed but for what they run along in both directions.
+
+    And their owners (n,). Coarse beyond the window.
+    """
     nodes = point_nodes(segments, window, *parts(segments, -1))
     heading, opening, n = nodes.touch.heading, nodes.touch.opening, len(nodes.run)
     if not n:
@@ -109,27 +112,57 @@ def rings(segments: Segments, window: Window) -> tuple[Any, Indices]:
     # To the bit closed: the angle of the last point is that of the first less 2 pi, with another rounding.
     first = np.flatnonzero(np.diff(ring, prepend=-1))
     points[np.append(first[1:], len(ring)) - 1] = points[first]
-    return shapely.linestrings(points, indices=ring), nodes.owner[heads]
+    # What is run along in both directions has the same on both sides.
+    line = np.cumsum((np.diff(ring, prepend=-1) != 0) | np.append(False, _both_ways(points, ring)[:-1])) - 1
+    longer = (np.bincount(line) > 1)[line]
+    line = np.unique(line[longer], return_inverse=True)[1]
+    starts = np.flatnonzero(np.diff(line, prepend=-1))
+    return shapely.linestrings(points[longer], indices=line), nodes.owner[heads][ring[longer][starts]]
 
 
 def _filled(nodes: Nodes, index: Indices, angle: Array, arc: Mask, window: Window) -> tuple[Array, Indices]:
-    """Points (k, 2) on the discs index (n,) at the angles, arcs filled in between; and their runs (k,)."""
+    """Points (k, 2) on the discs index (n,) at the angles, arcs filled in between; and their runs (k,).
+
+    What is filled in lies on the earlier disc, at multiples of one angle: where both sides run along the same arc they
+    run along the same points.
+    """
     center, size, _, _, _ = nodes.touch
+    # Where pieces of a trajectory meet, the same disc up to rounding.
+    moved = np.hypot(*np.diff(center, prepend=np.inf)) + abs(np.diff(size, prepend=0.0)) > GRID * window.tolerance
+    one = np.maximum.accumulate(np.where(moved, np.arange(len(size)), 0))
+    center, size = center[:, one], size[one]
     away = np.hypot(*(center - window.center[:, None])) - size > window.radius
     # A chord of a disc beyond the window stays beyond it.
-    step = np.where(away, 1.0, arc_step(size, window.tolerance))[index]
-    turn = np.append(np.diff(angle), 0.0)
-    count = np.where(arc, np.ceil(abs(turn) / step), 1.0).astype(np.int64).clip(1)
+    parts = np.ceil(2.0 * np.pi / np.where(away, 1.0, arc_step(size, window.tolerance))).astype(np.int64)
+    disc = one[np.minimum(index, np.append(index[1:], index[-1:]))]
+    sign = np.sign(np.append(np.diff(angle), 0.0))
+    # Angles that grow when multiplied by the sign; the first and the last multiple strictly between them.
+    low = sign * angle * parts[disc] / (2.0 * np.pi)
+    high = np.append(sign[:-1] * angle[1:] * parts[disc[:-1]] / (2.0 * np.pi), 0.0)
+    first = np.floor(low) + 1.0
+    count = np.where(arc, np.ceil(high) - first, 0.0).clip(0.0).astype(np.int64) + 1
     source = np.repeat(np.arange(len(index)), count)
     number = np.arange(len(source)) - np.repeat(np.cumsum(count) - count, count)
-    share = number / count[source]
-    after = np.minimum(source + 1, len(index) - 1)
-    place = center[:, index[source]] * (1.0 - share) + center[:, index[after]] * share
-    reach = size[index[source]] * (1.0 - share) + size[index[after]] * share
-    direction = angle[source] + share * turn[source]
-    points = place + reach * np.stack([np.cos(direction), np.sin(direction)])
+    filled = number > 0
+    place = np.where(filled, disc[source], index[source])
+    multiple = (sign[source] * (first[source] + number - 1.0)).astype(np.int64) % parts[place]
+    direction = np.where(filled, 2.0 * np.pi * multiple / parts[place], angle[source])
+    points = center[:, place] + size[place] * np.stack([np.cos(direction), np.sin(direction)])
     # Beyond the window every so many points are enough: their chords do not come back.
     coarse = max(1, int(np.sqrt(0.4 * window.radius / window.tolerance)))
     near = np.hypot(*(points - window.center[:, None])) < 1.5 * window.radius
-    keep = near | (number % coarse == 0)
+    keep = near | ~filled | (multiple % coarse == 0)
     return points.T[keep], nodes.run[index[source[keep]]]
+
+
+def _both_ways(points: Array, ring: Indices) -> Mask:
+    """Whether the chord from each point (k, 2) to the next one of its ring is run along backwards as well: (k,)."""
+    a, b = points[:-1], points[1:]
+    middle = (a + b).view(np.complex128)[:, 0]
+    order = np.argsort(middle, kind="stable")
+    new = (np.diff(middle[order]) != 0.0) | (np.diff(ring[:-1][order]) != 0)
+    which = np.empty(len(order), dtype=np.int64)
+    which[order] = np.cumsum(np.append(False, new))
+    forth = (a[:, 0] < b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] < b[:, 1]))
+    back = np.bincount(which, np.where(forth, 1.0, -1.0))[which] == 0.0
+    return np.append(back & (ring[1:] == ring[:-1]), False)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError
 
-from slalom import kernels
+from slalom import __version__, kernels
 from slalom.cli.comparing import compare
 from slalom.cli.console import BAD_INPUT, DONE, FAILED, complain
 from slalom.cli.converting import convert
@@ -23,15 +23,17 @@ __all__ = ["BAD_INPUT", "DONE", "FAILED", "app", "call", "main"]
 app = App(
     name="slalom",
     help="Reactive robot navigation with velocity and acceleration obstacles.",
+    version=__version__,
     version_flags=["--version"],
+    help_format="plaintext",
     result_action="return_value",
 )
-app.command(run)
-app.command(list_, name="list")
-app.command(decide)
-app.command(compare)
-app.command(convert)
-app.command(reproduce)
+app.command(run, help_format="markdown")
+app.command(list_, name="list", help_format="markdown")
+app.command(decide, help_format="markdown")
+app.command(compare, help_format="markdown")
+app.command(convert, help_format="markdown")
+app.command(reproduce, help_format="markdown")
 
 
 def main(tokens: Sequence[str] | None = None) -> None:

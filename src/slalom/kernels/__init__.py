@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from slalom.kernels.compiled import threads
     from slalom.kernels.crew import decide_all, look_around
     from slalom.kernels.exchange import nearest_free
+    from slalom.kernels.grazing import grazing_discs
     from slalom.kernels.hulls import distances
     from slalom.kernels.meeting import find_corners, head_for, longer_ways
     from slalom.kernels.segments import relative_segments
@@ -27,6 +28,7 @@ __all__ = [
     "explore",
     "find_corners",
     "give_way",
+    "grazing_discs",
     "head_for",
     "least_clearances",
     "longer_ways",
@@ -52,6 +54,7 @@ _MODULES = {
     "explore": "ahead",
     "find_corners": "meeting",
     "give_way": "yielding",
+    "grazing_discs": "grazing",
     "head_for": "meeting",
     "least_clearances": "clearance",
     "longer_ways": "meeting",

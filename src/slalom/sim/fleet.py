@@ -1,5 +1,6 @@
 """The loop over time for several robots that meet each other."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,10 +12,12 @@ from slalom.methods import Method
 from slalom.sim.among import Deciders
 from slalom.sim.contact import driven
 from slalom.sim.crew import Crew, suits
+from slalom.sim.ending import Ending
 from slalom.sim.guidance import Guidance
 from slalom.sim.pilots import Pilots
 from slalom.sim.recording import Recording
 from slalom.sim.scenario import Scenario
+from slalom.state import State
 
 
 def simulate_fleet(
@@ -24,7 +27,8 @@ def simulate_fleet(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
-) -> Recording:
+    record: bool = True,
+) -> Recording | Ending:
     """Run a scenario of several robots until all have arrived or its time is over.
 
     At every step all robots see the same past: each sees the others as `method.of_robots` says, from their states at
@@ -34,6 +38,9 @@ def simulate_fleet(
 
     The result does not depend on the order of `scenario.robots`, nor on the number of `threads` in which robots that
     only see each other decide (None: as many as NUMBA_NUM_THREADS says, by default one for each core).
+
+    With `record=False` nothing is kept of what happened in between; the result is the `Ending`. What stays in memory
+    is of the order of the number of robots; where sight or messages are late, inexact or lost, of its square.
 
     Raises:
         InvalidInput: two robots of one name; with a shared method, manoeuvres that last longer than the horizon.
@@ -49,9 +56,10 @@ def simulate_fleet(
     method = method.among_robots()
     if method.shared:
         _refuse_short_horizon(sorted_scenario, method)
-    run = _Run(sorted_scenario, method, seed, threads)
+    run = _Run(sorted_scenario, method, seed, threads, record)
     run.to_the_end(progress)
-    return run.recording(scenario, method, seed, [order.index(k) for k in range(len(order))])
+    where = [order.index(k) for k in range(len(order))]
+    return (run.recording if record else run.ending)(scenario, method, seed, where)
 
 
 def _refuse_short_horizon(scenario: Scenario, method: Method) -> None:
@@ -68,8 +76,9 @@ def _refuse_short_horizon(scenario: Scenario, method: Method) -> None:
 class _Run:
     """A run while it goes on: what has been driven so far, step by step."""
 
-    def __init__(self, scenario: Scenario, method: Method, seed: int, threads: int | None) -> None:
-        self.scenario = scenario
+    def __init__(self, scenario: Scenario, method: Method, seed: int, threads: int | None, record: bool) -> None:
+        self.scenario, self.record, self.steps = scenario, record, 0
+        self.statuses: Counter[str] = Counter()
         self.guidance = Guidance(scenario)
         self.deciders: Deciders = (
             Crew(scenario, method, self.guidance, seed, threads)
@@ -98,11 +107,14 @@ class _Run:
                 turns = [(k + j) % n for j in range(n)]
                 outcomes, spent = self.deciders.decide([j for j in turns if guidance.guide.present[j]], now)
             push = self._pushed(now)
-            self._note(push, outcomes, spent)
+            self.steps += 1
+            self.statuses.update(outcomes.values())
+            if self.record:
+                self._note(push, outcomes, spent)
             guidance.drive(push, s.dt)
             if progress:
                 progress((k + 1) / count)
-        guidance.note_arrivals(s.start + s.dt * len(self.pushes))
+        guidance.note_arrivals(s.start + s.dt * self.steps)
         self.states.append((guidance.guide.position.copy(), guidance.guide.velocity.copy()))
 
     def _pushed(self, now: float) -> Array:
@@ -120,6 +132,20 @@ class _Run:
         self.responses.append(responses)
         self.outcomes.append(tuple(outcomes.get(k, "") for k in range(n)))
         self.times.append(np.array([spent.get(k, 0.0) for k in range(n)]))
+
+    def ending(self, scenario: Scenario, method: Method, seed: int, where: list[int]) -> Ending:
+        """How the run ended of which robot k stands in row where[k]."""
+        (position, velocity), d = self.states[-1], scenario.dimension
+        return Ending.of(
+            scenario,
+            method.name,
+            seed,
+            self.steps,
+            [State(position[k, :d], velocity[k, :d]) for k in where],
+            self.guidance.arrived[where].tolist(),
+            self.statuses,
+            foresight=method.foresight_among,
+        )
 
     def recording(self, scenario: Scenario, method: Method, seed: int, where: list[int]) -> Recording:
         """The run of which robot k stands in column where[k] of what was noted."""

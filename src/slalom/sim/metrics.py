@@ -14,6 +14,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.decision import Outcome
 from slalom.sim.contact import between_robots, closest_approaches, positions_at
+from slalom.sim.ending import Ending
 from slalom.sim.gaps import clearances
 from slalom.sim.oscillation import changed_choices, heading_variation, side_flips
 from slalom.sim.recording import Recording
@@ -30,7 +31,7 @@ PERSONAL: Final = 0.5
 """[m] Clearance below which space is not complied with (Francis et al.)."""
 
 
-def arrived(recording: Recording) -> float:
+def arrived(recording: Recording | Ending) -> float:
     """1 if the robot reached its goal within the duration, else 0."""
     return float(np.isfinite(recording.arrived[0]))
 
@@ -50,7 +51,7 @@ def success(recording: Recording) -> float:
     return float(arrived(recording) and not collisions(recording))
 
 
-def time(recording: Recording) -> float:
+def time(recording: Recording | Ending) -> float:
     """Time to the goal [s]; of the whole run if it was not reached."""
     return float(recording.times[-1] - recording.times[0])
 

@@ -1,5 +1,6 @@
 """The loop over time for robots that another project's method moves."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -10,6 +11,7 @@ from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.peers import Crowd, Peer, discs, outlines
 from slalom.shape import Disc
+from slalom.sim.ending import Ending
 from slalom.sim.plant import drive
 from slalom.sim.recording import CHOSEN, UNANSWERED, Recording, Step
 from slalom.sim.scenario import Robot, Scenario
@@ -49,8 +51,13 @@ class Member:
 
 
 def simulate_peer(
-    scenario: Scenario, peer: Peer, *, seed: int = 0, progress: Callable[[float], None] | None = None
-) -> Recording:
+    scenario: Scenario,
+    peer: Peer,
+    *,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    record: bool = True,
+) -> Recording | Ending:
     """Run a scenario with a peer until all robots have arrived or its time is over.
 
     The robots are those of every run, double integrators with the same goals. A robot prefers its goal's
@@ -78,6 +85,8 @@ def simulate_peer(
     dt, count = scenario.dt, round(scenario.duration / scenario.dt)
     crowd, here = _begin(scenario, peer, members, walls), members
     rows: list[list[Step]] = []
+    statuses: Counter[str] = Counter()
+    done = 0
     for k in range(count):
         now = scenario.start + k * dt
         for member in members:
@@ -92,14 +101,19 @@ def simulate_peer(
                 crowd, here = _begin(scenario, peer, staying, walls), staying
             _choose(scenario, crowd, here, now)
             spent = (perf_counter() - before) / len(here)
-        rows.append([member.step(peer, dt, due, spent) for member in members])
-        for member, step in zip(members, rows[-1]):
+        row, done = [member.step(peer, dt, due, spent) for member in members], k + 1
+        statuses.update(step.outcome for step in row if step.outcome)
+        if record:
+            rows.append(row)
+        for member, step in zip(members, row):
             member.state = drive(member.state, step.acceleration, dt)
         if progress:
             progress((k + 1) / count)
     for member in members:
-        member.note_arrival(scenario.start + dt * len(rows))
+        member.note_arrival(scenario.start + dt * done)
     ends, arrived = [member.state for member in members], [member.arrived for member in members]
+    if not record:
+        return Ending.of(scenario, peer.name, seed, done, ends, arrived, statuses, foresight=peer.foresight)
     return Recording.of_many(scenario, peer.name, seed, rows, ends, arrived, foresight=peer.foresight)
 
 
