@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,9 @@ from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import BOUNDARY, CONTACT, TOUCHING
 from slalom.traffic import Bodies, Traffic
+
+if TYPE_CHECKING:
+    from slalom.kernels.compiled import MaybeHulls
 
 
 class Element(NamedTuple):
@@ -185,6 +188,12 @@ class ControlObstacle:
             bodies.mixed,
         )
 
+    @cached_property
+    def table(self) -> "tuple[Array, Array, Array, Array, Array, MaybeHulls]":
+        """Of the segments: points, gains, radius, growth, reach, hulls, as kernels take them."""
+        s = self.segments
+        return s.points, s.gains, s.radius, s.growth, s.reach, s.hulls
+
     def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
         u = vectors(controls, "controls", self.dimension)
         flat = np.zeros((u.size // self.dimension, 3))
@@ -199,7 +208,7 @@ class ControlObstacle:
         """
         flat, shape = self._controls(controls)
         s, count = self.segments, len(self.traffic.obstacles)
-        found = kernels.least_clearances(s.points, s.gains, s.radius, s.growth, s.reach, s.hulls, s.owner, count, flat)
+        found = kernels.least_clearances(*self.table, s.owner, count, flat)
         return found.reshape(*shape, len(self.traffic.obstacles))
 
     def clearance(self, controls: npt.ArrayLike) -> Array:
@@ -214,9 +223,7 @@ class ControlObstacle:
         """Time of the first contact for controls (..., d) with each obstacle: (..., n) [s], inf if there is none."""
         flat, shape = self._controls(controls)
         s, count = self.segments, len(self.traffic.obstacles)
-        found = kernels.contact_times(
-            s.begin, s.end, s.points, s.gains, s.radius, s.growth, s.reach, s.hulls, s.owner, count, flat
-        )
+        found = kernels.contact_times(s.begin, s.end, *self.table, s.owner, count, flat)
         return found.reshape(*shape, len(self.traffic.obstacles))
 
     def time_to_collision(self, controls: npt.ArrayLike) -> Array:

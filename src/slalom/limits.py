@@ -1,6 +1,7 @@
 """What the robot can do, as a set of controls: the admissible set."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -55,6 +56,11 @@ class Admissible:
                 away = control - center
                 control = center + away * min(1.0, radius / max(float(np.linalg.norm(away)), 1e-300))
         return control
+
+    @cached_property
+    def table(self) -> Array:
+        """`rows`, made once and not to be written to."""
+        return self.rows()
 
     def rows(self) -> Array:
         """The boundaries as the kernels take them, (n, 5), see `kernels/boundaries.py`."""

@@ -75,7 +75,7 @@ class Traffic:
         if len(dimensions) > 1:
             raise InvalidInput(f"obstacles: expected one dimension, found {sorted(dimensions)}")
         self.dimension = dimensions.pop() if dimensions else None
-        self._until = [self.horizon] * len(self.obstacles) if horizons is None else self._each(horizons)
+        self._until = None if horizons is None else self._each(horizons)
         self._bodies: dict[Shape, Bodies] = {}
         self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
 
@@ -131,15 +131,70 @@ class Traffic:
         return result, towards
 
     def _grow(self, robot: Shape) -> Bodies:
+        bodies = self._known(robot)
+        return self._anew(robot) if bodies is None else bodies
+
+    def _known(self, robot: Shape) -> Bodies | None:
+        """The pieces out of one table of all obstacles, which serves many decisions; None where there is none.
+
+        Not if one of them is not tabulated, counts for less than the whole window, or is not there in it.
+        """
+        if self._until is not None or not self.obstacles:
+            return None
+        stretch = int(np.floor(self.start / (2.0 * self.horizon)))
+        key = (self.obstacles, robot, stretch, self.horizon)
+        if key not in _JOINED:
+            if len(_JOINED) >= 8:
+                _JOINED.clear()
+            _JOINED[key] = self._joined(robot)
+        bodies = _JOINED[key]
+        if bodies is None:
+            return None
+        first, last, all_pieces = bodies
+        start, end = self.start, self.start + self.horizon
+        if not (first < end and last > start):
+            return None
+        rows = all_pieces.pieces
+        keep = np.flatnonzero((rows.times[:, 1] > start) & (rows.times[:, 0] < end))
+        times, body = rows.times[keep] - start, rows.body[keep]
+        heads = np.flatnonzero(np.concatenate([_FIRST, body[1:] != body[:-1]])[: len(body)])
+        pieces = Pieces(
+            times,
+            rows.points[keep],
+            rows.radius[keep],
+            rows.growth[keep],
+            rows.turns[keep] if all_pieces.turning else _NO_TURNS,
+            body,
+        )
+        return all_pieces._replace(pieces=pieces, heads=heads[times[heads, 0] <= 0.0])
+
+    def _joined(self, robot: Shape) -> tuple[float, float, Bodies] | None:
+        """When the last obstacle appears and the first one vanishes, and the pieces of all over a stretch of time."""
+        if any(not isinstance(o.trajectory, TABULATED) or o.uncertainty is not None for o in self.obstacles):
+            return None
+        spans = [obstacle.trajectory.span for obstacle in self.obstacles]
+        first, last = max(span[0] for span in spans), min(span[1] for span in spans)
+        if not (first < self.start + self.horizon and last > self.start):
+            return None
+        shapes = [grown(obstacle, robot) for obstacle in self.obstacles]
+        tables = [
+            _tabulated(obstacle, shape, robot, self.start, self.horizon)
+            for obstacle, shape in zip(self.obstacles, shapes)
+        ]
+        cuts = [slice(0, len(table.body)) for table in tables]
+        return first, last, _together(self.obstacles, list(range(len(shapes))), shapes, tables, cuts, 0.0)
+
+    def _anew(self, robot: Shape) -> Bodies:
         tables, shapes, cuts, indices = [], [], [], []
         for index, obstacle in enumerate(self.obstacles):
             first, last = obstacle.trajectory.span
-            begin, end = max(self.start, first), min(self.start + self._until[index], last)
+            until = self.horizon if self._until is None else self._until[index]
+            begin, end = max(self.start, first), min(self.start + until, last)
             if begin >= end:
                 continue
             shape = grown(obstacle, robot)
             many = isinstance(obstacle.trajectory, TABULATED) and obstacle.uncertainty is None
-            if many and self._until[index] == self.horizon:
+            if many and until == self.horizon:
                 table = _tabulated(obstacle, shape, robot, self.start, self.horizon)
                 table, cut = _overlapping(table, begin, end)
             else:
@@ -151,41 +206,57 @@ class Traffic:
             indices.append(index)
         if not tables:
             return _nothing(self.dimension or 2)
-        sizes = np.array([len(shape.around) for shape in shapes])
-        owner, count = np.repeat(np.array(indices), sizes), int(sizes.sum())
-        lengths = [cut.stop - cut.start for cut in cuts]
-        turning = any(self.obstacles[index].turns for index in indices)
-        pieces = Pieces(
-            np.concatenate([t.times[c] for t, c in zip(tables, cuts)]) - self.start,
-            np.concatenate([t.points[c] for t, c in zip(tables, cuts)]),
-            np.concatenate([t.radius[c] for t, c in zip(tables, cuts)]),
-            np.concatenate([t.growth[c] for t, c in zip(tables, cuts)]),
-            np.concatenate([t.turns[c] for t, c in zip(tables, cuts)]) if turning else _NO_TURNS,
-            np.concatenate([t.body[c] for t, c in zip(tables, cuts)]) + np.repeat(np.cumsum(sizes) - sizes, lengths),
-        )
-        counts = np.concatenate([shape.counts for shape in shapes])
-        plain = np.array([self.obstacles[index].uncertainty is None for index in indices])
-        spread = np.concatenate([shape.spread for shape in shapes])
-        point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
-        heads = np.flatnonzero(np.diff(pieces.body, prepend=-1))
-        return Bodies(
-            pieces,
-            turning=turning,
-            owner=owner,
-            around=np.concatenate([shape.around for shape in shapes]),
-            spread=spread,
-            hull=np.where(point, -1, np.arange(count)),
-            corners=np.concatenate([shape.corners for shape in shapes]),
-            first=np.concatenate([[0], np.cumsum(counts)]),
-            mixed=np.concatenate([shape.mixed for shape in shapes]),
-            heads=heads[pieces.times[heads, 0] <= 0.0],
-        )
+        return _together(self.obstacles, indices, shapes, tables, cuts, self.start)
+
+
+def _together(
+    obstacles: Sequence[Obstacle],
+    indices: list[int],
+    shapes: list[Grown],
+    tables: list[Pieces],
+    cuts: list[slice],
+    start: float,
+) -> Bodies:
+    """The pieces `cuts` of the tables of obstacles `indices`, times from `start` on."""
+    sizes = np.array([len(shape.around) for shape in shapes])
+    owner, count = np.repeat(np.array(indices), sizes), int(sizes.sum())
+    lengths = [cut.stop - cut.start for cut in cuts]
+    turning = any(obstacles[index].turns for index in indices)
+    pieces = Pieces(
+        np.concatenate([t.times[c] for t, c in zip(tables, cuts)]) - start,
+        np.concatenate([t.points[c] for t, c in zip(tables, cuts)]),
+        np.concatenate([t.radius[c] for t, c in zip(tables, cuts)]),
+        np.concatenate([t.growth[c] for t, c in zip(tables, cuts)]),
+        np.concatenate([t.turns[c] for t, c in zip(tables, cuts)]) if turning else _NO_TURNS,
+        np.concatenate([t.body[c] for t, c in zip(tables, cuts)]) + np.repeat(np.cumsum(sizes) - sizes, lengths),
+    )
+    counts = np.concatenate([shape.counts for shape in shapes])
+    plain = np.array([obstacles[index].uncertainty is None for index in indices])
+    spread = np.concatenate([shape.spread for shape in shapes])
+    point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
+    heads = np.flatnonzero(np.diff(pieces.body, prepend=-1))
+    return Bodies(
+        pieces,
+        turning=turning,
+        owner=owner,
+        around=np.concatenate([shape.around for shape in shapes]),
+        spread=spread,
+        hull=np.where(point, -1, np.arange(count)),
+        corners=np.concatenate([shape.corners for shape in shapes]),
+        first=np.concatenate([[0], np.cumsum(counts)]),
+        mixed=np.concatenate([shape.mixed for shape in shapes]),
+        heads=heads[pieces.times[heads, 0] <= 0.0],
+    )
 
 
 TABULATED = (Circular, Sampled, PiecewisePolynomial, Composite, Function)
 """Trajectories with many pieces, which are cut once for many decisions."""
 
 _TABLES: "WeakKeyDictionary[Obstacle, dict[tuple[Shape, int, float], Pieces]]" = WeakKeyDictionary()
+
+
+_JOINED: dict[tuple[tuple[Obstacle, ...], Shape, int, float], tuple[float, float, Bodies] | None] = {}
+"""The tables of all obstacles of a scene together, of the last few: most decisions are about the same ones."""
 
 
 def _tabulated(obstacle: Obstacle, shape: Grown, robot: Shape, start: float, horizon: float) -> Pieces:
@@ -264,6 +335,7 @@ def _ahead(n: int) -> Array:
 
 _AHEAD = np.array([1.0, 0.0])
 _NO_TURNS = np.empty((0, 4, 2))
+_FIRST = np.ones(1, np.bool_)
 
 
 def _nothing(d: int) -> Bodies:
