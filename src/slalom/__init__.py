@@ -7,6 +7,7 @@ records and measures; `slalom.view` draws.
 """
 
 from slalom.affine import Affine
+from slalom.batch import Choices, select_many
 from slalom.bounds import Bound, Box, ConvexPolygon, Friction, HeadingCone, LeastSpeed, TurningRadius
 from slalom.control_obstacle import ControlObstacle, Element, control_obstacle
 from slalom.decision import Decision, Outcome
@@ -93,6 +94,7 @@ __all__ = [
     "Box",
     "Capsule",
     "Choice",
+    "Choices",
     "Circular",
     "Composite",
     "ConstantAcceleration",
@@ -159,4 +161,5 @@ __all__ = [
     "preferred_control",
     "select",
     "select_clearest",
+    "select_many",
 ]

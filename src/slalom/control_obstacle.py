@@ -57,6 +57,10 @@ class Boundary(NamedTuple):
         return [shapely.get_coordinates(ring) for polygon in polygons for ring in shapely.get_rings(polygon)]
 
 
+_AHEAD = np.array([[1.0], [0.0]])
+"""The direction of what does not turn."""
+
+
 @dataclass(frozen=True, eq=False)
 class ControlObstacle:
     """The controls with which the robot meets one of the obstacles within (0, horizon].
@@ -158,20 +162,16 @@ class ControlObstacle:
         """The relative motion that everything else is computed from."""
         state, bodies = self.state, self._bodies
         rows = bodies.pieces
-        # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
-        reach = 2.0 * float(np.linalg.norm(state.velocity)) + 100.0
-        knots = self.response.knots(self.horizon, reach)
-        position, velocity = self.response.position(state, knots), self.response.velocity(state, knots)
-        drift = hermite(knots, position.drift, velocity.drift).points
-        gain = hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
+        knots, drift, gain = response_pieces(self.response, state, self.horizon)
         radius = rows.radius + self.response.interpolation_error + self._radii[rows.body]
         begin, end, points, gains, radius, growth, turned, body = kernels.relative_segments(
             rows.times, rows.points, radius, rows.growth, rows.turns, rows.body, knots, drift, gain, self.horizon
         )
         hull = bodies.hull[body]
         if not bodies.turning:
-            turned = np.zeros((4, 2, len(begin)))
-            turned[:, 0] = 1.0
+            turned = np.broadcast_to(_AHEAD, (4, 2, len(begin)))
+            if bodies.hull.max(initial=-1) >= 0:
+                turned = np.ascontiguousarray(turned)
         return Segments(
             begin,
             end,
@@ -295,6 +295,15 @@ class ControlObstacle:
         if self.dimension != 2:
             raise InvalidInput("boundary: expected a control obstacle in the plane, found one in space")
         return vector(center, "center", 2), positive(radius, "radius")
+
+
+def response_pieces(response: Response, state: State, horizon: float) -> tuple[Array, Array, Array]:
+    """The position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) and gain (m, 4)."""
+    # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
+    knots = response.knots(horizon, 2.0 * float(np.linalg.norm(state.velocity)) + 100.0)
+    position, velocity = response.position(state, knots), response.velocity(state, knots)
+    drift = hermite(knots, position.drift, velocity.drift).points
+    return knots, drift, hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
 
 
 def control_obstacle(

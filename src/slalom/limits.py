@@ -39,6 +39,16 @@ class Admissible:
         beyond = u @ self.normals.T - self.offsets
         return np.asarray(np.concatenate([outside, beyond], axis=-1).max(axis=-1))
 
+    def holds(self, controls: Array) -> npt.NDArray[np.bool_]:
+        """Whether controls (n, d), taken as they are, are in the set without any tolerance: (n,)."""
+        inside = np.ones(len(controls), np.bool_)
+        for center, radius in zip(self.centers, self.radii):
+            away = controls - center
+            inside &= np.sqrt((away * away).sum(axis=1)) <= radius
+        if len(self.offsets):
+            inside &= (controls @ self.normals.T <= self.offsets).all(axis=1)
+        return inside
+
     def contains(self, controls: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether controls (..., d) are in the set, up to the relative tolerance ADMISSIBLE."""
         scale = 1.0 + np.concatenate([self.radii, np.abs(self.offsets)]).max(initial=0.0)

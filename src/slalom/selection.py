@@ -26,7 +26,8 @@ class Status(Enum):
     UNDECIDED = "The work limit was reached before a safe control or the proof that none exists."
 
 
-_STATUSES = (Status.CONSTRAINED, Status.BLOCKED, Status.INADMISSIBLE, Status.OVERLAPPING, Status.UNDECIDED)
+STATUSES = (Status.CONSTRAINED, Status.BLOCKED, Status.INADMISSIBLE, Status.OVERLAPPING, Status.UNDECIDED)
+"""By the number that kernels give them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +84,7 @@ def select(
     code, found, elements, candidates = kernels.nearest_free(
         wanted, dimension, admissible.table, *blocked.table, most_elements, most_candidates
     )
-    status = _STATUSES[code]
+    status = STATUSES[code]
     if status is not Status.CONSTRAINED:
         return Choice(None, status, np.inf, elements, candidates)
     control = found[:dimension].copy()

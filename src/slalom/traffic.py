@@ -50,6 +50,7 @@ class Bodies(NamedTuple):
     corners: Array  # (c, 5)
     first: Indices  # (b + 1,)
     mixed: Flags  # (b,)
+    unsure: Flags  # (b,) whether its obstacle has an uncertainty
     heads: Indices  # rows with which bodies begin that are there when the window begins
 
 
@@ -107,28 +108,15 @@ class Traffic:
 
     def _measure(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         bodies = self.bodies(robot)
-        result, towards = np.full(len(bodies.around), np.inf), np.zeros((len(bodies.around), position.size))
-        rows, heads = bodies.pieces, bodies.heads
-        if not heads.size:
-            return result, towards
-        which = rows.body[heads]
-        # Pieces may have begun before the window does.
-        x = -rows.times[heads, 0] / (rows.times[heads, 1] - rows.times[heads, 0])
-        weights = np.stack([(1 - x) ** 3, 3 * x * (1 - x) ** 2, 3 * x * x * (1 - x), x**3], axis=1)
-        places = np.zeros((len(which), 3))
-        places[:, : position.size] = np.einsum("nj,njd->nd", weights, rows.points[heads]) - position
-        directions = np.broadcast_to(_AHEAD, (len(which), 2))
-        if bodies.turning:
-            directions = np.einsum("nj,njd->nd", weights, rows.turns[heads])
+        rows = bodies.pieces
         hulls: MaybeHulls = ()
         if bodies.hull.max(initial=-1) >= 0:
             hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
-        found = kernels.distances(places, directions, bodies.hull[which], hulls)
-        result[which], towards[which] = found[:, 0], found[:, 1 : 1 + position.size]
-        # How far it may be off now is a distance, not a part of its shape.
-        unsure = np.array([obstacle.uncertainty is not None for obstacle in self.obstacles])[bodies.owner[which]]
-        result[which] -= np.where(unsure, rows.radius[heads] + rows.growth[heads] * x, 0.0)
-        return result, towards
+        found = kernels.distances_now(
+            rows.times, rows.points, rows.turns if bodies.turning else _NO_TURNS, rows.radius, rows.growth, rows.body,
+            bodies.heads, bodies.unsure, bodies.hull, hulls, position,
+        )  # fmt: skip
+        return found[:, 0], found[:, 1 : 1 + position.size]
 
     def _grow(self, robot: Shape) -> Bodies:
         bodies = self._known(robot)
@@ -245,6 +233,7 @@ def _together(
         corners=np.concatenate([shape.corners for shape in shapes]),
         first=np.concatenate([[0], np.cumsum(counts)]),
         mixed=np.concatenate([shape.mixed for shape in shapes]),
+        unsure=~np.repeat(plain, sizes),
         heads=heads[pieces.times[heads, 0] <= 0.0],
     )
 
@@ -342,4 +331,6 @@ def _nothing(d: int) -> Bodies:
     none, no = np.empty(0), np.empty(0, np.int64)
     pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)
     first = np.zeros(1, np.int64)
-    return Bodies(pieces, False, no, none, none, no, np.empty((0, 5)), first, np.empty(0, np.bool_), no)
+    return Bodies(
+        pieces, False, no, none, none, no, np.empty((0, 5)), first, np.empty(0, np.bool_), np.empty(0, np.bool_), no
+    )
