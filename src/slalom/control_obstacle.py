@@ -16,12 +16,13 @@ from slalom.errors import InvalidInput
 from slalom.grown import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
 from slalom.path import hermite
+from slalom.pieces import Bodies
 from slalom.response import Response
 from slalom.segments import Segments
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import BOUNDARY, CONTACT, TOUCHING
-from slalom.traffic import Bodies, Traffic
+from slalom.traffic import Traffic
 
 if TYPE_CHECKING:
     from slalom.kernels.compiled import MaybeHulls

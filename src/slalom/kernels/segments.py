@@ -57,10 +57,11 @@ def relative_segments(
             width, span = times[s, 1] - times[s, 0], knots[piece + 1] - knots[piece]
             a, b = (t0 - times[s, 0]) / width, (stop - times[s, 0]) / width
             e, f = (t0 - knots[piece]) / span, (stop - knots[piece]) / span
+            cut = a > 0.0 or b < 1.0
             for axis in range(d):
-                p0, p1, p2, p3 = restrict(
-                    points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis], a, b
-                )
+                p0, p1, p2, p3 = points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis]
+                if cut:
+                    p0, p1, p2, p3 = restrict(p0, p1, p2, p3, a, b)
                 q0, q1, q2, q3 = restrict(
                     drift[piece, 0, axis], drift[piece, 1, axis], drift[piece, 2, axis], drift[piece, 3, axis], e, f
                 )
