@@ -175,6 +175,7 @@ NO_TURNS = np.empty((0, 4, 2))
 
 
 def nothing(d: int) -> Bodies:
+    """No bodies, in dimension d."""
     none, no = np.empty(0), np.empty(0, np.int64)
     pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)
     first = np.zeros(1, np.int64)
