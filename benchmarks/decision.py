@@ -3,7 +3,8 @@
 usage: python benchmarks/decision.py [--scenes 300] [--out FOLDER]
 
 Prints median and 99th percentile over the scenes, and each as a ratio to one pass of the chord test over all segments
-in the same run. The scenes are states along nao's own crossings, so that they are those that occur.
+in the same run. The scenes are states along nao's own crossings, so that they are those that occur. Many at once:
+robots in all these states among the cars of one scene.
 """
 
 import argparse
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from machine import microseconds, write
 
-from slalom import AccelerateThenCoast, ControlObstacle, State, Traffic, kernels, method, select
+from slalom import AccelerateThenCoast, ControlObstacle, State, Traffic, kernels, method, select, select_many
 from slalom.objective import Arrive, Situation, preferred_control
 from slalom.sim import gallery, simulate
 
@@ -50,6 +51,24 @@ def one_pass(blocked: ControlObstacle) -> float:
     return microseconds(lambda: chord_gaps(s.points, s.gains, 1.0, 0.5, 0.0, gaps), 200)
 
 
+def many(scenes: list[tuple[ControlObstacle, Situation, np.ndarray]], threads: int) -> list[float]:
+    """Time of each decision [us] when robots in the states of all scenes decide among the cars of one, of many scenes.
+
+    From states to controls: pieces of the cars are shared, all else is each robot's own.
+    """
+    states = [situation.state for _, situation, _ in scenes]
+    wishes = np.array([preferred for _, _, preferred in scenes])
+    spent = []
+    for blocked, situation, _ in scenes[::10]:
+        common = (blocked.response, situation.limits, blocked.traffic, blocked.robot)
+
+        def all_at_once(common: tuple = common) -> object:
+            return select_many(wishes, states, *common, margin=float(blocked.margin), threads=threads)  # noqa: B023
+
+        spent.append(microseconds(all_at_once, 3) / len(states))
+    return spent
+
+
 def main() -> None:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -73,15 +92,17 @@ def main() -> None:
         rows["select"].append(microseconds(lambda: select(preferred, situation.admissible, blocked), 15))  # noqa: B023
         name = select(preferred, situation.admissible, blocked).status.name
         statuses[name] = statuses.get(name, 0) + 1
+    rows["select_many, states to controls, each"] = many(scenes, 1)
+    rows[f"the same in {kernels.threads()} threads"] = many(scenes, kernels.threads())
     segments = float(np.median([len(blocked.segments.begin) for blocked, _, _ in scenes]))
     print(f"{len(scenes)} scenes of 30 cars, {segments:.0f} segments, {statuses}")
-    print(f"{'':24}{'median us':>12}{'99 % us':>12}{'median / pass':>16}")
-    print(f"{'one pass, chord test':24}{passes:>12.1f}{'':>12}{1.0:>16.1f}")
+    print(f"{'':40}{'median us':>12}{'99 % us':>12}{'median / pass':>16}")
+    print(f"{'one pass, chord test':40}{passes:>12.1f}{'':>12}{1.0:>16.1f}")
     table = {}
     for name, spent in rows.items():
         median, late = (float(q) for q in np.quantile(spent, [0.5, 0.99]))
         table[name] = {"median_us": median, "p99_us": late, "median_per_pass": median / passes}
-        print(f"{name:24}{median:>12.1f}{late:>12.1f}{median / passes:>16.1f}")
+        print(f"{name:40}{median:>12.1f}{late:>12.1f}{median / passes:>16.1f}")
     result = {"question": "one decision, 30 cars, 6 s", "pass_us": passes, "statuses": statuses, "rows": table}
     print("written:", write("decision", {**result, "finished": time.strftime("%Y-%m-%d")}, arguments.out))
 

@@ -83,6 +83,7 @@ from slalom import (
     preferred_control,
     select,
     select_clearest,
+    select_many,
     view,
 )
 from slalom.cli import console
@@ -146,6 +147,11 @@ def in_turn(*later: tuple[float, tuple[float, ...]]) -> AccelerateInTurn:
 def scenario(**settings) -> Scenario:
     """A scenario in the plane."""
     return Scenario("test", (Robot(Disc(1), LIMITS, FLAT, GOAL),), (ROCK,), **settings)
+
+
+def many(wishes, states, robot):
+    """Choices among no obstacles."""
+    return select_many(wishes, states, Velocity(), Limits(2.0, 2.0), Traffic([], 0.0, 3.0), robot)
 
 
 class Case(NamedTuple):
@@ -960,6 +966,18 @@ CASES = [
         InvalidInput,
         r"admissible: expected a set of dimension 2 bounded by a ball, found dimension 3 and 1 balls",
         lambda _: select((0, 0), admissible_ball((0, 0, 0), 1), blocked()),
+    ),
+    Case(
+        "select_many",
+        InvalidInput,
+        r"states: expected 2 of dimension 2, one for each preferred control, found 1 of dimensions \[2\]",
+        lambda _: many(np.zeros((2, 2)), [State((0, 0), (0, 0))], Disc(0.5)),
+    ),
+    Case(
+        "select_many",
+        InvalidInput,
+        r"robot: expected dimension 2 as of the states, found 3",
+        lambda _: many(np.zeros((1, 2)), [State((0, 0), (0, 0))], Ball(0.5)),
     ),
     Case(
         "select",

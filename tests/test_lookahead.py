@@ -39,6 +39,7 @@ from slalom import (
     method,
 )
 from slalom.lookahead import SQUEEZES
+from slalom.pieces import WIDENINGS
 from slalom.sim import Recording, simulate
 from slalom.sim.contact import closest_approaches
 from slalom.sim.gallery import GALLERY, build
@@ -46,7 +47,6 @@ from slalom.sim.plant import drive
 from slalom.sim.simulate import decision_at
 from slalom.timetable import Timetable
 from slalom.tolerances import CERTIFIED, CONTACT, KEPT, METRIC, TOUCHING
-from slalom.traffic import WIDENINGS
 
 ROUNDING = 1e-9
 PERIOD = 0.1

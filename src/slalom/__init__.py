@@ -14,6 +14,7 @@ from slalom.late import offer
 
 if TYPE_CHECKING:
     from slalom.affine import Affine
+    from slalom.batch import Choices, select_many
     from slalom.bounds import Bound, Box, ConvexPolygon, Friction, HeadingCone, LeastSpeed, TurningRadius
     from slalom.control_obstacle import ControlObstacle, Element, control_obstacle
     from slalom.decision import Decision, Outcome
@@ -100,6 +101,7 @@ __all__ = [
     "Box",
     "Capsule",
     "Choice",
+    "Choices",
     "Circular",
     "Composite",
     "ConstantAcceleration",
@@ -166,12 +168,14 @@ __all__ = [
     "preferred_control",
     "select",
     "select_clearest",
+    "select_many",
 ]
 
 offer(
     __name__,
     {
         "affine": ("Affine",),
+        "batch": ("Choices", "select_many"),
         "bounds": ("Bound", "Box", "ConvexPolygon", "Friction", "HeadingCone", "LeastSpeed", "TurningRadius"),
         "control_obstacle": ("ControlObstacle", "Element", "control_obstacle"),
         "decision": ("Decision", "Outcome"),

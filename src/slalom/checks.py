@@ -18,7 +18,7 @@ def array(value: npt.ArrayLike, name: str) -> Array:
         result = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InvalidInput(f"{name}: expected numbers, found {value!r}") from None
-    if not np.all(np.isfinite(result)):
+    if not np.isfinite(result).all():
         raise InvalidInput(f"{name}: expected finite numbers, found {short(result)}")
     result.setflags(write=False)
     return result

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,12 +16,16 @@ from slalom.errors import InvalidInput
 from slalom.grown import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
 from slalom.path import hermite
+from slalom.pieces import Bodies
 from slalom.response import Response
 from slalom.segments import Segments
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import BOUNDARY, CONTACT, TOUCHING
-from slalom.traffic import Bodies, Traffic
+from slalom.traffic import Traffic
+
+if TYPE_CHECKING:
+    from slalom.kernels.compiled import MaybeHulls
 
 
 class Element(NamedTuple):
@@ -52,6 +56,10 @@ class Boundary(NamedTuple):
         """The boundary of `region`: closed curves (k, 2), the first point again at the end."""
         polygons = shapely.get_parts(self.region)
         return [shapely.get_coordinates(ring) for polygon in polygons for ring in shapely.get_rings(polygon)]
+
+
+_AHEAD = np.array([[1.0], [0.0]])
+"""The direction of what does not turn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,20 +163,16 @@ class ControlObstacle:
         """The relative motion that everything else is computed from."""
         state, bodies = self.state, self._bodies
         rows = bodies.pieces
-        # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
-        reach = 2.0 * float(np.linalg.norm(state.velocity)) + 100.0
-        knots = self.response.knots(self.horizon, reach)
-        position, velocity = self.response.position(state, knots), self.response.velocity(state, knots)
-        drift = hermite(knots, position.drift, velocity.drift).points
-        gain = hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
+        knots, drift, gain = response_pieces(self.response, state, self.horizon)
         radius = rows.radius + self.response.interpolation_error + self._radii[rows.body]
         begin, end, points, gains, radius, growth, turned, body = kernels.relative_segments(
             rows.times, rows.points, radius, rows.growth, rows.turns, rows.body, knots, drift, gain, self.horizon
         )
         hull = bodies.hull[body]
         if not bodies.turning:
-            turned = np.zeros((4, 2, len(begin)))
-            turned[:, 0] = 1.0
+            turned = np.broadcast_to(_AHEAD, (4, 2, len(begin)))
+            if bodies.hull.max(initial=-1) >= 0:
+                turned = np.ascontiguousarray(turned)
         return Segments(
             begin,
             end,
@@ -185,6 +189,12 @@ class ControlObstacle:
             bodies.mixed,
         )
 
+    @cached_property
+    def table(self) -> "tuple[Array, Array, Array, Array, Array, MaybeHulls]":
+        """Of the segments: points, gains, radius, growth, reach, hulls, as kernels take them."""
+        s = self.segments
+        return s.points, s.gains, s.radius, s.growth, s.reach, s.hulls
+
     def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
         u = vectors(controls, "controls", self.dimension)
         flat = np.zeros((u.size // self.dimension, 3))
@@ -199,7 +209,7 @@ class ControlObstacle:
         """
         flat, shape = self._controls(controls)
         s, count = self.segments, len(self.traffic.obstacles)
-        found = kernels.least_clearances(s.points, s.gains, s.radius, s.growth, s.reach, s.hulls, s.owner, count, flat)
+        found = kernels.least_clearances(*self.table, s.owner, count, flat)
         return found.reshape(*shape, len(self.traffic.obstacles))
 
     def clearance(self, controls: npt.ArrayLike) -> Array:
@@ -214,9 +224,7 @@ class ControlObstacle:
         """Time of the first contact for controls (..., d) with each obstacle: (..., n) [s], inf if there is none."""
         flat, shape = self._controls(controls)
         s, count = self.segments, len(self.traffic.obstacles)
-        found = kernels.contact_times(
-            s.begin, s.end, s.points, s.gains, s.radius, s.growth, s.reach, s.hulls, s.owner, count, flat
-        )
+        found = kernels.contact_times(s.begin, s.end, *self.table, s.owner, count, flat)
         return found.reshape(*shape, len(self.traffic.obstacles))
 
     def time_to_collision(self, controls: npt.ArrayLike) -> Array:
@@ -288,6 +296,15 @@ class ControlObstacle:
         if self.dimension != 2:
             raise InvalidInput("boundary: expected a control obstacle in the plane, found one in space")
         return vector(center, "center", 2), positive(radius, "radius")
+
+
+def response_pieces(response: Response, state: State, horizon: float) -> tuple[Array, Array, Array]:
+    """The position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) and gain (m, 4)."""
+    # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
+    knots = response.knots(horizon, 2.0 * float(np.linalg.norm(state.velocity)) + 100.0)
+    position, velocity = response.position(state, knots), response.velocity(state, knots)
+    drift = hermite(knots, position.drift, velocity.drift).points
+    return knots, drift, hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
 
 
 def control_obstacle(

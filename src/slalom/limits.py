@@ -1,6 +1,7 @@
 """What the robot can do, as a set of controls: the admissible set."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -38,6 +39,16 @@ class Admissible:
         beyond = u @ self.normals.T - self.offsets
         return np.asarray(np.concatenate([outside, beyond], axis=-1).max(axis=-1))
 
+    def holds(self, controls: Array) -> npt.NDArray[np.bool_]:
+        """Whether controls (n, d), taken as they are, are in the set without any tolerance: (n,)."""
+        inside = np.ones(len(controls), np.bool_)
+        for center, radius in zip(self.centers, self.radii):
+            away = controls - center
+            inside &= np.sqrt((away * away).sum(axis=1)) <= radius
+        if len(self.offsets):
+            inside &= (controls @ self.normals.T <= self.offsets).all(axis=1)
+        return inside
+
     def contains(self, controls: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether controls (..., d) are in the set, up to the relative tolerance ADMISSIBLE."""
         scale = 1.0 + np.concatenate([self.radii, np.abs(self.offsets)]).max(initial=0.0)
@@ -55,6 +66,11 @@ class Admissible:
                 away = control - center
                 control = center + away * min(1.0, radius / max(float(np.linalg.norm(away)), 1e-300))
         return control
+
+    @cached_property
+    def table(self) -> Array:
+        """`rows`, made once and not to be written to."""
+        return self.rows()
 
     def rows(self) -> Array:
         """The boundaries as the kernels take them, (n, 5), see `kernels/boundaries.py`."""

@@ -87,7 +87,7 @@ class Arrive:
         for _ in range(2):
             maps = s.response.position(s.state, times)
             controls = maps.inverse(s.goal.position(s.now + times))
-            reached = s.admissible.excess(controls) <= 0.0
+            reached = s.admissible.holds(controls)
             if not np.any(reached):
                 return (self._velocity_aim(s),)
             k = int(np.argmax(reached))

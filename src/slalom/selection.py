@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +26,8 @@ class Status(Enum):
     UNDECIDED = "The work limit was reached before a safe control or the proof that none exists."
 
 
-_STATUSES = (Status.CONSTRAINED, Status.BLOCKED, Status.INADMISSIBLE, Status.OVERLAPPING, Status.UNDECIDED)
+STATUSES = (Status.CONSTRAINED, Status.BLOCKED, Status.INADMISSIBLE, Status.OVERLAPPING, Status.UNDECIDED)
+"""By the number that kernels give them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,26 +81,15 @@ def select(
         )
     if len(blocked.overlapping):
         return Choice(None, Status.OVERLAPPING, np.inf)
-    s = blocked.segments
     code, found, elements, candidates = kernels.nearest_free(
-        wanted,
-        dimension,
-        admissible.rows(),
-        s.points,
-        s.gains,
-        s.radius,
-        s.growth,
-        s.reach,
-        s.hulls,
-        most_elements,
-        most_candidates,
+        wanted, dimension, admissible.table, *blocked.table, most_elements, most_candidates
     )
-    status = _STATUSES[code]
+    status = STATUSES[code]
     if status is not Status.CONSTRAINED:
         return Choice(None, status, np.inf, elements, candidates)
     control = found[:dimension].copy()
     control.setflags(write=False)
-    distance = float(np.linalg.norm(found - wanted))
+    distance = sqrt(sum((a - b) ** 2 for a, b in zip(found.tolist(), wanted.tolist())))
     status = Status.CLEAR if candidates == 1 and distance == 0.0 else Status.CONSTRAINED
     return Choice(control, status, distance, elements, candidates)
 

@@ -10,8 +10,9 @@ from slalom import kernels
 from slalom.checks import Array
 from slalom.kernels.sequences import Schedule
 from slalom.obstacle import Obstacle
+from slalom.pieces import Bodies, Indices
 from slalom.shape import Shape
-from slalom.traffic import Bodies, Indices, Traffic
+from slalom.traffic import Traffic
 
 if TYPE_CHECKING:
     from slalom.kernels.compiled import MaybeHulls

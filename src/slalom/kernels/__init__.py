@@ -15,15 +15,19 @@ if TYPE_CHECKING:
     from slalom.kernels.exchange import nearest_free
     from slalom.kernels.grazing import grazing_discs
     from slalom.kernels.hulls import distances
+    from slalom.kernels.many import choose_many
     from slalom.kernels.meeting import find_corners, head_for, longer_ways
+    from slalom.kernels.now import distances_now
     from slalom.kernels.segments import relative_segments
     from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_stop
     from slalom.kernels.yielding import give_way
 
 __all__ = [
+    "choose_many",
     "contact_times",
     "decide_all",
     "distances",
+    "distances_now",
     "earliest_arrival",
     "explore",
     "find_corners",
@@ -47,9 +51,11 @@ when_compiling: list[Callable[[], None]] = []
 """What is called, once each, when the first kernel has to be compiled because no cache holds it."""
 
 _MODULES = {
+    "choose_many": "many",
     "contact_times": "clearance",
     "decide_all": "crew",
     "distances": "hulls",
+    "distances_now": "now",
     "earliest_arrival": "arrival",
     "explore": "ahead",
     "find_corners": "meeting",

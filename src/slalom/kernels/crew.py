@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom.kernels.bezier import new_stack
 from slalom.kernels.compiled import Array, Indices, kernel
-from slalom.kernels.exchange import SAFE, deepest_violation, exchanged
+from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.fleet import commit, course, foresee, gather, in_reach, meeting, place_at, relative
 from slalom.kernels.hulls import new_course
 from slalom.kernels.meeting import in_the_way, longer_way
@@ -176,7 +176,7 @@ def best_of(
                 continue
             preferred(i, r, goal, stop, angle, fleet, answers, terms, wanted)
             m = meetings[k]
-            code, u, _, _ = exchanged(
+            code, u, _, _ = nearest_free(
                 wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls,
                 ELEMENTS, CANDIDATES,
             )  # fmt: skip

@@ -15,27 +15,31 @@ the control obstacle; the first candidate that passes the test is therefore the 
 import numpy as np
 
 from slalom.kernels.bezier import below, new_stack, value
-from slalom.kernels.boundaries import apart, intersect_three, intersect_two, meets, project
+from slalom.kernels.boundaries import meets, project
+from slalom.kernels.candidates import CLOSER, propose
 from slalom.kernels.clearance import put_segment
 from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
 from slalom.kernels.elements import hull_element, nearest_ball
-from slalom.kernels.hulls import bound, excess, hull_below, hull_sink, load, new_course
+from slalom.kernels.hulls import excess, hull_below, hull_sink, load, new_course
+from slalom.kernels.near import Table, copy_row, distance, gather, is_clear, room_for, within
 from slalom.kernels.polygons import (
     MaybePolygons,
     add_polygon,
     add_rounded,
     new_boundaries,
     new_polygons,
-    outside_polygons,
     smallest_ball,
     with_room,
     within_polygon,
 )
 from slalom.kernels.queue import new_queue, put, take
-from slalom.kernels.refine import sink
+from slalom.kernels.refine import depth_at, nearest_on_chord, sink
 from slalom.kernels.segments import chord_gaps
 from slalom.tolerances import CONTACT, SMALLEST_GAIN
 
+WIDER, NARROWEST = 1.3, 0.06
+"""[1] Segments are looked at that controls within so many times the candidate's distance may collide on, and this share
+of the farthest control's more: smaller, fewer are copied and tested; larger, more at a time."""
 SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
 
 
@@ -60,35 +64,49 @@ def deepest_violation(
     each colliding segment the time of deepest approach is sought from a witness; any time of collision would do for
     correctness, a deep one makes the exchange short.
     """
-    worst, deepest = -1, 0.0
+    worst, deepest, place = -1, 0.0, 0.0
     chord_gaps(points, gains, u[0], u[1], u[2], gaps)
     for s in range(len(gaps)):
         if gaps[s] >= reach[s]:
             continue
         if len(hulls) > 0 and hulls[0][s] >= 0:
             load(points, gains, hulls, s, u, course)
-            place = hull_below(course, hulls, hulls[0][s], radius[s], growth[s], stack, q)
+            there = hull_below(course, hulls, hulls[0][s], radius[s], growth[s], stack, q)
+            if there < 0.0:
+                continue
+            g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], there)
+            depth = -excess(course, hulls, hulls[0][s], radius[s], growth[s], there, q)[0] / g
         else:
+            there = nearest_on_chord(points, gains, s, u)
+            depth, g = depth_at(points, gains, s, u, radius[s], there)
+            if not depth > 0.0:
+                continue
+        if g < SMALLEST_GAIN:
+            return -2
+        if worst < 0 or depth > deepest:
+            worst, deepest, place = s, depth, there
+    if worst < 0:
+        # Nothing collides where its chord is nearest: all that may collide elsewhere is decided for all times.
+        for s in range(len(gaps)):
+            if gaps[s] >= reach[s] or (len(hulls) > 0 and hulls[0][s] >= 0):
+                continue
             put_segment(stack, points, gains, s, u[0], u[1], u[2], radius[s] * radius[s])
             place = below(stack)
             if place >= 0.0:
-                place = sink(points, gains, s, u, place)
-        if place < 0.0:
-            continue
-        g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], place)
+                worst = s
+                break
+    if worst < 0:
+        return -1
+    if len(hulls) == 0 or hulls[0][worst] < 0:
+        place = sink(points, gains, worst, u, radius[worst], place)
+        g = value(gains[0, worst], gains[1, worst], gains[2, worst], gains[3, worst], place)
         if g < SMALLEST_GAIN:
             return -2
-        if len(hulls) > 0 and hulls[0][s] >= 0:
-            depth = -excess(course, hulls, hulls[0][s], radius[s], growth[s], place, q)[0] / g
-            x, y, z = 0.0, 0.0, 0.0
-        else:
-            x = value(points[0, 0, s], points[1, 0, s], points[2, 0, s], points[3, 0, s], place) / g
-            y = value(points[0, 1, s], points[1, 1, s], points[2, 1, s], points[3, 1, s], place) / g
-            z = value(points[0, 2, s], points[1, 2, s], points[2, 2, s], points[3, 2, s], place) / g
-            depth = radius[s] / g - np.sqrt((x - u[0]) ** 2 + (y - u[1]) ** 2 + (z - u[2]) ** 2)
-        if worst < 0 or depth > deepest:
-            worst, deepest = s, depth
-            element[0], element[1], element[2], element[3], element[4] = place, x, y, z, (radius[s] + CONTACT) / g
+        for axis in range(3):
+            p0, p1, p2 = points[0, axis, worst], points[1, axis, worst], points[2, axis, worst]
+            element[1 + axis] = value(p0, p1, p2, points[3, axis, worst], place) / g
+        element[4] = (radius[worst] + CONTACT) / g
+    element[0] = place
     if len(hulls) > 0 and worst >= 0 and hulls[0][worst] >= 0:
         # Costly, and therefore done for one only.
         load(points, gains, hulls, worst, u, course)
@@ -103,118 +121,20 @@ def within_reach(
 ) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
     """The segments that some admissible control can collide on, as copies of their rows.
 
-    All admissible controls lie within the smallest ball of `limits`; moving the control by r from its centre
-    moves the robot by at most r times the largest gain of the segment.
+    All admissible controls lie within the smallest ball of `limits`.
     """
     smallest = smallest_ball(limits, len(limits))
-    center, r = limits[smallest, 1:4], limits[smallest, 4]
-    gaps, keep, count = np.empty(len(radius)), np.empty(len(radius), np.int64), 0
-    course, q = new_course(hulls)
+    center, gaps, which = limits[smallest, 1:4], np.empty(len(radius)), np.empty(len(radius), np.int64)
     chord_gaps(points, gains, center[0], center[1], center[2], gaps)
-    for s in range(len(gaps)):
-        farthest = r * max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
-        if gaps[s] >= reach[s] + farthest:
-            continue
-        if len(hulls) > 0 and hulls[0][s] >= 0:
-            # A long wall may be out of reach although the disc about it is not.
-            h = hulls[0][s]
-            load(points, gains, hulls, s, center, course)
-            _, vx, vy, vz = excess(course, hulls, h, radius[s], growth[s], 0.5, q)
-            if bound(course, hulls, h, radius[s], growth[s], 0.0, 1.0, vx, vy, vz) >= farthest:
-                continue
-        keep[count] = s
-        count += 1
-    near, gain = np.empty((4, 3, count)), np.empty((4, count))
-    around, more, far = np.empty(count), np.empty(count), np.empty(count)
-    for j in range(4):
-        for i in range(count):
-            gain[j, i] = gains[j, keep[i]]
-        for axis in range(3):
-            for i in range(count):
-                near[j, axis, i] = points[j, axis, keep[i]]
-    for i in range(count):
-        around[i], more[i], far[i] = radius[keep[i]], growth[keep[i]], reach[keep[i]]
-    return near, gain, around, more, far, kept_hulls(hulls, keep, count)
-
-
-@kernel
-def kept_hulls(hulls: MaybeHulls, keep: Indices, count: int) -> MaybeHulls:
-    """The hulls of the segments keep[:count]."""
-    if len(hulls) == 0:
-        return ()
-    hull, turns, corners, first, mixed = hulls
-    which, turned = np.empty(count, np.int64), np.empty((4, 2, count))
-    for i in range(count):
-        which[i] = hull[keep[i]]
-    if turns.shape[2] > 0:
-        for j in range(4):
-            for axis in range(2):
-                for i in range(count):
-                    turned[j, axis, i] = turns[j, axis, keep[i]]
-    return which, turned, corners, first, mixed
-
-
-@kernel
-def push(
-    queue: Array,
-    boundaries: Array,
-    polygons: MaybePolygons,
-    admissible: int,
-    preferred: Array,
-    u: Array,
-    i: int,
-    j: int,
-    k: int,
-) -> Array:
-    """The queue with candidate u, generated by boundaries i, j, k (-1: none), if it is admissible.
-
-    And on the border of the polygons that it comes from: most points of their circles and lines lie within.
-    """
-    if len(polygons) > 0:
-        which = int(boundaries[i, 5])
-        if which >= 0 and not outside_polygons(polygons, which, which + 1, u[0], u[1]):
-            return queue
-        which = int(boundaries[j, 5]) if j >= 0 else -1
-        if which >= 0 and not outside_polygons(polygons, which, which + 1, u[0], u[1]):
-            return queue
-    if not meets(boundaries, 0, admissible, u, i, j, k):
-        return queue
-    cost = (u[0] - preferred[0]) ** 2 + (u[1] - preferred[1]) ** 2 + (u[2] - preferred[2]) ** 2
-    return put(queue, cost, u, i, j, k)
-
-
-@kernel
-def propose(
-    queue: Array,
-    boundaries: Array,
-    polygons: MaybePolygons,
-    admissible: int,
-    count: int,
-    preferred: Array,
-    dimension: int,
-    found: Array,
-) -> Array:
-    """The queue with the critical points that the last boundary, number count - 1, adds to those before it."""
-    new = count - 1
-    project(boundaries, new, preferred, found)
-    queue = push(queue, boundaries, polygons, admissible, preferred, found[0], new, -1, -1)
-    for i in range(new):
-        if apart(boundaries, i, new):
-            continue
-        number = intersect_two(boundaries, i, new, preferred, dimension, found)
-        for f in range(number):
-            queue = push(queue, boundaries, polygons, admissible, preferred, found[f], i, new, -1)
-    if dimension == 3:
-        for i in range(new):
-            if apart(boundaries, i, new):
-                continue
-            for j in range(i):
-                if apart(boundaries, j, new) or apart(boundaries, i, j):
-                    continue
-                number = intersect_three(boundaries, j, i, new, found)
-                for f in range(number):
-                    queue = push(queue, boundaries, polygons, admissible, preferred, found[f], j, i, new)
-    return queue
+    which = which[: within(gains, reach, gaps, limits[smallest, 4], which)]
+    table, (near, solid) = (points, gains, radius, growth, reach), room_for(len(which), hulls)
+    course, q = new_course(hulls)
+    count = gather(table, hulls, which, gaps, limits[smallest, 4], center, near, solid, 0, course, q)
+    if count < len(which):
+        table, hulls, (near, solid) = near, solid, room_for(count, hulls)
+        for s in range(count):
+            copy_row(table, hulls, s, near, solid, s)
+    return near[0], near[1], near[2], near[3], near[4], solid
 
 
 @kernel
@@ -236,75 +156,130 @@ def nearest_free(
     Of `limits` (n, 5), see `boundaries`, and segments as in `slalom.segments`. Returns status, control (3,), elements
     used, candidates examined.
     """
-    points, gains, radius, growth, reach, kept = within_reach(limits, points, gains, radius, growth, reach, hulls)
-    return exchanged(
-        preferred, dimension, limits, points, gains, radius, growth, reach, kept, most_elements, most_candidates
+    u, gaps, center, first = preferred.copy(), np.empty(len(radius)), np.empty((1, 3)), -1
+    allowed = meets(limits, 0, len(limits), u, -1, -1, -1)
+    smallest = smallest_ball(limits, len(limits))
+    center[0, 0], center[0, 1], center[0, 2] = u[0], u[1], u[2]
+    if not allowed and apart_by(limits, smallest, u) > limits[smallest, 4]:
+        project(limits, smallest, u, center)
+        first = smallest
+    nearest = allowed or (first >= 0 and meets(limits, 0, len(limits), center[0], first, -1, -1))
+    if is_clear(points, gains, reach, center[0], gaps) and nearest:
+        return SAFE, center[0], 0, 1
+    farthest = limits[smallest, 4] + apart_by(limits, smallest, center[0])
+    which = np.empty(len(radius), np.int64)
+    which = which[: within(gains, reach, gaps, farthest, which)]
+    table = (points, gains, radius, growth, reach)
+    code, elements, examined = exchanged(
+        u, dimension, limits, table, hulls, which, gaps, center[0], farthest, allowed, most_elements, most_candidates
     )
+    return code, u, elements, examined
+
+
+@kernel
+def apart_by(limits: Array, b: int, u: Array) -> float:
+    """How far u is from the centre of ball b."""
+    return float(np.sqrt((u[0] - limits[b, 1]) ** 2 + (u[1] - limits[b, 2]) ** 2 + (u[2] - limits[b, 3]) ** 2))
 
 
 @kernel
 def exchanged(
-    preferred: Array,
+    u: Array,
     dimension: int,
     limits: Array,
-    points: Array,
-    gains: Array,
-    radius: Array,
-    growth: Array,
-    reach: Array,
+    table: Table,
     hulls: MaybeHulls,
+    which: Indices,
+    away: Array,
+    center: Array,
+    farthest: float,
+    allowed: bool,
     most_elements: int,
     most_candidates: int,
-) -> tuple[int, Array, int, int]:
-    """`nearest_free` of segments that are all within reach."""
-    admissible = len(limits)
+) -> tuple[int, int, int]:
+    """`nearest_free` to u, into u.
+
+    Of the segments `which` of a table, on which only controls so far `away` from `center` collide: see `near`.
+    """
     boundaries, polygons, queue = new_boundaries(limits), new_polygons(hulls), new_queue()
-    stack, element, found, gaps = new_stack(), np.zeros(5), np.zeros((4, 3)), np.empty(len(radius))
+    stack, element, found, preferred = new_stack(), np.zeros(5), np.zeros((4, 3)), u.copy()
     course, q = new_course(hulls)
-    u = preferred.copy()
-    count, elements, proposed, examined, last = admissible, 0, 0, 0, 0
-    if meets(boundaries, 0, admissible, u, -1, -1, -1):
+    (near, solid), known, limit, gaps = room_for(len(which), hulls), 0, -1.0, np.empty(len(which))
+    admissible = len(limits)
+    count, elements, proposed, examined, last, floor = admissible, 0, 0, 0, 0, 0.0
+    if allowed:
         # Only if it is not admissible can the admissible set's own boundary hold the optimum: the set is convex.
         queue = put(queue, 0.0, u, -1, -1, -1)
         proposed = admissible
     while True:
         while proposed < count:
             proposed += 1
-            queue = propose(queue, boundaries, polygons, admissible, proposed, preferred, dimension, found)
+            queue = propose(queue, boundaries, polygons, admissible, proposed, preferred, floor, dimension, found)
         n = take(queue)
         if n == 0:
             break
         examined += 1
         if examined > most_candidates:
-            return UNDECIDED, u, elements, examined
+            return UNDECIDED, elements, examined
         u[0], u[1], u[2] = queue[n, 1], queue[n, 2], queue[n, 3]
+        # All that is nearer was rejected: a new candidate there lies in some element of the working set.
+        floor = queue[n, 0] * (1.0 - CLOSER)
         rejects = within_polygon(polygons, last, u[0], u[1])
         if rejects >= 0:
             last = rejects
             continue
-        if not meets(boundaries, admissible, count, u, int(queue[n, 4]), int(queue[n, 5]), int(queue[n, 6])):
+        # It was found to meet those before the last of the boundaries that generated it.
+        newest = max(int(max(max(queue[n, 4], queue[n, 5]), queue[n, 6])), admissible - 1)
+        if not meets(boundaries, newest + 1, count, u, -1, -1, -1):
             continue
-        segment = deepest_violation(points, gains, radius, growth, reach, hulls, gaps, stack, course, q, u, element)
-        if segment == -2:
-            return OVERLAPPING, u, elements, examined
-        if segment == -1:
-            return SAFE, u, elements, examined
+        moved = distance(u, center)
+        if moved > limit:
+            limit = WIDER * moved + NARROWEST * farthest
+            known = gather(table, hulls, which, away, limit, center, near, solid, known, course, q)
+        points, gains, radius, growth, reach = near
+        segment = deepest_violation(
+            points, gains, radius, growth, reach, solid, gaps[:known], stack, course, q, u, element
+        )
+        if segment < 0:
+            return (SAFE if segment == -1 else OVERLAPPING), elements, examined
         if elements >= most_elements:
-            return UNDECIDED, u, elements, examined
+            return UNDECIDED, elements, examined
         elements += 1
-        if len(hulls) > 0 and len(polygons) > 0 and hulls[0][segment] >= 0:
-            place = element[0]
-            n, r = hull_element(points, gains, radius, growth, hulls, segment, place, u, dimension, limits, course, q)
-            if dimension == 3 and n > 1:
-                n = nearest_ball(q, u)
-            if n > 1:
-                polygons = add_polygon(polygons, q, n, r)
-                boundaries, count = add_rounded(boundaries, admissible, count, polygons[1][0] - 1, q, n, r)
-                continue
-            element[1], element[2], element[3], element[4] = q[0, 0], q[0, 1], q[0, 2], r
-        boundaries = with_room(boundaries, count + 1)
-        boundaries[count, 0] = 1.0
-        for column in range(1, 5):
-            boundaries[count, column] = element[column]
-        count += 1
-    return (BLOCKED if examined else INADMISSIBLE), u, elements, examined
+        boundaries, polygons, count = cut_off(
+            boundaries, polygons, count, near, solid, segment, element, u, dimension, limits, course, q
+        )
+    return (BLOCKED if examined else INADMISSIBLE), elements, examined
+
+
+@kernel
+def cut_off(
+    boundaries: Array,
+    polygons: MaybePolygons,
+    count: int,
+    near: Table,
+    hulls: MaybeHulls,
+    segment: int,
+    element: Array,
+    u: Array,
+    dimension: int,
+    limits: Array,
+    course: Array,
+    q: Array,
+) -> tuple[Array, MaybePolygons, int]:
+    """The working set and how many boundaries it has with the element that rejects u, of `deepest_violation`."""
+    points, gains, radius, growth, _ = near
+    if len(hulls) > 0 and len(polygons) > 0 and hulls[0][segment] >= 0:
+        place = element[0]
+        n, r = hull_element(points, gains, radius, growth, hulls, segment, place, u, dimension, limits, course, q)
+        if dimension == 3 and n > 1:
+            n = nearest_ball(q, u)
+        if n > 1:
+            polygons = add_polygon(polygons, q, n, r)
+            boundaries, count = add_rounded(boundaries, len(limits), count, polygons[1][0] - 1, q, n, r)
+            return boundaries, polygons, count
+        element[1], element[2], element[3], element[4] = q[0, 0], q[0, 1], q[0, 2], r
+    boundaries = with_room(boundaries, count + 1)
+    boundaries[count, 0] = 1.0
+    for column in range(1, 5):
+        boundaries[count, column] = element[column]
+    return boundaries, polygons, count + 1

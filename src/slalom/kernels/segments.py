@@ -37,10 +37,14 @@ def relative_segments(
     """
     n, m, d = len(times), len(drift), points.shape[2]
     turning = len(turns) > 0
-    room = n + (body[-1] + 1 if n else 0) * m + 1
+    room = number_of(times, body, knots, m, horizon)
     begin, end = np.empty(room), np.empty(room)
-    rel, gains, turned = np.zeros((4, 3, room)), np.empty((4, room)), np.empty((4, 2, room if turning else 0))
+    rel, gains, turned = np.empty((4, 3, room)), np.empty((4, room)), np.empty((4, 2, room if turning else 0))
     around, widening, who = np.empty(room), np.empty(room), np.empty(room, np.int64)
+    for c in range(4):
+        for axis in range(d, 3):
+            for i in range(room):
+                rel[c, axis, i] = 0.0
     k, piece = 0, 0
     for s in range(n):
         t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
@@ -53,10 +57,11 @@ def relative_segments(
             width, span = times[s, 1] - times[s, 0], knots[piece + 1] - knots[piece]
             a, b = (t0 - times[s, 0]) / width, (stop - times[s, 0]) / width
             e, f = (t0 - knots[piece]) / span, (stop - knots[piece]) / span
+            cut = a > 0.0 or b < 1.0
             for axis in range(d):
-                p0, p1, p2, p3 = restrict(
-                    points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis], a, b
-                )
+                p0, p1, p2, p3 = points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis]
+                if cut:
+                    p0, p1, p2, p3 = restrict(p0, p1, p2, p3, a, b)
                 q0, q1, q2, q3 = restrict(
                     drift[piece, 0, axis], drift[piece, 1, axis], drift[piece, 2, axis], drift[piece, 3, axis], e, f
                 )
@@ -74,23 +79,23 @@ def relative_segments(
             around[k], widening[k] = radius[s] + growth[s] * a, growth[s] * (b - a)
             k += 1
             t0 = stop
-    shares = np.empty((4, k))
-    for c in range(4):
-        for s in range(k):
-            shares[c, s] = gains[c, s]
-    near, ahead = first_of(rel, k), first_of(turned, k if turning else 0)
-    return begin[:k], end[:k], near, shares, around[:k], widening[:k], ahead, who[:k]
+    return begin, end, rel, gains, around, widening, turned, who
 
 
 @kernel
-def first_of(table: Array, k: int) -> Array:
-    """A copy of the first k segments of a table (4, axes, segments)."""
-    copy = np.empty((4, table.shape[1], k))
-    for c in range(4):
-        for axis in range(table.shape[1]):
-            for s in range(k):
-                copy[c, axis, s] = table[c, axis, s]
-    return copy
+def number_of(times: Array, body: Indices, knots: Array, m: int, horizon: float) -> int:
+    """How many segments these pieces are cut into: memory that is never filled would cost more than this count."""
+    count, piece = 0, 0
+    for s in range(len(times)):
+        t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
+        if s == 0 or body[s] != body[s - 1]:
+            piece = 0
+        while t0 < t1:
+            while piece < m - 1 and knots[piece + 1] <= t0:
+                piece += 1
+            t0 = t1 if piece == m - 1 else min(t1, knots[piece + 1])
+            count += 1
+    return count
 
 
 @kernel

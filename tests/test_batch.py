@@ -1,0 +1,77 @@
+"""Many choices at once are the choices one by one, to the bit."""
+
+import numpy as np
+import pytest
+
+from slalom import (
+    AccelerateThenCoast,
+    BoundedError,
+    Circular,
+    ConstantVelocity,
+    ControlObstacle,
+    Disc,
+    Jerk,
+    LaggedVelocity,
+    Limits,
+    Obstacle,
+    Rectangle,
+    State,
+    Status,
+    Traffic,
+    Velocity,
+    select,
+    select_many,
+)
+
+LIMITS = Limits(6.0, 4.0)
+
+
+def crowd(rng, count, shapes):
+    """Obstacles on circles and straight lines, some of them unsure."""
+    found = []
+    for k in range(count):
+        shape = shapes[k % len(shapes)]
+        if k % 2:
+            path = Circular(rng.uniform(-10, 10, 2), rng.uniform(3, 9), rng.uniform(-4, 4), rng.uniform(0, 6))
+        else:
+            path = ConstantVelocity(rng.uniform(-12, 12, 2), rng.uniform(-3, 3, 2))
+        unsure = BoundedError(velocity=0.1) if k % 5 == 4 else None
+        found.append(Obstacle(shape, path, heading="motion" if k % 3 == 1 else 0.0, uncertainty=unsure))
+    return found
+
+
+def one_by_one(wishes, states, response, traffic, robot, margin):
+    """The law."""
+    return [
+        select(
+            wish,
+            LIMITS.admissible(response, state, traffic.horizon),
+            ControlObstacle(response, state, traffic, robot, margin),
+        )
+        for wish, state in zip(wishes, states)
+    ]
+
+
+@pytest.mark.parametrize("response", [AccelerateThenCoast(1.0), Velocity(), LaggedVelocity(0.5), Jerk()])
+@pytest.mark.parametrize("shapes", [(Disc(0.8),), (Disc(0.5), Rectangle(2.0, 1.0))])
+def test_many_are_one_by_one(response, shapes):
+    """Whatever responds, with and without corners, overlapping or not; for any number of threads."""
+    rng = np.random.default_rng(4)
+    traffic = Traffic(crowd(rng, 9, shapes), 1.0, 4.0)
+    states = [State(rng.uniform(-12, 12, 2), rng.uniform(-3, 3, 2), rng.uniform(-1, 1, 2)) for _ in range(24)]
+    wishes = rng.uniform(-3, 3, (24, 2))
+    choices = one_by_one(wishes, states, response, traffic, Disc(0.4), 0.1)
+    for threads in (1, 3):
+        found = select_many(wishes, states, response, LIMITS, traffic, Disc(0.4), margin=0.1, threads=threads)
+        assert list(found.statuses) == [choice.status for choice in choices]
+        assert list(found.safe) == [choice.safe for choice in choices]
+        for control, choice in zip(found.controls, choices):
+            assert np.isnan(control).all() if choice.control is None else (control == choice.control).all()
+    assert {Status.CONSTRAINED, Status.OVERLAPPING} <= set(found.statuses)
+
+
+def test_none_are_none():
+    """No state, no choice."""
+    found = select_many(np.empty((0, 2)), [], Velocity(), LIMITS, Traffic([], 0.0, 3.0), Disc(0.4))
+    assert found.controls.shape == (0, 2)
+    assert len(found.statuses) == 0
