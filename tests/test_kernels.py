@@ -49,6 +49,31 @@ def test_kernels_compile_with_a_numba_that_parts_are_not_known_to_fit(monkeypatc
     assert twice_halved(3.0) == 0.75
 
 
+AGAIN = """
+import numpy as np
+from slalom.kernels.compiled import kernel
+from slalom.kernels.meeting import longer_way
+
+@kernel
+def twice(a, b):
+    return 2.0 * longer_way(a, b, 0.0, 0.0, 1.0)
+
+part = longer_way.get_overload.__self__
+print(twice(np.array([-3.0, 0.0]), np.array([3.0, 0.1])) > 0.0)
+print(sum(part.stats.cache_hits.values()), *{type(one.library).__name__ for one in part.overloads.values()})
+"""
+
+
+@pytest.mark.skipif(compiled.numba.version_info.short not in compiled.FITTING, reason="parts do not fit this numba")
+def test_parts_come_back_from_the_cache_as_parts(tmp_path):
+    """They would be translated unoptimised otherwise, and a new entry that they are linked to would call that."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", AGAIN]
+    runs = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True) for _ in range(2)]
+    said = [run.stdout for run in runs]
+    assert said == ["True\n0 _PartLibrary\n", "True\n1 _PartLibrary\n"]
+
+
 @pytest.mark.slow
 def test_kernels_compile_where_nothing_can_be_written(tmp_path):
     """A read-only installation without a writable home: they compile in every process."""

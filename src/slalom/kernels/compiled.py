@@ -56,6 +56,17 @@ class _KernelCache(FunctionCache):
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
 
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        """A part comes back as what it was, or it would be translated as it is, and entries would call that code."""
+        codegen = target_context.codegen()
+        usual = codegen._library_class
+        if self._what == "part" and numba.version_info.short in FITTING:
+            codegen._library_class = _PartLibrary
+        try:
+            return super()._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        finally:
+            codegen._library_class = usual
+
 
 FITTING = {(0, 68)}
 """Versions of numba that `_PartLibrary` is known to fit. With others compiling takes half as long again."""
