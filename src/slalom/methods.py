@@ -156,7 +156,7 @@ METHODS: Final[dict[str, Method]] = {
             Known(),
             "Nonlinear acceleration obstacle: a new acceleration; obstacles follow known trajectories.",
             "Stern and Shiller, arXiv:2506.06255, 2025",
-            of_robots=AcceleratingBriefly(),
+            of_robots=AcceleratingBriefly(0.1),
             among=_braking,
             share=0.5,
         ),
