@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from slalom.obstacle import Obstacle
 from slalom.path import hermite
 from slalom.pieces import Bodies
 from slalom.response import Response
+from slalom.response.shares import FromVelocity
 from slalom.segments import Segments
 from slalom.shape import Shape
 from slalom.state import State
@@ -98,8 +100,11 @@ class ControlObstacle:
                 f"horizon: expected at most the traffic's {self.traffic.horizon:g} s, found {horizon:g} s"
             )
         object.__setattr__(self, "horizon", horizon)
-        least = float(np.min(array(self.margin, "margin"), initial=np.inf))
-        not_negative(min(least, 0.0), "margin")
+        if isinstance(self.margin, float):
+            not_negative(self.margin, "margin")
+        else:
+            least = float(np.min(array(self.margin, "margin"), initial=np.inf))
+            not_negative(min(least, 0.0), "margin")
         for what, dimension in (("robot", self.robot.dimension), ("obstacles", self.traffic.dimension)):
             if dimension not in (None, self.dimension):
                 raise InvalidInput(f"{what}: expected dimension {self.dimension} as of the state, found {dimension}")
@@ -116,6 +121,8 @@ class ControlObstacle:
     @cached_property
     def _wider(self) -> Array:
         """The radius of each body with the margin [m]: (b,)."""
+        if isinstance(self.margin, float):
+            return self._bodies.around + self.margin
         margin = np.asarray(self.margin)
         return np.asarray(self._bodies.around + (margin[self._bodies.owner] if margin.ndim else margin))
 
@@ -131,7 +138,10 @@ class ControlObstacle:
         Contact is not overlap: from an obstacle that it is within TOUCHING of, the robot may still move away.
         """
         radii, gaps = self._wider, self._gaps
-        touching = (gaps - radii >= -CONTACT) & (gaps - radii < TOUCHING)
+        apart = gaps - radii
+        touching = (apart >= -CONTACT) & (apart < TOUCHING)
+        if not touching.any():
+            return radii
         return np.where(touching, np.maximum(np.where(touching, gaps, 0.0) - TOUCHING, 0.0), radii)
 
     @cached_property
@@ -149,6 +159,11 @@ class ControlObstacle:
         """Indices of the obstacles that the robot (with its margin) overlaps now."""
         return np.flatnonzero(self.initial_clearances < -CONTACT)
 
+    @cached_property
+    def overlaps(self) -> bool:
+        """Whether the robot (with its margin) overlaps any obstacle now."""
+        return bool((self._gaps - self._radii < -CONTACT).any())
+
     def way_out(self, index: int) -> Array:
         """The unit vector (d,) along which the robot gets away soonest from the part of an obstacle that is nearest.
 
@@ -164,36 +179,24 @@ class ControlObstacle:
         state, bodies = self.state, self._bodies
         rows = bodies.pieces
         knots, drift, gain = response_pieces(self.response, state, self.horizon)
-        radius = rows.radius + self.response.interpolation_error + self._radii[rows.body]
-        begin, end, points, gains, radius, growth, turned, body = kernels.relative_segments(
-            rows.times, rows.points, radius, rows.growth, rows.turns, rows.body, knots, drift, gain, self.horizon
-        )
-        hull = bodies.hull[body]
+        begin, end, points, gains, radius, growth, turned, reach, owner, hull = kernels.segments_of(
+            *rows, knots, drift, gain, self.horizon, self.response.interpolation_error,
+            self._radii, bodies.spread, bodies.owner, bodies.hull,
+        )  # fmt: skip
         if not bodies.turning:
             turned = np.broadcast_to(_AHEAD, (4, 2, len(begin)))
-            if bodies.hull.max(initial=-1) >= 0:
+            if bodies.solid:
                 turned = np.ascontiguousarray(turned)
         return Segments(
-            begin,
-            end,
-            points,
-            gains,
-            radius,
-            radius + np.maximum(growth, 0.0) + bodies.spread[body],
-            bodies.owner[body],
-            hull,
-            turned,
-            bodies.corners,
-            bodies.first,
-            growth,
+            begin, end, points, gains, radius, reach, owner, hull, turned, bodies.corners, bodies.first, growth,
             bodies.mixed,
-        )
+        )  # fmt: skip
 
     @cached_property
     def table(self) -> "tuple[Array, Array, Array, Array, Array, MaybeHulls]":
         """Of the segments: points, gains, radius, growth, reach, hulls, as kernels take them."""
         s = self.segments
-        return s.points, s.gains, s.radius, s.growth, s.reach, s.hulls
+        return s.points, s.gains, s.radius, s.growth, s.reach, s.hulls if self._bodies.solid else ()
 
     def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
         u = vectors(controls, "controls", self.dimension)
@@ -301,7 +304,10 @@ class ControlObstacle:
 def response_pieces(response: Response, state: State, horizon: float) -> tuple[Array, Array, Array]:
     """The position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) and gain (m, 4)."""
     # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
-    knots = response.knots(horizon, 2.0 * float(np.linalg.norm(state.velocity)) + 100.0)
+    reach = 2.0 * sqrt(state.velocity.dot(state.velocity)) + 100.0
+    if isinstance(response, FromVelocity):
+        return response.pieces(state, horizon, reach)
+    knots = response.knots(horizon, reach)
     position, velocity = response.position(state, knots), response.velocity(state, knots)
     drift = hermite(knots, position.drift, velocity.drift).points
     return knots, drift, hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
