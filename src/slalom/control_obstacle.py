@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -60,8 +60,10 @@ class Boundary(NamedTuple):
         return [shapely.get_coordinates(ring) for polygon in polygons for ring in shapely.get_rings(polygon)]
 
 
-_AHEAD = np.array([[1.0], [0.0]])
-"""The direction of what does not turn."""
+@lru_cache(maxsize=256)
+def _ahead(n: int) -> Array:
+    """Directions (4, 2, n) of what does not turn."""
+    return np.broadcast_to(np.array([[1.0], [0.0]]), (4, 2, n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,30 +121,25 @@ class ControlObstacle:
         return self.traffic.bodies(self.robot)
 
     @cached_property
-    def _wider(self) -> Array:
-        """The radius of each body with the margin [m]: (b,)."""
-        if isinstance(self.margin, float):
-            return self._bodies.around + self.margin
-        margin = np.asarray(self.margin)
-        return np.asarray(self._bodies.around + (margin[self._bodies.owner] if margin.ndim else margin))
-
-    @cached_property
     def _gaps(self) -> Array:
         """The distance of each body now, its radius not taken off [m], inf if it is not there: (b,)."""
         return self.traffic.distances(self.robot, self.state.position)[0]
 
     @cached_property
-    def _radii(self) -> Array:
-        """The radius of each body with the margin [m], less where the robot touches the obstacle already: (b,).
+    def _kept(self) -> tuple[Array, bool]:
+        """The radius of each body with the margin [m], less where the robot touches it already, (b,); if it overlaps.
 
         Contact is not overlap: from an obstacle that it is within TOUCHING of, the robot may still move away.
         """
-        radii, gaps = self._wider, self._gaps
-        apart = gaps - radii
-        touching = (apart >= -CONTACT) & (apart < TOUCHING)
-        if not touching.any():
-            return radii
-        return np.where(touching, np.maximum(np.where(touching, gaps, 0.0) - TOUCHING, 0.0), radii)
+        margin, around = self.margin, self._bodies.around
+        if not isinstance(margin, float):
+            each = np.asarray(margin)
+            margin = each[self._bodies.owner] if each.ndim else each
+        return kernels.kept_radii(self._gaps, around + margin)
+
+    @property
+    def _radii(self) -> Array:
+        return self._kept[0]
 
     @cached_property
     def initial_clearances(self) -> Array:
@@ -159,10 +156,10 @@ class ControlObstacle:
         """Indices of the obstacles that the robot (with its margin) overlaps now."""
         return np.flatnonzero(self.initial_clearances < -CONTACT)
 
-    @cached_property
+    @property
     def overlaps(self) -> bool:
         """Whether the robot (with its margin) overlaps any obstacle now."""
-        return bool((self._gaps - self._radii < -CONTACT).any())
+        return self._kept[1]
 
     def way_out(self, index: int) -> Array:
         """The unit vector (d,) along which the robot gets away soonest from the part of an obstacle that is nearest.
@@ -184,9 +181,7 @@ class ControlObstacle:
             self._radii, bodies.spread, bodies.owner, bodies.hull,
         )  # fmt: skip
         if not bodies.turning:
-            turned = np.broadcast_to(_AHEAD, (4, 2, len(begin)))
-            if bodies.solid:
-                turned = np.ascontiguousarray(turned)
+            turned = np.ascontiguousarray(_ahead(len(begin))) if bodies.solid else _ahead(len(begin))
         return Segments(
             begin, end, points, gains, radius, reach, owner, hull, turned, bodies.corners, bodies.first, growth,
             bodies.mixed,

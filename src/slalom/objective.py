@@ -30,10 +30,13 @@ def preferred_control(aims: tuple[Aim, ...]) -> Array:
     Because every gain is a scalar, the sum is (sum w g^2) |u - preferred|^2 + constant: the optimum under any
     constraint is the point nearest to `preferred`, which is what `select` finds.
     """
-    total = sum(aim.weight * float(aim.map.gain) ** 2 for aim in aims)
+    total, pull = 0.0, np.zeros(1)
+    for aim in aims:
+        gain = float(aim.map.gain)
+        total += aim.weight * gain**2
+        pull = pull + aim.weight * gain * (aim.target - aim.map.drift)
     if not total > 0.0:
         raise InvalidInput("aims: expected one with weight and gain above 0, found none")
-    pull = sum((aim.weight * float(aim.map.gain) * (aim.target - aim.map.drift) for aim in aims), np.zeros(1))
     return np.asarray(pull / total)
 
 

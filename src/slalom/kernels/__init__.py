@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from slalom.kernels.again import in_balls, pieces_within, segments_of
+    from slalom.kernels.again import in_balls, kept_radii, pieces_within, segments_of
     from slalom.kernels.ahead import explore, stays_free
     from slalom.kernels.arrival import earliest_arrival
     from slalom.kernels.clearance import contact_times, least_clearances
@@ -35,6 +35,7 @@ __all__ = [
     "grazing_discs",
     "head_for",
     "in_balls",
+    "kept_radii",
     "least_clearances",
     "longer_ways",
     "look_around",
@@ -65,6 +66,7 @@ _MODULES = {
     "grazing_discs": "grazing",
     "head_for": "meeting",
     "in_balls": "again",
+    "kept_radii": "again",
     "least_clearances": "clearance",
     "longer_ways": "meeting",
     "look_around": "crew",
@@ -84,4 +86,5 @@ def __getattr__(name: str) -> Any:
 
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    found = globals()[name] = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    return found

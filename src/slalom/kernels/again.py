@@ -7,6 +7,7 @@ import numpy as np
 
 from slalom.kernels.compiled import Array, Flags, Indices, kernel
 from slalom.kernels.segments import relative_segments
+from slalom.tolerances import CONTACT, TOUCHING
 
 
 @kernel
@@ -19,8 +20,7 @@ def pieces_within(
     """
     n, d, kept, turning = len(body), points.shape[2], 0, len(turns) > 0
     for s in range(n):
-        if times[s, 1] > start and times[s, 0] < end:
-            kept += 1
+        kept += times[s, 1] > start and times[s, 0] < end
     when, where, who = np.empty((kept, 2)), np.empty((kept, 4, d)), np.empty(kept, np.int64)
     around, widening, turned = np.empty(kept), np.empty(kept), np.empty((kept if turning else 0, 4, 2))
     heads, first, k = np.empty(kept, np.int64), 0, 0
@@ -40,6 +40,19 @@ def pieces_within(
             first += 1
         k += 1
     return when, where, around, widening, turned, who, heads[:first].copy()
+
+
+@kernel
+def kept_radii(gaps: Array, wider: Array) -> tuple[Array, bool]:
+    """Radii (b,) [m], less where the robot touches a body already; whether it overlaps any. See `ControlObstacle`."""
+    own, overlaps = np.empty(len(wider)), False
+    for b in range(len(wider)):
+        gap, own[b] = gaps[b], wider[b]
+        # Contact is not overlap: from a body that it is within TOUCHING of, the robot may still move away.
+        if gap - wider[b] >= -CONTACT and gap - wider[b] < TOUCHING:
+            own[b] = max(gap - TOUCHING, 0.0)
+        overlaps = overlaps or gap - own[b] < -CONTACT
+    return own, overlaps
 
 
 @kernel
