@@ -23,7 +23,7 @@ from slalom.response.shares import FromVelocity
 from slalom.segments import Segments
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import BOUNDARY, CONTACT, TOUCHING
+from slalom.tolerances import BOUNDARY, CONTACT
 from slalom.traffic import Traffic
 
 if TYPE_CHECKING:

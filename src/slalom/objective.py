@@ -122,7 +122,7 @@ def _growing(last: float) -> Array:
     first, end = np.log10(_EARLIEST), np.log10(last)
     powers = _STEPS * ((end - first) / 63.0) + first
     powers[-1] = end
-    times = np.power(10.0, powers)
+    times: Array = np.power(10.0, powers)
     times[0], times[-1] = _EARLIEST, last
     return times
 

@@ -106,8 +106,8 @@ class Traffic:
         start, end = self.start, self.start + self.horizon
         if not (first < end and last > start):
             return None
-        *columns, heads = kernels.pieces_within(*all_pieces.pieces, start, end)
-        return all_pieces._replace(pieces=Pieces(*columns), heads=heads)
+        found = kernels.pieces_within(*all_pieces.pieces, start, end)
+        return all_pieces._replace(pieces=Pieces(*found[:6]), heads=found[6])
 
     def _joined(self, robot: Shape) -> tuple[float, float, Bodies] | None:
         """When the last obstacle appears and the first one vanishes, and the pieces of all over a stretch of time."""

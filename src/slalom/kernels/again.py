@@ -72,7 +72,7 @@ def segments_of(
     spread: Array,
     owner: Indices,
     hull: Indices,
-) -> tuple[Array, Array, Array, Array, Array, Array, Array, Indices, Indices, Array]:
+) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Indices, Indices]:
     """`relative_segments` of bodies with these radii, spreads, owners and hulls, each (b,), `error` [m] larger all.
 
     Returns:

@@ -107,9 +107,9 @@ def _cubic(response: FromVelocity, horizon: float, reach: float) -> Cubic:
     ends, steps = np.array([0, 0, 1, 1]), hermite_weights(knots)
     which = np.arange(len(knots) - 1)[:, None] + ends
     gains = gain[which] + steps * rise[which]
-    columns = (place[which][..., None], steps[..., None], speed[which][..., None])
+    early, rate = _fixed(place[which][..., None]), _fixed(speed[which][..., None])
     # Kernels are compiled once more for arrays that are not to be written to: knots and gains, which they take, may be.
-    return Cubic(knots, *(_fixed(column) for column in columns), gains)
+    return Cubic(knots, early, _fixed(steps[..., None]), rate, gains)
 
 
 def _fixed(values: Array) -> Array:
