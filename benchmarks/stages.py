@@ -5,6 +5,10 @@ usage: python benchmarks/stages.py [--scenes 60] [--quick] [--out FOLDER]
 Every stage is timed by itself, again and again on the same scene, and so is the whole. The rest of the whole is what
 the stages do not explain: they run on caches that the stages between them would have used, and some of what they
 compute is kept.
+
+Before: this program's figures before the choice was made in fewer passes, tables of obstacles and responses were kept
+and loops replaced small operations on arrays (docs/design/0012-one-decision.md). Measured on 2026-11-22 with 60 scenes
+on an AMD EPYC of 2 cores, python 3.11.7, numpy 2.4.6, numba 0.68.1; on another machine they say nothing.
 """
 
 from collections.abc import Callable
@@ -23,6 +27,20 @@ from slalom.tolerances import CANDIDATES, ELEMENTS
 WHOLE = "the whole decision"
 ONE_PASS = "of the choice: one pass of the chord test over all segments"
 KERNEL = "of the choice: the kernel of the exchange"
+REST = "the rest"
+BEFORE = {
+    "limits to admissible controls": {"roundabout": 19.2, "mixed": 19.2},
+    "goal to preferred control": {"roundabout": 135.0, "mixed": 134.0},
+    "obstacles to pieces": {"roundabout": 262.0, "mixed": 289.0},
+    "who overlaps now": {"roundabout": 48.1, "mixed": 48.6},
+    "pieces to segments": {"roundabout": 131.0, "mixed": 194.0},
+    "the choice": {"roundabout": 65.8, "mixed": 49.2},
+    KERNEL: {"roundabout": 47.7, "mixed": 32.1},
+    ONE_PASS: {"roundabout": 2.97, "mixed": 6.07},
+    WHOLE: {"roundabout": 874.0, "mixed": 939.0},
+    REST: {"roundabout": 199.0, "mixed": 195.0},
+}
+"""Median [us] of each stage, see above."""
 
 
 def stages(task: Task) -> dict[str, Callable[[], object]]:
@@ -66,17 +84,20 @@ def measure(scenes: int, repeat: int) -> dict[str, Any]:
             for name, call in stages(task).items():
                 spent.setdefault(name, []).append(microseconds(call, repeat))
         parts = [each for name, each in spent.items() if name not in (WHOLE, KERNEL, ONE_PASS)]
-        spent["the rest"] = (np.array(spent[WHOLE]) - np.sum(parts, axis=0)).tolist()
+        spent[REST] = (np.array(spent[WHOLE]) - np.sum(parts, axis=0)).tolist()
         medians = {name: float(np.median(each)) for name, each in spent.items()}
         late = {name: float(np.quantile(each, 0.99)) for name, each in spent.items()}
         segments = float(np.median([len(task.blocked.segments.begin) for task in tasks]))
-        result[family] = {"segments": segments, "median_us": medians, "p99_us": late}
-        rows += [[family, name, us, late[name], us / medians[WHOLE]] for name, us in medians.items()]
-    heads = ["scenes", "stage", "median us", "99 % us", "share of the whole"]
+        before = {name: each[family] for name, each in BEFORE.items()}
+        result[family] = {"segments": segments, "before_us": before, "median_us": medians, "p99_us": late}
+        rows += [
+            [family, name, BEFORE[name][family], us, late[name], us / medians[WHOLE]] for name, us in medians.items()
+        ]
+    heads = ["scenes", "stage", "before, median us", "median us", "99 % us", "share of the whole"]
     return {
         "question": "Where the time of one decision goes",
         "parameters": {"scenes": scenes, "obstacles": 30, "horizon_s": HORIZON, "response": "accelerate, then coast"},
-        "tables": [table("Stages of one decision", heads, rows)],
+        "tables": [table("Stages of one decision, before and after", heads, rows)],
         "targets": [],
         "results": result,
     }

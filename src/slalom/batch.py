@@ -102,7 +102,7 @@ def _alike(
     """Groups of states, and what `_choose` needs of them but the wishes."""
     bodies = traffic.bodies(robot)
     solid: MaybeHulls = ()
-    if bodies.hull.max(initial=-1) >= 0:
+    if bodies.solid:
         solid = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
     pieces = bodies.pieces
     turns = pieces.turns if bodies.turning else np.empty((0, 4, 2))

@@ -1,6 +1,7 @@
 """All checking of numbers that come from outside: one clear message each, nothing repaired."""
 
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -44,6 +45,8 @@ def vectors(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Ar
 
 def number(value: float, name: str) -> float:
     """Return `value` as a finite float."""
+    if isinstance(value, float) and isfinite(value):
+        return float(value)
     result = array(value, name)
     if result.ndim:
         raise InvalidInput(f"{name}: expected one number, found shape {result.shape}")

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from math import sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -18,10 +19,11 @@ from slalom.obstacle import Obstacle
 from slalom.path import hermite
 from slalom.pieces import Bodies
 from slalom.response import Response
+from slalom.response.shares import FromVelocity
 from slalom.segments import Segments
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import BOUNDARY, CONTACT, TOUCHING
+from slalom.tolerances import BOUNDARY, CONTACT
 from slalom.traffic import Traffic
 
 if TYPE_CHECKING:
@@ -58,8 +60,10 @@ class Boundary(NamedTuple):
         return [shapely.get_coordinates(ring) for polygon in polygons for ring in shapely.get_rings(polygon)]
 
 
-_AHEAD = np.array([[1.0], [0.0]])
-"""The direction of what does not turn."""
+@lru_cache(maxsize=256)
+def _ahead(n: int) -> Array:
+    """Directions (4, 2, n) of what does not turn."""
+    return np.broadcast_to(np.array([[1.0], [0.0]]), (4, 2, n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +102,11 @@ class ControlObstacle:
                 f"horizon: expected at most the traffic's {self.traffic.horizon:g} s, found {horizon:g} s"
             )
         object.__setattr__(self, "horizon", horizon)
-        least = float(np.min(array(self.margin, "margin"), initial=np.inf))
-        not_negative(min(least, 0.0), "margin")
+        if isinstance(self.margin, float):
+            not_negative(self.margin, "margin")
+        else:
+            least = float(np.min(array(self.margin, "margin"), initial=np.inf))
+            not_negative(min(least, 0.0), "margin")
         for what, dimension in (("robot", self.robot.dimension), ("obstacles", self.traffic.dimension)):
             if dimension not in (None, self.dimension):
                 raise InvalidInput(f"{what}: expected dimension {self.dimension} as of the state, found {dimension}")
@@ -114,25 +121,25 @@ class ControlObstacle:
         return self.traffic.bodies(self.robot)
 
     @cached_property
-    def _wider(self) -> Array:
-        """The radius of each body with the margin [m]: (b,)."""
-        margin = np.asarray(self.margin)
-        return np.asarray(self._bodies.around + (margin[self._bodies.owner] if margin.ndim else margin))
-
-    @cached_property
     def _gaps(self) -> Array:
         """The distance of each body now, its radius not taken off [m], inf if it is not there: (b,)."""
         return self.traffic.distances(self.robot, self.state.position)[0]
 
     @cached_property
-    def _radii(self) -> Array:
-        """The radius of each body with the margin [m], less where the robot touches the obstacle already: (b,).
+    def _kept(self) -> tuple[Array, bool]:
+        """The radius of each body with the margin [m], less where the robot touches it already, (b,); if it overlaps.
 
         Contact is not overlap: from an obstacle that it is within TOUCHING of, the robot may still move away.
         """
-        radii, gaps = self._wider, self._gaps
-        touching = (gaps - radii >= -CONTACT) & (gaps - radii < TOUCHING)
-        return np.where(touching, np.maximum(np.where(touching, gaps, 0.0) - TOUCHING, 0.0), radii)
+        margin, around = self.margin, self._bodies.around
+        if not isinstance(margin, float):
+            each = np.asarray(margin)
+            margin = each[self._bodies.owner] if each.ndim else each
+        return kernels.kept_radii(self._gaps, around + margin)
+
+    @property
+    def _radii(self) -> Array:
+        return self._kept[0]
 
     @cached_property
     def initial_clearances(self) -> Array:
@@ -149,6 +156,11 @@ class ControlObstacle:
         """Indices of the obstacles that the robot (with its margin) overlaps now."""
         return np.flatnonzero(self.initial_clearances < -CONTACT)
 
+    @property
+    def overlaps(self) -> bool:
+        """Whether the robot (with its margin) overlaps any obstacle now."""
+        return self._kept[1]
+
     def way_out(self, index: int) -> Array:
         """The unit vector (d,) along which the robot gets away soonest from the part of an obstacle that is nearest.
 
@@ -164,36 +176,22 @@ class ControlObstacle:
         state, bodies = self.state, self._bodies
         rows = bodies.pieces
         knots, drift, gain = response_pieces(self.response, state, self.horizon)
-        radius = rows.radius + self.response.interpolation_error + self._radii[rows.body]
-        begin, end, points, gains, radius, growth, turned, body = kernels.relative_segments(
-            rows.times, rows.points, radius, rows.growth, rows.turns, rows.body, knots, drift, gain, self.horizon
-        )
-        hull = bodies.hull[body]
+        begin, end, points, gains, radius, growth, turned, reach, owner, hull = kernels.segments_of(
+            *rows, knots, drift, gain, self.horizon, self.response.interpolation_error,
+            self._radii, bodies.spread, bodies.owner, bodies.hull,
+        )  # fmt: skip
         if not bodies.turning:
-            turned = np.broadcast_to(_AHEAD, (4, 2, len(begin)))
-            if bodies.hull.max(initial=-1) >= 0:
-                turned = np.ascontiguousarray(turned)
+            turned = np.ascontiguousarray(_ahead(len(begin))) if bodies.solid else _ahead(len(begin))
         return Segments(
-            begin,
-            end,
-            points,
-            gains,
-            radius,
-            radius + np.maximum(growth, 0.0) + bodies.spread[body],
-            bodies.owner[body],
-            hull,
-            turned,
-            bodies.corners,
-            bodies.first,
-            growth,
+            begin, end, points, gains, radius, reach, owner, hull, turned, bodies.corners, bodies.first, growth,
             bodies.mixed,
-        )
+        )  # fmt: skip
 
     @cached_property
     def table(self) -> "tuple[Array, Array, Array, Array, Array, MaybeHulls]":
         """Of the segments: points, gains, radius, growth, reach, hulls, as kernels take them."""
         s = self.segments
-        return s.points, s.gains, s.radius, s.growth, s.reach, s.hulls
+        return s.points, s.gains, s.radius, s.growth, s.reach, s.hulls if self._bodies.solid else ()
 
     def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
         u = vectors(controls, "controls", self.dimension)
@@ -301,7 +299,10 @@ class ControlObstacle:
 def response_pieces(response: Response, state: State, horizon: float) -> tuple[Array, Array, Array]:
     """The position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) and gain (m, 4)."""
     # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
-    knots = response.knots(horizon, 2.0 * float(np.linalg.norm(state.velocity)) + 100.0)
+    reach = 2.0 * sqrt(state.velocity.dot(state.velocity)) + 100.0
+    if isinstance(response, FromVelocity):
+        return response.pieces(state, horizon, reach)
+    knots = response.knots(horizon, reach)
     position, velocity = response.position(state, knots), response.velocity(state, knots)
     drift = hermite(knots, position.drift, velocity.drift).points
     return knots, drift, hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]

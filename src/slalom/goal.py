@@ -9,6 +9,7 @@ from slalom import kernels
 from slalom.checks import Array, positive
 from slalom.limits import Limits
 from slalom.trajectory import Stationary, Trajectory
+from slalom.trajectory.protocol import FOREVER
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +29,8 @@ class Goal:
 
     def position(self, t: npt.ArrayLike) -> Array:
         """Where the goal is at times t (...): (..., d) [m]."""
-        return self.trajectory.position(np.clip(np.asarray(t, dtype=np.float64), *self.trajectory.span))
+        span = self.trajectory.span
+        return self.trajectory.position(t if span == FOREVER else np.clip(np.asarray(t, dtype=np.float64), *span))
 
     def velocity(self, t: npt.ArrayLike) -> Array:
         """How fast the goal is at times t (...): (..., d) [m/s]."""

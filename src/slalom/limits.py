@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import sqrt
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from slalom import kernels
 from slalom.affine import Affine
 from slalom.bounds import Bound, HalfSpaces
 from slalom.checks import Array, Checked, number, positive, unit, vector, vectors
@@ -41,10 +43,7 @@ class Admissible:
 
     def holds(self, controls: Array) -> npt.NDArray[np.bool_]:
         """Whether controls (n, d), taken as they are, are in the set without any tolerance: (n,)."""
-        inside = np.ones(len(controls), np.bool_)
-        for center, radius in zip(self.centers, self.radii):
-            away = controls - center
-            inside &= np.sqrt((away * away).sum(axis=1)) <= radius
+        inside = kernels.in_balls(controls, self.centers, self.radii)
         if len(self.offsets):
             inside &= (controls @ self.normals.T <= self.offsets).all(axis=1)
         return inside
@@ -79,8 +78,9 @@ class Admissible:
         rows[:balls, 0] = -1.0
         rows[:balls, 1 : 1 + self.dimension] = self.centers
         rows[:balls, 4] = self.radii
-        rows[balls:, 1 : 1 + self.dimension] = self.normals
-        rows[balls:, 4] = self.offsets
+        if flats:
+            rows[balls:, 1 : 1 + self.dimension] = self.normals
+            rows[balls:, 4] = self.offsets
         return rows
 
 
@@ -169,15 +169,15 @@ class Limits:
         """
         speed_peaks = response.speed_peaks(state, horizon)
         acceleration_peaks = response.acceleration_peaks(state, horizon)
-        speed = float(np.linalg.norm(state.velocity))
+        speed = sqrt(state.velocity.dot(state.velocity))
         fastest = max(self.max_speed, speed - 0.5 * self.braking * response.settled(horizon))
         centers, radii, normals, offsets = [], [], [], []
         for peak in speed_peaks:
-            centers.append(peak.inverse(np.zeros_like(peak.drift)))
+            centers.append((0.0 - peak.drift) / peak.gain)
             radii.append(fastest / float(peak.gain))
         for peak in acceleration_peaks:
             if peak.gain:
-                centers.append(peak.inverse(np.zeros_like(peak.drift)))
+                centers.append((0.0 - peak.drift) / peak.gain)
                 radii.append(self.max_acceleration / abs(float(peak.gain)))
         for bounds, peaks in ((self.velocity_bounds, speed_peaks), (self.acceleration_bounds, acceleration_peaks)):
             for bound in bounds:
@@ -189,13 +189,17 @@ class Limits:
                         offsets.append((bound.offset - float(bound.normal @ peak.drift)) / abs(gain))
         d = state.dimension
         middles, sizes = np.array(centers).reshape(-1, d), np.array(radii)
-        flats = [(np.array(normals).reshape(-1, d), np.array(offsets))]
+        flats = [(np.array(normals).reshape(-1, d), np.array(offsets))] if normals else [_NONE[d]]
         for turning in self.bounds:
             half_spaces, smallest = turning.half_spaces(state), int(np.argmin(sizes))
             for peak in speed_peaks if turning.of == "velocity" else acceleration_peaks:
                 if peak.gain:
                     flats.append(_inverse(half_spaces, peak, middles[smallest], sizes[smallest]))
         return Admissible(middles, sizes, *(flats[0] if len(flats) == 1 else map(np.concatenate, zip(*flats))))
+
+
+_NONE = {d: (np.empty((0, d)), np.empty(0)) for d in (2, 3)}
+"""No half-spaces, by dimension."""
 
 
 def _inverse(half_spaces: HalfSpaces, peak: Affine, center: Array, radius: float) -> HalfSpaces:

@@ -1,6 +1,7 @@
 """What the robot wants: a preferred control for each response, and how good a manoeuvre is."""
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -29,10 +30,13 @@ def preferred_control(aims: tuple[Aim, ...]) -> Array:
     Because every gain is a scalar, the sum is (sum w g^2) |u - preferred|^2 + constant: the optimum under any
     constraint is the point nearest to `preferred`, which is what `select` finds.
     """
-    total = sum(aim.weight * float(aim.map.gain) ** 2 for aim in aims)
+    total, pull = 0.0, np.zeros(1)
+    for aim in aims:
+        gain = float(aim.map.gain)
+        total += aim.weight * gain**2
+        pull = pull + aim.weight * gain * (aim.target - aim.map.drift)
     if not total > 0.0:
         raise InvalidInput("aims: expected one with weight and gain above 0, found none")
-    pull = sum((aim.weight * float(aim.map.gain) * (aim.target - aim.map.drift) for aim in aims), np.zeros(1))
     return np.asarray(pull / total)
 
 
@@ -79,20 +83,17 @@ class Arrive:
         if s.goal.stop:
             return (self._velocity_aim(s),)
         away = s.goal.position(s.now) - s.state.position
-        slowest = (
-            4.0 * float(np.linalg.norm(away)) / s.limits.max_speed
-            + 4.0 * s.limits.max_speed / s.limits.max_acceleration
-        )
-        times = np.geomspace(0.02, max(slowest, 0.04), 64)
+        slowest = 4.0 * sqrt(away.dot(away)) / s.limits.max_speed + 4.0 * s.limits.max_speed / s.limits.max_acceleration
+        times = _growing(max(slowest, 0.04))
         for _ in range(2):
             maps = s.response.position(s.state, times)
             controls = maps.inverse(s.goal.position(s.now + times))
             reached = s.admissible.holds(controls)
-            if not np.any(reached):
+            k = int(reached.argmax())
+            if not reached[k]:
                 return (self._velocity_aim(s),)
-            k = int(np.argmax(reached))
             # Between the last time that is too early and this one lies the earliest: look again, closer.
-            found, times = times[k], np.linspace(times[max(k - 1, 0)], times[k], 17)
+            found, times = times[k], _between(times[max(k - 1, 0)], times[k])
         place = s.response.position(s.state, found)
         return (Aim(place, s.goal.position(s.now + found)),)
 
@@ -111,6 +112,26 @@ class Arrive:
         place = s.state.position + after * s.state.velocity
         wanted = s.goal.desired_velocity(place, s.state.velocity, s.now + after, s.limits)
         return Aim(s.response.velocity(s.state, after), wanted)
+
+
+_EARLIEST, _STEPS, _CLOSER = 0.02, np.arange(64.0), np.arange(17.0)
+
+
+def _growing(last: float) -> Array:
+    """64 times from 0.02 s to `last`, each by the same factor later than the one before: np.geomspace."""
+    first, end = np.log10(_EARLIEST), np.log10(last)
+    powers = _STEPS * ((end - first) / 63.0) + first
+    powers[-1] = end
+    times: Array = np.power(10.0, powers)
+    times[0], times[-1] = _EARLIEST, last
+    return times
+
+
+def _between(first: float, last: float) -> Array:
+    """17 times at even steps: np.linspace."""
+    times = _CLOSER * ((last - first) / 16.0) + first
+    times[-1] = last
+    return times
 
 
 @dataclass(frozen=True)

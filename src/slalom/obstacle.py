@@ -1,6 +1,7 @@
 """An obstacle: a shape on a trajectory."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Literal
 
 import numpy as np
@@ -54,7 +55,7 @@ class Obstacle:
                 f"heading: expected 0 in space, where shapes keep their orientation, found {self.heading!r}"
             )
 
-    @property
+    @cached_property
     def dimension(self) -> int:
         """2 or 3."""
         return self.shape.dimension

@@ -39,6 +39,12 @@ def hermite(times: Array, positions: Array, velocities: Array, error: float | Ar
     return hermite_pieces(times, positions, velocities[:-1], velocities[1:], error)
 
 
+def hermite_weights(times: Array) -> Array:
+    """Steps (n, 4) [s] such that control point j is a position + step * velocity there: as `hermite`, two by two."""
+    third = (times[1:] - times[:-1]) / 3.0
+    return np.stack([0.0 * third, third, -third, 0.0 * third], axis=1)
+
+
 def hermite_pieces(times: Array, positions: Array, leaving: Array, entering: Array, error: float | Array) -> Path:
     """As `hermite`, with the velocity (n, d) leaving each piece's first time and entering its last one."""
     third = ((times[1:] - times[:-1]) / 3.0)[:, None]

@@ -47,6 +47,7 @@ class Bodies(NamedTuple):
     mixed: Flags  # (b,)
     unsure: Flags  # (b,) whether its obstacle has an uncertainty
     heads: Indices  # rows with which bodies begin that are there when the window begins
+    solid: bool  # whether any of them is more than a point
 
 
 def together(
@@ -75,18 +76,20 @@ def together(
     spread = np.concatenate([shape.spread for shape in shapes])
     point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
     heads = np.flatnonzero(np.diff(pieces.body, prepend=-1))
+    hull = np.where(point, -1, np.arange(count))
     return Bodies(
         pieces,
         turning=turning,
         owner=owner,
         around=np.concatenate([shape.around for shape in shapes]),
         spread=spread,
-        hull=np.where(point, -1, np.arange(count)),
+        hull=hull,
         corners=np.concatenate([shape.corners for shape in shapes]),
         first=np.concatenate([[0], np.cumsum(counts)]),
         mixed=np.concatenate([shape.mixed for shape in shapes]),
         unsure=~np.repeat(plain, sizes),
         heads=heads[pieces.times[heads, 0] <= 0.0],
+        solid=bool(hull.max(initial=-1) >= 0),
     )
 
 
@@ -180,5 +183,6 @@ def nothing(d: int) -> Bodies:
     pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)
     first = np.zeros(1, np.int64)
     return Bodies(
-        pieces, False, no, none, none, no, np.empty((0, 5)), first, np.empty(0, np.bool_), np.empty(0, np.bool_), no
+        *(pieces, False, no, none, none, no, np.empty((0, 5)), first, np.empty(0, np.bool_), np.empty(0, np.bool_)),
+        *(no, False),
     )

@@ -79,7 +79,7 @@ def select(
             f"admissible: expected a set of dimension {dimension} bounded by a ball, "
             f"found dimension {admissible.dimension} and {len(admissible.radii)} balls"
         )
-    if len(blocked.overlapping):
+    if blocked.overlaps:
         return Choice(None, Status.OVERLAPPING, np.inf)
     code, found, elements, candidates = kernels.nearest_free(
         wanted, dimension, admissible.table, *blocked.table, most_elements, most_candidates

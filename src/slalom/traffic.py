@@ -74,7 +74,7 @@ class Traffic:
         bodies = self.bodies(robot)
         rows = bodies.pieces
         hulls: MaybeHulls = ()
-        if bodies.hull.max(initial=-1) >= 0:
+        if bodies.solid:
             hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
         found = kernels.distances_now(
             rows.times, rows.points, rows.turns if bodies.turning else NO_TURNS, rows.radius, rows.growth, rows.body,
@@ -106,19 +106,8 @@ class Traffic:
         start, end = self.start, self.start + self.horizon
         if not (first < end and last > start):
             return None
-        rows = all_pieces.pieces
-        keep = np.flatnonzero((rows.times[:, 1] > start) & (rows.times[:, 0] < end))
-        times, body = rows.times[keep] - start, rows.body[keep]
-        heads = np.flatnonzero(np.concatenate([_FIRST, body[1:] != body[:-1]])[: len(body)])
-        pieces = Pieces(
-            times,
-            rows.points[keep],
-            rows.radius[keep],
-            rows.growth[keep],
-            rows.turns[keep] if all_pieces.turning else NO_TURNS,
-            body,
-        )
-        return all_pieces._replace(pieces=pieces, heads=heads[times[heads, 0] <= 0.0])
+        found = kernels.pieces_within(*all_pieces.pieces, start, end)
+        return all_pieces._replace(pieces=Pieces(*found[:6]), heads=found[6])
 
     def _joined(self, robot: Shape) -> tuple[float, float, Bodies] | None:
         """When the last obstacle appears and the first one vanishes, and the pieces of all over a stretch of time."""
@@ -163,4 +152,3 @@ class Traffic:
 
 _JOINED: dict[tuple[tuple[Obstacle, ...], Shape, int, float], tuple[float, float, Bodies] | None] = {}
 """The tables of all obstacles of a scene together, of the last few: most decisions are about the same ones."""
-_FIRST = np.ones(1, np.bool_)

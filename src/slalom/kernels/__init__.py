@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from slalom.kernels.again import in_balls, kept_radii, pieces_within, segments_of
     from slalom.kernels.ahead import explore, stays_free
     from slalom.kernels.arrival import earliest_arrival
     from slalom.kernels.clearance import contact_times, least_clearances
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from slalom.kernels.many import choose_many
     from slalom.kernels.meeting import find_corners, head_for, longer_ways
     from slalom.kernels.now import distances_now
-    from slalom.kernels.segments import relative_segments
     from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_stop
     from slalom.kernels.yielding import give_way
 
@@ -34,12 +34,15 @@ __all__ = [
     "give_way",
     "grazing_discs",
     "head_for",
+    "in_balls",
+    "kept_radii",
     "least_clearances",
     "longer_ways",
     "look_around",
     "nearest_free",
     "passing_velocity",
-    "relative_segments",
+    "pieces_within",
+    "segments_of",
     "stays_free",
     "stopping_velocity",
     "threads",
@@ -62,12 +65,15 @@ _MODULES = {
     "give_way": "yielding",
     "grazing_discs": "grazing",
     "head_for": "meeting",
+    "in_balls": "again",
+    "kept_radii": "again",
     "least_clearances": "clearance",
     "longer_ways": "meeting",
     "look_around": "crew",
     "nearest_free": "exchange",
     "passing_velocity": "wish",
-    "relative_segments": "segments",
+    "pieces_within": "again",
+    "segments_of": "again",
     "stays_free": "ahead",
     "stopping_velocity": "wish",
     "threads": "compiled",
@@ -80,4 +86,5 @@ def __getattr__(name: str) -> Any:
 
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    found = globals()[name] = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    return found

@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom.affine import Affine
 from slalom.checks import Array, positive
-from slalom.response.protocol import affine, ramp, times_of, with_break
+from slalom.response.protocol import ramp, with_break
+from slalom.response.shares import FromVelocity, Shares
 from slalom.state import State
 
 
 @dataclass(frozen=True)
-class Acceleration:
+class Acceleration(FromVelocity):
     """u is an acceleration [m/s^2], held for ever: gain t^2 / 2 (Stern and Shiller 2025, AO and NAO)."""
 
     @property
@@ -23,17 +23,14 @@ class Acceleration:
     def restartable(self) -> bool:
         return True
 
-    def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, column = times_of(t)
-        return affine(state.position + column * state.velocity, 0.5 * time * time)
+    def place_shares(self, time: Array) -> Shares:
+        return time, 0.5 * time * time
 
-    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, column = times_of(t)
-        return affine(state.velocity + 0.0 * column, time)
+    def speed_shares(self, time: Array) -> Shares:
+        return np.ones_like(time), time
 
-    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, column = times_of(t)
-        return affine(0.0 * column * state.velocity, np.ones_like(time))
+    def push_shares(self, time: Array) -> Shares:
+        return np.zeros_like(time), np.ones_like(time)
 
     def knots(self, horizon: float, reach: float) -> Array:
         return np.array([0.0, horizon])
@@ -42,14 +39,14 @@ class Acceleration:
         return min(1.0, horizon)
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity(state, horizon),)
+        return (self.velocity_at(state, horizon),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.acceleration(state, 0.0),)
+        return (self.acceleration_at(state, 0.0),)
 
 
 @dataclass(frozen=True)
-class AccelerateThenCoast:
+class AccelerateThenCoast(FromVelocity):
     """u is an acceleration [m/s^2], held for `hold` seconds; then the velocity stays.
 
     Gain t^2 / 2, then hold (t - hold / 2). A vehicle's speed does not grow for ever; this one's does not.
@@ -68,17 +65,14 @@ class AccelerateThenCoast:
     def restartable(self) -> bool:
         return False
 
-    def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, column = times_of(t)
-        return affine(state.position + column * state.velocity, ramp(time, self.hold))
+    def place_shares(self, time: Array) -> Shares:
+        return time, ramp(time, self.hold)
 
-    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, column = times_of(t)
-        return affine(state.velocity + 0.0 * column, np.minimum(time, self.hold))
+    def speed_shares(self, time: Array) -> Shares:
+        return np.ones_like(time), np.minimum(time, self.hold)
 
-    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, column = times_of(t)
-        return affine(0.0 * column * state.velocity, np.where(time < self.hold, 1.0, 0.0))
+    def push_shares(self, time: Array) -> Shares:
+        return np.zeros_like(time), np.where(time < self.hold, 1.0, 0.0)
 
     def knots(self, horizon: float, reach: float) -> Array:
         return with_break(horizon, self.hold)
@@ -87,7 +81,7 @@ class AccelerateThenCoast:
         return self.hold
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity(state, min(self.hold, horizon)),)
+        return (self.velocity_at(state, min(self.hold, horizon)),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.acceleration(state, 0.0),)
+        return (self.acceleration_at(state, 0.0),)

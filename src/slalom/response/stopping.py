@@ -1,18 +1,17 @@
 """Responses to an acceleration that is held and then followed by a stop."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom.affine import Affine
 from slalom.checks import Array, positive
-from slalom.response.protocol import affine, times_of
+from slalom.response.shares import FromVelocity, Shares
 from slalom.state import State
 
 
-class _Stopping(ABC):
+class _Stopping(FromVelocity):
     """Held for `hold` seconds, then a braking that is proportional to the speed at which it begins."""
 
     hold: float
@@ -29,33 +28,27 @@ class _Stopping(ABC):
     def restartable(self) -> bool:
         return False
 
-    def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
+    def place_shares(self, time: Array) -> Shares:
         held, (distance, _, _) = np.minimum(time, self.hold), self._braking(time)
-        return affine(
-            state.position + (held + distance)[..., None] * state.velocity,
-            0.5 * held * held + self.hold * distance,
-        )
+        return held + distance, 0.5 * held * held + self.hold * distance
 
-    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
+    def speed_shares(self, time: Array) -> Shares:
         held, (_, speed, _) = np.minimum(time, self.hold), self._braking(time)
-        return affine(speed[..., None] * state.velocity, np.where(time < self.hold, held, self.hold * speed))
+        return speed, np.where(time < self.hold, held, self.hold * speed)
 
-    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
+    def push_shares(self, time: Array) -> Shares:
         _, _, braking = self._braking(time)
-        return affine(braking[..., None] * state.velocity, np.where(time < self.hold, 1.0, self.hold * braking))
+        return braking, np.where(time < self.hold, 1.0, self.hold * braking)
 
     def settled(self, horizon: float) -> float:
         return self.hold
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity(state, min(self.hold, horizon)),)
+        return (self.velocity_at(state, min(self.hold, horizon)),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        first = self.acceleration(state, 0.0)
-        return (first,) if horizon <= self.hold else (first, self.acceleration(state, self.hold))
+        first = self.acceleration_at(state, 0.0)
+        return (first,) if horizon <= self.hold else (first, self.acceleration_at(state, self.hold))
 
 
 @dataclass(frozen=True)

@@ -3,18 +3,18 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom.affine import Affine
 from slalom.checks import Array, not_negative, positive
 from slalom.path import hermite_step
-from slalom.response.protocol import affine, ramp, times_of, with_break
+from slalom.response.protocol import affine, ramp, with_break
+from slalom.response.shares import FromVelocity, Shares
 from slalom.state import State
 from slalom.tolerances import INTERPOLATION
 
 
 @dataclass(frozen=True)
-class Velocity:
+class Velocity(FromVelocity):
     """u is a velocity [m/s], reached by a constant acceleration over `ramp` seconds and then kept.
 
     ramp = 0 is the classical velocity obstacle's assumption, an instant change: gain t (Fiorini and Shiller
@@ -35,20 +35,17 @@ class Velocity:
     def restartable(self) -> bool:
         return self.ramp == 0.0
 
-    def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, column = times_of(t)
+    def place_shares(self, time: Array) -> Shares:
         gain = time if self.ramp == 0 else ramp(time, self.ramp) / self.ramp
-        return affine(state.position + (column - gain[..., None]) * state.velocity, gain)
+        return time - gain, gain
 
-    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
+    def speed_shares(self, time: Array) -> Shares:
         gain = np.ones_like(time) if self.ramp == 0 else np.minimum(time, self.ramp) / self.ramp
-        return affine((1.0 - gain)[..., None] * state.velocity, gain)
+        return 1.0 - gain, gain
 
-    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
+    def push_shares(self, time: Array) -> Shares:
         gain = np.zeros_like(time) if self.ramp == 0 else (time < self.ramp) / self.ramp
-        return affine(-gain[..., None] * state.velocity, gain)
+        return -gain, gain
 
     def knots(self, horizon: float, reach: float) -> Array:
         return with_break(horizon, self.ramp)
@@ -57,14 +54,14 @@ class Velocity:
         return self.ramp
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity(state, max(self.ramp, 0.0)),)
+        return (self.velocity_at(state, max(self.ramp, 0.0)),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return () if self.ramp == 0 else (self.acceleration(state, 0.0),)
+        return () if self.ramp == 0 else (self.acceleration_at(state, 0.0),)
 
 
 @dataclass(frozen=True)
-class LaggedVelocity:
+class LaggedVelocity(FromVelocity):
     """u is a velocity [m/s] that is approached as by a proportional controller: dv/dt = (u - v) / lag.
 
     Gain t - lag (1 - e^(-t/lag)) (van den Berg, Snape, Guy and Manocha 2011, the AVO).
@@ -83,24 +80,19 @@ class LaggedVelocity:
     def restartable(self) -> bool:
         return True
 
-    def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
+    def place_shares(self, time: Array) -> Shares:
         x = time / self.lag
         spent = -np.expm1(-x) * self.lag
         # t - lag (1 - e^-x) loses all digits for small x; there its series is exact to rounding.
         series = time * x * (0.5 - x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x / 720))))
-        gain = np.where(x < 1e-2, series, time - spent)
-        return affine(state.position + spent[..., None] * state.velocity, gain)
+        return spent, np.where(x < 1e-2, series, time - spent)
 
-    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
-        left = np.exp(-time / self.lag)
-        return affine(left[..., None] * state.velocity, -np.expm1(-time / self.lag))
+    def speed_shares(self, time: Array) -> Shares:
+        return np.exp(-time / self.lag), -np.expm1(-time / self.lag)
 
-    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        time, _ = times_of(t)
+    def push_shares(self, time: Array) -> Shares:
         left = np.exp(-time / self.lag) / self.lag
-        return affine(-left[..., None] * state.velocity, left)
+        return -left, left
 
     def knots(self, horizon: float, reach: float) -> Array:
         # The fourth derivative is at most reach e^(-t/lag) / lag^3 and falls along a step, so its value at the
@@ -121,4 +113,4 @@ class LaggedVelocity:
         return (affine(np.zeros(state.dimension), np.array(1.0)),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.acceleration(state, 0.0),)
+        return (self.acceleration_at(state, 0.0),)
