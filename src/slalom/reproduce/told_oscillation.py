@@ -95,7 +95,7 @@ def _listed(values: dict[str, float], form: str) -> str:
 
 def _verdict(result: Result) -> str:
     """Whether consistent selection ends the oscillations, and which part of it does."""
-    said, holds = [], []
+    said, holds, left = [], [], []
     for many in (False, True):
         flips, turns = (_means(result, name, many) for name in ("side_flips", "heading_variation"))
         if not flips:
@@ -106,11 +106,15 @@ def _verdict(result: Result) -> str:
             f"heading variation {_listed(turns, '.1f')} rad."
         )
         holds.append(flips["both"] <= SAME * flips["greedy"] and turns["both"] < turns["greedy"])
+        size = f"with {result['many']} robots" if many else f"with fewer than {result['many']} robots"
+        left.append(
+            f"{_share(flips, 'both')} of the side flips and {_share(turns, 'both')} of the heading variation {size}"
+        )
     flips, turns, changed = (_means(result, name) for name in ("side_flips", "heading_variation", "changed"))
+    few = f"The claim holds with fewer than {result['many']} robots" if holds[0] else "The claim does not hold"
     said.append(
-        f"{'The claim holds' if all(holds) else 'The claim does not hold as it stands'}: with the same obstacles, "
-        f"consistent selection leaves {_share(flips, 'both')} of the side flips and {_share(turns, 'both')} of the "
-        f"heading variation with fewer than {result['many']} robots."
+        f"{'The claim holds' if all(holds) else few}: with the same obstacles, consistent selection leaves "
+        f"{', and '.join(left)}."
     )
     if "kept" in flips:
         said.append(
