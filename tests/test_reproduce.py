@@ -395,15 +395,21 @@ def test_runs_of_the_study_are_aggregated() -> None:
 
 
 def test_the_verdict_follows_the_numbers(swaps: dict) -> None:
-    """With flips that stay by default, the claim does not hold."""
+    """With flips that stay by default, the claim does not hold, or for few robots only."""
 
-    def verdict(flips: dict[str, float]) -> str:
+    def verdict(flips: dict[str, float], of_many: dict[str, float] | None = None) -> str:
         rows = [row | {"side_flips": flips[row["selection"]]} for row in swaps["rows"]]
+        if of_many:
+            rows += [row | {"robots": swaps["many"], "side_flips": of_many[row["selection"]]} for row in swaps["rows"]]
         return " ".join(" ".join(told_oscillation.oscillation(swaps | {"rows": rows})).split())
 
     assert "The claim holds" in verdict({"greedy": 8.0, "both": 0.5})
     assert "leaves 6 % of the side flips" in verdict({"greedy": 8.0, "both": 0.5})
-    assert "The claim does not hold as it stands" in verdict({"greedy": 8.0, "both": 4.0})
+    assert "The claim does not hold: " in verdict({"greedy": 8.0, "both": 4.0})
+    assert "The claim holds: " in verdict({"greedy": 8.0, "both": 0.0}, {"greedy": 8.0, "both": 0.5})
+    few = verdict({"greedy": 8.0, "both": 0.0}, {"greedy": 8.0, "both": 4.0})
+    assert f"The claim holds with fewer than {swaps['many']} robots: " in few
+    assert "and 50 % of the side flips" in few
 
 
 def test_the_figure_of_the_study_shows_its_numbers(swaps: dict) -> None:
