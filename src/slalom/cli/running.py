@@ -147,7 +147,8 @@ def decide(
     drawable(figure)
     _say(loaded.notes)
     navigator, robot = loaded.navigator(chosen), loaded.robot
-    decision = loaded.decider(chosen).decide(robot.state, loaded.obstacles, robot.goal, now=loaded.start)
+    around = loaded.around(robot.state, loaded.start, chosen)
+    decision = loaded.decider(chosen).decide(robot.state, around, robot.goal, now=loaded.start)
     manoeuvre, blocked = decision.manoeuvre, decision.blocked
     bare = ControlObstacle(manoeuvre.response, robot.state, blocked.traffic, robot.shape)
     result = {

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from slalom.checks import Array
 from slalom.obstacle import Obstacle
 from slalom.sim.gaps import Pair, differences, lowest, pairs, segment_distance, signed
+from slalom.sim.images import between, displaced, neighbours, to_nearest
 from slalom.sim.recording import Recording
 from slalom.tolerances import METRIC
 from slalom.trajectory import PiecewisePolynomial
@@ -31,7 +32,37 @@ class Closest(NamedTuple):
 
 def closest_approaches(recording: Recording, robot: int = 0) -> list[Closest]:
     """The closest approach of a robot to each obstacle, its clearance at most METRIC above the true one."""
-    return [_closest(recording, robot, obstacle, last_step(recording, robot)) for obstacle in recording.obstacles]
+    return [_closest_image(recording, robot, obstacle) for obstacle in recording.obstacles]
+
+
+def _closest_image(recording: Recording, robot: int, obstacle: Obstacle) -> Closest:
+    """The closest approach of a robot to an obstacle, or to any image of it."""
+    steps = last_step(recording, robot)
+    found = [_closest(recording, robot, image, steps) for image in images_met(recording, robot, obstacle)]
+    return min(found, key=lambda closest: closest.clearance)
+
+
+def images_met(recording: Recording, robot: int, obstacle: Obstacle) -> list[Obstacle]:
+    """The obstacle; where the world repeats, all its images that come nearest to a robot at some time of the run.
+
+    With D the largest distance of the nearest image's place, and r the reach of both shapes, an image whose place is
+    farther than D + 2 r is never nearer than that one.
+    """
+    first, last = obstacle.trajectory.span
+    start, end = max(first, float(recording.times[0])), min(last, float(recording.times[-1]))
+    if recording.period is None or start > end:
+        return [obstacle]
+    inner = recording.times[(recording.times > start) & (recording.times < end)]
+    times = np.unique(np.concatenate([[start], inner, [end]]))
+    apart = obstacle.trajectory.position(times) - positions_at(recording, robot, times)
+    nearest = np.linalg.norm(apart + to_nearest(apart, recording.period), axis=1).max()
+    # Between two steps nobody goes farther than this.
+    speed = float(np.linalg.norm(recording.velocities[:, robot], axis=1).max())
+    step = recording.dt * (speed + (obstacle.trajectory.speed_bound(start, end) if start < end else 0.0))
+    far = float(nearest) + 2.0 * (obstacle.shape.reach + recording.shapes[robot].reach) + 2.0 * step
+    return [
+        displaced(obstacle, by) for by in between(-far - apart.max(axis=0), far - apart.min(axis=0), recording.period)
+    ]
 
 
 def between_robots(recording: Recording) -> Array:
@@ -50,8 +81,7 @@ def between_robots(recording: Recording) -> Array:
         if both.size:
             least[k, both] = _closest_discs(recording, k, both)
         for other in others[~(round_ones[k] & round_ones[others])]:
-            obstacle = driven(recording, int(other))
-            least[k, other] = _closest(recording, k, obstacle, last_step(recording, k)).clearance
+            least[k, other] = _closest_image(recording, k, driven(recording, int(other))).clearance
     return np.asarray(np.minimum(least, least.T))
 
 
@@ -82,14 +112,22 @@ def _closest_discs(recording: Recording, robot: int, others: Indices) -> Array:
     offsets = np.array([parts[k].corners[0] for k in others]) - parts[robot].corners[0]
     apart = recording.positions[: steps + 1, others] - recording.positions[: steps + 1, [robot]] + offsets
     there = np.arange(steps)[:, None] < lasts
-    ends = np.linalg.norm(apart, axis=-1) - radii
-    best = np.minimum(np.where(there, ends[:-1], np.inf).min(axis=0), np.where(there, ends[1:], np.inf).min(axis=0))
     speeds = recording.velocities[:steps, others] - recording.velocities[:steps, [robot]]
     pushes = recording.accelerations[:steps, others] - recording.accelerations[:steps, [robot]]
+    starts, ends = apart[:-1], apart[1:]
+    if recording.period is not None:
+        # Over a step of a world large enough to be run in, nothing but the nearest image and its neighbours is near.
+        by = (to_nearest(starts, recording.period) + neighbours(recording.period)[:, None, None]).reshape(
+            -1, *starts.shape[1:]
+        )
+        there, speeds, pushes = (np.tile(x, (len(by) // steps, *(1,) * (x.ndim - 1))) for x in (there, speeds, pushes))
+        starts, ends = (np.tile(x, (len(by) // steps, 1, 1)) + by for x in (starts, ends))
+    gaps = [np.where(there, np.linalg.norm(x, axis=-1) - radii, np.inf).min(axis=0) for x in (starts, ends)]
+    best = np.minimum(*gaps)
     bends = np.linalg.norm(pushes, axis=-1) / 8.0
-    chords = segment_distance(apart[:-1].reshape(-1, apart.shape[2]), apart[1:].reshape(-1, apart.shape[2]))
+    chords = segment_distance(starts.reshape(-1, starts.shape[2]), ends.reshape(-1, ends.shape[2]))
     step, who = np.nonzero(there & (chords.reshape(there.shape) - radii - bends * dt * dt < best - METRIC))
-    p, v, a, bend = apart[step, who], speeds[step, who], pushes[step, who], bends[step, who]
+    p, v, a, bend = starts[step, who], speeds[step, who], pushes[step, who], bends[step, who]
     begin, width = np.zeros(len(step)), np.full(len(step), dt)
     while len(who):
         # The parabola's middle is a sample; halves whose chord may be nearer than the best go on.

@@ -22,6 +22,7 @@ from slalom.shape import Ball, Disc
 from slalom.sim.among import first_manoeuvre, margin_among
 from slalom.sim.crew_tables import outlook, tabulated
 from slalom.sim.guidance import Guidance
+from slalom.sim.images import displaced, in_box, to_nearest
 from slalom.sim.post import Post, post_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.sim.watch import watch_of
@@ -102,6 +103,7 @@ class Crew:
             outcome=np.zeros(n, np.int64),
         )
         self._others = [""] * n
+        self._fastest = max(max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in robots)
         self._said: dict[int, tuple[Array, Array]] = {}
         for k, robot in enumerate(robots):
             self._commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
@@ -114,12 +116,13 @@ class Crew:
             np.array(DETOURS),
         )  # fmt: skip
         self.fleet.push[:] = self.guidance.push
-        world, outcomes = self._world(now), {}
-        for some, terms in self._turns(due, usual):
-            if self.method.shared:
-                outcomes.update(self._one_by_one(some, world, terms))
-            else:
-                outcomes.update(self._at_once(some, world, terms))
+        everywhere, outcomes = self._world(now), {}
+        for together, terms in self._turns(due, usual):
+            for some, world in self._among_images(together, everywhere):
+                if self.method.shared:
+                    outcomes.update(self._one_by_one(some, world, terms))
+                else:
+                    outcomes.update(self._at_once(some, world, terms))
         for k in order:
             if self.fleet.outcome[k] != ASK:
                 outcomes[k] = OUTCOMES[self.fleet.outcome[k]].name
@@ -172,6 +175,21 @@ class Crew:
             if not self.method.shared:
                 self._look(terms.now)
             yield due, terms
+
+    def _among_images(self, some: Indices, world: World) -> Iterator[tuple[Indices, World]]:
+        """Where the world repeats each alone, the nearest images of the others in `fleet`."""
+        whole, period, d = self.fleet, self.scenario.period, self.scenario.dimension
+        if period is None:
+            yield some, world
+            return
+        for k in some:
+            by = to_nearest(whole.position - whole.position[k], period)
+            # The world is that of the first cell; to_nearest brings the robot's into it, up to half a cell.
+            home = to_nearest(whole.position[k], period)[:d]
+            self.fleet = whole._replace(position=whole.position + by, seen_points=whole.seen_points + by[:, None, None])
+            yield np.array([k]), world._replace(points=world.points - home, ends=world.ends - home)
+            whole.seen_points[k] = self.fleet.seen_points[k]
+            self.fleet = whole
 
     def _by_post(self, post: Post, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:
         """Each of those who may decide, with what it has heard in `fleet`; the others go on as they are committed.
@@ -261,7 +279,8 @@ class Crew:
         ]
         goal = Goal(Stationary(fleet.target[k, :d]), float(fleet.near[k]), bool(fleet.halt[k]))
         navigator = replace(scenario.navigator(self.method, k), margin=self.margin)
-        decision = navigator.decide(state, [*scenario.obstacles, *others], goal, now=now)
+        passive = scenario.around(state, now, self.method, k, self.margin)
+        decision = navigator.decide(state, [*passive, *others], goal, now=now)
         self._commit(k, decision.manoeuvre, now)
         fleet.outcome[k], fleet.regret[k] = ASK, 0.0
         return decision
@@ -277,11 +296,19 @@ class Crew:
         return PiecewisePolynomial(h, powers / h[:, None, None] ** np.arange(4)[None, :, None], float(begin[0]))
 
     def _world(self, now: float) -> World:
-        """The passive obstacles as the method foresees them, grown by the first robot's shape."""
+        """The passive obstacles as the method foresees them, grown by the first robot's shape.
+
+        Where the world repeats, the images that robots in the cell about the origin could meet.
+        """
         d, horizon, shape = self.scenario.dimension, self.scenario.horizon, self.scenario.robot.shape
         forecast = self.method.forecast
         there = [o for o in self.scenario.obstacles if forecast.foresees or o.exists(now)]
         seen = [foreseen(obstacle, forecast, now) for obstacle in there]
+        if self.scenario.period is not None:
+            reach = float(self.fleet.radius.max()) + self.margin + self._fastest * horizon
+            far = 0.5 * np.array(self.scenario.period) + reach
+            found = in_box(seen, self.scenario.period, now, horizon, -far, far)
+            seen = [displaced(seen[k], by) for k, by in found]
         bodies = Traffic(seen, now, horizon).bodies(shape)
         stay = [o for o in seen if o.exists(now + horizon) and len(o.shape.parts) == 1]
         return World(

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slalom.checks import not_negative, positive, whole
+from slalom.checks import Array, not_negative, positive, whole
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.io.cadrl import Case
@@ -16,6 +16,8 @@ from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
 from slalom.trajectory import Stationary
 
+AHEAD = 5.0
+"""[1] See `ahead_for_ever`. Smaller: robots return to the lines on which they started."""
 HOLDS = (0.5, 1.0, 2.0)
 """[s] A fleet decides often; three holds are enough for it."""
 
@@ -118,6 +120,41 @@ def navground_cross(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
         goals.append((places + np.array([0.8 * side, 0.0])) @ turn)
     robots = team(np.concatenate(starts), np.concatenate(goals), shape, limits, 0.2)
     return Scenario("navground_cross", robots, duration=100.0, horizon=10.0, margin=0.02, holds=HOLDS)
+
+
+def navground_cross_torus(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """The experiment CrossTorus of navground: robots that go east, north, west and south in a square that repeats.
+
+    Those 20 robots of 0.08 m that prefer 0.12 m/s, the side of 4 m, the horizon of 5 s, the 0.1 m (and their margin)
+    between them at first and the 1000 steps of 0.1 s are those of navground 0.7.0 (cross_torus.yaml). There they have
+    two wheels and no limit on acceleration. Nobody arrives: see `ahead_for_ever`.
+    """
+    count, side = whole(p["robots"], "robots", 1), positive(p["side"], "side")
+    shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
+    period = (side, side)
+    starts = spread(count, (0.0, 0.0), period, 2.0 * shape.radius + 0.12, rng, period=period)
+    along = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])[np.arange(count) % 4]
+    robots = ahead_for_ever(starts, along, shape, limits, 100.0)
+    return Scenario(
+        "navground_cross_torus",
+        robots,
+        duration=100.0,
+        horizon=5.0,
+        margin=0.02,
+        holds=HOLDS,
+        guided=0.0,
+        period=period,
+    )
+
+
+def ahead_for_ever(starts: Array, along: Array, shape: Disc, limits: Limits, duration: float) -> tuple[Robot, ...]:
+    """Equal robots that go `along` (n, 2) from `starts` (n, 2) [m] all the time.
+
+    Their goals lie AHEAD times as far as they come within the duration [s]: who is half a metre beside its straight way
+    heads back to it by half a degree.
+    """
+    goals = starts + AHEAD * duration * limits.max_speed * along
+    return tuple(replace(r, goal=replace(r.goal, stop=False)) for r in team(starts, goals, shape, limits, 0.2))
 
 
 def cadrl(case: Case, max_acceleration: float = 2.0) -> Scenario:

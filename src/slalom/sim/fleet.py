@@ -9,7 +9,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.methods import Method
-from slalom.sim.among import Deciders
+from slalom.sim.among import Deciders, margin_among, refuse_small_world
 from slalom.sim.contact import driven
 from slalom.sim.crew import Crew, suits
 from slalom.sim.ending import Ending
@@ -43,7 +43,8 @@ def simulate_fleet(
     is of the order of the number of robots; where sight or messages are late, inexact or lost, of its square.
 
     Raises:
-        InvalidInput: two robots of one name; with a shared method, manoeuvres that last longer than the horizon.
+        InvalidInput: two robots of one name; with a shared method, manoeuvres that last longer than the horizon; a
+            world that repeats too soon (see `among.refuse_small_world`).
     """
     names = [robot.name for robot in scenario.robots]
     if len(set(names)) < len(names):
@@ -56,6 +57,7 @@ def simulate_fleet(
     method = method.among_robots()
     if method.shared:
         _refuse_short_horizon(sorted_scenario, method)
+    refuse_small_world(sorted_scenario, margin_among(sorted_scenario, method))
     run = _Run(sorted_scenario, method, seed, threads, record)
     run.to_the_end(progress)
     where = [order.index(k) for k in range(len(order))]
@@ -170,6 +172,7 @@ class _Run:
             arrived=self.guidance.arrived[where],
             obstacles=scenario.obstacles,
             foresight=method.foresight_among,
+            period=scenario.period,
         )
 
 

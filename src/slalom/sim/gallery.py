@@ -167,6 +167,25 @@ GALLERY: Final[dict[str, Entry]] = {
             "Twenty small slow robots cross a square from all its sides, as in navground's Cross.",
         ),
         Entry(
+            "navground_cross_torus",
+            crowds.navground_cross_torus,
+            {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
+            "Twenty small slow robots go four ways through a square that repeats, as in navground's CrossTorus.",
+        ),
+        Entry(
+            "navground_corridor",
+            rooms.navground_corridor,
+            {
+                "robots": 20.0,
+                "length": 8.0,
+                "width": 0.6,
+                "robot_radius": 0.08,
+                "max_speed": 0.12,
+                "max_acceleration": 0.2,
+            },
+            "Twenty small slow robots go both ways through a corridor that repeats, as in navground's Corridor.",
+        ),
+        Entry(
             "crowdnav",
             crowdnav,
             {"people": 5.0, "max_acceleration": 1.0},

@@ -13,7 +13,8 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.decision import Outcome
-from slalom.sim.contact import between_robots, closest_approaches, positions_at
+from slalom.obstacle import Obstacle
+from slalom.sim.contact import between_robots, closest_approaches, images_met, positions_at
 from slalom.sim.ending import Ending
 from slalom.sim.gaps import clearances
 from slalom.sim.oscillation import changed_choices, heading_variation, side_flips
@@ -171,10 +172,15 @@ def failures_to_progress(recording: Recording) -> float:
     return float((distance[:-1] - distance[1:] < nearer).sum())
 
 
+def _bodies(recording: Recording) -> list[Obstacle]:
+    """All obstacles; where the world repeats, their images that come nearest at some time of the run."""
+    return [image for obstacle in recording.obstacles for image in images_met(recording, 0, obstacle)]
+
+
 def _clearances_at_steps(recording: Recording) -> Array:
     """Clearance to the nearest obstacle at each step, (T + 1,) [m]; inf where there is none."""
     nearest = np.full(len(recording.times), np.inf)
-    for obstacle in recording.obstacles:
+    for obstacle in _bodies(recording):
         first, last = obstacle.trajectory.span
         there = (recording.times >= first) & (recording.times <= last)
         if np.any(there):
@@ -197,7 +203,7 @@ def space_compliance(recording: Recording) -> float:
 def min_time_to_collision(recording: Recording) -> float:
     """Least time to collision over the steps [s]: clearance over closing speed of pairs that close in; inf if none."""
     least = np.inf
-    for obstacle in recording.obstacles:
+    for obstacle in _bodies(recording):
         first, last = obstacle.trajectory.span
         there = (recording.times >= first) & (recording.times <= last)
         times = recording.times[there]

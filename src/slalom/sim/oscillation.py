@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.decision import Outcome
+from slalom.sim.contact import images_met
+from slalom.sim.images import between
 from slalom.sim.recording import Recording
 
 Counts = npt.NDArray[np.int64]
@@ -75,7 +77,7 @@ def side_flips(recording: Recording) -> float:
     Walls and what else has several parts have no side to be passed on.
     """
     total = 0
-    for obstacle in recording.obstacles:
+    for obstacle in [image for o in recording.obstacles for image in images_met(recording, 0, o)]:
         first, last = obstacle.trajectory.span
         there = (recording.times >= first) & (recording.times <= last)
         if recording.dimension == 3 or len(obstacle.shape.parts) > 1 or not np.any(there):
@@ -96,10 +98,21 @@ def flips_between(recording: Recording, rule: Passing = PASSING) -> tuple[Counts
             place = recording.positions[:, j] - recording.positions[:, i]
             velocity = recording.velocities[:, i] - recording.velocities[:, j]
             touch = recording.shapes[i].reach + recording.shapes[j].reach
-            sides = passing_sides(place, velocity, touch, rule)
-            flips[i, j] = flips[j, i] = _flips(sides)
-            steps[i, j] = steps[j, i] = np.count_nonzero(sides)
+            for by in _images(recording, place, velocity, rule):
+                sides = passing_sides(place + by, velocity, touch, rule)
+                flips[i, j] += _flips(sides)
+                steps[i, j] += np.count_nonzero(sides)
+            flips[j, i], steps[j, i] = flips[i, j], steps[i, j]
     return flips, steps
+
+
+def _images(recording: Recording, place: Array, velocity: Array, rule: Passing) -> Array:
+    """Displacements (m, 2) [m] of the images of the other one that may be within reach by `rule`; (0, 0) alone."""
+    if recording.period is None:
+        return np.zeros((1, 2))
+    # Within reach is who is passed within `ahead` seconds: those at the distance that is covered then, over `towards`.
+    far = rule.ahead * float(np.linalg.norm(velocity, axis=1).max()) / max(rule.towards, 1e-3)
+    return between(-far - place.max(axis=0), far - place.min(axis=0), recording.period)
 
 
 def heading_variation(recording: Recording, robot: int = 0, moving: float = MOVING) -> float:

@@ -71,13 +71,15 @@ def simulate_peer(
     Raises:
         InvalidInput: the peer's package is not installed; a scenario in space, a robot that is not a disc or has
             other limits than a largest speed and acceleration, an obstacle that the peer cannot avoid; robots that see
-            each other late or inexactly.
+            each other late or inexactly; a world that repeats.
     """
     for name in ("sight_noise", "sight_delay", "sight_loss"):
         if getattr(scenario, name):
             raise InvalidInput(
                 f"{name}: expected 0 for {peer.name}, which sees exactly; found {getattr(scenario, name):g}"
             )
+    if scenario.period is not None:
+        raise InvalidInput(f"period: expected none for {peer.name}, which knows one world; found {scenario.period}")
     for robot in scenario.robots:
         _refuse(robot, peer)
     walls = outlines(scenario.obstacles, walls=peer.walls)

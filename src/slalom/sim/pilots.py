@@ -14,6 +14,7 @@ from slalom.methods import Method
 from slalom.obstacle import Obstacle
 from slalom.sim.among import first_manoeuvre, margin_among
 from slalom.sim.guidance import Guidance
+from slalom.sim.images import moved, to_nearest
 from slalom.sim.post import post_of
 from slalom.sim.scenario import Scenario
 from slalom.sim.watch import watch_of
@@ -63,7 +64,8 @@ class Pilots:
     def _one(self, k: int, paths: Sequence[Trajectory], now: float) -> tuple[Decision, float]:
         """The decision of robot k that sees the others follow `paths`, and the time [s] that it took."""
         before = perf_counter()
-        around = [*self.scenario.obstacles, *self._others(k, paths)]
+        passive = self.scenario.around(self._state(k), now, self.method, k, self._navigators[k].margin)
+        around = [*passive, *self._others(k, paths)]
         decision = self._navigators[k].decide(
             self._state(k), around, self._goal(k), now=now, previous=self._decisions[k]
         )
@@ -117,9 +119,12 @@ class Pilots:
         guide, found = self.guidance.guide, []
         reach = self._reach(k) + self._navigators[k].margin
         for j, robot in enumerate(self.scenario.robots):
-            away = float(np.linalg.norm(guide.position[j] - guide.position[k]))
-            if j != k and guide.present[j] and away <= reach + self._reach(j):
-                found.append(Obstacle(robot.shape, paths[j], robot.name))
+            apart, path = guide.position[j] - guide.position[k], paths[j]
+            if self.scenario.period is not None:
+                by = to_nearest(apart, self.scenario.period)
+                apart, path = apart + by, moved(path, by[: self.scenario.dimension])
+            if j != k and guide.present[j] and float(np.linalg.norm(apart)) <= reach + self._reach(j):
+                found.append(Obstacle(robot.shape, path, robot.name))
         return found
 
     def _reach(self, k: int) -> float:

@@ -8,6 +8,7 @@ from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.shape import Disc
+from slalom.sim.images import Period, to_nearest
 from slalom.sim.scenario import Robot
 from slalom.state import State
 from slalom.trajectory import Stationary
@@ -17,9 +18,16 @@ TRIES = 10_000
 
 
 def spread(
-    count: int, low: npt.ArrayLike, high: npt.ArrayLike, apart: float, rng: np.random.Generator, what: str = "robots"
+    count: int,
+    low: npt.ArrayLike,
+    high: npt.ArrayLike,
+    apart: float,
+    rng: np.random.Generator,
+    what: str = "robots",
+    period: Period = (np.inf, np.inf),
 ) -> Array:
-    """`count` places (count, 2) [m], uniform in the rectangle from `low` to `high` (2,), each `apart` from all others.
+    """`count` places (count, 2) [m], uniform in the rectangle from `low` to `high` (2,), each `apart` from all others,
+    and from all their images in a world that repeats.
 
     Raises:
         InvalidInput: TRIES places in a row were too near to others, or the rectangle is empty.
@@ -35,7 +43,8 @@ def spread(
                 f"found it for {len(places)}"
             )
         place, tries = rng.uniform(first, last), tries - 1
-        if not len(places) or np.linalg.norm(places - place, axis=1).min() >= apart:
+        away = places - place
+        if not len(places) or np.linalg.norm(away + to_nearest(away, period), axis=1).min() >= apart:
             places, tries = np.vstack([places, place]), TRIES
     return places
 

@@ -7,6 +7,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.kernels.tables import Flags, Indices
 from slalom.methods import Method
+from slalom.sim.images import to_nearest
 from slalom.sim.scenario import Scenario
 
 
@@ -46,7 +47,7 @@ class Post:
         fast = [max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in robots]
         ends = [longest(scenario, method, k) for k in range(n)]
         ranges = np.array([v * end + r.shape.reach for v, end, r in zip(fast, ends, robots, strict=True)])
-        self.top = np.array(fast)
+        self.top, self.world = np.array(fast), scenario.period
         self.apart = ranges[:, None] + ranges[None, :] + scenario.margin
         # Who is not apart by news of at most this age has not been far since.
         self.far = self.apart + 3.0 * self.top.max() * (FRESH * self.delay + self.period)
@@ -72,7 +73,7 @@ class Post:
         for step, sender, receiver, passed, decided in self._on_the_way.pop(self.step, []):
             for known, told in ((self.passed, passed), (self.news, decided), (self.heard, step)):
                 known[receiver, sender] = np.maximum(known[receiver, sender], told)
-        away = np.linalg.norm(places[:, None] - places[None, :], axis=2)
+        away = self._away(places[:, None] - places[None, :])
         self.was_far[away > self.far] = self.step
         np.fill_diagonal(self.heard, self.step)
         self._places[self.step] = places.copy()
@@ -121,11 +122,16 @@ class Post:
         """The oldest step of which somebody still has what was sent."""
         return int(self.heard[~np.eye(len(self.heard), dtype=bool)].min())
 
+    def _away(self, apart: Array) -> Array:
+        """How far [m] places are that are so far `apart` (..., 3), or their nearest images."""
+        nearest = apart if self.world is None else apart + to_nearest(apart, self.world)
+        return np.asarray(np.linalg.norm(nearest, axis=-1))
+
     def _least(self, i: int) -> Array:
         """How far [m] the others are from robot i at least, by what it has heard of them; (n,)."""
         last = np.array([self._places[int(step)][j] for j, step in enumerate(self.heard[i])])
         since = self.step - self.heard[i]
-        away = np.linalg.norm(self._places[self.step][i] - last, axis=1)
+        away = self._away(self._places[self.step][i] - last)
         return np.asarray(away - self.top * self.period * since)
 
 

@@ -17,6 +17,7 @@ from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
 from slalom.path import Path
 from slalom.shape import SHAPES, Shape, Union
+from slalom.sim.images import Period
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import UNCERTAINTIES
@@ -54,6 +55,7 @@ class Recording:
         obstacles: with their true trajectories.
         foresight: what the robot knew of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); what
             several robots knew of each other: published or observed. "" where a file does not say.
+        period: [m] of a world that repeats, see `Scenario`; positions are not wrapped.
     """
 
     scenario: str
@@ -75,6 +77,7 @@ class Recording:
     arrived: Array
     obstacles: tuple[Obstacle, ...]
     foresight: str = ""
+    period: Period | None = None
 
     @classmethod
     def of(
@@ -120,6 +123,7 @@ class Recording:
             arrived=np.array(arrived),
             obstacles=scenario.obstacles,
             foresight=foresight,
+            period=scenario.period,
         )
 
     @property
@@ -134,6 +138,8 @@ class Recording:
     def digest(self) -> str:
         """A hash of everything but the wall clock: the same run gives the same digest."""
         parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(self.responses), repr(self.outcomes)]
+        if self.period is not None:
+            parts.append(repr(self.period))
         arrays = [self.times, self.positions, self.velocities, self.accelerations, self.controls, self.arrived]
         content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
         return hashlib.sha256(content).hexdigest()
@@ -156,6 +162,8 @@ class Recording:
                 digest=self.digest(),
                 foresight=self.foresight,
             )
+            if self.period is not None:
+                run.attrs["period"] = self.period
             run.create_group("parameters").attrs.update(self.parameters)
             heading = np.arctan2(self.velocities[..., 1], self.velocities[..., 0])[..., None]
             run["times"] = self.times
@@ -238,6 +246,7 @@ class Recording:
                 for o in obstacles
             ),
             foresight=str(run.attrs.get("foresight", "")),
+            period=tuple(float(x) for x in run.attrs["period"]) if "period" in run.attrs else None,
         )
 
 

@@ -9,7 +9,7 @@ from slalom.errors import InvalidInput
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import Disc, Polyline, Union
-from slalom.sim.crowds import HOLDS
+from slalom.sim.crowds import HOLDS, ahead_for_ever
 from slalom.sim.placing import spread, team
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import Stationary
@@ -33,6 +33,28 @@ def corridor_swap(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
     duration = 8.0 * half / limits.max_speed + 40.0
     return Scenario("corridor_swap", robots, around, duration=duration, horizon=6.0, holds=HOLDS)
+
+
+def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """The experiment Corridor of navground: robots that go east and west by turns in a corridor that repeats.
+
+    Those 20 robots of 0.08 m that prefer 0.12 m/s, the 8 m x 0.6 m, the horizon of 5 s, the 0.1 m (and their margin)
+    between them at first and the 1000 steps of 0.1 s are those of navground 0.7.0 (corridor.yaml). There they have two
+    wheels and no limit on acceleration, and walls have no thickness. Nobody arrives: see `crowds.ahead_for_ever`.
+    """
+    count, length = whole(p["robots"], "robots", 1), positive(p["length"], "length")
+    shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
+    width, edge, period = positive(p["width"], "width"), shape.radius + 0.02, (length, np.inf)
+    starts = spread(count, (0.0, edge), (length, width - edge), 2.0 * shape.radius + 0.12, rng, period=period)
+    along = np.array([(1.0, 0.0), (-1.0, 0.0)])[np.arange(count) % 2]
+    robots = ahead_for_ever(starts, along, shape, limits, 100.0)
+    sides = (-WALL, width + WALL)
+    walls = Union(tuple(Polyline([(0.0, y), (length, y)], WALL) for y in sides))
+    around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
+    return Scenario(
+        "navground_corridor", robots, around, duration=100.0, horizon=5.0, margin=0.02, holds=HOLDS, guided=0.0,
+        period=period,
+    )  # fmt: skip
 
 
 def doorway(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:

@@ -1,13 +1,14 @@
 """A scenario: who is where, wants what, and how it is run."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from slalom.checks import not_negative, number, positive, share
+from slalom.checks import Array, not_negative, number, positive, share
 from slalom.errors import InvalidInput
+from slalom.forecast import foreseen
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.lookahead import LookAhead
@@ -16,6 +17,7 @@ from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.sim.gaps import clearances
+from slalom.sim.images import Period, displaced, in_box, refuse_no_period
 from slalom.state import State
 from slalom.trajectory import Stationary
 
@@ -58,6 +60,8 @@ class Scenario:
         sight_noise: [m, m/s, m/s^2] standard deviation of what other robots see of a robot. sight_delay: [s] how old
             that is, a multiple of replan or dt. sight_loss: the share of looks at which nothing is seen (see
             `watch.Watch`).
+        period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere. Robots and
+            obstacles are met in all their images (see `images`); robots that meet each other are not `guided` there.
         parameters: what the gallery was asked for; they go into recordings.
         recorded: [s] from when to when obstacles come from a recording, in which the run begins; None if none do.
         notes: what was repaired, left out or assumed when files were read, a sentence each.
@@ -80,6 +84,7 @@ class Scenario:
     sight_noise: float = 0.0
     sight_delay: float = 0.0
     sight_loss: float = 0.0
+    period: Period | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     recorded: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
@@ -100,6 +105,10 @@ class Scenario:
         for name in ("message_loss", "sight_loss"):
             share(getattr(self, name), name)
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
+        if self.period is not None:
+            refuse_no_period(self.period, self.dimension)
+            if self.guided and len(self.robots) > 1:
+                raise InvalidInput(f"guided: expected 0 in a world that repeats, found {self.guided:g}")
         if self.recorded is not None and not self.recorded[0] <= self.start < self.recorded[1]:
             first, last = self.recorded
             raise InvalidInput(
@@ -118,12 +127,35 @@ class Scenario:
         """A goal that a resting obstacle covers for ever is a mistake; one that a moving obstacle passes is not."""
         goal = robot.goal
         if isinstance(goal.trajectory, Stationary) and isinstance(obstacle.trajectory, Stationary):
-            gap = float(clearances(obstacle, robot.shape, np.zeros(1), goal.trajectory.place[None])[0])
+            place, reach = goal.trajectory.place, robot.shape.reach
+            seen = [obstacle] if self.period is None else self._images([obstacle], place, reach)
+            gaps = [float(clearances(one, robot.shape, np.zeros(1), place[None])[0]) for one in seen]
+            gap = min(gaps, default=np.inf)
             if gap + goal.tolerance < 0.0:
                 raise InvalidInput(
                     f"goal: expected a place that the robot can reach, found one {-gap:g} m deep in obstacle "
                     f"{obstacle.name!r} grown by the robot's shape"
                 )
+
+    def _images(self, obstacles: Sequence[Obstacle], place: Array, reach: float) -> list[Obstacle]:
+        """Images of obstacles that come within `reach` [m] of a place during the first horizon."""
+        assert self.period is not None
+        found = in_box(obstacles, self.period, self.start, self.horizon, place - reach, place + reach)
+        return [displaced(obstacles[k], by) for k, by in found]
+
+    def around(
+        self, state: State, now: float, method: Method, robot: int = 0, margin: float | None = None
+    ) -> Sequence[Obstacle]:
+        """The passive obstacles; where the world repeats, their images that a robot in that state could meet."""
+        if self.period is None:
+            return self.obstacles
+        me, forecast = self.robots[robot], method.forecast
+        speed = max(me.limits.max_speed, float(np.linalg.norm(state.velocity)))
+        reach = speed * self.horizon + me.shape.reach + (self.margin if margin is None else margin)
+        there = [o for o in self.obstacles if forecast.foresees or o.exists(now)]
+        seen = [foreseen(obstacle, forecast, now) for obstacle in there]
+        low, high = state.position - reach, state.position + reach
+        return [displaced(there[k], by) for k, by in in_box(seen, self.period, now, self.horizon, low, high)]
 
     @property
     def robot(self) -> Robot:
@@ -153,6 +185,10 @@ class Scenario:
         navigator = self.navigator(method)
         if not method.ahead:
             return navigator
+        if self.period is not None:
+            raise InvalidInput(
+                f"method: expected one that does not look ahead in a world that repeats, found {method.name}"
+            )
         ahead = LookAhead(navigator, ahead=self.duration, deadline=self.start + self.duration)
         return ahead.preparing(self.obstacles, self.start)
 

@@ -14,6 +14,7 @@ from slalom.io import formats
 from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
 from slalom.sim.file_mistakes import compose, dotted, message, where
+from slalom.sim.images import refuse_no_period
 from slalom.sim.recorded import Recorded, Who, read_recorded
 from slalom.sim.recording_spec import RecordingSpec
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, whole_periods
@@ -96,6 +97,9 @@ class _Parts:
             settings |= self.while_recorded(spec, recording, found)
             settings["notes"] = found.notes
             obstacles += there_in(found, recording.window, spec.horizon)
+        if spec and spec.period is not None and d:
+            settings["period"] = period = tuple(spec.period)
+            self.attempt(("period",), lambda: refuse_no_period(period, d))
         if spec is None or robot is None or self.mistakes:
             return None
         some = tuple(obstacle for obstacle in obstacles if obstacle is not None)

@@ -167,6 +167,7 @@ class ScenarioSpec(_Model):
     recording: RecordingSpec | None = None
     start: FiniteFloat = 0.0
     duration: Positive = 60.0
+    period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
     dt: Positive = 0.1
     replan: NotNegative = 0.0
     horizon: Positive = 6.0

@@ -10,6 +10,7 @@ import numpy as np
 from slalom.decision import Decision
 from slalom.methods import Method
 from slalom.peers import Peer
+from slalom.sim.among import refuse_small_world
 from slalom.sim.ending import Ending
 from slalom.sim.fleet import simulate_fleet
 from slalom.sim.peer_run import simulate_peer
@@ -73,6 +74,7 @@ def _alone(
     scenario: Scenario, method: Method, seed: int, progress: Callable[[float], None] | None, record: bool
 ) -> Recording | Ending:
     """The run of one robot."""
+    refuse_small_world(scenario, scenario.margin)
     navigator, goal, dt = scenario.decider(method), scenario.robot.goal, scenario.dt
     state, decision, now = scenario.robot.state, None, scenario.start
     steps: list[Step] = []
@@ -86,7 +88,8 @@ def _alone(
         outcome, spent = "", 0.0
         if k % scenario.steps_per_decision == 0 or decision is None:
             before = perf_counter()
-            decision = navigator.decide(state, scenario.obstacles, goal, now=now, previous=decision)
+            around = scenario.around(state, now, method)
+            decision = navigator.decide(state, around, goal, now=now, previous=decision)
             outcome, spent = decision.outcome.name, perf_counter() - before
             statuses[outcome] += 1
         chosen = decision.manoeuvre
@@ -109,6 +112,7 @@ def decision_at(recording: Recording, scenario: Scenario, method: Method, step: 
     for k in range(0, step + 1, scenario.steps_per_decision):
         state = State(recording.positions[k, 0], recording.velocities[k, 0], recording.acceleration_before(k))
         now = float(recording.times[k])
-        decision = navigator.decide(state, scenario.obstacles, scenario.robot.goal, now=now, previous=decision)
+        around = scenario.around(state, now, method)
+        decision = navigator.decide(state, around, scenario.robot.goal, now=now, previous=decision)
     assert decision is not None
     return decision
