@@ -6,7 +6,6 @@ from typing import Protocol
 import numpy as np
 
 from slalom.checks import Array
-from slalom.errors import InvalidInput
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
@@ -47,23 +46,3 @@ def margin_among(scenario: Scenario, method: Method) -> float:
     time = scenario.dt * scenario.steps_per_decision + scenario.sight_delay
     most = max(robot.limits.max_acceleration for robot in scenario.robots)
     return scenario.margin + 2.0 * most * time * time + 3.0 * scenario.sight_noise
-
-
-def refuse_small_world(scenario: Scenario, margin: float) -> None:
-    """Raises InvalidInput for a world that repeats so soon that robots could meet two images of one robot.
-
-    An image of another robot that is not the nearest is half a period away along some axis. Where no two robots can
-    come so far together within the horizon, `margin` [m] between them, the nearest image is all that must be seen.
-    A robot's own images go as it goes: they stay a period away.
-    """
-    if scenario.period is None:
-        return
-    speeds = [max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in scenario.robots]
-    time = max(scenario.horizon, scenario.dt * scenario.steps_per_decision)
-    reach = sorted(v * time + robot.shape.reach for v, robot in zip(speeds, scenario.robots, strict=True))
-    least = 2.0 * (sum(reach[-2:]) + margin) if len(reach) > 1 else 2.0 * scenario.robot.shape.reach + margin
-    if min(scenario.period) < least:
-        why = (
-            "twice as far as two robots can come together within the horizon" if len(reach) > 1 else "the robot's width"
-        )
-        raise InvalidInput(f"period: expected at least {least:g} m, {why}, found {min(scenario.period):g} m")

@@ -116,12 +116,12 @@ def _closest_discs(recording: Recording, robot: int, others: Indices) -> Array:
     pushes = recording.accelerations[:steps, others] - recording.accelerations[:steps, [robot]]
     starts, ends = apart[:-1], apart[1:]
     if recording.period is not None:
-        # Over a step of a world large enough to be run in, nothing but the nearest image and its neighbours is near.
-        by = (to_nearest(starts, recording.period) + neighbours(recording.period)[:, None, None]).reshape(
-            -1, *starts.shape[1:]
-        )
-        there, speeds, pushes = (np.tile(x, (len(by) // steps, *(1,) * (x.ndim - 1))) for x in (there, speeds, pushes))
-        starts, ends = (np.tile(x, (len(by) // steps, 1, 1)) + by for x in (starts, ends))
+        far = 2.0 * dt * float(np.linalg.norm(recording.velocities, axis=-1).max())
+        shifts = neighbours(recording.period, far)[:, None, None]
+        by = (to_nearest(starts, recording.period) + shifts).reshape(-1, *starts.shape[1:])
+        many = (len(by) // steps, 1, 1)
+        there, speeds, pushes = np.tile(there, many[:2]), np.tile(speeds, many), np.tile(pushes, many)
+        starts, ends = np.tile(starts, many) + by, np.tile(ends, many) + by
     gaps = [np.where(there, np.linalg.norm(x, axis=-1) - radii, np.inf).min(axis=0) for x in (starts, ends)]
     best = np.minimum(*gaps)
     bends = np.linalg.norm(pushes, axis=-1) / 8.0

@@ -22,7 +22,7 @@ from slalom.shape import Ball, Disc
 from slalom.sim.among import first_manoeuvre, margin_among
 from slalom.sim.crew_tables import outlook, tabulated
 from slalom.sim.guidance import Guidance
-from slalom.sim.images import displaced, in_box, to_nearest
+from slalom.sim.images import displaced, images_about, in_box, to_nearest
 from slalom.sim.post import Post, post_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.sim.watch import watch_of
@@ -102,7 +102,7 @@ class Crew:
             control=np.zeros((n, 3)),
             outcome=np.zeros(n, np.int64),
         )
-        self._others = [""] * n
+        self._others, self._who = [""] * n, np.arange(n)
         self._fastest = max(max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in robots)
         self._said: dict[int, tuple[Array, Array]] = {}
         for k, robot in enumerate(robots):
@@ -177,19 +177,28 @@ class Crew:
             yield due, terms
 
     def _among_images(self, some: Indices, world: World) -> Iterator[tuple[Indices, World]]:
-        """Where the world repeats each alone, the nearest images of the others in `fleet`."""
+        """Where the world repeats each alone, with all images of the others that it could meet in `fleet`.
+
+        A robot's own images are left out: they go as it goes and stay where they are, seen from it.
+        """
         whole, period, d = self.fleet, self.scenario.period, self.scenario.dimension
         if period is None:
             yield some, world
             return
+        fast = np.maximum(whole.top, np.linalg.norm(whole.velocity, axis=1))
+        reach = fast * self.scenario.horizon + whole.radius
         for k in some:
-            by = to_nearest(whole.position - whole.position[k], period)
-            # The world is that of the first cell; to_nearest brings the robot's into it, up to half a cell.
+            rows, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
+            # The world is that of the cell about the origin, into which this brings the robot.
             home = to_nearest(whole.position[k], period)[:d]
-            self.fleet = whole._replace(position=whole.position + by, seen_points=whole.seen_points + by[:, None, None])
+            own = Fleet(*(of_all[rows] for of_all in whole))
+            own.position[:] += by
+            own.seen_points[:] += by[:, None, None]
+            self.fleet, self._who = own, rows
             yield np.array([k]), world._replace(points=world.points - home, ends=world.ends - home)
-            whole.seen_points[k] = self.fleet.seen_points[k]
-            self.fleet = whole
+            for of_all, seen in zip(whole, own, strict=True):
+                of_all[k] = seen[k]
+            self.fleet, self._who = whole, np.arange(len(whole.radius))
 
     def _by_post(self, post: Post, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:
         """Each of those who may decide, with what it has heard in `fleet`; the others go on as they are committed.
@@ -273,7 +282,7 @@ class Crew:
         fleet, d, scenario = self.fleet, self.scenario.dimension, self.scenario
         state = State(fleet.position[k, :d], fleet.velocity[k, :d], fleet.push[k, :d])
         others = [
-            Obstacle(scenario.robots[j].shape, self._seen(int(j)), scenario.robots[j].name)
+            Obstacle(scenario.robots[self._who[j]].shape, self._seen(int(j)), scenario.robots[self._who[j]].name)
             for j in np.flatnonzero(fleet.present)
             if j != k
         ]

@@ -9,7 +9,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.methods import Method
-from slalom.sim.among import Deciders, margin_among, refuse_small_world
+from slalom.sim.among import Deciders
 from slalom.sim.contact import driven
 from slalom.sim.crew import Crew, suits
 from slalom.sim.ending import Ending
@@ -43,8 +43,7 @@ def simulate_fleet(
     is of the order of the number of robots; where sight or messages are late, inexact or lost, of its square.
 
     Raises:
-        InvalidInput: two robots of one name; with a shared method, manoeuvres that last longer than the horizon; a
-            world that repeats too soon (see `among.refuse_small_world`).
+        InvalidInput: two robots of one name; with a shared method, manoeuvres that last longer than the horizon.
     """
     names = [robot.name for robot in scenario.robots]
     if len(set(names)) < len(names):
@@ -57,7 +56,6 @@ def simulate_fleet(
     method = method.among_robots()
     if method.shared:
         _refuse_short_horizon(sorted_scenario, method)
-    refuse_small_world(sorted_scenario, margin_among(sorted_scenario, method))
     run = _Run(sorted_scenario, method, seed, threads, record)
     run.to_the_end(progress)
     where = [order.index(k) for k in range(len(order))]

@@ -20,14 +20,22 @@ from slalom.tolerances import INTERPOLATION
 from slalom.trajectory import Stationary, Trajectory
 
 Period = tuple[float, ...]
+Indices = npt.NDArray[np.int64]
 
 
-def refuse_no_period(period: Period, dimension: int) -> None:
-    """Raises InvalidInput unless a period has a length above 0, perhaps inf, for each axis."""
+def refuse_no_period(period: Period, dimension: int, wide: float) -> None:
+    """Raises InvalidInput unless a period has a length for each axis, perhaps inf, with room for robots `wide` [m].
+
+    A robot's own images go as it goes and stay a period away: it need not avoid them if it does not begin in one.
+    """
     if len(period) != dimension or not all(length > 0.0 for length in period):
         found = ", ".join(f"{length:g}" for length in period)
         raise InvalidInput(
             f"period: expected {dimension} numbers above 0, inf where the world does not repeat; found {found}"
+        )
+    if min(period) < wide:
+        raise InvalidInput(
+            f"period: expected at least {wide:g} m, a robot's width and the margin, found {min(period):g} m"
         )
 
 
@@ -40,19 +48,49 @@ def to_nearest(apart: Array, period: Period) -> Array:
     return np.where(repeats, -each * np.round(apart / each), 0.0)
 
 
-def neighbours(period: Period) -> Array:
-    """Displacements (m, d) by at most one period along each axis; zero is one of them."""
-    axes = [(-length, 0.0, length) if np.isfinite(length) else (0.0,) for length in period]
-    return np.array(list(product(*axes)))
+def neighbours(period: Period, far: float) -> Array:
+    """Displacements (m, d): of the nearest image, to all that may be nearer than it after both have gone `far` [m]."""
+    most = np.array(
+        [max(1.0, np.ceil(2.0 * far / length)) * length if np.isfinite(length) else 0.0 for length in period]
+    )
+    return between(-most, most, period)
 
 
 def between(low: Array, high: Array, period: Period) -> Array:
     """All displacements (m, d) from `low` to `high` (d,) [m]; along an axis that does not repeat it is 0."""
+    # A little more than asked for: rounding leaves out nobody.
+    slack = 1e-9
     axes = [
-        length * np.arange(np.ceil(a / length), np.floor(b / length) + 1.0) if np.isfinite(length) else np.zeros(1)
+        length * np.arange(np.ceil(a / length - slack), np.floor(b / length + slack) + 1.0)
+        if np.isfinite(length)
+        else np.zeros(1)
         for a, b, length in zip(low, high, period, strict=True)
     ]
     return np.array(list(product(*axes))).reshape(-1, len(period))
+
+
+def images_within(apart: Array, far: float, period: Period | None) -> Array:
+    """Displacements (m, d) of the images of a place `apart` (d,) from another one that are at most `far` [m] away."""
+    shifts = np.zeros((1, len(apart))) if period is None else between(-far - apart, far - apart, period)
+    return np.asarray(shifts[np.linalg.norm(apart + shifts, axis=1) <= far])
+
+
+def images_about(k: int, places: Array, far: Array, period: Period) -> tuple[Indices, Array]:
+    """Robots (m,) of which images are within `far` (n,) [m] of robot k, and by how much these are displaced (m, 3).
+
+    The first n are all robots, in their order, each at its nearest image. Of robot k there is no other.
+    """
+    d, nearest = len(period), to_nearest(places - places[k], period)
+    apart = (places - places[k] + nearest)[:, :d]
+    reach = float(far.max())
+    more = between(-reach - apart.max(axis=0), reach - apart.min(axis=0), period)
+    more = more[np.any(more, axis=1)]
+    within = np.linalg.norm(apart + more[:, None], axis=2) <= far
+    within[:, k] = False
+    which, who = np.nonzero(within)
+    shifts = nearest[who]
+    shifts[:, :d] += more[which]
+    return np.concatenate([np.arange(len(places)), who]), np.concatenate([nearest, shifts])
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from slalom.methods import Method
 from slalom.obstacle import Obstacle
 from slalom.sim.among import first_manoeuvre, margin_among
 from slalom.sim.guidance import Guidance
-from slalom.sim.images import moved, to_nearest
+from slalom.sim.images import images_within, moved
 from slalom.sim.post import post_of
 from slalom.sim.scenario import Scenario
 from slalom.sim.watch import watch_of
@@ -116,15 +116,13 @@ class Pilots:
 
     def _others(self, k: int, paths: Sequence[Trajectory]) -> list[Obstacle]:
         """All robots that robot k could meet within the horizon, as it sees them."""
-        guide, found = self.guidance.guide, []
+        guide, found, d = self.guidance.guide, [], self.scenario.dimension
         reach = self._reach(k) + self._navigators[k].margin
         for j, robot in enumerate(self.scenario.robots):
-            apart, path = guide.position[j] - guide.position[k], paths[j]
-            if self.scenario.period is not None:
-                by = to_nearest(apart, self.scenario.period)
-                apart, path = apart + by, moved(path, by[: self.scenario.dimension])
-            if j != k and guide.present[j] and float(np.linalg.norm(apart)) <= reach + self._reach(j):
-                found.append(Obstacle(robot.shape, path, robot.name))
+            apart, far = guide.position[j] - guide.position[k], reach + self._reach(j)
+            if j != k and guide.present[j]:
+                for by in images_within(apart[:d], far, self.scenario.period):
+                    found.append(Obstacle(robot.shape, moved(paths[j], by), robot.name))
         return found
 
     def _reach(self, k: int) -> float:

@@ -106,7 +106,8 @@ class Scenario:
             share(getattr(self, name), name)
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
         if self.period is not None:
-            refuse_no_period(self.period, self.dimension)
+            wide = 2.0 * max(robot.shape.reach for robot in self.robots) + self.margin
+            refuse_no_period(self.period, self.dimension, wide)
             if self.guided and len(self.robots) > 1:
                 raise InvalidInput(f"guided: expected 0 in a world that repeats, found {self.guided:g}")
         if self.recorded is not None and not self.recorded[0] <= self.start < self.recorded[1]:

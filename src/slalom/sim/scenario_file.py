@@ -99,7 +99,7 @@ class _Parts:
             obstacles += there_in(found, recording.window, spec.horizon)
         if spec and spec.period is not None and d:
             settings["period"] = period = tuple(spec.period)
-            self.attempt(("period",), lambda: refuse_no_period(period, d))
+            self.attempt(("period",), lambda: refuse_no_period(period, d, 0.0))
         if spec is None or robot is None or self.mistakes:
             return None
         some = tuple(obstacle for obstacle in obstacles if obstacle is not None)

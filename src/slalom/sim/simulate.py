@@ -10,7 +10,6 @@ import numpy as np
 from slalom.decision import Decision
 from slalom.methods import Method
 from slalom.peers import Peer
-from slalom.sim.among import refuse_small_world
 from slalom.sim.ending import Ending
 from slalom.sim.fleet import simulate_fleet
 from slalom.sim.peer_run import simulate_peer
@@ -74,7 +73,6 @@ def _alone(
     scenario: Scenario, method: Method, seed: int, progress: Callable[[float], None] | None, record: bool
 ) -> Recording | Ending:
     """The run of one robot."""
-    refuse_small_world(scenario, scenario.margin)
     navigator, goal, dt = scenario.decider(method), scenario.robot.goal, scenario.dt
     state, decision, now = scenario.robot.state, None, scenario.start
     steps: list[Step] = []
