@@ -470,6 +470,12 @@ CASES = [
         lambda _: simulate(load("circle", {"sight_noise": 0.1}), PEERS["orca"]),
     ),
     Case(
+        "simulate_peer",
+        InvalidInput,
+        r"period: expected none for orca, which knows one world; found \(4\.0, 4\.0\)",
+        lambda _: simulate(load("navground_cross_torus"), PEERS["orca"]),
+    ),
+    Case(
         "simulate_fleet",
         InvalidInput,
         r"robots: expected a name for each, found \['robot', 'robot'\]",
@@ -1048,6 +1054,33 @@ CASES = [
         InvalidInput,
         r"guided: expected 0 or 1, found 0.5",
         lambda _: build("circle", {"guided": 0.5}),
+    ),
+    Case(
+        "Scenario.__post_init__",
+        InvalidInput,
+        r"guided: expected 0 in a world that repeats, found 1",
+        lambda _: replace(build("circle"), period=(50.0, np.inf)),
+    ),
+    *(
+        Case(
+            "refuse_no_period",
+            InvalidInput,
+            rf"period: expected 2 numbers above 0, inf where the world does not repeat; found {found}",
+            lambda _, period=period: scenario(period=period),
+        )
+        for period, found in (((8.0,), "8"), ((8.0, 0.0), "8, 0"), ((np.nan, 8.0), "nan, 8"))
+    ),
+    Case(
+        "refuse_no_period",
+        InvalidInput,
+        r"period: expected at least 2\.05 m, a robot's width and the margin, found 2 m",
+        lambda _: scenario(period=(2.0, np.inf)),
+    ),
+    Case(
+        "Scenario.decider",
+        InvalidInput,
+        r"method: expected one that does not look ahead in a world that repeats, found nao_ahead",
+        lambda _: simulate(scenario(period=(50.0, np.inf)), METHODS["nao_ahead"]),
     ),
     Case(
         "Scenario.__post_init__",

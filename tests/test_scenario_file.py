@@ -276,7 +276,7 @@ holds: @[]
 IN_ROBOT = (
     "shape, radius, position, velocity, max_speed, max_acceleration, velocity_bounds, acceleration_bounds, bounds, goal"
 )
-AT_TOP = "name, robot, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds"
+AT_TOP = "name, robot, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, period"
 KINDS = ", ".join(f"{name!r}" for name in TRAJECTORIES)
 
 

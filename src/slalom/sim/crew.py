@@ -20,7 +20,7 @@ from slalom.obstacle import Obstacle
 from slalom.response import AccelerateThenBrake
 from slalom.shape import Ball, Disc
 from slalom.sim.among import first_manoeuvre, margin_among
-from slalom.sim.crew_tables import outlook, tabulated
+from slalom.sim.crew_tables import curve, outlook, tabulated
 from slalom.sim.guidance import Guidance
 from slalom.sim.images import displaced, images_about, in_box, to_nearest
 from slalom.sim.post import Post, post_of
@@ -28,7 +28,7 @@ from slalom.sim.scenario import DETOURS, Scenario
 from slalom.sim.watch import watch_of
 from slalom.state import State
 from slalom.traffic import Traffic
-from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial, Stationary, Trajectory
+from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
 OUTCOMES = (
     *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED),
@@ -103,7 +103,6 @@ class Crew:
             outcome=np.zeros(n, np.int64),
         )
         self._others, self._who = [""] * n, np.arange(n)
-        self._fastest = max(max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in robots)
         self._said: dict[int, tuple[Array, Array]] = {}
         for k, robot in enumerate(robots):
             self._commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
@@ -177,9 +176,8 @@ class Crew:
             yield due, terms
 
     def _among_images(self, some: Indices, world: World) -> Iterator[tuple[Indices, World]]:
-        """Where the world repeats each alone, with all images of the others that it could meet in `fleet`.
-
-        A robot's own images are left out: they go as it goes and stay where they are, seen from it.
+        """Where the world repeats each alone, with all images of the others that it could meet in `fleet`; not with its
+        own, which go as it goes.
         """
         whole, period, d = self.fleet, self.scenario.period, self.scenario.dimension
         if period is None:
@@ -188,13 +186,12 @@ class Crew:
         fast = np.maximum(whole.top, np.linalg.norm(whole.velocity, axis=1))
         reach = fast * self.scenario.horizon + whole.radius
         for k in some:
-            rows, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
-            # The world is that of the cell about the origin, into which this brings the robot.
+            self._who, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
+            # The world is that of the first cell, about the origin, into which this brings the robot.
             home = to_nearest(whole.position[k], period)[:d]
-            own = Fleet(*(of_all[rows] for of_all in whole))
+            self.fleet = own = Fleet(*(of_all[self._who] for of_all in whole))
             own.position[:] += by
             own.seen_points[:] += by[:, None, None]
-            self.fleet, self._who = own, rows
             yield np.array([k]), world._replace(points=world.points - home, ends=world.ends - home)
             for of_all, seen in zip(whole, own, strict=True):
                 of_all[k] = seen[k]
@@ -296,26 +293,20 @@ class Crew:
 
     def _seen(self, k: int) -> Trajectory:
         """The course that the others see of robot k."""
-        begin, d = self.fleet.seen_begin[k], self.scenario.dimension
-        real = np.flatnonzero(np.diff(begin) > 0.0)
-        h = np.diff(begin)[real]
-        p = self.fleet.seen_points[k, real, :, :d]
-        p0, p1, p2, p3 = (p[:, j] for j in range(4))
-        powers = np.stack([p0, 3 * (p1 - p0), 3 * (p2 - 2 * p1 + p0), p3 - 3 * p2 + 3 * p1 - p0], axis=1)
-        return PiecewisePolynomial(h, powers / h[:, None, None] ** np.arange(4)[None, :, None], float(begin[0]))
+        return curve(self.fleet.seen_begin[k], self.fleet.seen_points[k, ..., : self.scenario.dimension])
 
     def _world(self, now: float) -> World:
-        """The passive obstacles as the method foresees them, grown by the first robot's shape.
-
-        Where the world repeats, the images that robots in the cell about the origin could meet.
+        """The passive obstacles as foreseen, or their images that could be met in the first cell, grown by the first
+        robot's shape.
         """
         d, horizon, shape = self.scenario.dimension, self.scenario.horizon, self.scenario.robot.shape
         forecast = self.method.forecast
         there = [o for o in self.scenario.obstacles if forecast.foresees or o.exists(now)]
         seen = [foreseen(obstacle, forecast, now) for obstacle in there]
         if self.scenario.period is not None:
-            reach = float(self.fleet.radius.max()) + self.margin + self._fastest * horizon
-            far = 0.5 * np.array(self.scenario.period) + reach
+            # No response makes a robot that is faster than its top speed faster still.
+            fast = max(self.fleet.top.max(), np.linalg.norm(self.fleet.velocity, axis=1).max())
+            far = 0.5 * np.array(self.scenario.period) + fast * horizon + self.fleet.radius.max() + self.margin
             found = in_box(seen, self.scenario.period, now, horizon, -far, far)
             seen = [displaced(seen[k], by) for k, by in found]
         bodies = Traffic(seen, now, horizon).bodies(shape)

@@ -11,7 +11,7 @@ from slalom.kernels.tables import WINDOWS, Answers
 from slalom.path import Path, hermite
 from slalom.response import Response
 from slalom.state import State
-from slalom.trajectory import ConstantAcceleration
+from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial
 
 FASTEST = 100.0
 """[m/s] Cubic pieces of responses that are not cubic themselves are fine enough up to this speed."""
@@ -82,3 +82,12 @@ def outlook(forecast: Forecast, span: float) -> Outlook | None:
 def _path(forecast: Forecast, state: Array, span: float) -> Path:
     place, speed, push = state
     return forecast(ConstantAcceleration(place, speed, push, 0.0), 0.0).path(0.0, span)
+
+
+def curve(begin: Array, points: Array) -> PiecewisePolynomial:
+    """The trajectory of cubic pieces, `begin` (q + 1,) [s], `points` (q, 4, d) [m]; those of no length left out."""
+    real = np.flatnonzero(np.diff(begin) > 0.0)
+    h = np.diff(begin)[real]
+    p0, p1, p2, p3 = (points[real, j] for j in range(4))
+    powers = np.stack([p0, 3 * (p1 - p0), 3 * (p2 - 2 * p1 + p0), p3 - 3 * p2 + 3 * p1 - p0], axis=1)
+    return PiecewisePolynomial(h, powers / h[:, None, None] ** np.arange(4)[None, :, None], float(begin[0]))

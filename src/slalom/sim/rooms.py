@@ -38,9 +38,10 @@ def corridor_swap(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """The experiment Corridor of navground: robots that go east and west by turns in a corridor that repeats.
 
-    Those 20 robots of 0.08 m that prefer 0.12 m/s, the 8 m x 0.6 m, the horizon of 5 s, the 0.1 m (and their margin)
-    between them at first and the 1000 steps of 0.1 s are those of navground 0.7.0 (corridor.yaml). There they have two
-    wheels and no limit on acceleration, and walls have no thickness. Nobody arrives: see `crowds.ahead_for_ever`.
+    The 20 robots of 0.08 m that prefer 0.12 m/s, the 8 m x 0.6 m, the 0.1 m and a margin of 0.02 m between them at first and
+    the 1000 steps of 0.1 s are those of navground 0.7.0 (corridor.yaml). There they have two wheels, no limit on
+    acceleration and a horizon of 5 s. Nobody arrives: see `crowds.ahead_for_ever`. Robots are not guided: streams may
+    block each other.
     """
     count, length = whole(p["robots"], "robots", 1), positive(p["length"], "length")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
@@ -52,7 +53,7 @@ def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scen
     walls = Union(tuple(Polyline([(0.0, y), (length, y)], WALL) for y in sides))
     around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
     return Scenario(
-        "navground_corridor", robots, around, duration=100.0, horizon=5.0, margin=0.02, holds=HOLDS, guided=0.0,
+        "navground_corridor", robots, around, duration=100.0, horizon=10.0, margin=0.02, holds=HOLDS, guided=0.0,
         period=period,
     )  # fmt: skip
 

@@ -167,13 +167,13 @@ class ScenarioSpec(_Model):
     recording: RecordingSpec | None = None
     start: FiniteFloat = 0.0
     duration: Positive = 60.0
-    period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
     dt: Positive = 0.1
     replan: NotNegative = 0.0
     horizon: Positive = 6.0
     margin: NotNegative = 0.05
     patience: NotNegative = 0.1
     holds: list[Positive] = Field(default_factory=lambda: list(HOLDS), min_length=1)
+    period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
 
 
 def keys_at(place: tuple[str | int, ...]) -> list[str]:
