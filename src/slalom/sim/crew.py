@@ -189,7 +189,7 @@ class Crew:
             self._who, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
             # The world is that of the first cell, about the origin, into which this brings the robot.
             home = to_nearest(whole.position[k], period)[:d]
-            self.fleet = own = Fleet(*(of_all[self._who] for of_all in whole))
+            self.fleet = own = Fleet._make(of_all[self._who] for of_all in whole)
             own.position[:] += by
             own.seen_points[:] += by[:, None, None]
             yield np.array([k]), world._replace(points=world.points - home, ends=world.ends - home)

@@ -125,8 +125,8 @@ def navground_cross(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
 def navground_cross_torus(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """The experiment CrossTorus of navground: robots that go east, north, west and south in a square that repeats.
 
-    The 20 robots of 0.08 m that prefer 0.12 m/s, the side of 4 m, the 0.1 m and a margin of 0.02 m between them at first and
-    the 1000 steps of 0.1 s are those of navground 0.7.0 (cross_torus.yaml). There they have two wheels, no limit on
+    The 20 robots of 0.08 m that prefer 0.12 m/s, the side of 4 m, 0.12 m between them at first and the
+    1000 steps of 0.1 s are those of navground 0.7.0 (cross_torus.yaml). There they have two wheels, no limit on
     acceleration and a horizon of 5 s; here it is that of the other two experiments. Nobody arrives: see
     `ahead_for_ever`. Robots are not guided.
     """

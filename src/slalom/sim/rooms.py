@@ -38,8 +38,8 @@ def corridor_swap(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """The experiment Corridor of navground: robots that go east and west by turns in a corridor that repeats.
 
-    The 20 robots of 0.08 m that prefer 0.12 m/s, the 8 m x 0.6 m, the 0.1 m and a margin of 0.02 m between them at first and
-    the 1000 steps of 0.1 s are those of navground 0.7.0 (corridor.yaml). There they have two wheels, no limit on
+    The 20 robots of 0.08 m that prefer 0.12 m/s, the 8 m x 0.6 m, 0.12 m between them at first and the
+    1000 steps of 0.1 s are those of navground 0.7.0 (corridor.yaml). There they have two wheels, no limit on
     acceleration and a horizon of 5 s. Nobody arrives: see `crowds.ahead_for_ever`. Robots are not guided: streams may
     block each other.
     """
