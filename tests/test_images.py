@@ -264,7 +264,7 @@ def test_a_scenario_file_says_the_period(tmp_path):
 
 @pytest.mark.parametrize("method", ["nao", "nao_shared"])
 @pytest.mark.parametrize("name", ["navground_cross_torus", "navground_corridor"])
-@pytest.mark.parametrize("duration", [4.0, pytest.param(100.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("duration", [4.0, pytest.param(40.0, marks=pytest.mark.slow)])
 def test_nobody_collides_in_the_experiments_of_navground(name, method, duration):
     run = simulate(gallery.build(name, {"duration": duration}, seed=1), METHODS[method], seed=1)
     row = metrics.summary(run)
