@@ -193,7 +193,7 @@ def paths(
     obstacles: Sequence[Obstacle],
     *,
     robot: Shape,
-    goal: Goal,
+    goal: Goal | None,
     ax: Axes | None = None,
     snapshots: int = 5,
 ) -> Axes:
@@ -201,7 +201,7 @@ def paths(
 
     Args:
         times: (T + 1,) [s], increasing. positions: (T + 1, d) [m], the robot's.
-        obstacles: with their true trajectories.
+        obstacles: with their true trajectories. goal: None where it is too far away to be shown.
         ax: where to draw, by default on a new figure of a column's width.
         snapshots: how many equally spaced moments, first and last included, at least 2.
 
@@ -220,13 +220,14 @@ def paths(
     start, end = float(stamps[0]), float(stamps[-1])
     scale = ScalarMappable(Normalize(start, end), _TIMES)
     shots = np.linspace(start, end, max(2, snapshots))
-    target = around(goal.position(end), goal.tolerance)
-    corners = [target, *(box_of(placed(robot, place)) for place in places), *_corners(obstacles, shots)]
+    target = [] if goal is None else [around(goal.position(end), goal.tolerance)]
+    corners = [*target, *(box_of(placed(robot, place)) for place in places), *_corners(obstacles, shots)]
     left, right, low, high = box(np.concatenate(corners), 0.4)
     with style():
         ax = _column((high - low) / (right - left)) if ax is None else ax
         _passers(ax, obstacles, shots, scale)
-        draw_goal(ax, goal, end, start, end)
+        if goal is not None:
+            draw_goal(ax, goal, end, start, end)
         ax.plot(*places.T[:2], color="white", linewidth=2.8, zorder=3.9)
         lines = np.stack([places[:-1, :2], places[1:, :2]], axis=1)
         track = LineCollection(list(lines), array=0.5 * (stamps[1:] + stamps[:-1]), linewidths=1.6, zorder=4)

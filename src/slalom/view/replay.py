@@ -27,8 +27,10 @@ def replay(recording: Recording, scenario: Scenario, method: str, at: float | No
     chosen = contender_named(method)
     if len(recording.shapes) > 1 or not isinstance(chosen, Method):
         first = seen_by(recording, 0)
+        # In a world that repeats goals lie far ahead, for robots to go on and on.
+        goal = first.goals[0] if first.period is None else None
         drawn = paths(
-            first.times, first.positions[:, 0], first.obstacles, robot=first.shapes[0], goal=first.goals[0], snapshots=6
+            first.times, first.positions[:, 0], first.obstacles, robot=first.shapes[0], goal=goal, snapshots=6
         ).get_figure(root=True)
         assert drawn is not None
         return drawn
