@@ -19,6 +19,11 @@ DRIFT = 0.05
 Larger: it follows who happens to be counted, and robots leave the ring too early. Smaller: it stays where it was seen
 first, beside where they meet.
 """
+CORNER = 0.1
+"""[1] A corner of a way is reached within this share of the robot's radius.
+
+Larger: robots that need not stop there rest beside corners that they take for reached. Smaller: nothing is gained.
+"""
 PATIENCE = 1.0
 """[s] Who has waited for longer gives up going around."""
 
@@ -217,7 +222,9 @@ def head_for(guide: Guide) -> None:
     found, fresh, maybe, all_of = np.empty((n, 4)), np.zeros(4), np.empty(n, np.bool_), side_by_side(guide)
     for i in range(n):
         last = guide.corner[i, 0] == guide.goal[i, 0] and guide.corner[i, 1] == guide.goal[i, 1]
-        guide.target[i], guide.near[i], guide.halt[i] = guide.corner[i], guide.tolerance[i], guide.stop[i] and last
+        guide.target[i], guide.halt[i] = guide.corner[i], guide.stop[i] and last
+        # A corner is driven to, not only seen near: there it goes on to the next one.
+        guide.near[i] = guide.tolerance[i] if last else CORNER * guide.radius[i]
         ring = guide.ring[i]
         if guide.waited[i] >= PATIENCE:
             # Going around has led nowhere.
