@@ -209,7 +209,7 @@ def test_the_experiments_of_navground():
     assert (torus.period, corridor.period) == ((4.0, 4.0), (8.0, np.inf))
     for scenario, ways in ((torus, 4), (corridor, 2)):
         assert {(r.shape.radius, r.limits.max_speed) for r in scenario.robots} == {(0.08, 0.12)}
-        assert (scenario.duration, scenario.dt, len(scenario.robots), scenario.guided) == (100.0, 0.1, 20, 0.0)
+        assert (scenario.duration, scenario.dt, len(scenario.robots)) == (100.0, 0.1, 20)
         starts, goals = starts_and_goals(scenario)
         assert len({tuple(way) for way in np.round(goals - starts, 6).tolist()}) == ways
         assert np.all(np.linalg.norm(goals - starts, axis=1) > 2.0 * 0.12 * 100.0)

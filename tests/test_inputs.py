@@ -1055,12 +1055,6 @@ CASES = [
         r"guided: expected 0 or 1, found 0.5",
         lambda _: build("circle", {"guided": 0.5}),
     ),
-    Case(
-        "Scenario.__post_init__",
-        InvalidInput,
-        r"guided: expected 0 in a world that repeats, found 1",
-        lambda _: replace(build("circle"), period=(50.0, np.inf)),
-    ),
     *(
         Case(
             "refuse_no_period",

@@ -45,6 +45,8 @@ class Method:
         share: how much of the avoidance between robots each does itself, above 0 and at most 1: as the others do their
             part, the change of the control u from the present one is tested 1 / share as large (with 1/2 and velocities
             the reciprocal velocity obstacle of van den Berg, Lin and Manocha, ICRA 2008).
+        regain: [s] within which robots that only see each other restore what they have lost of the margin between them,
+            above 0; inf: not to lose more is enough.
         ahead: whether a robot alone looks ahead over sequences of accelerations (`lookahead.LookAhead`).
         shared: robots know the manoeuvres that the others are committed to, and decide one after the other.
     """
@@ -57,6 +59,7 @@ class Method:
     of_robots: Forecast = field(default_factory=AtConstantVelocity)
     among: Responses | None = None
     share: float = 1.0
+    regain: float = math.inf
     shared: bool = False
     ahead: bool = False
 
@@ -159,6 +162,7 @@ METHODS: Final[dict[str, Method]] = {
             of_robots=AcceleratingBriefly(0.1),
             among=_braking,
             share=0.5,
+            regain=1.0,
         ),
         Method(
             "nao_ahead",

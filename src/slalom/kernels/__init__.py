@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slalom.kernels.grazing import grazing_discs
     from slalom.kernels.hulls import distances
     from slalom.kernels.many import choose_many
-    from slalom.kernels.meeting import find_corners, head_for, longer_ways
+    from slalom.kernels.meeting import find_corners, head_for, longer_ways, pass_right
     from slalom.kernels.now import distances_now
     from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_stop
     from slalom.kernels.yielding import give_way
@@ -40,6 +40,7 @@ __all__ = [
     "longer_ways",
     "look_around",
     "nearest_free",
+    "pass_right",
     "passing_velocity",
     "pieces_within",
     "segments_of",
@@ -65,6 +66,7 @@ _MODULES = {
     "give_way": "yielding",
     "grazing_discs": "grazing",
     "head_for": "meeting",
+    "pass_right": "meeting",
     "in_balls": "again",
     "kept_radii": "again",
     "least_clearances": "clearance",

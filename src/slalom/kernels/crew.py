@@ -9,7 +9,8 @@ import numpy as np
 from slalom.kernels.bezier import new_stack
 from slalom.kernels.compiled import Array, Indices, kernel
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
-from slalom.kernels.fleet import commit, course, foresee, gather, in_reach, meeting, place_at, relative
+from slalom.kernels.fleet import commit, course, foresee, in_reach, meeting, relative
+from slalom.kernels.gather import gather, place_at, squeeze
 from slalom.kernels.hulls import new_course
 from slalom.kernels.meeting import in_the_way, longer_way
 from slalom.kernels.tables import Answers, Fleet, Rows, Survey, Terms, World
@@ -115,14 +116,18 @@ def is_clear(i: int, squeezed: bool, rows: Rows, fleet: Fleet, world: World, ter
         knots[count] = fleet.begin[i, p + 1] - terms.now
     if count == 0 or knots[count] < terms.horizon:
         return False
+    if squeezed:
+        squeeze(1.0, rows)
     points, gains, radius, growth, reach, hulls, body = relative(
         rows, world, knots[: count + 1], drift[:count], np.zeros((count, 4)), terms.horizon
     )
+    if squeezed:
+        squeeze(-1.0, rows)
     motion, q = new_course(hulls)
     gaps, element = np.empty(len(radius)), np.zeros(5)
     stack, u = new_stack(), np.zeros(3)
+    less = KEPT if squeezed else KEPT + TOUCHING
     for s in range(len(body)):
-        less = KEPT + (max(rows.extra[body[s]], 0.0) if squeezed else TOUCHING)
         radius[s] -= less
         reach[s] -= less
     return bool(
@@ -219,9 +224,8 @@ def decide(i: int, seen: Survey, fleet: Fleet, world: World, answers: Answers, t
             commit(i, r, best_u, fleet, answers, terms)
             fleet.regret[i] = 0.0
             return outcome if level == 0 else SQUEEZED
-        for s in range(len(rows.body)):
-            # With half the margin, then a quarter.
-            rows.radius[s] -= 0.5**level * 0.5 * max(rows.extra[rows.body[s]], 0.0)
+        # With half the margin, then a quarter.
+        squeeze(0.5**level * 0.5, rows)
     return ASK
 
 

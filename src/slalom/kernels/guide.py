@@ -25,4 +25,5 @@ class Guide(NamedTuple):
     aside: Array  # (n, 4) where they give way to, until when, and to whom
     arrived: Flags  # (n,)
     visited: Flags  # (n,) whether they have ever arrived
+    period: Array  # (2,) [m] after which the world repeats along x and y; 0: it does not
     ring: Array  # (n, 4) what they go around, keeping it on their left: x, y, radius, robots; radius 0: nothing

@@ -4,6 +4,7 @@ import numpy as np
 
 from slalom.kernels.compiled import Array, Flags, Indices, kernel
 from slalom.kernels.guide import Guide
+from slalom.kernels.images import apart
 from slalom.kernels.way import free_cells, next_corner, straight
 
 CLOSE = 1.3
@@ -24,6 +25,10 @@ CORNER = 0.1
 
 Larger: robots that need not stop there rest beside corners that they take for reached. Smaller: nothing is gained.
 """
+SOON = 8.0
+"""[s] Where the world repeats, who comes towards a robot and is met within this time is passed on the right."""
+FRONTAL = 0.8
+"""[1] The cosine of the angle from which they seem to come, at least. Smaller: also those that cross are passed."""
 PATIENCE = 1.0
 """[s] Who has waited for longer gives up going around."""
 
@@ -76,6 +81,14 @@ def side_by_side(guide: Guide) -> Array:
 
 
 @kernel
+def about(i: int, guide: Guide, all_of: Array) -> None:
+    """Move all robots to those of their images that are nearest to robot i."""
+    for k in range(len(guide.radius)):
+        x, y = apart(i, k, guide)
+        all_of[0, k], all_of[1, k] = guide.position[i, 0] + x, guide.position[i, 1] + y
+
+
+@kernel
 def may_meet(px: float, py: float, wx: float, wy: float, reach: float, end: float, all_of: Array, maybe: Flags) -> None:
     """Whether each comes near before `end` [s] to a robot at p with velocity w, rounding apart: no division, no branch.
 
@@ -91,10 +104,11 @@ def may_meet(px: float, py: float, wx: float, wy: float, reach: float, end: floa
 
 
 @kernel
-def meetings(i: int, guide: Guide, all_of: Array, maybe: Flags, found: Array) -> int:
+def meetings(i: int, frontal: float, guide: Guide, all_of: Array, maybe: Flags, found: Array) -> int:
     """When and where robot i, straight to its goal at top speed, meets others at their present velocities.
 
-    Rows (when, x, y, radius of the other) in the order of time into found; their number. all_of: see `side_by_side`.
+    Rows (when, x, y, radius of the other) in the order of time into found; their number. Only those that it sees
+    come from ahead, the cosine of the angle at least `frontal`. all_of: see `side_by_side`.
     """
     px, py = guide.position[i, 0], guide.position[i, 1]
     dx, dy = guide.corner[i, 0] - px, guide.corner[i, 1] - py
@@ -108,7 +122,7 @@ def meetings(i: int, guide: Guide, all_of: Array, maybe: Flags, found: Array) ->
         # Who has arrived is no meeting, however it moves about its place.
         if not maybe[k] or k == i or guide.arrived[k]:
             continue
-        rx, ry = guide.position[k, 0] - px, guide.position[k, 1] - py
+        rx, ry = all_of[0, k] - px, all_of[1, k] - py
         vx, vy = guide.velocity[k, 0], guide.velocity[k, 1]
         mx, my = vx - speed * dx, vy - speed * dy
         square = max(mx * mx + my * my, 1e-9)
@@ -121,7 +135,7 @@ def meetings(i: int, guide: Guide, all_of: Array, maybe: Flags, found: Array) ->
         if nx * nx + ny * ny >= (CLOSE * touch) ** 2:
             continue
         # Who goes the same way is followed or passed, not gone around.
-        if vx * dx + vy * dy > 0.7 * np.sqrt(vx * vx + vy * vy):
+        if vx * dx + vy * dy > 0.7 * np.sqrt(vx * vx + vy * vy) or -(mx * dx + my * dy) < frontal * np.sqrt(square):
             continue
         found[count, 0] = when
         found[count, 1] = px + when * speed * dx + 0.5 * nx
@@ -189,19 +203,19 @@ def members(i: int, guide: Guide, all_of: Array, maybe: Flags, ring: Array) -> i
     for k in range(len(maybe)):
         if not maybe[k] or k == i:
             continue
-        tx, ty = ring[0] - guide.position[k, 0], ring[1] - guide.position[k, 1]
+        tx, ty = ring[0] - all_of[0, k], ring[1] - all_of[1, k]
         away, vx, vy = np.sqrt(tx * tx + ty * ty), guide.velocity[k, 0], guide.velocity[k, 1]
         speed = max(np.sqrt(vx * vx + vy * vy), 1e-9)
         along, across = (tx * vx + ty * vy) / speed, abs(vx * ty - vy * tx) / speed
         size = ring[2] + 2.0 * guide.radius[k]
         if along > 0.0 and across < size:
             count += 1
-            x += guide.position[k, 0] + along * vx / speed
-            y += guide.position[k, 1] + along * vy / speed
+            x += all_of[0, k] + along * vx / speed
+            y += all_of[1, k] + along * vy / speed
         elif away < size and speed > 0.1 * guide.top[k]:
             count += 1
-            x += guide.position[k, 0]
-            y += guide.position[k, 1]
+            x += all_of[0, k]
+            y += all_of[1, k]
         else:
             continue
         reaches += guide.radius[k]
@@ -230,7 +244,7 @@ def head_for(guide: Guide) -> None:
             # Going around has led nowhere.
             ring[:] = 0.0
             continue
-        count = meetings(i, guide, all_of, maybe, found)
+        count = meetings(i, -1.0, guide, all_of, maybe, found)
         if count > 0:
             ring_of(guide.radius[i], found, count, fresh)
             x, y = fresh[0] - guide.position[i, 0], fresh[1] - guide.position[i, 1]
@@ -243,6 +257,19 @@ def head_for(guide: Guide) -> None:
             else:
                 guide.target[i] = guide.corner[i]
                 ring[:] = 0.0
+
+
+@kernel
+def pass_right(guide: Guide) -> None:
+    """Where the world repeats there are always more to come: all pass those that come towards them on the right."""
+    n = len(guide.radius)
+    found, ring, maybe, all_of = np.empty((n, 4)), np.zeros(4), np.empty(n, np.bool_), side_by_side(guide)
+    for i in range(n):
+        guide.target[i] = guide.goal[i]
+        about(i, guide, all_of)
+        if meetings(i, FRONTAL, guide, all_of, maybe, found) > 0 and found[0, 0] < SOON:
+            ring_of(guide.radius[i], found, 1, ring)
+            around(i, guide, ring, guide.target[i])
 
 
 @kernel

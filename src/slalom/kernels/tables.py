@@ -105,6 +105,7 @@ class Terms(NamedTuple):
     period: float
     horizon: float
     margin: float
+    regain: float  # [s] within which a margin that is lost is to be whole again
     patience: float
     share: float  # of the avoidance between two robots that a robot does itself
     shared: bool
@@ -120,10 +121,10 @@ class Rows(NamedTuple):
     growth: Array
     turns: Array
     body: Indices
+    spare: Array  # (n, 2) [m] how much of radius and growth is margin
     hull: Indices  # (b,)
     spread: Array  # (b,)
     partner: Flags  # (b,) whether it avoids the robot too
-    extra: Array  # (b,) [m] how much of the radius is margin
 
 
 class Meeting(NamedTuple):

@@ -10,6 +10,7 @@ import numpy as np
 
 from slalom.kernels.compiled import Array, Flags, kernel
 from slalom.kernels.guide import Guide
+from slalom.kernels.images import apart, is_free
 
 DIRECTIONS = 16
 """Ways aside that are looked at."""
@@ -28,7 +29,7 @@ def free_run(
     for m in range(len(guide.present)):
         if m == k or not guide.present[m]:
             continue
-        rx, ry = guide.position[m, 0] - px, guide.position[m, 1] - py
+        rx, ry = apart(k, m, guide)
         along, across = rx * dx + ry * dy, abs(dx * ry - dy * rx)
         touch = guide.radius[k] + guide.radius[m] + margin
         if along <= 0.0 or across >= touch:
@@ -40,9 +41,7 @@ def free_run(
     reach = guide.radius[k] + margin
     t = step
     while t <= free:
-        a = int(np.round((px + t * dx - grid[0]) / grid[2]))
-        b = int(np.round((py + t * dy - grid[1]) / grid[2]))
-        if a < 0 or b < 0 or a >= clearance.shape[0] or b >= clearance.shape[1] or clearance[a, b] < reach:
+        if not is_free(px + t * dx, py + t * dy, reach, guide, grid, clearance):
             return t - step, -1
         t += step
     return free, who
@@ -59,7 +58,7 @@ def ask(
         for k in range(len(guide.present)):
             if asked[k] or not guide.present[k]:
                 continue
-            rx, ry = guide.position[k, 0] - guide.position[j, 0], guide.position[k, 1] - guide.position[j, 1]
+            rx, ry = apart(j, k, guide)
             touch = guide.radius[j] + guide.radius[k]
             along, across = rx * fx + ry * fy, fx * ry - fy * rx
             if along <= 0.1 * touch or rx * rx + ry * ry > (1.5 * touch) ** 2 or abs(across) >= touch + margin:
@@ -108,7 +107,8 @@ def give_way(guide: Guide, grid: Array, clearance: Array, margin: float, now: fl
             guide.waited[i] = max(0.0, guide.waited[i] - 2.0 * period)
         k = int(guide.aside[i, 3])
         touch = guide.radius[i] + guide.radius[k]
-        square = (guide.position[i, 0] - guide.position[k, 0]) ** 2 + (guide.position[i, 1] - guide.position[k, 1]) ** 2
+        x, y = apart(k, i, guide)
+        square = x**2 + y**2
         if guide.aside[i, 2] > now and not guide.arrived[k] and square < (HELD * touch) ** 2:
             # Who asked is still near: back to one's own way only behind it.
             guide.aside[i, 2] = max(guide.aside[i, 2], now + 0.5)

@@ -111,8 +111,8 @@ class Crew:
         before = perf_counter()
         s, due = self.scenario, np.array(order, dtype=np.int64)
         usual = Terms(
-            s.dimension, now, self.period, s.horizon, self.margin, s.patience, self.method.share, self.method.shared,
-            np.array(DETOURS),
+            s.dimension, now, self.period, s.horizon, self.margin, self.method.regain, s.patience, self.method.share,
+            self.method.shared, np.array(DETOURS),
         )  # fmt: skip
         self.fleet.push[:] = self.guidance.push
         everywhere, outcomes = self._world(now), {}

@@ -128,7 +128,7 @@ def navground_cross_torus(p: Mapping[str, float], rng: np.random.Generator) -> S
     The 20 robots of 0.08 m that prefer 0.12 m/s, the side of 4 m, 0.12 m between them at first and the
     1000 steps of 0.1 s are those of navground 0.7.0 (cross_torus.yaml). There they have two wheels, no limit on
     acceleration and a horizon of 5 s; here it is that of the other two experiments. Nobody arrives: see
-    `ahead_for_ever`. Robots are not guided.
+    `ahead_for_ever`.
     """
     count, side = whole(p["robots"], "robots", 1), positive(p["side"], "side")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
@@ -143,7 +143,6 @@ def navground_cross_torus(p: Mapping[str, float], rng: np.random.Generator) -> S
         horizon=10.0,
         margin=0.02,
         holds=HOLDS,
-        guided=0.0,
         period=period,
     )
 

@@ -2,11 +2,13 @@
 
 import numpy as np
 import shapely
+from shapely.affinity import translate
 
 from slalom import kernels
 from slalom.checks import Array
 from slalom.grown import outline_parts
 from slalom.kernels.guide import Guide
+from slalom.sim.images import between
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import Stationary
 
@@ -22,7 +24,8 @@ class Guidance:
     """The state of the robots of a scenario, and where they head for; `guide` holds it as arrays.
 
     Wishes only: whatever a robot heads for, its decision keeps clear of everything. In space robots head for their
-    goals, and so they do in a scenario that is not `guided`.
+    goals, and so they do in a scenario that is not `guided`. In a world that repeats they only pass those that
+    come towards them on the right, and give way.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -49,6 +52,7 @@ class Guidance:
             aside=np.zeros((n, 4)),
             arrived=np.zeros(n, np.bool_),
             visited=np.zeros(n, np.bool_),
+            period=_repeats(scenario),
             ring=np.zeros((n, 4)),
         )
         self._steps = 0
@@ -90,6 +94,11 @@ class Guidance:
         if not self.guided:
             guide.target[:] = guide.goal
             return
+        if guide.period.any():
+            guide.corner[:] = guide.goal
+            kernels.pass_right(guide)
+            kernels.give_way(guide, self.grid, self.clearance, self.margin, now, period)
+            return
         rests = np.isfinite(self.arrived) & (np.linalg.norm(guide.velocity, axis=1) < PARKED)
         parked = np.flatnonzero(guide.present & rests)
         moves = (guide.corner == guide.goal).all(axis=1)
@@ -109,6 +118,12 @@ class Guidance:
         self.push = push
 
 
+def _repeats(scenario: Scenario) -> Array:
+    """The period along x and y [m], 0 where there is none."""
+    period = np.array((scenario.period or ())[:2])
+    return np.where(np.isfinite(period), period, 0.0) if len(period) else np.zeros(2)
+
+
 def _grid(scenario: Scenario, guide: Guide) -> tuple[Array, Array]:
     """x, y of the first cell, the width of cells; and the distance of each cell to the nearest obstacle that rests."""
     at_rest = [o for o in scenario.obstacles if isinstance(o.trajectory, Stationary)]
@@ -117,6 +132,14 @@ def _grid(scenario: Scenario, guide: Guide) -> tuple[Array, Array]:
     places = [guide.position[:, :2], guide.goal[:, :2], *(shapely.get_coordinates(line) for line, _ in outlines)]
     room = 4.0 * float(guide.radius.max())
     low, high = np.concatenate(places).min(axis=0) - room, np.concatenate(places).max(axis=0) + room
+    if scenario.period is not None:
+        # One period of the world is enough, with the images of what rests that reach into it.
+        high = np.where(guide.period > 0.0, low + guide.period, high)
+        outlines = [
+            (translate(line, *by), radius)
+            for line, radius in outlines
+            for by in between(low - room - line.bounds[2:], high + room - line.bounds[:2], scenario.period)
+        ]
     width = max(CELL * float(guide.radius.min()), float((high - low).max()) / CELLS)
     counts = np.ceil((high - low) / width).astype(int) + 1
     clearance = np.full(tuple(counts), np.inf)

@@ -40,8 +40,7 @@ def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scen
 
     The 20 robots of 0.08 m that prefer 0.12 m/s, the 8 m x 0.6 m, 0.12 m between them at first and the
     1000 steps of 0.1 s are those of navground 0.7.0 (corridor.yaml). There they have two wheels, no limit on
-    acceleration and a horizon of 5 s. Nobody arrives: see `crowds.ahead_for_ever`. Robots are not guided: streams may
-    block each other.
+    acceleration and a horizon of 5 s. Nobody arrives: see `crowds.ahead_for_ever`.
     """
     count, length = whole(p["robots"], "robots", 1), positive(p["length"], "length")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
@@ -53,8 +52,7 @@ def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scen
     walls = Union(tuple(Polyline([(0.0, y), (length, y)], WALL) for y in sides))
     around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
     return Scenario(
-        "navground_corridor", robots, around, duration=100.0, horizon=10.0, margin=0.02, holds=HOLDS, guided=0.0,
-        period=period,
+        "navground_corridor", robots, around, duration=100.0, horizon=10.0, margin=0.02, holds=HOLDS, period=period,
     )  # fmt: skip
 
 

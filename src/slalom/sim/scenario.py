@@ -61,7 +61,7 @@ class Scenario:
             that is, a multiple of replan or dt. sight_loss: the share of looks at which nothing is seen (see
             `watch.Watch`).
         period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere. Robots and
-            obstacles are met in all their images (see `images`); robots that meet each other are not `guided` there.
+            obstacles are met in all their images (see `images`).
         parameters: what the gallery was asked for; they go into recordings.
         recorded: [s] from when to when obstacles come from a recording, in which the run begins; None if none do.
         notes: what was repaired, left out or assumed when files were read, a sentence each.
@@ -108,8 +108,6 @@ class Scenario:
         if self.period is not None:
             wide = 2.0 * max(robot.shape.reach for robot in self.robots) + self.margin
             refuse_no_period(self.period, self.dimension, wide)
-            if self.guided and len(self.robots) > 1:
-                raise InvalidInput(f"guided: expected 0 in a world that repeats, found {self.guided:g}")
         if self.recorded is not None and not self.recorded[0] <= self.start < self.recorded[1]:
             first, last = self.recorded
             raise InvalidInput(
