@@ -46,7 +46,7 @@ class Method:
             part, the change of the control u from the present one is tested 1 / share as large (with 1/2 and velocities
             the reciprocal velocity obstacle of van den Berg, Lin and Manocha, ICRA 2008).
         regain: [s] within which robots that only see each other restore what they have lost of the margin between them,
-            above 0; inf: not to lose more is enough.
+            above 0; None: not to lose more is enough.
         ahead: whether a robot alone looks ahead over sequences of accelerations (`lookahead.LookAhead`).
         shared: robots know the manoeuvres that the others are committed to, and decide one after the other.
     """
@@ -59,7 +59,7 @@ class Method:
     of_robots: Forecast = field(default_factory=AtConstantVelocity)
     among: Responses | None = None
     share: float = 1.0
-    regain: float = math.inf
+    regain: float | None = None
     shared: bool = False
     ahead: bool = False
 

@@ -110,8 +110,9 @@ class Crew:
     def decide(self, order: Sequence[int], now: float) -> tuple[dict[int, str], dict[int, float]]:
         before = perf_counter()
         s, due = self.scenario, np.array(order, dtype=np.int64)
+        regain = np.inf if self.method.regain is None else self.method.regain
         usual = Terms(
-            s.dimension, now, self.period, s.horizon, self.margin, self.method.regain, s.patience, self.method.share,
+            s.dimension, now, self.period, s.horizon, self.margin, regain, s.patience, self.method.share,
             self.method.shared, np.array(DETOURS),
         )  # fmt: skip
         self.fleet.push[:] = self.guidance.push
