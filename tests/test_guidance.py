@@ -74,7 +74,7 @@ class TestRings:
         guidance = Guidance(scenario)
         guide = guidance.guide
         guide.velocity[:] = -2.0 * guide.position / 20.0
-        head_for(guide)
+        head_for(np.arange(len(guide.radius)), guide)
         ahead = -guide.position
         towards = guide.target - guide.position
         turn = ahead[:, 0] * towards[:, 1] - ahead[:, 1] * towards[:, 0]
@@ -102,7 +102,7 @@ class TestRings:
     def test_nobody_met_nobody_gone_around(self):
         guidance = Guidance(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)]))
         guidance.guide.velocity[:, 0] = 1.5
-        head_for(guidance.guide)
+        head_for(np.arange(2), guidance.guide)
         assert np.array_equal(guidance.guide.target, guidance.guide.goal)
 
     def test_a_ring_beside_the_way_is_left(self):
@@ -147,3 +147,17 @@ def test_all_arrive(name, seed):
     """Twenty robots, shared manoeuvres."""
     run = simulate(build(name, {}, seed=seed), METHODS["nao_shared"])
     assert np.all(np.isfinite(run.arrived))
+
+
+def test_the_number_of_threads_changes_no_target():
+    scenario = build("random_goals", {"robots": 600, "side": 80}, seed=2)
+    found = []
+    for threads in (1, 2, 3):
+        guidance = Guidance(scenario, threads)
+        for step in range(3):
+            guidance.update(0.1 * step, 0.1)
+            guidance.drive(np.random.default_rng(step).uniform(-1.0, 1.0, (600, 3)), 0.1)
+        found.append(guidance.guide.target.copy())
+    np.testing.assert_array_equal(found[1], found[0])
+    np.testing.assert_array_equal(found[2], found[0])
+    assert np.any(found[0] != guidance.guide.goal)

@@ -4,6 +4,9 @@ import numpy as np
 
 from slalom.kernels.compiled import Array, kernel
 
+LATE = np.multiply.accumulate(np.concatenate([[1e-3], np.full(424, 1.05)]))
+"""[s] Times up to 1e6 between which the earliest one is sought."""
+
 
 @kernel
 def reaches(away: Array, v: Array, push: float, top: float, tolerance: float, t: float) -> bool:
@@ -40,12 +43,12 @@ def earliest_arrival(away: Array, v: Array, push: float, top: float, tolerance: 
         return 0.0
     # On the way it is never faster than at its begin or end.
     least = (distance - tolerance) / max(top, np.sqrt(speed)) * (1.0 - 1e-6)
-    late = 1e-3
-    while late < least or not reaches(away, v, push, top, tolerance, late):
-        late *= 1.05
-        if late > 1e6:
-            return np.inf
-    early = late / 1.05
+    k = np.searchsorted(LATE, least)
+    while k < len(LATE) and not reaches(away, v, push, top, tolerance, LATE[k]):
+        k += 1
+    if k == len(LATE):
+        return np.inf
+    early, late = float(LATE[k] / 1.05), float(LATE[k])
     for _ in range(30):
         middle = 0.5 * (early + late)
         if reaches(away, v, push, top, tolerance, middle):

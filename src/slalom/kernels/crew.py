@@ -80,10 +80,16 @@ def cost_of(
     """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
     d = terms.dimension
     place, speed, wanted = np.empty(d), np.empty(d), np.empty(d)
-    for step in range(8):
-        place_at(begin, points, terms.now + until * step / 8.0, place, speed)
-        if arrives(place, speed, goal, stop, tolerance):
-            return until * step / 8.0
+    away, fast = 0.0, fleet.top[i]
+    for axis in range(d):
+        away += (goal[axis] - fleet.position[i, axis]) ** 2
+        fast += abs(fleet.velocity[i, axis])
+    if away <= (tolerance + fast * until) ** 2:
+        # Farther away it cannot arrive until then.
+        for step in range(8):
+            place_at(begin, points, terms.now + until * step / 8.0, place, speed)
+            if arrives(place, speed, goal, stop, tolerance):
+                return until * step / 8.0
     place_at(begin, points, terms.now + until, place, speed)
     cost = until + time_to_go(goal[:d] - place, speed, fleet.most[i], fleet.top[i], tolerance, stop, wanted)
     if d == 2 and len(terms.angles) > 0:

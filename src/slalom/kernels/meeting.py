@@ -230,11 +230,11 @@ def members(i: int, guide: Guide, all_of: Array, maybe: Flags, ring: Array) -> i
 
 
 @kernel
-def head_for(guide: Guide) -> None:
-    """Where every robot heads for: the next place on its way, or one beside the meetings that it is in for."""
+def head_for(order: Indices, guide: Guide) -> None:
+    """Where robots `order` head for: the next place on their way, or one beside the meetings that they are in for."""
     n = len(guide.radius)
     found, fresh, maybe, all_of = np.empty((n, 4)), np.zeros(4), np.empty(n, np.bool_), side_by_side(guide)
-    for i in range(n):
+    for i in order:
         last = guide.corner[i, 0] == guide.goal[i, 0] and guide.corner[i, 1] == guide.goal[i, 1]
         guide.target[i], guide.halt[i] = guide.corner[i], guide.stop[i] and last
         # A corner is driven to, not only seen near: there it goes on to the next one.

@@ -200,18 +200,15 @@ def who_is_met(i: int, near: Indices, fleet: Fleet, answers: Answers, terms: Ter
     middle, spread = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
     reachable(i, fleet, answers, terms, middle, spread)
     met, count = np.empty(len(near), np.int64), 0
+    # Without slices and calls: this is asked of all that are near.
+    theirs, wide = fleet.middle, fleet.spread
     for k in near:
         room = fleet.radius[i] + fleet.radius[k] + terms.margin
         for w in range(WINDOWS - 1, -1, -1):
-            if nearer(middle[w], fleet.middle[k, w], spread[w] + fleet.spread[k, w] + room):
+            x, y, z = middle[w, 0] - theirs[k, w, 0], middle[w, 1] - theirs[k, w, 1], middle[w, 2] - theirs[k, w, 2]
+            reach = spread[w] + wide[k, w] + room
+            if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
                 met[count] = k
                 count += 1
                 break
     return met[:count]
-
-
-@kernel
-def nearer(a: Array, b: Array, reach: float) -> bool:
-    """Whether two places are within reach of each other."""
-    square = (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
-    return bool(reach >= 0.0 and square <= reach * reach)

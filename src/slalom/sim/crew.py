@@ -1,8 +1,8 @@
 """How the robots of a scenario decide: all by one kernel where they are discs or balls, else each by its navigator."""
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import chain
 from time import perf_counter
 
 import numpy as np
@@ -23,6 +23,7 @@ from slalom.sim.among import first_manoeuvre, margin_among
 from slalom.sim.crew_tables import curve, outlook, tabulated
 from slalom.sim.guidance import Guidance
 from slalom.sim.images import displaced, images_about, in_box, to_nearest
+from slalom.sim.parts import in_parts
 from slalom.sim.post import Post, post_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.sim.watch import watch_of
@@ -153,12 +154,7 @@ class Crew:
                 done += 1
             return found
 
-        parts = np.array_split(some, max(1, min(self.threads, len(some) // FEWEST)))
-        if len(parts) == 1:
-            who = asking(some)
-        else:
-            with ThreadPoolExecutor(len(parts)) as pool:
-                who = [k for found in pool.map(asking, parts) for k in found]
+        who = chain.from_iterable(in_parts(asking, some, self.threads, FEWEST))
         return {k: self._ask(k, terms.now).outcome.name for k in who}
 
     def _turns(self, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:

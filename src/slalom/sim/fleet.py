@@ -79,7 +79,7 @@ class _Run:
     def __init__(self, scenario: Scenario, method: Method, seed: int, threads: int | None, record: bool) -> None:
         self.scenario, self.record, self.steps = scenario, record, 0
         self.statuses: Counter[str] = Counter()
-        self.guidance = Guidance(scenario)
+        self.guidance = Guidance(scenario, threads)
         self.deciders: Deciders = (
             Crew(scenario, method, self.guidance, seed, threads)
             if suits(scenario)

@@ -9,6 +9,7 @@ from slalom.checks import Array
 from slalom.grown import outline_parts
 from slalom.kernels.guide import Guide
 from slalom.sim.images import between
+from slalom.sim.parts import in_parts
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import Stationary
 
@@ -16,6 +17,8 @@ WAYS = 5
 """[decisions] after which the way around what rests is looked for again; each robot at another one."""
 CELL, CELLS = 0.7, 400
 """[1] A cell of the grid is this share of the smallest radius wide, or the side over the largest number of cells."""
+FEWEST = 250
+"""Robots that are worth a thread."""
 PARKED = 0.05
 """[m/s] A robot at its goal that is slower than this rests."""
 
@@ -28,7 +31,8 @@ class Guidance:
     come towards them on the right, and give way.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, threads: int | None = None) -> None:
+        self.threads = kernels.threads() if threads is None else threads
         robots, n = scenario.robots, len(scenario.robots)
         self.robots, self.dimension, self.margin = robots, scenario.dimension, scenario.margin
         self.guided = bool(scenario.guided) and scenario.dimension == 2
@@ -106,7 +110,8 @@ class Guidance:
         due = np.flatnonzero(guide.present & ~np.isfinite(self.arrived) & turn)
         guide.corner[moves] = guide.goal[moves]
         kernels.find_corners(guide, self.grid, self.clearance, self.margin, parked, due)
-        kernels.head_for(guide)
+        everyone = np.arange(len(self.robots))
+        in_parts(lambda part: kernels.head_for(part, guide), everyone, self.threads, FEWEST)
         kernels.give_way(guide, self.grid, self.clearance, self.margin, now, period)
         self._steps += 1
 
