@@ -75,3 +75,15 @@ def test_none_are_none():
     found = select_many(np.empty((0, 2)), [], Velocity(), LIMITS, Traffic([], 0.0, 3.0), Disc(0.4))
     assert found.controls.shape == (0, 2)
     assert len(found.statuses) == 0
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+def test_states_may_be_numbers(columns):
+    """Position, velocity, and acceleration or none."""
+    rng = np.random.default_rng(5)
+    traffic, rows = Traffic(crowd(rng, 5, (Disc(0.8),)), 0.0, 4.0), rng.uniform(-3, 3, (6, columns, 2))
+    wishes = rng.uniform(-3, 3, (6, 2))
+    found = select_many(wishes, rows, Jerk(), LIMITS, traffic, Disc(0.4))
+    expected = select_many(wishes, [State(*row) for row in rows], Jerk(), LIMITS, traffic, Disc(0.4))
+    np.testing.assert_array_equal(found.controls, expected.controls)
+    assert list(found.statuses) == list(expected.statuses)

@@ -980,6 +980,12 @@ CASES = [
         lambda _: many(np.zeros((2, 2)), [State((0, 0), (0, 0))], Disc(0.5)),
     ),
     Case(
+        "_states",
+        InvalidInput,
+        r"states: expected `State`s, or numbers \(n, 2 or 3, d\), found shape \(1, 4, 2\)",
+        lambda _: many(np.zeros((1, 2)), np.zeros((1, 4, 2)), Disc(0.5)),
+    ),
+    Case(
         "select_many",
         InvalidInput,
         r"robot: expected dimension 2 as of the states, found 3",

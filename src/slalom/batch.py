@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, not_negative, vectors, whole
+from slalom.checks import Array, array, not_negative, vectors, whole
 from slalom.control_obstacle import response_pieces
 from slalom.errors import InvalidInput
 from slalom.limits import Limits
@@ -37,7 +37,7 @@ class Choices(NamedTuple):
 
 def select_many(
     preferred: npt.ArrayLike,
-    states: Sequence[State],
+    states: Sequence[State] | npt.ArrayLike,
     response: Response,
     limits: Limits,
     traffic: Traffic,
@@ -49,7 +49,8 @@ def select_many(
     """The exact choices of robots in many states that see the same obstacles, in one call of the kernel.
 
     Args:
-        preferred: (n, d) in units of the control. states: n of them. response, limits, robot: what all have in common.
+        preferred: (n, d) in units of the control. states: n of them, or numbers (n, 2, d) or (n, 3, d): position,
+            velocity and perhaps acceleration of each. response, limits, robot: what all have in common.
         traffic: the obstacles over the window that begins now. margin: [m] >= 0 to keep from every obstacle.
         threads: how many threads share the work, at least 1.
 
@@ -57,8 +58,10 @@ def select_many(
     `ControlObstacle(response, states[i], traffic, robot, margin)`, to the bit, for any number of threads.
 
     Raises:
-        InvalidInput: different dimensions, not one state for each preferred control, fewer than one thread.
+        InvalidInput: numbers of another shape, different dimensions, not one state for each preferred control, fewer
+            than one thread.
     """
+    states = _states(states)
     count, dimension = len(states), states[0].dimension if len(states) else 2
     wishes = vectors(preferred, "preferred", dimension).reshape(-1, dimension)
     if len(wishes) != count or any(state.dimension != dimension for state in states):
@@ -84,6 +87,15 @@ def select_many(
     statuses[clear] = Status.CLEAR
     controls[codes != 0] = np.nan
     return Choices(controls[:, :dimension].copy(), statuses)
+
+
+def _states(states: Sequence[State] | npt.ArrayLike) -> Sequence[State]:
+    if isinstance(states, Sequence) and all(isinstance(state, State) for state in states):
+        return cast(Sequence[State], states)
+    rows = array(cast(npt.ArrayLike, states), "states")
+    if rows.ndim != 3 or rows.shape[1] not in (2, 3) or rows.shape[2] not in (2, 3):
+        raise InvalidInput(f"states: expected `State`s, or numbers (n, 2 or 3, d), found shape {rows.shape}")
+    return [State(*row) for row in rows]
 
 
 class _Group(NamedTuple):

@@ -2,12 +2,11 @@
 
 import numpy as np
 
+from slalom.kernels.again import kept_radii, segments_of
 from slalom.kernels.compiled import Array, Flags, Indices, MaybeHulls, kernel
 from slalom.kernels.exchange import OVERLAPPING, nearest_free
 from slalom.kernels.now import distances_now
 from slalom.kernels.schedule import hulls_of
-from slalom.kernels.segments import relative_segments
-from slalom.tolerances import CONTACT, TOUCHING
 
 
 @kernel
@@ -45,28 +44,16 @@ def choose_many(
             the margin. solid: hulls as in `distances_now`. error: [m] of the response's pieces.
     """
     n, d = position.shape
-    controls, statuses, around = np.empty((n, 3)), np.empty(n, np.int64), np.empty(len(radius))
-    own = np.empty(len(wider))
+    controls, statuses = np.empty((n, 3)), np.empty(n, np.int64)
     for i in range(n):
         gaps = distances_now(times, points, turns, radius, growth, body, heads, unsure, hull, solid, position[i])
-        overlaps = False
-        for b in range(len(wider)):
-            gap, own[b] = gaps[b, 0], wider[b]
-            # Contact is not overlap, see `ControlObstacle`.
-            if gap - wider[b] >= -CONTACT and gap - wider[b] < TOUCHING:
-                own[b] = max(gap - TOUCHING, 0.0)
-            overlaps = overlaps or gap - own[b] < -CONTACT
+        own, overlaps = kept_radii(gaps[:, 0], wider)
         if overlaps:
             controls[i], statuses[i] = preferred[i], OVERLAPPING
             continue
-        for s in range(len(radius)):
-            around[s] = radius[s] + error + own[body[s]]
-        _, _, rel, gains, grown, widening, turned, which = relative_segments(
-            times, points, around, growth, turns, body, knots, drift[i], gain, horizon
+        _, _, rel, gains, grown, widening, turned, reach, which, _ = segments_of(
+            times, points, radius, growth, turns, body, knots, drift[i], gain, horizon, error, own, spread, hull, hull
         )
-        reach = np.empty(len(grown))
-        for s in range(len(grown)):
-            reach[s] = grown[s] + max(widening[s], 0.0) + spread[which[s]]
         hulls = hulls_of(solid, which, turned)
         statuses[i], controls[i], _, _ = nearest_free(
             preferred[i], d, limits[i, : counts[i]], rel, gains, grown, widening, reach, hulls,
