@@ -46,7 +46,8 @@ class Method:
             part, the change of the control u from the present one is tested 1 / share as large (with 1/2 and velocities
             the reciprocal velocity obstacle of van den Berg, Lin and Manocha, ICRA 2008).
         regain: [s] within which robots that only see each other restore what they have lost of the margin between them,
-            above 0; None: not to lose more is enough.
+            above 0; None: not to lose more is enough. Discs and balls with goals at rest share and regain; robots of
+            other shapes avoid in full.
         ahead: whether a robot alone looks ahead over sequences of accelerations (`lookahead.LookAhead`).
         shared: robots know the manoeuvres that the others are committed to, and decide one after the other.
     """
