@@ -267,14 +267,19 @@ def stopping(at: int) -> Callable[[int, int], None]:
     return progress
 
 
-def killing(*at: int) -> Callable[[int, int], None]:
-    """A progress that kills one of the processes after so many runs, once each."""
+def killing(killed: list[int], *at: int) -> Callable[[int, int], None]:
+    """A progress that kills one of the processes after so many runs, once each, and notes after how many it was.
+
+    While kept results are taken from the store after a kill there may be no process; then it kills the next one.
+    """
     ahead = list(at)
 
     def progress(done: int, total: int) -> None:
-        if ahead and done >= ahead[0]:
+        there = multiprocessing.active_children()
+        if ahead and done >= ahead[0] and there:
             ahead.pop(0)
-            os.kill(multiprocessing.active_children()[0].pid or 0, signal.SIGKILL)
+            killed.append(done)
+            os.kill(there[0].pid or 0, signal.SIGKILL)
 
     return progress
 
@@ -304,8 +309,11 @@ def test_killed_processes_do_not_end_a_sweep(stored: bool, tmp_path: Path) -> No
     """Nor change a bit of it."""
     settings = {"duration": 0.5}
     whole = compare("head_on", ["avo", "vo"], 20, settings=settings)
-    store = tmp_path if stored else None
-    swept = compare("head_on", ["avo", "vo"], 20, settings=settings, jobs=2, store=store, progress=killing(4, 21))
+    store, killed = tmp_path if stored else None, list[int]()
+    swept = compare(
+        "head_on", ["avo", "vo"], 20, settings=settings, jobs=2, store=store, progress=killing(killed, 4, 21)
+    )
+    assert killed
     assert json.dumps(swept) == json.dumps(whole)
 
 
