@@ -29,7 +29,7 @@ from slalom.shape import round_shape
 from slalom.trajectory import TRAJECTORIES
 
 # The first of each dimension belong to `make test`, all to `make test-all`.
-CHUNKS = [pytest.param((2, k), marks=[pytest.mark.slow] if k > 4 else []) for k in range(20)]
+CHUNKS = [pytest.param((2, k), marks=[pytest.mark.slow] if k > 1 else []) for k in range(20)]
 CHUNKS += [pytest.param((3, k), marks=[pytest.mark.slow] if k > 0 else []) for k in range(5)]
 PER_CHUNK = 100
 
