@@ -18,11 +18,10 @@ import numpy as np
 import numpy.typing as npt
 from numba.core import config, types
 from numba.core.caching import FunctionCache
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
 from numba.core.event import Listener, register
 
 from slalom.kernels import when_compiling
+from slalom.kernels.fitted import FITS, EntryCompiler, PartCompiler, PartLibrary
 
 F = TypeVar("F", bound=Callable[..., Any])
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -60,46 +59,12 @@ class _KernelCache(FunctionCache):
         """A part comes back as what it was, or it would be translated as it is, and entries would call that code."""
         codegen = target_context.codegen()
         usual = codegen._library_class
-        if self._what == "part" and numba.version_info.short in FITTING:
-            codegen._library_class = _PartLibrary
+        if self._what == "part" and FITS:
+            codegen._library_class = PartLibrary
         try:
             return super()._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         finally:
             codegen._library_class = usual
-
-
-FITTING = {(0, 68)}
-"""Versions of numba that `_PartLibrary` is known to fit. With others compiling takes half as long again."""
-
-
-class _PartLibrary(JITCodeLibrary):
-    """Code to be linked in, which is optimised and translated with what Python calls only: not once at every level."""
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        return 0
-
-    @property
-    def codegen(self) -> "_PartLibrary":
-        return self
-
-    def set_env(self, name: str, environment: Any) -> None:
-        """Nothing: kernels have no use for one, since they neither print nor raise."""
-
-    def serialize_using_object_code(self) -> Any:
-        return self.serialize_using_bitcode()  # type: ignore[no-untyped-call]
-
-
-class _PartCompiler(Compiler):
-    def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
-        library = library or _PartLibrary(target.codegen(), "part")  # type: ignore[no-untyped-call]
-        super().__init__(typing, target, library, *others)  # type: ignore[no-untyped-call]
 
 
 class _Announcer(Listener):
@@ -122,24 +87,33 @@ def _cached(compiled: Any, function: Callable[..., Any], what: str) -> Any:
     return compiled
 
 
-def kernel(function: F) -> F:
+def inlined(function: F) -> F:
+    """A `kernel` that becomes a part of its caller's code: worth it where few call it and hand it whole tables.
+
+    Each array of a table is handed over as seven numbers and more. Larger functions take longer to compile.
+    """
+    return kernel(function, forceinline=True)
+
+
+def kernel(function: F, **options: bool) -> F:
     """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan.
 
     As a part of kernels that call it, and, only when Python calls it, by itself. Wrappers for Python's objects,
-    optimisation and machine code cost more than the rest; so parts have none of them.
+    optimisation and machine code cost more than the rest; so parts have none of them. `options`: of numba, for the
+    part.
     """
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
     compiled: Any = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-    pipeline = {"pipeline_class": _PartCompiler} if numba.version_info.short in FITTING else {}
-    part = compiled(no_cpython_wrapper=True, **pipeline)(function)
+    of_part, of_entry = ({"pipeline_class": one} if FITS else {} for one in (PartCompiler, EntryCompiler))
+    part = compiled(no_cpython_wrapper=True, **of_part, **options)(function)
     template = _cached(part, function, "part").get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
         # Once for all integers that kernels hand to each other, not once more for each constant.
         return template(tuple(types.unliteral(arg) for arg in args), kws)  # type: ignore[no-untyped-call]
 
-    entry = _cached(compiled(function), function, "entry")
+    entry = _cached(compiled(**of_entry)(function), function, "entry")
     entry.get_call_template, entry.get_overload = get_call_template, part.get_overload
     entry.compile = _without_collecting(entry.compile)
     return cast(F, entry)

@@ -7,13 +7,13 @@ module has no answer for is told to ask the navigator.
 import numpy as np
 
 from slalom.kernels.bezier import new_stack
-from slalom.kernels.compiled import Array, Indices, kernel
+from slalom.kernels.compiled import Array, Indices, inlined, kernel
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.fleet import commit, course, foresee, in_reach, meeting, relative
 from slalom.kernels.gather import gather, place_at, squeeze
 from slalom.kernels.hulls import new_course
 from slalom.kernels.meeting import in_the_way, longer_way
-from slalom.kernels.tables import Answers, Fleet, Rows, Survey, Terms, World
+from slalom.kernels.tables import Answers, Fleet, Meeting, Rows, Survey, Terms, World
 from slalom.kernels.windows import around, survey, who_is_met
 from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_go
 from slalom.tolerances import CANDIDATES, ELEMENTS, KEPT, TOUCHING
@@ -33,7 +33,7 @@ def wished(place: Array, velocity: Array, goal: Array, stop: bool, push: float, 
         passing_velocity(away, velocity, push, top, wanted)
 
 
-@kernel
+@inlined
 def preferred(
     i: int, r: int, goal: Array, stop: bool, angle: float, fleet: Fleet, answers: Answers, terms: Terms, u: Array
 ) -> None:
@@ -141,7 +141,7 @@ def is_clear(i: int, squeezed: bool, rows: Rows, fleet: Fleet, world: World, ter
     )
 
 
-@kernel
+@inlined
 def own_control(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms, u: Array) -> None:
     """The control of response r that changes nothing now: the present acceleration or velocity; into u."""
     u[:] = 0.0
@@ -149,7 +149,7 @@ def own_control(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms, u:
         u[axis] = fleet.velocity[i, axis] if answers.aim[r, 0] == 0.0 else fleet.push[i, axis]
 
 
-@kernel
+@inlined
 def best_of(
     i: int,
     rows: Rows,
@@ -171,8 +171,7 @@ def best_of(
     wanted, own = np.zeros(3), np.zeros(3)
     begin, points = np.empty(p + 1), np.empty((p, 4, 3))
     best, best_r, outcome, clear = np.inf, -1, CONSTRAINED, False
-    own_control(i, first, fleet, answers, terms, own)
-    meetings = [meeting(i, first, rows, fleet, world, answers, terms, own)]
+    meetings: list[Meeting] = []
     closed = np.zeros(count, np.bool_)
     for turn in range(-1, len(terms.angles)):
         if turn >= 0 and clear:

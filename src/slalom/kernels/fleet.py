@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, inlined, kernel
 from slalom.kernels.exchange import within_reach
 from slalom.kernels.gather import hulls_of, place_at
 from slalom.kernels.segments import relative_segments
-from slalom.kernels.tables import FOR_EVER, Answers, Fleet, Meeting, Rows, Terms, World
+from slalom.kernels.tables import FOR_EVER, Answers, Fleet, Meeting, Rows, Solid, Terms, World
 from slalom.kernels.windows import whereabouts
 
 
@@ -33,15 +33,25 @@ def relative(
     _, _, points, gains, radius, growth, turned, body = relative_segments(
         rows.times, rows.points, rows.radius, rows.growth, rows.turns, rows.body, knots, drift, gain, horizon
     )
-    hull = rows.hull[body]
-    reach = radius + np.maximum(growth, 0.0) + rows.spread[body]
-    if len(rows.turns) == 0:
-        turned = np.zeros((4, 2, len(body)))
-        turned[:, 0] = 1.0
-    return points, gains, radius, growth, reach, hulls_of(world.solid, hull, turned), body
+    n, solid = len(body), world.solid
+    reach = np.empty(n)
+    for s in range(n):
+        reach[s] = radius[s] + max(growth[s], 0.0) + rows.spread[body[s]]
+    return points, gains, radius, growth, reach, hulls_among(solid, rows.hull, rows.turns, body, turned), body
 
 
-@kernel
+@inlined
+def hulls_among(solid: Solid, hull: Indices, turns: Array, body: Indices, turned: Array) -> MaybeHulls:
+    """The hulls of segments of bodies, of which `hull` tells the numbers; empty where there are none."""
+    if len(solid) > 0:
+        if len(turns) == 0:
+            turned = np.zeros((4, 2, len(body)))
+            turned[:, 0] = 1.0
+        return hulls_of(solid, hull[body], turned)
+    return ()
+
+
+@inlined
 def limits_of(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms) -> Array:
     """The admissible set of response r, see `limits.Limits.admissible`."""
     count = 0
@@ -65,7 +75,7 @@ def limits_of(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms) -> A
     return rows
 
 
-@kernel
+@inlined
 def meeting(
     i: int, r: int, rows: Rows, fleet: Fleet, world: World, answers: Answers, terms: Terms, own: Array
 ) -> Meeting:
@@ -83,12 +93,16 @@ def meeting(
     )
     if terms.share < 1.0:
         # Where the other avoids too, half the change of the control must do: w = own + (u - own) / share is tested.
-        for s in range(len(body)):
-            if rows.partner[body[s]]:
-                for c in range(4):
-                    for axis in range(d):
-                        points[c, axis, s] += gains[c, s] * own[axis] * (1.0 / terms.share - 1.0)
-                    gains[c, s] /= terms.share
+        n, rest = len(body), 1.0 / terms.share - 1.0
+        partner = np.empty(n, np.bool_)
+        for s in range(n):
+            partner[s] = rows.partner[body[s]]
+        for c in range(4):
+            for axis in range(d):
+                for s in range(n):
+                    points[c, axis, s] += gains[c, s] * own[axis] * rest if partner[s] else 0.0
+            for s in range(n):
+                gains[c, s] = gains[c, s] / terms.share if partner[s] else gains[c, s]
     limits = limits_of(i, r, fleet, answers, terms)
     return Meeting(limits, *within_reach(limits, points, gains, radius, growth, reach, hulls))
 

@@ -1,0 +1,103 @@
+"""Classes that extend numba's own: how parts of kernels are kept, and who counts the references to arrays.
+
+They are used with versions of numba that they are known to fit. With others kernels compile and run as numba's usual
+functions do, which takes half as long again.
+"""
+
+from typing import Any
+
+import numba
+from numba.core import ir
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import register_pass
+from numba.core.lowering import Lower
+from numba.core.typed_passes import NativeLowering
+
+FITS = numba.version_info.short in {(0, 68)}
+"""Whether numba is a version that these classes are known to fit."""
+
+
+class PartLibrary(JITCodeLibrary):
+    """Code to be linked in, which is optimised and translated with what Python calls only: not once at every level."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0
+
+    @property
+    def codegen(self) -> "PartLibrary":
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Nothing: kernels have no use for one, since they neither print nor raise."""
+
+    def serialize_using_object_code(self) -> Any:
+        return self.serialize_using_bitcode()  # type: ignore[no-untyped-call]
+
+
+class _Lower(Lower):
+    """Arguments are lent: whoever calls holds them until the call returns.
+
+    numba counts a reference more to each array of each argument when a function begins, and one less when it ends, by
+    a call each. Of a table of twenty arrays that costs as much as a small kernel does otherwise.
+    """
+
+    _lends, _lent = False, frozenset[str]()
+
+    def lower_assign(self, ty: Any, inst: Any) -> Any:
+        # A name that something else is assigned to as well is counted as usual.
+        self._lends = isinstance(inst.value, ir.Arg) and self._assigned(inst.target.name) == 1
+        if self._lends:
+            self._lent |= {inst.target.name}
+        try:
+            return super().lower_assign(ty, inst)  # type: ignore[no-untyped-call]
+        finally:
+            self._lends = False
+
+    def _assigned(self, name: str) -> int:
+        assignments = (one for block in self.blocks.values() for one in block.find_insts(ir.Assign))
+        return sum(one.target.name == name for one in assignments)
+
+    def incref(self, typ: Any, val: Any) -> None:
+        if not self._lends:
+            super().incref(typ, val)  # type: ignore[no-untyped-call]
+
+    def delvar(self, name: str) -> None:
+        if name not in self._lent:
+            super().delvar(name)  # type: ignore[no-untyped-call]
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[no-untyped-call]
+class _Lowering(NativeLowering):
+    _name = "lowering_with_lent_arguments"
+
+    @property
+    def lowering_class(self) -> type[Lower]:
+        return _Lower
+
+
+class EntryCompiler(Compiler):
+    """numba's compiler, but for who counts the references to arguments."""
+
+    def define_pipelines(self) -> Any:
+        pipelines = super().define_pipelines()  # type: ignore[no-untyped-call]
+        for pipeline in pipelines:
+            pipeline.passes = [(_Lowering if one is NativeLowering else one, why) for one, why in pipeline.passes]
+            pipeline._finalized = False
+            pipeline.finalize()
+        return pipelines
+
+
+class PartCompiler(EntryCompiler):
+    """Of parts: see `PartLibrary`."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
+        library = library or PartLibrary(target.codegen(), "part")  # type: ignore[no-untyped-call]
+        super().__init__(typing, target, library, *others)  # type: ignore[no-untyped-call]
