@@ -9,6 +9,10 @@ import numpy as np
 from slalom.kernels.bezier import restrict
 from slalom.kernels.compiled import Array, Indices, kernel
 
+SAME = 8
+"""Bodies are often cut at the same times; of so many of the parts of one, what the robot does itself is kept for the
+next body. More: lists that are hardly ever so long are looked after."""
+
 
 @kernel
 def relative_segments(
@@ -45,31 +49,31 @@ def relative_segments(
         for axis in range(d, 3):
             for i in range(room):
                 rel[c, axis, i] = 0.0
-    k, piece = 0, 0
+    k, piece, part = 0, 0, 0
+    own = np.empty((SAME, 2 + 4 * (d + 1)))
+    own[:, 0] = np.nan
     for s in range(n):
         t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
         if s == 0 or body[s] != body[s - 1]:
-            piece = 0
+            piece, part = 0, 0
         while t0 < t1:
             while piece < m - 1 and knots[piece + 1] <= t0:
                 piece += 1
             stop = t1 if piece == m - 1 else min(t1, knots[piece + 1])
-            width, span = times[s, 1] - times[s, 0], knots[piece + 1] - knots[piece]
+            width = times[s, 1] - times[s, 0]
             a, b = (t0 - times[s, 0]) / width, (stop - times[s, 0]) / width
-            e, f = (t0 - knots[piece]) / span, (stop - knots[piece]) / span
             cut = a > 0.0 or b < 1.0
+            if own[part, 0] != t0 or own[part, 1] != stop:
+                own_part(knots, drift, gain, piece, t0, stop, own[part])
             for axis in range(d):
                 p0, p1, p2, p3 = points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis]
                 if cut:
                     p0, p1, p2, p3 = restrict(p0, p1, p2, p3, a, b)
-                q0, q1, q2, q3 = restrict(
-                    drift[piece, 0, axis], drift[piece, 1, axis], drift[piece, 2, axis], drift[piece, 3, axis], e, f
-                )
-                rel[0, axis, k], rel[1, axis, k] = p0 - q0, p1 - q1
-                rel[2, axis, k], rel[3, axis, k] = p2 - q2, p3 - q3
-            gains[0, k], gains[1, k], gains[2, k], gains[3, k] = restrict(
-                gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f
-            )
+                q = 6 + 4 * axis
+                rel[0, axis, k], rel[1, axis, k] = p0 - own[part, q], p1 - own[part, q + 1]
+                rel[2, axis, k], rel[3, axis, k] = p2 - own[part, q + 2], p3 - own[part, q + 3]
+            gains[0, k], gains[1, k], gains[2, k], gains[3, k] = own[part, 2], own[part, 3], own[part, 4], own[part, 5]
+            part = min(part + 1, SAME - 1)
             if turning:
                 for axis in range(2):
                     turned[0, axis, k], turned[1, axis, k], turned[2, axis, k], turned[3, axis, k] = restrict(
@@ -80,6 +84,20 @@ def relative_segments(
             k += 1
             t0 = stop
     return begin, end, rel, gains, around, widening, turned, who
+
+
+@kernel
+def own_part(knots: Array, drift: Array, gain: Array, piece: int, t0: float, stop: float, own: Array) -> None:
+    """What the robot itself does from t0 to stop, on one piece: these times, the gain and the drift, into `own`."""
+    span = knots[piece + 1] - knots[piece]
+    e, f = (t0 - knots[piece]) / span, (stop - knots[piece]) / span
+    own[0], own[1] = t0, stop
+    own[2], own[3], own[4], own[5] = restrict(gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f)
+    for axis in range(drift.shape[2]):
+        q = 6 + 4 * axis
+        own[q], own[q + 1], own[q + 2], own[q + 3] = restrict(
+            drift[piece, 0, axis], drift[piece, 1, axis], drift[piece, 2, axis], drift[piece, 3, axis], e, f
+        )
 
 
 @kernel
