@@ -8,9 +8,17 @@ LATE = np.multiply.accumulate(np.concatenate([[1e-3], np.full(424, 1.05)]))
 """[s] Times up to 1e6 between which the earliest one is sought."""
 
 
+NARROW = 5e-10
+"""[1] How near a root by secants is to the earliest arrival, as a share of it. Larger: more steps by halves are looked
+at. Smaller: more roots are not believed, and all steps are."""
+SECANTS = 6
+"""Steps; more than four are seldom needed."""
+
+
 @kernel
-def reaches(away: Array, v: Array, push: float, top: float, tolerance: float, t: float) -> bool:
-    """Whether a full push in one direction, then coasting, is within `tolerance` of the point at time t.
+def excess(away: Array, v: Array, push: float, top: float, tolerance: float, t: float) -> float:
+    """By how much [m^2/s^2] the square of the speed is too large after a full push in one direction that leads, with
+    coasting then, to within `tolerance` of the point at time t; inf if no push does, not positive if it arrives.
 
     For a given displacement the full push over the shortest time leaves the smallest change of velocity, so if
     it breaks the speed limit every other push does.
@@ -21,14 +29,39 @@ def reaches(away: Array, v: Array, push: float, top: float, tolerance: float, t:
         speed += v[axis] * v[axis]
     length = np.sqrt(square)
     if length <= tolerance:
-        return True
+        return -1.0
     need = (length - tolerance) / push
     if 2.0 * need > t * t:
-        return False
+        return np.inf
     hold = t - np.sqrt(t * t - 2.0 * need)
     for axis in range(len(away)):
         final += (v[axis] + (away[axis] - v[axis] * t) / length * push * hold) ** 2
-    return bool(final <= max(top * top, speed) * (1.0 + 1e-9))
+    return float(final - max(top * top, speed) * (1.0 + 1e-9))
+
+
+@kernel
+def by_secants(away: Array, v: Array, push: float, top: float, tolerance: float) -> float:
+    """About the earliest arrival where the speed limits it, or -1: nothing is promised of it."""
+    square, speed, along = 0.0, 0.0, 0.0
+    for axis in range(len(away)):
+        square += away[axis] * away[axis]
+        speed += v[axis] * v[axis]
+        along += away[axis] * v[axis]
+    along /= np.sqrt(square)
+    fast = max(top, np.sqrt(speed))
+    # Straight on at the largest speed, and what is lost until it points there.
+    turn = np.sqrt(max(fast * fast - 2.0 * fast * along + speed, 0.0)) / push
+    t = (np.sqrt(square) - tolerance) / fast + turn * (fast - along) / (2.0 * fast)
+    before, f = t, excess(away, v, push, top, tolerance, t)
+    t *= 1.0 + 1e-4
+    for _ in range(SECANTS):
+        g = excess(away, v, push, top, tolerance, t)
+        if not (np.isfinite(f) and np.isfinite(g)) or f == g:
+            return -1.0
+        t, before, f = t - g * (t - before) / (g - f), t, g
+        if abs(t - before) <= 0.1 * NARROW * t:
+            break
+    return float(t)
 
 
 @kernel
@@ -43,15 +76,27 @@ def earliest_arrival(away: Array, v: Array, push: float, top: float, tolerance: 
         return 0.0
     # On the way it is never faster than at its begin or end.
     least = (distance - tolerance) / max(top, np.sqrt(speed)) * (1.0 - 1e-6)
-    k = np.searchsorted(LATE, least)
-    while k < len(LATE) and not reaches(away, v, push, top, tolerance, LATE[k]):
+    first = k = np.searchsorted(LATE, least)
+    root = by_secants(away, v, push, top, tolerance)
+    never, surely = root * (1.0 - NARROW), root * (1.0 + NARROW)
+    while k < len(LATE) and LATE[k] < surely:
         k += 1
+    if not (
+        root > 0.0
+        and (k == first or LATE[k - 1] <= never)
+        and excess(away, v, push, top, tolerance, surely) <= 0.0
+        and excess(away, v, push, top, tolerance, never) > 0.0
+    ):
+        never, surely, k = -np.inf, np.inf, first
+        while k < len(LATE) and excess(away, v, push, top, tolerance, LATE[k]) > 0.0:
+            k += 1
     if k == len(LATE):
         return np.inf
     early, late = float(LATE[k] / 1.05), float(LATE[k])
     for _ in range(30):
         middle = 0.5 * (early + late)
-        if reaches(away, v, push, top, tolerance, middle):
+        # The root tells all but the last steps.
+        if middle >= surely or (middle > never and excess(away, v, push, top, tolerance, middle) <= 0.0):
             late = middle
         else:
             early = middle
