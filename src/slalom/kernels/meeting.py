@@ -1,10 +1,13 @@
 """The rule of the road for robots that will meet: see `detour`."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from slalom.kernels.compiled import Array, Flags, Indices, kernel
+from slalom.kernels.compiled import Array, Flags, Indices, Singles, Words, kernel
 from slalom.kernels.guide import Guide
 from slalom.kernels.images import apart
+from slalom.kernels.sieve import coarsen, listed, may_join, may_meet, room_for, side_by_side
 from slalom.kernels.way import free_cells, next_corner, straight
 
 CLOSE = 1.3
@@ -31,6 +34,18 @@ FRONTAL = 0.8
 """[1] The cosine of the angle from which they seem to come, at least. Smaller: also those that cross are passed."""
 PATIENCE = 1.0
 """[s] Who has waited for longer gives up going around."""
+
+
+class Others(NamedTuple):
+    """All robots as the sieve needs them, and room for its answers: see `sieve`."""
+
+    all_of: Array  # (6, n)
+    coarse: Singles  # (5, m)
+    origin: Array  # (3,) of the coarse places
+    off: tuple[float, float]
+    maybe: Flags  # (m,)
+    words: Words
+    which: Indices  # (n,)
 
 
 @kernel
@@ -66,49 +81,31 @@ def longer_ways(place: Array, goal: Array, centers: Array, radii: Array) -> Arra
 
 
 @kernel
-def side_by_side(guide: Guide) -> Array:
-    """Places, velocities and radii of all robots, (5, n); a radius of -inf for those that nobody meets.
-
-    Each in a row of its own, for loops that processors do several at a time.
-    """
-    n = len(guide.radius)
-    rows = np.empty((5, n))
-    for k in range(n):
-        rows[0, k], rows[1, k] = guide.position[k, 0], guide.position[k, 1]
-        rows[2, k], rows[3, k] = guide.velocity[k, 0], guide.velocity[k, 1]
-        rows[4, k] = guide.radius[k] if guide.present[k] else -np.inf
-    return rows
+def look_at(guide: Guide) -> Others:
+    """All robots, those that are not present as nobody who could be met."""
+    all_of = side_by_side(guide.position, guide.velocity, guide.radius, guide.present)
+    coarse, maybe, words, which = room_for(len(guide.radius))
+    origin = guide.position[0]
+    return Others(all_of, coarse, origin, coarsen(all_of, origin[0], origin[1], coarse), maybe, words, which)
 
 
 @kernel
-def about(i: int, guide: Guide, all_of: Array) -> None:
-    """Move all robots to those of their images that are nearest to robot i."""
+def about(i: int, guide: Guide, others: Others) -> Others:
+    """All robots at those of their images that are nearest to robot i."""
+    all_of, origin = others.all_of, guide.position[i]
     for k in range(len(guide.radius)):
         x, y = apart(i, k, guide)
-        all_of[0, k], all_of[1, k] = guide.position[i, 0] + x, guide.position[i, 1] + y
+        all_of[0, k], all_of[1, k] = origin[0] + x, origin[1] + y
+    off = coarsen(all_of, origin[0], origin[1], others.coarse)
+    return Others(all_of, others.coarse, origin, off, others.maybe, others.words, others.which)
 
 
 @kernel
-def may_meet(px: float, py: float, wx: float, wy: float, reach: float, end: float, all_of: Array, maybe: Flags) -> None:
-    """Whether each comes near before `end` [s] to a robot at p with velocity w, rounding apart: no division, no branch.
-
-    The square of the least distance is r^2 - (r m)^2 / m^2, for the relative place r and velocity m.
-    """
-    x, y, vx, vy, radius = all_of[0], all_of[1], all_of[2], all_of[3], all_of[4]
-    for k in range(len(maybe)):
-        rx, ry, mx, my = x[k] - px, y[k] - py, vx[k] - wx, vy[k] - wy
-        square, toward = mx * mx + my * my, -(rx * mx + ry * my)
-        far, touch = rx * rx + ry * ry, CLOSE * (reach + radius[k])
-        near = far * square - toward * toward <= touch * touch * square + 1e-9 * (far * square + 1.0)
-        maybe[k] = near & (toward > 0.0) & (toward <= end * max(square, 1e-9) * (1.0 + 1e-9)) & (radius[k] >= 0.0)
-
-
-@kernel
-def meetings(i: int, frontal: float, guide: Guide, all_of: Array, maybe: Flags, found: Array) -> int:
+def meetings(i: int, frontal: float, guide: Guide, others: Others, found: Array) -> int:
     """When and where robot i, straight to its goal at top speed, meets others at their present velocities.
 
     Rows (when, x, y, radius of the other) in the order of time into found; their number. Only those that it sees
-    come from ahead, the cosine of the angle at least `frontal`. all_of: see `side_by_side`.
+    come from ahead, the cosine of the angle at least `frontal`.
     """
     px, py = guide.position[i, 0], guide.position[i, 1]
     dx, dy = guide.corner[i, 0] - px, guide.corner[i, 1] - py
@@ -116,11 +113,13 @@ def meetings(i: int, frontal: float, guide: Guide, all_of: Array, maybe: Flags, 
     if distance < reach:
         return 0
     dx, dy = dx / distance, dy / distance
-    count = 0
-    may_meet(px, py, speed * dx, speed * dy, reach, 0.999 * distance / speed, all_of, maybe)
-    for k in range(len(maybe)):
+    count, end, all_of, at = 0, 0.999 * distance / speed, others.all_of, others.origin
+    vx, vy = speed * dx, speed * dy
+    may_meet(px - at[0], py - at[1], vx, vy, reach, end, CLOSE, others.coarse, others.off, others.maybe)
+    for j in range(listed(others.maybe, others.words, others.which)):
+        k = others.which[j]
         # Who has arrived is no meeting, however it moves about its place.
-        if not maybe[k] or k == i or guide.arrived[k]:
+        if k == i or guide.arrived[k]:
             continue
         rx, ry = all_of[0, k] - px, all_of[1, k] - py
         vx, vy = guide.velocity[k, 0], guide.velocity[k, 1]
@@ -128,7 +127,7 @@ def meetings(i: int, frontal: float, guide: Guide, all_of: Array, maybe: Flags, 
         square = max(mx * mx + my * my, 1e-9)
         when = -(rx * mx + ry * my) / square
         # Who comes by at the goal itself is waited for, not gone around.
-        if when <= 0.0 or when >= 0.999 * distance / speed:
+        if when <= 0.0 or when >= end:
             continue
         nx, ny = rx + when * mx, ry + when * my
         touch = reach + guide.radius[k]
@@ -142,8 +141,9 @@ def meetings(i: int, frontal: float, guide: Guide, all_of: Array, maybe: Flags, 
         found[count, 2] = py + when * speed * dy + 0.5 * ny
         found[count, 3] = guide.radius[k]
         count += 1
-    order = np.argsort(found[:count, 0])
-    found[:count] = found[:count][order]
+    if count > 1:
+        order = np.argsort(found[:count, 0])
+        found[:count] = found[:count][order]
     return count
 
 
@@ -184,28 +184,18 @@ def around(i: int, guide: Guide, ring: Array, place: Array) -> bool:
 
 
 @kernel
-def may_join(ring: Array, all_of: Array, maybe: Flags) -> None:
-    """Whether each is on the ring or on its way into it, rounding apart: no division, no branch."""
-    x, y, vx, vy, radius = all_of[0], all_of[1], all_of[2], all_of[3], all_of[4]
-    for k in range(len(maybe)):
-        tx, ty, size = ring[0] - x[k], ring[1] - y[k], (ring[2] + 2.0 * radius[k]) * (1.0 + 1e-9)
-        across, away, square = vx[k] * ty - vy[k] * tx, tx * tx + ty * ty, vx[k] * vx[k] + vy[k] * vy[k]
-        in_line = across * across <= size * size * max(square, 1e-18)
-        maybe[k] = (radius[k] >= 0.0) & (in_line | (away <= size * size))
-
-
-@kernel
-def members(i: int, guide: Guide, all_of: Array, maybe: Flags, ring: Array) -> int:
+def members(i: int, guide: Guide, others: Others, ring: Array) -> int:
     """Fit the ring to robot i and the robots that are on it or on their way into it: middle, radius, number."""
     count, x, y, reaches = 0, 0.0, 0.0, guide.radius[i]
-    largest = 0.0
-    may_join(ring, all_of, maybe)
-    for k in range(len(maybe)):
-        if not maybe[k] or k == i:
+    largest, all_of, at = 0.0, others.all_of, others.origin
+    may_join(ring, at[0], at[1], others.coarse, others.off[0], others.maybe)
+    for j in range(listed(others.maybe, others.words, others.which)):
+        k = others.which[j]
+        if k == i:
             continue
         tx, ty = ring[0] - all_of[0, k], ring[1] - all_of[1, k]
-        away, vx, vy = np.sqrt(tx * tx + ty * ty), guide.velocity[k, 0], guide.velocity[k, 1]
-        speed = max(np.sqrt(vx * vx + vy * vy), 1e-9)
+        away, vx, vy = np.sqrt(tx * tx + ty * ty), all_of[2, k], all_of[3, k]
+        speed = max(all_of[5, k], 1e-9)
         along, across = (tx * vx + ty * vy) / speed, abs(vx * ty - vy * tx) / speed
         size = ring[2] + 2.0 * guide.radius[k]
         if along > 0.0 and across < size:
@@ -232,8 +222,8 @@ def members(i: int, guide: Guide, all_of: Array, maybe: Flags, ring: Array) -> i
 @kernel
 def head_for(order: Indices, guide: Guide) -> None:
     """Where robots `order` head for: the next place on their way, or one beside the meetings that they are in for."""
-    n = len(guide.radius)
-    found, fresh, maybe, all_of = np.empty((n, 4)), np.zeros(4), np.empty(n, np.bool_), side_by_side(guide)
+    found, fresh = np.empty((len(guide.radius), 4)), np.zeros(4)
+    others = look_at(guide)
     for i in order:
         last = guide.corner[i, 0] == guide.goal[i, 0] and guide.corner[i, 1] == guide.goal[i, 1]
         guide.target[i], guide.halt[i] = guide.corner[i], guide.stop[i] and last
@@ -244,7 +234,7 @@ def head_for(order: Indices, guide: Guide) -> None:
             # Going around has led nowhere.
             ring[:] = 0.0
             continue
-        count = meetings(i, -1.0, guide, all_of, maybe, found)
+        count = meetings(i, -1.0, guide, others, found)
         if count > 0:
             ring_of(guide.radius[i], found, count, fresh)
             x, y = fresh[0] - guide.position[i, 0], fresh[1] - guide.position[i, 1]
@@ -252,7 +242,7 @@ def head_for(order: Indices, guide: Guide) -> None:
             if fresh[3] > ring[3] and (ring[2] > 0.0 or x * x + y * y > fresh[2] * fresh[2]):
                 ring[:] = fresh
         if ring[2] > 0.0:
-            if members(i, guide, all_of, maybe, ring) > 0 and around(i, guide, ring, guide.target[i]):
+            if members(i, guide, others, ring) > 0 and around(i, guide, ring, guide.target[i]):
                 guide.near[i], guide.halt[i] = 0.5, False
             else:
                 guide.target[i] = guide.corner[i]
@@ -263,11 +253,11 @@ def head_for(order: Indices, guide: Guide) -> None:
 def pass_right(guide: Guide) -> None:
     """Where the world repeats there are always more to come: all pass those that come towards them on the right."""
     n = len(guide.radius)
-    found, ring, maybe, all_of = np.empty((n, 4)), np.zeros(4), np.empty(n, np.bool_), side_by_side(guide)
+    found, ring, others = np.empty((n, 4)), np.zeros(4), look_at(guide)
     for i in range(n):
         guide.target[i] = guide.goal[i]
-        about(i, guide, all_of)
-        if meetings(i, FRONTAL, guide, all_of, maybe, found) > 0 and found[0, 0] < SOON:
+        others = about(i, guide, others)
+        if meetings(i, FRONTAL, guide, others, found) > 0 and found[0, 0] < SOON:
             ring_of(guide.radius[i], found, 1, ring)
             around(i, guide, ring, guide.target[i])
 
