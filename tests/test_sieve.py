@@ -14,7 +14,7 @@ def crowd(n, size, seed, far=0.0, slow=(0.2, 0.2, 0.3, 0.1, 0.1, 0.1)):
     """n robots in a square of `size` [m] about (far, -far), some at rest, some gone: rows, the origin, the sieve."""
     rng = np.random.default_rng(seed)
     position, velocity = np.zeros((n, 3)), np.zeros((n, 3))
-    position[:, :2] = rng.uniform(-0.5 * size, 0.5 * size, (n, 2)) + [far, -far]
+    position[:, :2] = rng.uniform(-0.5 * size, 0.5 * size, (n, 2)) + np.array([far, -far])
     # Some rest, and some by rounding only.
     velocity[:, :2] = rng.uniform(-2.0, 2.0, (n, 2)) * rng.choice([1.0, 1.0, 1.0, 0.0, 1e-17, 1e-25], (n, 1), p=slow)
     present = rng.random(n) < 0.9

@@ -194,15 +194,14 @@ def members(i: int, guide: Guide, others: Others, ring: Array) -> int:
         if k == i:
             continue
         tx, ty = ring[0] - all_of[0, k], ring[1] - all_of[1, k]
-        away, vx, vy = np.sqrt(tx * tx + ty * ty), all_of[2, k], all_of[3, k]
-        speed = max(all_of[5, k], 1e-9)
+        vx, vy, speed = all_of[2, k], all_of[3, k], max(all_of[5, k], 1e-9)
         along, across = (tx * vx + ty * vy) / speed, abs(vx * ty - vy * tx) / speed
         size = ring[2] + 2.0 * guide.radius[k]
         if along > 0.0 and across < size:
             count += 1
             x += all_of[0, k] + along * vx / speed
             y += all_of[1, k] + along * vy / speed
-        elif away < size and speed > 0.1 * guide.top[k]:
+        elif np.sqrt(tx * tx + ty * ty) < size and speed > 0.1 * guide.top[k]:
             count += 1
             x += all_of[0, k]
             y += all_of[1, k]
