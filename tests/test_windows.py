@@ -82,15 +82,14 @@ def test_who_is_left_out_stays_away(name, scenario, settings):
     some, terms = crew.looked
     fleet, answers = crew.fleet, crew.answers
     seen = kernels.look_around(some, fleet, answers, terms)
-    middle, spread = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
     place, speed, left = np.empty(3), np.empty(3), 0
     for i in some:
         everybody = np.delete(np.arange(len(fleet.radius)), i)
         near = in_reach(i, everybody, fleet, terms)
         np.testing.assert_array_equal(np.sort(in_reach(i, around(i, fleet, seen), fleet, terms)), near)
-        met = np.sort(who_is_met(i, around(i, fleet, seen), fleet, answers, terms))
-        np.testing.assert_array_equal(who_is_met(i, everybody, fleet, answers, terms), met)
-        reachable(i, fleet, answers, terms, middle, spread)
+        met = np.sort(who_is_met(i, around(i, fleet, seen), seen, fleet, terms))
+        np.testing.assert_array_equal(who_is_met(i, everybody, seen, fleet, terms), met)
+        middle, spread = seen.middle[i], seen.spread[i]
         for k in np.setdiff1d(everybody, met):
             left += 1
             touch = fleet.radius[i] + fleet.radius[k] + terms.margin

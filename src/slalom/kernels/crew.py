@@ -39,7 +39,8 @@ def preferred(
 ) -> None:
     """The control of response r whose velocity, once it has settled, is the wished one, turned by `angle`; into u."""
     d, after = terms.dimension, answers.settled[r]
-    place, velocity, wanted = np.empty(d), np.empty(d), np.empty(d)
+    room = np.empty((3, d))
+    place, velocity, wanted = room[0], room[1], room[2]
     for axis in range(d):
         velocity[axis] = fleet.velocity[i, axis]
         # Where the robot will be then; a way that is turned off is turned off from where it is.
@@ -79,7 +80,8 @@ def cost_of(
 ) -> float:
     """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
     d = terms.dimension
-    place, speed, wanted = np.empty(d), np.empty(d), np.empty(d)
+    room = np.empty((4, d))
+    place, speed, wanted, left = room[0], room[1], room[2], room[3]
     away, fast = 0.0, fleet.top[i]
     for axis in range(d):
         away += (goal[axis] - fleet.position[i, axis]) ** 2
@@ -91,7 +93,9 @@ def cost_of(
             if arrives(place, speed, goal, stop, tolerance):
                 return until * step / 8.0
     place_at(begin, points, terms.now + until, place, speed)
-    cost = until + time_to_go(goal[:d] - place, speed, fleet.most[i], fleet.top[i], tolerance, stop, wanted)
+    for axis in range(d):
+        left[axis] = goal[axis] - place[axis]
+    cost = until + time_to_go(left, speed, fleet.most[i], fleet.top[i], tolerance, stop, wanted)
     if d == 2 and len(terms.angles) > 0:
         longer = 0.0
         for k in near:
@@ -208,7 +212,7 @@ def best_of(
 def decide(i: int, seen: Survey, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
     """The decision of robot i: its outcome. What it commits to goes into `fleet`."""
     near = in_reach(i, around(i, fleet, seen), fleet, terms)
-    rows, overlaps = gather(i, who_is_met(i, near, fleet, answers, terms), fleet, world, terms)
+    rows, overlaps = gather(i, who_is_met(i, near, seen, fleet, terms), fleet, world, terms)
     if overlaps:
         return ASK
     best_u = np.zeros(3)

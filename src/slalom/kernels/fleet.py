@@ -99,8 +99,9 @@ def meeting(
             partner[s] = rows.partner[body[s]]
         for c in range(4):
             for axis in range(d):
+                by = own[axis]
                 for s in range(n):
-                    points[c, axis, s] += gains[c, s] * own[axis] * rest if partner[s] else 0.0
+                    points[c, axis, s] += gains[c, s] * by * rest if partner[s] else 0.0
             for s in range(n):
                 gains[c, s] = gains[c, s] / terms.share if partner[s] else gains[c, s]
     limits = limits_of(i, r, fleet, answers, terms)

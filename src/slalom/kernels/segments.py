@@ -42,9 +42,10 @@ def relative_segments(
     n, m, d = len(times), len(drift), points.shape[2]
     turning = len(turns) > 0
     room = number_of(times, body, knots, m, horizon)
-    begin, end = np.empty(room), np.empty(room)
+    lines = np.empty((4, room))
+    begin, end, around, widening = lines[0], lines[1], lines[2], lines[3]
     rel, gains, turned = np.empty((4, 3, room)), np.empty((4, room)), np.empty((4, 2, room if turning else 0))
-    around, widening, who = np.empty(room), np.empty(room), np.empty(room, np.int64)
+    who = np.empty(room, np.int64)
     for c in range(4):
         for axis in range(d, 3):
             for i in range(room):

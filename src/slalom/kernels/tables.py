@@ -69,13 +69,15 @@ class Fleet(NamedTuple):
 
 
 class Survey(NamedTuple):
-    """Robots sorted into cells; who is not in a cell about one's own cannot be met."""
+    """Robots sorted into cells; who is not in a cell about one's own cannot be met. And what each of them may do."""
 
     low: Array  # (d,) the corner of the first cell
     width: Array  # (d,)
     counts: Indices  # (d,)
     first: Indices  # (cells + 1,) in cell c are the members first[c] to first[c + 1]
     member: Indices  # (n,)
+    middle: Array  # (n, WINDOWS, 3) balls that hold all that each of those who decide may do during windows
+    spread: Array  # (n, WINDOWS) their radii
 
 
 class World(NamedTuple):

@@ -119,7 +119,7 @@ def farthest(place: Array, middle: Array, spread: Array) -> float:
 def survey(order: Indices, fleet: Fleet, answers: Answers, terms: Terms) -> Survey:
     """All robots in cells, so wide that none of those in `order` can meet one that is not in a cell about its own."""
     n, d = len(fleet.radius), terms.dimension
-    middle, spread = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
+    middle, spread = np.empty((n, WINDOWS, 3)), np.empty((n, WINDOWS))
     own, other, size, speed = 0.0, 0.0, 0.0, 0.0
     low, high = np.full(d, np.inf), np.full(d, -np.inf)
     for k in range(n):
@@ -131,8 +131,8 @@ def survey(order: Indices, fleet: Fleet, answers: Answers, terms: Terms) -> Surv
             low[axis] = min(low[axis], fleet.position[k, axis])
             high[axis] = max(high[axis], fleet.position[k, axis])
     for i in order:
-        reachable(i, fleet, answers, terms, middle, spread)
-        own = max(own, farthest(fleet.position[i], middle, spread))
+        reachable(i, fleet, answers, terms, middle[i], spread[i])
+        own = max(own, farthest(fleet.position[i], middle[i], spread[i]))
     # In shared mode what a robot decides is seen at once: all that it may do counts as seen. Straight ways at top
     # speed count for the costs.
     far = max(own + max(own, other), 2.0 * speed * terms.horizon) + 2.0 * size + terms.margin
@@ -157,7 +157,7 @@ def survey(order: Indices, fleet: Fleet, answers: Answers, terms: Terms) -> Surv
         if fleet.present[k]:
             member[free[cell[k]]] = k
             free[cell[k]] += 1
-    return Survey(low, width, counts, first, member)
+    return Survey(low, width, counts, first, member, middle, spread)
 
 
 @kernel
@@ -195,10 +195,9 @@ def around(i: int, fleet: Fleet, seen: Survey) -> Indices:
 
 
 @kernel
-def who_is_met(i: int, near: Indices, fleet: Fleet, answers: Answers, terms: Terms) -> Indices:
+def who_is_met(i: int, near: Indices, seen: Survey, fleet: Fleet, terms: Terms) -> Indices:
     """Those of the robots `near` that robot i may come nearer to than the margin within the horizon."""
-    middle, spread = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
-    reachable(i, fleet, answers, terms, middle, spread)
+    middle, spread = seen.middle[i], seen.spread[i]
     met, count = np.empty(len(near), np.int64), 0
     # Without slices and calls: this is asked of all that are near.
     theirs, wide = fleet.middle, fleet.spread
