@@ -5,7 +5,7 @@ import pytest
 
 from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
 from slalom.kernels.meeting import around, head_for, ring_of
-from slalom.kernels.way import THROUGH, WALL, free_cells, next_corner, sees, way_lengths
+from slalom.kernels.way import THROUGH, WALL, downhill, free_cells, next_corner, off_walls, sees, way_lengths
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.guidance import Guidance
@@ -44,14 +44,38 @@ class TestWays:
                             other = (x + a // 2, y + b) if abs(a) == 2 else (x + a, y + b // 2)
                             each = max(each, cost[middle], cost[other])
                         slow[x, y] = min(slow[x, y], slow[u, v] + np.hypot(a, b) * each)
-        found = way_lengths(cost, *goal, -1, -1)
+        found, most = way_lengths(cost, *goal, -1, -1, np.inf)
         assert all(found[cell] == pytest.approx(slow[cell]) for cell in cells)
+        assert most == np.inf
+
+    @pytest.mark.parametrize("seed", range(30))
+    def test_few_cells_tell_the_same_way_as_all(self, seed):
+        """On maps with discs and walls; where they do not, it says so."""
+        rng, n = np.random.default_rng(seed), 60
+        x, y = np.indices((n, n))
+        cost = np.ones((n, n))
+        for _ in range(12):
+            a, b, r = rng.integers(0, n), rng.integers(0, n), rng.uniform(1.0, 6.0)
+            cost[(x - a) ** 2 + (y - b) ** 2 < r * r] = THROUGH
+        for _ in range(4):
+            a, b = rng.integers(0, n - 30, 2)
+            cost[a : a + 30, b] = WALL
+        ends = rng.integers(0, n, 4)
+        few, most = way_lengths(cost, *ends, 6.0)
+        every, _ = way_lengths(cost, *ends, np.inf)
+        known = every + np.hypot(x - ends[2], y - ends[3]) <= most
+        np.testing.assert_array_equal(few[known], every[known])
+        assert np.all(few >= every)
+        assert np.isfinite(few).sum() < np.isfinite(every).sum()
+        whole, path = downhill(every, *ends[2:], np.inf), downhill(few, *ends[2:], most)
+        assert path == whole or not path
+        assert whole[-1] == tuple(ends[:2])
 
     def test_robots_that_have_arrived_and_walls_are_gone_around(self):
         clearance = np.full((41, 41), np.inf)
         clearance[20, 10:] = 0.0
         grid, places = np.array([0.0, 0.0, 0.1]), np.array([(1.0, 1.0, 0.0), (2.7, 3.0, 0.0)])
-        cost = free_cells(grid, clearance, 0.2, places, np.array([0.2, 0.3]), np.array([1]), 0)
+        cost = free_cells(grid, off_walls(grid, clearance, 0.2), 0.2, places, np.array([0.2, 0.3]), np.array([1]), 0)
         assert cost[20, 30] == WALL
         assert cost[27, 30] == cost[31, 30] == THROUGH
         assert cost[27, 36] == cost[10, 10] == 1.0

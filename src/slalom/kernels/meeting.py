@@ -8,7 +8,7 @@ from slalom.kernels.compiled import Array, Flags, Indices, Singles, Words, kerne
 from slalom.kernels.guide import Guide
 from slalom.kernels.images import apart
 from slalom.kernels.sieve import coarsen, listed, may_join, may_meet, room_for, side_by_side
-from slalom.kernels.way import free_cells, next_corner, straight
+from slalom.kernels.way import free_cells, next_corner, off_walls, straight
 
 CLOSE = 1.3
 """[1] Robots meet if they would come nearer to each other than this many times the sum of their radii."""
@@ -264,12 +264,16 @@ def pass_right(guide: Guide) -> None:
 @kernel
 def find_corners(guide: Guide, grid: Array, clearance: Array, margin: float, parked: Indices, due: Indices) -> None:
     """The next place on the way of each robot in `due`."""
+    walls, of = np.empty((0, 0)), np.nan
     for i in due:
         reach = guide.radius[i] + margin
         if straight(grid, clearance, reach, guide.position, guide.radius, parked, i, guide.goal[i]):
             guide.corner[i] = guide.goal[i]
             continue
-        cost = free_cells(grid, clearance, reach, guide.position, guide.radius, parked, i)
+        if reach != of:
+            # One for all robots of a size.
+            walls, of = off_walls(grid, clearance, reach), reach
+        cost = free_cells(grid, walls, reach, guide.position, guide.radius, parked, i)
         guide.corner[i] = guide.goal[i]
         next_corner(
             grid, cost, guide.position[i, 0], guide.position[i, 1], guide.goal[i, 0], guide.goal[i, 1], guide.corner[i]

@@ -9,18 +9,31 @@ from slalom.kernels.compiled import Array, Indices, kernel
 NARROW, THROUGH, WALL = 3.0, 8.0, 1e4
 """How many times longer a cell counts that may or may not be free for its width, where a robot stands, which may be
 asked aside, or at a wall."""
+KNIGHT, AROUND = 5.0**0.5, 6.0
+"""[cells] The longest move; and how much longer than the shortest way those are whose cells are looked at. More: more
+cells. Less: more often all cells are looked at."""
 
 
 @kernel
-def free_cells(
-    grid: Array, clearance: Array, reach: float, places: Array, radii: Array, parked: Indices, i: int
-) -> Array:
-    """What one metre costs in each cell for a robot i of radius `reach` (margin included): 1 where it is free.
+def off_walls(grid: Array, clearance: Array, reach: float) -> Array:
+    """What one metre costs in each cell for a robot of radius `reach` (margin included): 1 where it is free of walls.
 
     grid: x, y of cell (0, 0), and the width of a cell. clearance (nx, ny) to walls.
     """
     nx, ny = clearance.shape
-    cost = np.where(clearance < reach, np.where(clearance < reach - 0.7 * grid[2], WALL, NARROW), 1.0)
+    cost = np.empty((nx, ny))
+    for a in range(nx):
+        for b in range(ny):
+            gap = clearance[a, b]
+            cost[a, b] = (WALL if gap < reach - 0.7 * grid[2] else NARROW) if gap < reach else 1.0
+    return cost
+
+
+@kernel
+def free_cells(grid: Array, walls: Array, reach: float, places: Array, radii: Array, parked: Indices, i: int) -> Array:
+    """The same for robot i, off those that are parked too; walls: of `off_walls`."""
+    cost = walls.copy()
+    nx, ny = cost.shape
     for k in parked:
         if k == i:
             continue
@@ -41,19 +54,32 @@ def cell_of(grid: Array, shape: tuple[int, int], x: float, y: float) -> tuple[in
 
 
 @kernel
-def way_lengths(cost: Array, a: int, b: int, c: int, d: int) -> Array:
-    """Lengths of the ways from each cell to (a, b), in cells, as far as needed for those from (c, d)."""
+def apart(x: int, y: int, c: int, d: int) -> float:
+    """Between two cells, in cells."""
+    return float(np.sqrt((x - c) * (x - c) + (y - d) * (y - d)))
+
+
+@kernel
+def way_lengths(cost: Array, a: int, b: int, c: int, d: int, around: float) -> tuple[Array, float]:
+    """Lengths of the ways from each cell to (a, b), in cells; and how long the way from (c, d) by way of a cell may be
+    at most for its length to be known: as long as the shortest one and `around` more.
+
+    A* from (a, b), since no cell costs less than 1.
+    """
     nx, ny = cost.shape
-    length = np.full((nx, ny), np.inf)
+    length, most = np.full((nx, ny), np.inf), np.inf
     length[a, b] = 0.0
-    heap = [(0.0, a * ny + b)]
+    heap = [(apart(a, b, c, d), a * ny + b)]
     while len(heap) > 0:
-        here, code = heapq.heappop(heap)
+        through, code = heapq.heappop(heap)
         x, y = code // ny, code % ny
-        if here > length[x, y]:
+        here = length[x, y]
+        if through > most:
+            break
+        if through > here + apart(x, y, c, d):
             continue
         if x == c and y == d:
-            break
+            most = here + around
         for ex in range(-2, 3):
             for ey in range(-2, 3):
                 # Moves of a knight too: ways in 16 directions.
@@ -70,8 +96,31 @@ def way_lengths(cost: Array, a: int, b: int, c: int, d: int) -> Array:
                 step = np.sqrt(ex * ex + ey * ey) * each
                 if here + step < length[u, v]:
                     length[u, v] = here + step
-                    heapq.heappush(heap, (here + step, u * ny + v))
-    return length
+                    heapq.heappush(heap, (here + step + apart(u, v, c, d), u * ny + v))
+    return length, most
+
+
+@kernel
+def downhill(length: Array, c: int, d: int, most: float) -> list[tuple[int, int]]:
+    """The cells on the way from (c, d) to where the length is 0; none if it comes to where lengths are not known."""
+    at, path = (c, d), [(c, d)]
+    while length[c, d] > 0.0 and len(path) < 4096:
+        if length[c, d] + apart(c, d, at[0], at[1]) + KNIGHT > most:
+            path.clear()
+            break
+        best, e, f = length[c, d], c, d
+        for ex in range(-2, 3):
+            for ey in range(-2, 3):
+                if (abs(ex) == 2 and abs(ey) != 1) or (abs(ey) == 2 and abs(ex) != 1):
+                    continue
+                u, v = c + ex, d + ey
+                if u >= 0 and v >= 0 and u < length.shape[0] and v < length.shape[1] and length[u, v] < best:
+                    best, e, f = length[u, v], u, v
+        if e == c and f == d:
+            break
+        c, d = e, f
+        path.append((c, d))
+    return path
 
 
 @kernel
@@ -146,22 +195,12 @@ def next_corner(grid: Array, cost: Array, px: float, py: float, gx: float, gy: f
         return False
     a, b = cell_of(grid, shape, gx, gy)
     c, d = cell_of(grid, shape, px, py)
-    length = way_lengths(cost, a, b, c, d)
-    ny = shape[1]
-    path = [(c, d)]
-    while (c != a or d != b) and len(path) < 4096:
-        best, e, f = length[c, d], c, d
-        for ex in range(-2, 3):
-            for ey in range(-2, 3):
-                if (abs(ex) == 2 and abs(ey) != 1) or (abs(ey) == 2 and abs(ex) != 1):
-                    continue
-                u, v = c + ex, d + ey
-                if u >= 0 and v >= 0 and u < shape[0] and v < ny and length[u, v] < best:
-                    best, e, f = length[u, v], u, v
-        if e == c and f == d:
-            break
-        c, d = e, f
-        path.append((c, d))
+    # Few cells besides those on the way are needed; all of them where that was too few.
+    length, most = way_lengths(cost, a, b, c, d, AROUND)
+    path = downhill(length, c, d, most)
+    if len(path) == 0:
+        length, most = way_lengths(cost, a, b, c, d, np.inf)
+        path = downhill(length, c, d, most)
     chosen = min(len(path) - 1, 2)
     for k in range(len(path) - 1, chosen, -1):
         if sees(cost, x0, y0, float(path[k][0]), float(path[k][1])):
