@@ -1,6 +1,6 @@
 """Does memory grow, does a step get slower: over many decisions of one robot, and over many steps of a fleet.
 
-usage: python benchmarks/memory.py [--decisions 2000] [--robots 100] [--seconds 60] [--many 3000] [--steps 60] [--quick]
+usage: python benchmarks/memory.py [--decisions 6000] [--robots 100] [--seconds 60] [--many 3000] [--steps 60] [--quick]
                                    [--out FOLDER]
 
 One robot decides again and again among 30 cars; nothing is recorded, so nothing may stay. A fleet's run is recorded as
@@ -172,7 +172,7 @@ def measure(decisions: int, robots: int, seconds: float, many: int, steps: int) 
 def main() -> None:
     """Measure, print, write."""
     parser = options(__doc__)
-    parser.add_argument("--decisions", type=int, default=2000)
+    parser.add_argument("--decisions", type=int, default=6000)
     parser.add_argument("--robots", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--many", type=int, default=3000)

@@ -15,13 +15,10 @@ from slalom.sim.guidance import Guidance
 class Watched(Crew):
     """A crew that keeps what it looked at."""
 
-    def _at_once(self, some, world, terms):
-        self.looked = some, terms
-        return super()._at_once(some, world, terms)
-
-    def _one_by_one(self, some, world, terms):
-        self.looked = some, terms
-        return super()._one_by_one(some, world, terms)
+    def _turns(self, due, terms):
+        for some, usual in super()._turns(due, terms):
+            self.looked = some, usual
+            yield some, usual
 
 
 CREWS = [

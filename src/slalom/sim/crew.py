@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
 from time import perf_counter
 
 import numpy as np
@@ -21,9 +20,9 @@ from slalom.response import AccelerateThenBrake
 from slalom.shape import Ball, Disc
 from slalom.sim.among import first_manoeuvre, margin_among
 from slalom.sim.crew_tables import curve, outlook, tabulated
+from slalom.sim.deciding import Tables, at_once, one_by_one
 from slalom.sim.guidance import Guidance
 from slalom.sim.images import displaced, images_about, in_box, to_nearest
-from slalom.sim.parts import in_parts
 from slalom.sim.post import Post, post_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.sim.watch import watch_of
@@ -38,8 +37,6 @@ OUTCOMES = (
 """What the kernel's numbers mean; it knows nothing of the last."""
 WAIT, ASK = 5, -1
 """The numbers of a robot that may not decide, and of one that the kernel has no answer for: it asks its navigator."""
-FEWEST = 20
-"""Robots that are worth a thread."""
 OUTLOOK = 10.0
 """[1] Forecasts of robots are tables over so many horizons: sight is seldom older."""
 
@@ -118,44 +115,16 @@ class Crew:
         )  # fmt: skip
         self.fleet.push[:] = self.guidance.push
         everywhere, outcomes = self._world(now), {}
+        all_decide = one_by_one if self.method.shared else at_once
         for together, terms in self._turns(due, usual):
             for some, world in self._among_images(together, everywhere):
-                if self.method.shared:
-                    outcomes.update(self._one_by_one(some, world, terms))
-                else:
-                    outcomes.update(self._at_once(some, world, terms))
+                tables = Tables(self.fleet, world, self.answers, terms)
+                outcomes.update(all_decide(some, tables, lambda k: self._ask(k, now).outcome.name, self.threads))
         for k in order:
             if self.fleet.outcome[k] != ASK:
                 outcomes[k] = OUTCOMES[self.fleet.outcome[k]].name
         spent = (perf_counter() - before) / max(len(order), 1)
         return outcomes, dict.fromkeys(order, spent)
-
-    def _one_by_one(self, some: Indices, world: World, terms: Terms) -> dict[int, str]:
-        """Each sees what those before it have decided. The outcomes of robots that asked their navigators."""
-        outcomes, done = {}, 0
-        while done < len(some):
-            seen = kernels.look_around(some[done:], self.fleet, self.answers, terms)
-            done += kernels.decide_all(some[done:], seen, self.fleet, world, self.answers, terms)
-            if done < len(some):
-                k = int(some[done])
-                outcomes[k] = self._ask(k, terms.now).outcome.name
-                done += 1
-        return outcomes
-
-    def _at_once(self, some: Indices, world: World, terms: Terms) -> dict[int, str]:
-        """All see the same, whoever decides first: in threads, with the same bits in any number of them."""
-        seen = kernels.look_around(some, self.fleet, self.answers, terms)
-
-        def asking(part: Indices) -> list[int]:
-            found, done = [], 0
-            while done < len(part):
-                done += kernels.decide_all(part[done:], seen, self.fleet, world, self.answers, terms)
-                found += part[done : done + 1].tolist()
-                done += 1
-            return found
-
-        who = chain.from_iterable(in_parts(asking, some, self.threads, FEWEST))
-        return {k: self._ask(k, terms.now).outcome.name for k in who}
 
     def _turns(self, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:
         """Those who decide one after the other from the same knowledge of the others, which is in `fleet` then."""

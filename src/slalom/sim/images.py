@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
+from slalom.kernels.tables import Indices
 from slalom.obstacle import Obstacle
 from slalom.path import Path
 from slalom.tolerances import INTERPOLATION
 from slalom.trajectory import Stationary, Trajectory
 
 Period = tuple[float, ...]
-Indices = npt.NDArray[np.int64]
 
 
 def refuse_no_period(period: Period, dimension: int, wide: float) -> None:

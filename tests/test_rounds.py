@@ -1,0 +1,88 @@
+"""Robots that decide at the same time decide what they would have one after the other."""
+
+import numpy as np
+import pytest
+
+from slalom import METHODS, kernels
+from slalom.sim import deciding, gallery, simulate
+from slalom.sim.crew import Crew
+from slalom.sim.deciding import Tables, one_by_one
+from slalom.sim.guidance import Guidance
+
+
+class Looking(Crew):
+    """A crew that keeps what it decides from."""
+
+    def _turns(self, due, terms):
+        for some, usual in super()._turns(due, terms):
+            self.tables = Tables(self.fleet, self._world(0.0), self.answers, usual)
+            yield some, usual
+
+
+def tables(robots: int, side: float) -> Tables:
+    """What robots at their starts decide from."""
+    built = gallery.build("random_goals", {"robots": robots, "side": side})
+    crew = Looking(built, METHODS["nao_shared"], Guidance(built), threads=1)
+    crew.decide(range(robots), 0.0)
+    return crew.tables
+
+
+def near(order, seen, fleet):
+    """Which robots of an order are in neighbouring cells of the survey: all pairs."""
+    cell = np.floor((fleet.position[order, : len(seen.counts)] - seen.low) / seen.width).astype(int)
+    cell = np.clip(cell, 0, seen.counts - 1)
+    return (abs(cell[:, None] - cell[None]) <= 1).all(axis=2)
+
+
+@pytest.mark.parametrize(("robots", "side"), [(400, 900.0), (150, 60.0), (30, 10.0)])
+def test_rounds_keep_the_order_of_those_that_could_meet(robots, side):
+    found, order = tables(robots, side), np.random.default_rng(1).permutation(robots)
+    seen = kernels.look_around(order, found.fleet, found.answers, found.terms)
+    turn = kernels.rounds(order, seen, found.fleet)
+    earlier = np.tri(robots, k=-1, dtype=bool)
+    before = np.where(near(order, seen, found.fleet) & earlier, turn[None], -1).max(axis=1)
+    np.testing.assert_array_equal(turn, before + 1)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("share", [0.0, 0.02, 1.0])
+def test_who_has_to_ask_is_waited_for(share, threads, monkeypatch):
+    """Everybody decides or asks, once, and after all those before it in the order that it could meet."""
+    found, rng, made = tables(400, 900.0), np.random.default_rng(2), []
+    order, lost = rng.permutation(400), rng.random(400) < share
+
+    def decide_all(part, *_):
+        for n, k in enumerate(part):
+            if lost[k]:
+                return n
+            made.append(int(k))
+        return len(part)
+
+    monkeypatch.setattr(kernels, "decide_all", decide_all)
+    asked = one_by_one(order, found, lambda k: made.append(k) or f"asked {k}", threads)
+    assert sorted(made) == list(range(400))
+    assert asked == {k: f"asked {k}" for k in np.flatnonzero(lost).tolist()}
+    seen = kernels.look_around(order, found.fleet, found.answers, found.terms)
+    when = np.argsort(made)[order]
+    earlier = np.tri(400, k=-1, dtype=bool)
+    first, second = np.nonzero(near(order, seen, found.fleet) & earlier)
+    assert np.all(when[first] > when[second])
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_rounds_have_the_bits_of_one_after_the_other(threads, monkeypatch):
+    built = gallery.build("random_goals", {"robots": 400, "side": 900.0, "duration": 4.0})
+    counted = []
+    original = deciding._in_rounds
+
+    def in_rounds(*arguments):
+        counted.append(1)
+        return original(*arguments)
+
+    monkeypatch.setattr(deciding, "_in_rounds", in_rounds)
+    together = simulate(built, METHODS["nao_shared"], threads=threads)
+    assert len(counted) >= 40
+    monkeypatch.setattr(deciding, "FEWEST", 10**6)
+    alone = simulate(built, METHODS["nao_shared"], threads=1)
+    assert np.array_equal(together.positions, alone.positions)
+    assert together.outcomes == alone.outcomes
