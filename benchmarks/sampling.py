@@ -23,6 +23,8 @@ from slalom.tolerances import CANDIDATES, CERTIFIED, CONTACT, ELEMENTS
 CONTROLS, TIMES = 500, np.linspace(0.1, HORIZON, 60)
 GAIN = np.where(TIMES < HOLD, 0.5 * TIMES**2, HOLD * (TIMES - 0.5 * HOLD))
 WHOLE = "sampling, all distances at once"
+OFTEN = 40
+"""Calls of what takes microseconds: as long in all as a few of what takes milliseconds."""
 
 
 def controls(task: Task) -> np.ndarray:
@@ -123,10 +125,10 @@ def times(tasks: list[Task], samplers: dict[str, Sampler], look: Callable[[Task]
             new = ControlObstacle(b.response, b.state, traffic, b.robot, b.margin)
             return select(task.preferred, task.situation.admissible, new)
 
-        note("slalom", decided, 7)
-        note("slalom, choice alone", lambda: select(wish, allowed, task.blocked), 7)  # noqa: B023
-        note("slalom, kernel of the choice", kernel(task), 7)
-        note("slalom, with the obstacles' futures", whole, 5)
+        note("slalom", decided, OFTEN)
+        note("slalom, choice alone", lambda: select(wish, allowed, task.blocked), OFTEN)  # noqa: B023
+        note("slalom, kernel of the choice", kernel(task), OFTEN)
+        note("slalom, with the obstacles' futures", whole, OFTEN)
         for name, sampler in samplers.items():
             note(name, lambda f=sampler: best(task, f, tried, places), 3)  # type: ignore[misc]  # noqa: B023
         note("the samplers' futures of the obstacles", lambda: look(task), 3)  # noqa: B023
