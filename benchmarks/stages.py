@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from machine import microseconds
-from program import finish, options, table
+from program import finish, options, table, target
 from tasks import HORIZON, Task, families
 
 from slalom import ControlObstacle, Traffic, kernels, select
@@ -98,7 +98,15 @@ def measure(scenes: int, repeat: int) -> dict[str, Any]:
         "question": "Where the time of one decision goes",
         "parameters": {"scenes": scenes, "obstacles": 30, "horizon_s": HORIZON, "response": "accelerate, then coast"},
         "tables": [table("Stages of one decision, before and after", heads, rows)],
-        "targets": [],
+        "targets": [
+            target(f"the exact choice over one pass of the chord test, {family}, {what}", us / passes, most=most)
+            for family, each in result.items()
+            for passes in [each["median_us"][ONE_PASS]]
+            for what, us, most in (
+                ("median", each["median_us"][KERNEL], 3.0),
+                ("99 %", each["p99_us"][KERNEL], 10.0),
+            )
+        ],
         "results": result,
     }
 
