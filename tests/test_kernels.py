@@ -4,10 +4,12 @@ import heapq
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from slalom import kernels
 from slalom.kernels import compiled
 from slalom.kernels.queue import new_queue, put, take
 
@@ -32,6 +34,12 @@ def test_the_queue_is_that_of_heapq(seed):
     while expected:
         assert take(queue) == heapq.heappop(expected)[1]
     assert take(queue) == 0
+
+
+def test_no_kernel_has_the_name_of_a_module():
+    """Whoever imports the module first would find it in place of the kernel."""
+    modules = {path.stem for path in Path(kernels.__file__).parent.glob("*.py")}
+    assert not modules & set(kernels.__all__)
 
 
 def halved(x: float) -> float:

@@ -38,7 +38,7 @@ def near(order, seen, fleet):
 def test_rounds_keep_the_order_of_those_that_could_meet(robots, side):
     found, order = tables(robots, side), np.random.default_rng(1).permutation(robots)
     seen = kernels.look_around(order, found.fleet, found.answers, found.terms)
-    turn = kernels.rounds(order, seen, found.fleet)
+    turn = kernels.round_of(order, seen, found.fleet)
     earlier = np.tri(robots, k=-1, dtype=bool)
     before = np.where(near(order, seen, found.fleet) & earlier, turn[None], -1).max(axis=1)
     np.testing.assert_array_equal(turn, before + 1)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from slalom.kernels.many import choose_many
     from slalom.kernels.meeting import find_corners, head_for, longer_ways, pass_right
     from slalom.kernels.now import distances_now
-    from slalom.kernels.rounds import rounds
+    from slalom.kernels.rounds import round_of
     from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_stop
     from slalom.kernels.yielding import give_way
 
@@ -44,7 +44,7 @@ __all__ = [
     "pass_right",
     "passing_velocity",
     "pieces_within",
-    "rounds",
+    "round_of",
     "segments_of",
     "stays_free",
     "stopping_velocity",
@@ -77,7 +77,7 @@ _MODULES = {
     "nearest_free": "exchange",
     "passing_velocity": "wish",
     "pieces_within": "again",
-    "rounds": "rounds",
+    "round_of": "rounds",
     "segments_of": "again",
     "stays_free": "ahead",
     "stopping_velocity": "wish",

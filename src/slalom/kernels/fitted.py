@@ -14,8 +14,8 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
 
-FITS = numba.version_info.short in {(0, 68)}
-"""Whether numba is a version that these classes are known to fit."""
+FITS = (0, 61) <= numba.version_info.short <= (0, 68)
+"""Whether numba is a version that these classes are known to fit: fleets ran with one of each, with the same bits."""
 
 
 class PartLibrary(JITCodeLibrary):

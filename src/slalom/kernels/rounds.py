@@ -8,7 +8,7 @@ from slalom.kernels.windows import cell_at
 
 
 @kernel
-def rounds(order: Indices, seen: Survey, fleet: Fleet) -> Indices:
+def round_of(order: Indices, seen: Survey, fleet: Fleet) -> Indices:
     """The round in which each of `order` decides: one more than the last of those before it in the cells about it.
 
     Two robots of one round are never in neighbouring cells, and so neither knows what the other does in it.

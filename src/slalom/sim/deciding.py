@@ -41,7 +41,7 @@ def one_by_one(some: Indices, tables: Tables, ask: Callable[[int], str], threads
     outcomes: dict[int, str] = {}
     while len(some):
         seen = kernels.look_around(some, tables.fleet, tables.answers, tables.terms)
-        turn = kernels.rounds(some, seen, tables.fleet)
+        turn = kernels.round_of(some, seen, tables.fleet)
         if len(some) < 2 * FEWEST * (turn.max() + 1):
             done = kernels.decide_all(some, seen, tables.fleet, tables.world, tables.answers, tables.terms)
             asking, some = some[done : done + 1].tolist(), some[done + 1 :]
