@@ -6,7 +6,7 @@ control than what was examined already: all that is nearer was rejected, by elem
 
 from slalom.kernels.boundaries import apart, intersect_three, intersect_two, meets, project
 from slalom.kernels.circles import are_circles, intersect_circles
-from slalom.kernels.compiled import Array, kernel
+from slalom.kernels.compiled import Array, inlined, kernel
 from slalom.kernels.polygons import MaybePolygons, outside_polygons
 from slalom.kernels.queue import put
 
@@ -46,7 +46,7 @@ def push(
     return put(queue, cost, u, i, j, k)
 
 
-@kernel
+@inlined
 def propose(
     queue: Array,
     boundaries: Array,

@@ -18,7 +18,7 @@ from slalom.kernels.bezier import below, new_stack, value
 from slalom.kernels.boundaries import meets, project
 from slalom.kernels.candidates import CLOSER, propose
 from slalom.kernels.clearance import put_segment
-from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, inlined, kernel
 from slalom.kernels.elements import hull_element, nearest_ball
 from slalom.kernels.hulls import excess, hull_below, hull_sink, load, new_course
 from slalom.kernels.near import Table, copy_row, distance, gather, is_clear, room_for, within
@@ -43,7 +43,7 @@ of the farthest control's more: smaller, fewer are copied and tested; larger, mo
 SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
 
 
-@kernel
+@inlined
 def deepest_violation(
     points: Array,
     gains: Array,
@@ -182,7 +182,7 @@ def apart_by(limits: Array, b: int, u: Array) -> float:
     return float(np.sqrt((u[0] - limits[b, 1]) ** 2 + (u[1] - limits[b, 2]) ** 2 + (u[2] - limits[b, 3]) ** 2))
 
 
-@kernel
+@inlined
 def exchanged(
     u: Array,
     dimension: int,
@@ -251,7 +251,7 @@ def exchanged(
     return (BLOCKED if examined else INADMISSIBLE), elements, examined
 
 
-@kernel
+@inlined
 def cut_off(
     boundaries: Array,
     polygons: MaybePolygons,

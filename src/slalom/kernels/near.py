@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
+from slalom.kernels.compiled import Array, Indices, MaybeHulls, inlined, kernel
 from slalom.kernels.hulls import bound, excess, load
 from slalom.kernels.segments import chord_gaps
 
@@ -17,7 +17,7 @@ Table: TypeAlias = tuple[Array, Array, Array, Array, Array]
 """points, gains, radius, growth, reach: see `slalom.segments`; their hulls go apart."""
 
 
-@kernel
+@inlined
 def is_clear(points: Array, gains: Array, reach: Array, u: Array, gaps: Array) -> bool:
     """Whether the chord test alone shows that control u is free; the chord test's distances go into gaps."""
     chord_gaps(points, gains, u[0], u[1], u[2], gaps)
@@ -27,7 +27,7 @@ def is_clear(points: Array, gains: Array, reach: Array, u: Array, gaps: Array) -
     return near == 0
 
 
-@kernel
+@inlined
 def within(gains: Array, reach: Array, gaps: Array, farthest: float, which: Indices) -> int:
     """How many segments controls within `farthest` may collide on; their numbers go into which, and into the first
     rows of gaps how far away these controls are at least. `gaps` holds the distances of the chord test."""
@@ -56,7 +56,7 @@ def room_for_hulls(count: int, hulls: MaybeHulls) -> MaybeHulls:
     return np.empty(count, np.int64), turned, hulls[2], hulls[3], hulls[4]
 
 
-@kernel
+@inlined
 def gather(
     table: Table,
     hulls: MaybeHulls,

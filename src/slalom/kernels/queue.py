@@ -9,7 +9,7 @@ One array and plain loops, since lists of tuples and `heapq` take several second
 
 import numpy as np
 
-from slalom.kernels.compiled import Array, kernel
+from slalom.kernels.compiled import Array, inlined, kernel
 
 
 @kernel
@@ -48,7 +48,7 @@ def put(queue: Array, cost: float, u: Array, i: int, j: int, k: int) -> Array:
     return queue
 
 
-@kernel
+@inlined
 def take(queue: Array) -> int:
     """The number of the candidate of least cost, which waits no longer; 0 if none waits."""
     size = int(queue[0, 1])
