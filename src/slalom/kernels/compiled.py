@@ -21,7 +21,7 @@ from numba.core.caching import FunctionCache
 from numba.core.event import Listener, register
 
 from slalom.kernels import when_compiling
-from slalom.kernels.fitted import FITS, EntryCompiler, PartCompiler, PartLibrary
+from slalom.kernels.fitted import FITS, EntryCompiler, PartCompiler, PartLibrary, remembering
 
 F = TypeVar("F", bound=Callable[..., Any])
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -117,18 +117,19 @@ def kernel(function: F, **options: bool) -> F:
 
     entry = _cached(compiled(**of_entry)(function), function, "entry")
     entry.get_call_template, entry.get_overload = get_call_template, part.get_overload
-    entry.compile = _without_collecting(entry.compile)
+    entry.compile = _quickly(entry.compile)
     return cast(F, entry)
 
 
-def _without_collecting(compile_one: Callable[..., Any]) -> Callable[..., Any]:
+def _quickly(compile_one: Callable[..., Any]) -> Callable[..., Any]:
     """All that compiling makes stays in use: to look for garbage in it again and again takes a tenth of the time."""
 
     def compile_quickly(*args: Any) -> Any:
         collects = gc.isenabled()
         gc.disable()
         try:
-            return compile_one(*args)
+            with remembering():
+                return compile_one(*args)
         finally:
             if collects:
                 gc.enable()
