@@ -30,9 +30,12 @@ from slalom.state import State
 from slalom.traffic import Traffic
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
-OUTCOMES = (
-    *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED),
-    Outcome.WAITING,
+OUTCOMES = tuple(
+    outcome.name
+    for outcome in (
+        *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED),
+        Outcome.WAITING,
+    )
 )
 """What the kernel's numbers mean; it knows nothing of the last."""
 WAIT, ASK = 5, -1
@@ -120,9 +123,8 @@ class Crew:
             for some, world in self._among_images(together, everywhere):
                 tables = Tables(self.fleet, world, self.answers, terms)
                 outcomes.update(all_decide(some, tables, lambda k: self._ask(k, now).outcome.name, self.threads))
-        for k in order:
-            if self.fleet.outcome[k] != ASK:
-                outcomes[k] = OUTCOMES[self.fleet.outcome[k]].name
+        found = self.fleet.outcome.tolist()
+        outcomes.update({k: OUTCOMES[found[k]] for k in order if found[k] != ASK})
         spent = (perf_counter() - before) / max(len(order), 1)
         return outcomes, dict.fromkeys(order, spent)
 

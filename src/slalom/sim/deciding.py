@@ -1,8 +1,7 @@
 """In which order the robots of a crew decide: all at once where all see the same, in rounds where they see each other
 decide. In threads, with the same bits in any number of them."""
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
 from itertools import chain
 from typing import NamedTuple
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.kernels.tables import Answers, Fleet, Indices, Survey, Terms, World
-from slalom.sim.parts import in_parts, parts_of
+from slalom.sim.parts import in_parts
 
 FEWEST = 20
 """Robots that are worth a thread."""
@@ -28,8 +27,7 @@ class Tables(NamedTuple):
 def at_once(some: Indices, tables: Tables, ask: Callable[[int], str], threads: int) -> dict[int, str]:
     """All see the same, whoever decides first. The outcomes of robots that the kernel has no answer for: they `ask`."""
     seen = kernels.look_around(some, tables.fleet, tables.answers, tables.terms)
-    asking = in_parts(lambda part: _those_that_ask(part, seen, tables), some, threads, FEWEST)
-    return {k: ask(k) for k in chain.from_iterable(asking)}
+    return {k: ask(k) for k in _asking(some, seen, tables, threads)}
 
 
 def one_by_one(some: Indices, tables: Tables, ask: Callable[[int], str], threads: int) -> dict[int, str]:
@@ -56,13 +54,16 @@ def _in_rounds(some: Indices, turn: Indices, seen: Survey, tables: Tables, threa
     """Those of the first round in which any has to ask, and its number; or nobody and the last."""
     rounds = int(turn.max()) + 1
     ends = np.cumsum(np.bincount(turn, minlength=rounds))
-    with ThreadPoolExecutor(threads) as pool:
-        for k, together in enumerate(np.split(some[np.argsort(turn, kind="stable")], ends[:-1])):
-            parts = parts_of(together, threads, FEWEST)
-            asking = list(chain.from_iterable(pool.map(lambda part: _those_that_ask(part, seen, tables), parts)))
-            if asking:
-                return asking, k
+    for k, together in enumerate(np.split(some[np.argsort(turn, kind="stable")], ends[:-1])):
+        asking = list(_asking(together, seen, tables, threads))
+        if asking:
+            return asking, k
     return [], rounds - 1
+
+
+def _asking(some: Indices, seen: Survey, tables: Tables, threads: int) -> Iterator[int]:
+    """Robots that decide without waiting for each other, in threads; those that have to ask."""
+    return chain.from_iterable(in_parts(lambda part: _those_that_ask(part, seen, tables), some, threads, FEWEST))
 
 
 def _those_that_ask(part: Indices, seen: Survey, tables: Tables) -> list[int]:

@@ -148,7 +148,8 @@ def _grid(scenario: Scenario, guide: Guide) -> tuple[Array, Array]:
     width = max(CELL * float(guide.radius.min()), float((high - low).max()) / CELLS)
     counts = np.ceil((high - low) / width).astype(int) + 1
     clearance = np.full(tuple(counts), np.inf)
-    cells = shapely.points(np.moveaxis(np.indices(clearance.shape), 0, -1) * width + low)
+    # Points are costly to make, and of no use where nothing rests.
+    cells = shapely.points(np.moveaxis(np.indices(clearance.shape), 0, -1) * width + low) if outlines else None
     for line, radius in outlines:
         clearance = np.minimum(clearance, shapely.distance(cells, line) - radius)
     return np.array([low[0], low[1], width]), clearance

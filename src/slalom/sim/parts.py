@@ -1,7 +1,9 @@
 """Work on many robots in threads: kernels hold no lock."""
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -13,13 +15,23 @@ T = TypeVar("T")
 
 def parts_of(rows: Indices, threads: int, fewest: int) -> list[Indices]:
     """Equal parts, one for each thread, of at least `fewest` rows."""
-    return np.array_split(rows, max(1, min(threads, len(rows) // fewest)))
+    count = min(threads, len(rows) // fewest)
+    return [rows] if count < 2 else np.array_split(rows, count)
 
 
 def in_parts(work: Callable[[Indices], T], rows: Indices, threads: int, fewest: int) -> list[T]:
-    """What `work` returns for equal parts of `rows`, in their order: a thread each, of at least `fewest` rows."""
-    parts = parts_of(rows, threads, fewest)
-    if len(parts) == 1:
-        return [work(rows)]
-    with ThreadPoolExecutor(len(parts)) as pool:
-        return list(pool.map(work, parts))
+    """What `work` returns for equal parts of `rows`, in their order: the first here, a thread for each of the others.
+
+    Of at least `fewest` rows.
+    """
+    first, *others = parts_of(rows, threads, fewest)
+    if not others:
+        return [work(first)]
+    # Threads take longer to begin than many decisions do; a process that was forked off has none of them.
+    waiting = [_pool(len(others), os.getpid()).submit(work, part) for part in others]
+    return [work(first), *(one.result() for one in waiting)]
+
+
+@lru_cache(maxsize=8)
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads)
