@@ -137,3 +137,10 @@ STILL: Final = 0.1
 Larger: corners of the boundary are off by as much. Smaller: more points where an envelope begins, ends or bends
 sharply.
 """
+
+COST: Final = 1e-9
+"""[1] By how much, as a share, a bound of what a response costs is lowered before it is believed.
+
+More than rounding, and than by how much a speed limit may be exceeded in the estimate of an arrival. Larger: responses
+are looked at that cannot be better; smaller than about 5e-10: one that is better by rounding may be left out.
+"""

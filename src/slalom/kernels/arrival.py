@@ -40,6 +40,20 @@ def excess(away: Array, v: Array, push: float, top: float, tolerance: float, t: 
 
 
 @kernel
+def no_sooner(left: float, along: float, push: float, fast: float) -> float:
+    """The least time [s] to get `left` [m] ahead for who has the speed `along` in that direction, at most `fast`."""
+    if left <= 0.0:
+        return 0.0
+    faster = (fast - along) / push
+    gone = 0.5 * (fast + along) * faster
+    if gone < left:
+        return float(faster + (left - gone) / fast)
+    # It is there before it is at its fastest. In this form nothing cancels if it is on its way already.
+    root = np.sqrt(along * along + 2.0 * push * left)
+    return float(2.0 * left / (root + along) if along > 0.0 else (root - along) / push)
+
+
+@kernel
 def by_secants(away: Array, v: Array, push: float, top: float, tolerance: float) -> float:
     """About the earliest arrival where the speed limits it, or -1: nothing is promised of it."""
     square, speed, along = 0.0, 0.0, 0.0

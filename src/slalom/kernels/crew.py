@@ -8,14 +8,14 @@ import numpy as np
 
 from slalom.kernels.bezier import new_stack
 from slalom.kernels.compiled import Array, Indices, inlined, kernel
+from slalom.kernels.costs import cost_of, least_cost
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.fleet import commit, course, foresee, in_reach, meeting, relative
-from slalom.kernels.gather import gather, place_at, squeeze
+from slalom.kernels.gather import gather, squeeze
 from slalom.kernels.hulls import new_course
-from slalom.kernels.meeting import in_the_way, longer_way
 from slalom.kernels.tables import Answers, Fleet, Meeting, Rows, Survey, Terms, World
 from slalom.kernels.windows import around, survey, who_is_met
-from slalom.kernels.wish import passing_velocity, stopping_velocity, time_to_go
+from slalom.kernels.wish import passing_velocity, stopping_velocity
 from slalom.tolerances import CANDIDATES, ELEMENTS, KEPT, TOUCHING
 
 CLEAR, CONSTRAINED, KEEP, CONTINUE, SQUEEZED, ASK = 0, 1, 2, 3, 4, -1
@@ -52,61 +52,6 @@ def preferred(
     u[:] = 0.0
     for axis in range(d):
         u[axis] = (wanted[axis] - answers.aim[r, 0] * velocity[axis]) / answers.aim[r, 1]
-
-
-@kernel
-def arrives(place: Array, speed: Array, goal: Array, stop: bool, tolerance: float) -> bool:
-    """Whether a robot in this state is at its goal."""
-    away, fast = 0.0, 0.0
-    for axis in range(len(place)):
-        away += (goal[axis] - place[axis]) ** 2
-        fast += speed[axis] ** 2
-    return bool(away <= tolerance * tolerance and (not stop or fast <= tolerance * tolerance))
-
-
-@kernel
-def cost_of(
-    i: int,
-    until: float,
-    goal: Array,
-    stop: bool,
-    tolerance: float,
-    begin: Array,
-    points: Array,
-    near: Indices,
-    fleet: Fleet,
-    world: World,
-    terms: Terms,
-) -> float:
-    """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
-    d = terms.dimension
-    room = np.empty((4, d))
-    place, speed, wanted, left = room[0], room[1], room[2], room[3]
-    away, fast = 0.0, fleet.top[i]
-    for axis in range(d):
-        away += (goal[axis] - fleet.position[i, axis]) ** 2
-        fast += abs(fleet.velocity[i, axis])
-    if away <= (tolerance + fast * until) ** 2:
-        # Farther away it cannot arrive until then.
-        for step in range(8):
-            place_at(begin, points, terms.now + until * step / 8.0, place, speed)
-            if arrives(place, speed, goal, stop, tolerance):
-                return until * step / 8.0
-    place_at(begin, points, terms.now + until, place, speed)
-    for axis in range(d):
-        left[axis] = goal[axis] - place[axis]
-    cost = until + time_to_go(left, speed, fleet.most[i], fleet.top[i], tolerance, stop, wanted)
-    if d == 2 and len(terms.angles) > 0:
-        longer = 0.0
-        for k in near:
-            reach = fleet.radius[i] + fleet.radius[k] + terms.margin
-            if in_the_way(place, goal, fleet.later[k, 0], fleet.later[k, 1], reach):
-                longer += longer_way(place, goal, fleet.later[k, 0], fleet.later[k, 1], reach)
-        for e in range(len(world.reach)):
-            reach = world.reach[e] + fleet.radius[i] + terms.margin
-            longer += longer_way(place, goal, world.ends[e, 0], world.ends[e, 1], reach)
-        cost += longer / fleet.top[i]
-    return float(cost)
 
 
 @kernel
@@ -167,7 +112,7 @@ def best_of(
     """The cost, response and outcome of the exact choice that costs least; its control into best_u. Response -1: none.
 
     Ways that are turned off the one that is wished for are looked at where that is not clear, by responses that have
-    any free control.
+    any free control. What can not cost less than the best found so far is left out.
     """
     goal, stop, tolerance = fleet.target[i], fleet.halt[i], fleet.near[i]
     p, first = fleet.points.shape[1], answers.kinds[fleet.kind[i]]
@@ -176,20 +121,25 @@ def best_of(
     begin, points = np.empty(p + 1), np.empty((p, 4, 3))
     best, best_r, outcome, clear = np.inf, -1, CONSTRAINED, False
     meetings: list[Meeting] = []
-    closed = np.zeros(count, np.bool_)
+    which, closed = np.full(count, -1), np.zeros(count, np.bool_)
     for turn in range(-1, len(terms.angles)):
         if turn >= 0 and clear:
             break
         angle = 0.0 if turn < 0 else terms.angles[turn]
         for k in range(count):
             r = first + k
-            if len(meetings) <= k:
-                own_control(i, r, fleet, answers, terms, own)
-                meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
             if closed[k]:
                 continue
+            until = max(terms.period, answers.settled[r])
+            # A response that is clear keeps ways from being turned, whatever it costs.
+            if (clear or turn >= 0) and best < np.inf and least_cost(i, r, until, fleet, answers, terms) >= best:
+                continue
             preferred(i, r, goal, stop, angle, fleet, answers, terms, wanted)
-            m = meetings[k]
+            if which[k] < 0:
+                which[k] = len(meetings)
+                own_control(i, r, fleet, answers, terms, own)
+                meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
+            m = meetings[which[k]]
             code, u, _, _ = nearest_free(
                 wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls,
                 ELEMENTS, CANDIDATES,
@@ -198,7 +148,6 @@ def best_of(
             if code != SAFE:
                 continue
             course(i, r, u, fleet, answers, terms, begin, points)
-            until = max(terms.period, answers.settled[r])
             cost = cost_of(i, until, goal, stop, tolerance, begin, points, near, fleet, world, terms)
             exact = turn < 0 and u[0] == wanted[0] and u[1] == wanted[1] and u[2] == wanted[2]
             clear = clear or exact

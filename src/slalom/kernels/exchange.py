@@ -28,6 +28,7 @@ from slalom.kernels.polygons import (
     add_rounded,
     new_boundaries,
     new_polygons,
+    of_none,
     smallest_ball,
     with_room,
     within_polygon,
@@ -282,4 +283,5 @@ def cut_off(
     boundaries[count, 0] = 1.0
     for column in range(1, 5):
         boundaries[count, column] = element[column]
+    of_none(boundaries, count)
     return boundaries, polygons, count + 1

@@ -128,7 +128,7 @@ def remembering() -> Iterator[None]:
         return
     with global_compiler_lock:
         before = types.BaseFunction.get_call_type
-        types.BaseFunction.get_call_type = _asked_once  # type: ignore[method-assign]
+        types.BaseFunction.get_call_type = _asked_once  # type: ignore[method-assign, assignment]
         try:
             yield
         finally:

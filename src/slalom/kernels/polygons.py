@@ -31,20 +31,17 @@ def smallest_ball(limits: Array, admissible: int) -> int:
 def new_boundaries(limits: Array) -> Array:
     """The boundaries of the admissible set, and room for more."""
     boundaries = np.empty((len(limits) + 64, 9))
-    clear(boundaries, 0)
     for b in range(len(limits)):
         for column in range(5):
             boundaries[b, column] = limits[b, column]
+        of_none(boundaries, b)
     return boundaries
 
 
 @kernel
-def clear(boundaries: Array, first: int) -> None:
-    """Rows from `first` on that are no boundaries yet."""
-    for b in range(first, len(boundaries)):
-        for column in range(8):
-            boundaries[b, column] = 0.0
-        boundaries[b, 5], boundaries[b, 8] = -1.0, np.inf
+def of_none(boundaries: Array, b: int) -> None:
+    """Boundary b belongs to no polygon, and matters everywhere."""
+    boundaries[b, 5], boundaries[b, 6], boundaries[b, 7], boundaries[b, 8] = -1.0, 0.0, 0.0, np.inf
 
 
 @kernel
@@ -53,7 +50,6 @@ def with_room(boundaries: Array, count: int) -> Array:
     if count <= len(boundaries):
         return boundaries
     larger = np.empty((2 * count, 9))
-    clear(larger, len(boundaries))
     for b in range(len(boundaries)):
         for column in range(9):
             larger[b, column] = boundaries[b, column]
