@@ -15,7 +15,7 @@ import pytest
 from galleries import FLEETS, NAMES
 
 import slalom
-from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome
+from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome, cli, kernels
 from slalom.cli import call
 from slalom.forecast import foresight_of
 from slalom.io.formats import FORMATS
@@ -658,6 +658,26 @@ def test_the_program_and_the_module_are_the_command_line() -> None:
     failed = process("run", "empty", "--set", "duration=0.2", "--json")
     assert failed.code == 1
     assert failed.json["arrived"] == 0
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_who_waits_for_compiling_is_told(
+    kept: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At a terminal; and where the result is kept another process helps."""
+    started: list[list[str]] = []
+    monkeypatch.setattr(cli.subprocess, "Popen", lambda words, **_: started.append(words))
+    monkeypatch.setattr(kernels, "when_compiling", [])
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert call(["list"]) == 0
+    (tell,) = kernels.when_compiling
+    capsys.readouterr()
+    tell(kept)
+    assert capsys.readouterr().err == kernels.compiling(kept) + "\n"
+    assert started == ([[sys.executable, "-m", "slalom.kernels.ready"]] if kept else [])
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
+    call(["list"])
+    assert kernels.when_compiling == []
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:

@@ -1,6 +1,7 @@
 """What the kernels are made of: the queue of candidates, and the ways in which they are compiled."""
 
 import heapq
+import operator
 import os
 import subprocess
 import sys
@@ -8,10 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core import types, typing
+from numba.core.errors import TypingError
 
+import slalom
 from slalom import kernels
-from slalom.kernels import compiled
+from slalom.kernels import compiled, fitted
 from slalom.kernels.queue import new_queue, put, take
+from slalom.kernels.ready import compile_search
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -122,14 +127,51 @@ def test_arguments_are_lent_and_neither_lost_nor_kept(compile):
 
 
 @pytest.mark.slow
-def test_kernels_compile_where_nothing_can_be_written(tmp_path):
-    """A read-only installation without a writable home: they compile in every process."""
-    program = (
-        "from slalom.kernels.arrival import earliest_arrival as f; import numpy as np; "
-        "print(f(np.array([3.0, 0.0]), np.zeros(2), 1.0, 1.0, 0.1) > 0.0)"
-    )
-    blocked = tmp_path / "file"
-    blocked.write_text("no folder")
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(blocked / "cache"), "HOME": str(blocked)}
-    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True)
+def test_kernels_compile_where_nothing_can_be_written():
+    """A read-only installation without a writable home: they compile in every process, and say so."""
+    program = """
+import numpy as np
+from numba.core.caching import FunctionCache
+
+def refuse(locator):
+    raise OSError("read-only")
+
+for locator in FunctionCache._impl_class._locator_classes:
+    locator.ensure_cache_path = refuse
+
+from slalom.kernels.arrival import earliest_arrival
+print(earliest_arrival(np.array([3.0, 0.0]), np.zeros(2), 1.0, 1.0, 0.1) > 0.0)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout == "True\n", done.stderr
+    assert done.stderr == kernels.compiling(kept=False) + "\n"
+
+
+def test_the_process_beside_compiles_what_decisions_call():
+    """Nothing else: no types of arguments come in that decisions have not been made with."""
+    me = slalom.State((0.0, 0.0), (5.0, 0.0))
+    car = slalom.Obstacle(slalom.Disc(1.0), slalom.Circular((20.0, 0.0), 12.0, 5.0, phase=2.8))
+    blocked = slalom.control_obstacle(slalom.Acceleration(), me, [car], slalom.Disc(1.0), horizon=4.0)
+    slalom.select((1.0, 0.0), slalom.admissible_ball((0, 0), 4.0), blocked)
+    blocked.contains((1.0, 0.0))
+    before = set(kernels.nearest_free.signatures), set(kernels.contact_times.signatures)
+    compile_search()
+    assert (set(kernels.nearest_free.signatures), set(kernels.contact_times.signatures)) == before
+
+
+@pytest.mark.skipif(not compiled.FITS, reason="nothing is remembered with this numba")
+def test_what_is_asked_once_is_remembered():
+    """Also within each other, and only while kernels compile; what fails is asked again."""
+    ask = types.BaseFunction.get_call_type
+    context = typing.Context()
+    context.refresh()
+    add = context.resolve_value_type(operator.add)
+    with fitted.remembering(), fitted.remembering():
+        found = [add.get_call_type(context, (types.float64, types.int64), {}) for _ in range(2)]
+        assert types.BaseFunction.get_call_type is not ask
+        for _ in range(2):
+            with pytest.raises(TypingError):
+                add.get_call_type(context, (types.float64, types.unicode_type), {})
+    assert found[0] is found[1]
+    assert found[0] == ask(add, context, (types.float64, types.int64), {})
+    assert types.BaseFunction.get_call_type is ask

@@ -3,6 +3,7 @@
 Importing this package does not import numba: the first use of a kernel does. `slalom --help` stays quick.
 """
 
+import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "choose_many",
+    "compiling",
     "contact_times",
     "decide_all",
     "distances",
@@ -53,8 +55,21 @@ __all__ = [
     "when_compiling",
 ]
 
-when_compiling: list[Callable[[], None]] = []
-"""What is called, once each, when the first kernel has to be compiled because no cache holds it."""
+
+def compiling(kept: bool) -> str:
+    """What to tell whoever waits while kernels compile; `kept`: in a cache on disk."""
+    if kept:
+        return "slalom: compiling, once after an installation: some seconds"
+    return "slalom: compiling, in every process, for want of a folder that can be written: NUMBA_CACHE_DIR names one"
+
+
+def _log(kept: bool) -> None:
+    logging.getLogger("slalom").warning(compiling(kept))
+
+
+when_compiling: list[Callable[[bool], None]] = [_log]
+"""What is called, once each, when the first kernel has to be compiled because no cache holds it: with whether what is
+compiled will be kept. At first the logger "slalom" warns."""
 
 _MODULES = {
     "choose_many": "many",

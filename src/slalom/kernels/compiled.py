@@ -69,12 +69,24 @@ class _KernelCache(FunctionCache):
             codegen._library_class = usual
 
 
+def _can_cache() -> bool:
+    """Whether there is a folder for the cache that can be written."""
+    try:
+        _KernelCache(_digest, "entry")
+    except RuntimeError:
+        return False
+    return True
+
+
+CACHED = _can_cache()
+
+
 class _Announcer(Listener):
     """Tells those who want to know that compilation, which takes a while, has begun."""
 
     def on_start(self, event: Any) -> None:
         while when_compiling:
-            when_compiling.pop(0)()
+            when_compiling.pop(0)(CACHED)
 
     def on_end(self, event: Any) -> None:
         pass
