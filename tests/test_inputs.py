@@ -643,6 +643,20 @@ CASES = [
     Case("positive", InvalidInput, r"horizon: .* found 0", lambda _: navigator(horizon=0)),
     Case("positive", InvalidInput, r"period: .* found 0", lambda _: navigator(period=0)),
     Case("positive", InvalidInput, r"tolerance: .* found 0", lambda _: Goal(Stationary((0, 0)), 0)),
+    Case("has", InvalidInput, r"goal: expected a trajectory, such as .*, found \(20, 0\)", lambda _: Goal((20, 0))),
+    Case("has", InvalidInput, r"obstacle 'car': expected a shape, .* found 1.0", lambda _: Obstacle(1.0, STILL, "car")),
+    Case("has", InvalidInput, r"obstacle '': expected a trajectory, .*", lambda _: Obstacle(Disc(1), (20, 0))),
+    Case(
+        "has", InvalidInput, r"method: expected a method, .* 'nao'", lambda _: Navigator("nao", Disc(1), LIMITS)
+    ),
+    Case(
+        "has",
+        InvalidInput,
+        r"robot: expected a shape, .* found 1",
+        lambda _: Navigator(METHODS["nao"], 1, LIMITS),
+    ),
+    Case("has", InvalidInput, r"scenario: expected a scenario, .* 'ring'", lambda _: simulate("ring", METHODS["nao"])),
+    Case("has", InvalidInput, r"method: expected a method, .* 'nao'", lambda _: simulate(scenario(), "nao")),
     Case("positive", InvalidInput, r"lag: .* found 0", lambda _: LaggedVelocity(0)),
     Case("positive", InvalidInput, r"hold: .* found -1", lambda _: AccelerateThenCoast(-1)),
     Case("positive", InvalidInput, r"brake: .* found 0", lambda _: AccelerateThenBrake(1, 0)),

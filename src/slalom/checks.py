@@ -77,6 +77,12 @@ def share(value: float, name: str) -> float:
     return result
 
 
+def has(value: object, attributes: Sequence[str], expected: str, name: str) -> None:
+    """Refuse what has not these attributes: something of another kind, such as a point in place of a trajectory."""
+    if not all(hasattr(value, attribute) for attribute in attributes):
+        raise InvalidInput(f"{name}: expected {expected}, found {value!r}")
+
+
 def whole(value: float, name: str, least: int = 0) -> int:
     """Return `value` as a whole number of `least` or more."""
     result = number(value, name)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, positive
+from slalom.checks import Array, has, positive
 from slalom.limits import Limits
 from slalom.trajectory import Stationary, Trajectory
 from slalom.trajectory.protocol import FOREVER
@@ -18,6 +18,9 @@ class Goal:
 
     Before and after the span of its trajectory the goal rests where that begins and ends. A robot has arrived when it
     is within `tolerance` of the goal; with `stop` also at most `tolerance` / s faster or slower than it.
+
+    Raises:
+        InvalidInput: no trajectory; a tolerance that is not above 0.
     """
 
     trajectory: Trajectory
@@ -25,6 +28,7 @@ class Goal:
     stop: bool = False
 
     def __post_init__(self) -> None:
+        has(self.trajectory, ("position", "span"), "a trajectory, such as Stationary((x, y))", "goal")
         object.__setattr__(self, "tolerance", positive(self.tolerance, "tolerance"))
 
     def position(self, t: npt.ArrayLike) -> Array:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, not_negative, positive
+from slalom.checks import Array, has, not_negative, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.detour import way_round
@@ -73,6 +73,8 @@ class Navigator:
     detours: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        has(self.method, ("responses", "forecast"), "a method, such as method('nao')", "method")
+        has(self.robot, ("parts", "dimension"), "a shape, such as Disc(radius)", "robot")
         positive(self.period, "period")
         positive(self.horizon, "horizon")
         not_negative(self.margin, "margin")

@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, number
+from slalom.checks import Array, has, number
 from slalom.errors import InvalidInput
 from slalom.path import Path
 from slalom.shape import Disc, Shape
@@ -30,7 +30,7 @@ class Obstacle:
         else.
 
     Raises:
-        InvalidInput: shape and trajectory of different dimension; a heading in space, or none of the above.
+        InvalidInput: no shape or trajectory, or two of different dimension; a heading in space, or none of the above.
     """
 
     shape: Shape
@@ -40,6 +40,9 @@ class Obstacle:
     uncertainty: Uncertainty | None = None
 
     def __post_init__(self) -> None:
+        has(self.shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"obstacle {self.name!r}")
+        trajectory = "a trajectory, such as Stationary((x, y))"
+        has(self.trajectory, ("position", "span"), trajectory, f"obstacle {self.name!r}")
         if self.shape.dimension != self.trajectory.dimension:
             raise InvalidInput(
                 f"obstacle {self.name!r}: expected shape and trajectory of one dimension, "

@@ -15,7 +15,7 @@ from slalom.kernels.exchange import nearest_free
 def compile_search() -> None:
     """The search and the time to collision among discs and balls, as decisions call them."""
     row, table, cube = (types.Array(types.float64, dimensions, "C") for dimensions in (1, 2, 3))
-    segments = (cube, table, row, row, row, types.Tuple(()))
+    segments = (cube, table, row, row, row, types.Tuple(()))  # type: ignore[no-untyped-call]
     called: list[tuple[Any, tuple[Any, ...]]] = [
         (nearest_free, (row, types.int64, table, *segments, types.int64, types.int64)),
         (contact_times, (row, row, *segments, types.Array(types.int64, 1, "C"), types.int64, table)),

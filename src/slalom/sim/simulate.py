@@ -7,6 +7,7 @@ from typing import Literal, overload
 
 import numpy as np
 
+from slalom.checks import has
 from slalom.decision import Decision
 from slalom.methods import Method
 from slalom.peers import Peer
@@ -61,9 +62,14 @@ def simulate(
 
     A recording takes some hundred bytes for each robot and step. With `record=False` there is none: the result is the
     `Ending` of the same run, and memory does not grow with the time that it lasts.
+
+    Raises:
+        InvalidInput: something else than a scenario, or than a method.
     """
+    has(scenario, ("robots", "obstacles"), "a scenario, such as gallery.build('ring')", "scenario")
     if isinstance(method, Peer):
         return simulate_peer(scenario, method, seed=seed, progress=progress, record=record)
+    has(method, ("responses", "forecast"), "a method, such as method('nao')", "method")
     if len(scenario.robots) > 1:
         return simulate_fleet(scenario, method, seed=seed, progress=progress, threads=threads, record=record)
     return _alone(scenario, method, seed, progress, record)
