@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
-PROGRAMS := sampling mpc stages decision walls scaling fleet_step boundaries memory
+PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 

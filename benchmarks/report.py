@@ -13,7 +13,7 @@ from typing import Any
 import plots
 from program import shown
 
-PROGRAMS = ("sampling", "mpc", "stages", "decision", "walls", "scaling", "fleet_step", "boundaries", "memory")
+PROGRAMS = ("start", "sampling", "mpc", "stages", "decision", "walls", "scaling", "fleet_step", "boundaries", "memory")
 PICTURES: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "sampling": (plots.decisions, "Time of one decision of nao, of samplers and of a model predictive controller."),
     "stages": (plots.stages, "Where the time of one decision goes."),

@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "benchmarks"
 QUICK = {
+    "start": ["--quick"],
     "sampling": ["--quick"],
     "mpc": ["--quick"],
     "stages": ["--quick"],

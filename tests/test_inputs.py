@@ -646,9 +646,7 @@ CASES = [
     Case("has", InvalidInput, r"goal: expected a trajectory, such as .*, found \(20, 0\)", lambda _: Goal((20, 0))),
     Case("has", InvalidInput, r"obstacle 'car': expected a shape, .* found 1.0", lambda _: Obstacle(1.0, STILL, "car")),
     Case("has", InvalidInput, r"obstacle '': expected a trajectory, .*", lambda _: Obstacle(Disc(1), (20, 0))),
-    Case(
-        "has", InvalidInput, r"method: expected a method, .* 'nao'", lambda _: Navigator("nao", Disc(1), LIMITS)
-    ),
+    Case("has", InvalidInput, r"method: expected a method, .* 'nao'", lambda _: Navigator("nao", Disc(1), LIMITS)),
     Case(
         "has",
         InvalidInput,
