@@ -8,6 +8,7 @@ import numpy as np
 
 from slalom.kernels.bezier import new_stack
 from slalom.kernels.compiled import Array, Indices, inlined, kernel
+from slalom.kernels.copying import fill
 from slalom.kernels.costs import cost_of, least_cost
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.fleet import commit, course, foresee, in_reach, meeting, relative
@@ -153,7 +154,7 @@ def best_of(
             clear = clear or exact
             if cost < best:
                 best, best_r, outcome = cost, r, CLEAR if exact else CONSTRAINED
-                best_u[:] = u
+                fill(best_u, u)
     return best, best_r, outcome
 
 

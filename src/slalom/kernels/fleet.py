@@ -3,6 +3,7 @@
 import numpy as np
 
 from slalom.kernels.compiled import Array, Indices, MaybeHulls, inlined, kernel
+from slalom.kernels.copying import fill
 from slalom.kernels.exchange import within_reach
 from slalom.kernels.gather import hulls_of, place_at
 from slalom.kernels.segments import relative_segments
@@ -138,7 +139,8 @@ def commit(i: int, r: int, u: Array, fleet: Fleet, answers: Answers, terms: Term
     """Robot i follows response r under u from now on; with shared manoeuvres the others see it at once."""
     course(i, r, u, fleet, answers, terms, fleet.begin[i], fleet.points[i])
     fleet.response[i] = r
-    fleet.control[i] = u
+    fill(fleet.control[i], u)
     if terms.shared:
-        fleet.seen_begin[i], fleet.seen_points[i] = fleet.begin[i], fleet.points[i]
+        fill(fleet.seen_begin[i], fleet.begin[i])
+        fill(fleet.seen_points[i], fleet.points[i])
         foresee(i, fleet, terms)

@@ -4,6 +4,7 @@ import numpy as np
 
 from slalom.kernels.bezier import restrict
 from slalom.kernels.compiled import Array, Indices, MaybeHulls, kernel
+from slalom.kernels.copying import fill
 from slalom.kernels.hulls import distances
 from slalom.kernels.tables import CLOSE, Fleet, Rows, Solid, Terms, World
 from slalom.tolerances import CONTACT, TOUCHING
@@ -41,11 +42,14 @@ def gather(i: int, near: Indices, fleet: Fleet, world: World, terms: Terms) -> t
     partner = np.zeros(bodies + count, np.bool_)
     overlaps = False
     if fixed:
-        times[:fixed], points[:fixed], growth[:fixed] = world.times, world.points, world.growth
-        body[:fixed] = world.body
-        hull[:bodies], spread[:bodies] = world.hull, world.spread
+        fill(times, world.times)
+        fill(points, world.points)
+        fill(growth, world.growth)
+        fill(body, world.body)
+        fill(hull, world.hull)
+        fill(spread, world.spread)
         if turning:
-            turns[:fixed] = world.turns
+            fill(turns, world.turns)
         around = world.around + (fleet.radius[i] - world.grown)
         overlaps = widen(i, fleet, world, terms, around)
         for s in range(fixed):

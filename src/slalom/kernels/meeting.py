@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.kernels.compiled import Array, Flags, Indices, Singles, Words, kernel
+from slalom.kernels.copying import fill
 from slalom.kernels.guide import Guide
 from slalom.kernels.images import apart
 from slalom.kernels.sieve import coarsen, listed, may_join, may_meet, room_for, side_by_side
@@ -142,8 +143,10 @@ def meetings(i: int, frontal: float, guide: Guide, others: Others, found: Array)
         found[count, 3] = guide.radius[k]
         count += 1
     if count > 1:
-        order = np.argsort(found[:count, 0])
-        found[:count] = found[:count][order]
+        rows = found[:count].copy()
+        order = np.argsort(rows[:, 0].copy())
+        for j in range(count):
+            fill(found[j], rows[order[j]])
     return count
 
 
@@ -225,7 +228,8 @@ def head_for(order: Indices, guide: Guide) -> None:
     others = look_at(guide)
     for i in order:
         last = guide.corner[i, 0] == guide.goal[i, 0] and guide.corner[i, 1] == guide.goal[i, 1]
-        guide.target[i], guide.halt[i] = guide.corner[i], guide.stop[i] and last
+        fill(guide.target[i], guide.corner[i])
+        guide.halt[i] = guide.stop[i] and last
         # A corner is driven to, not only seen near: there it goes on to the next one.
         guide.near[i] = guide.tolerance[i] if last else CORNER * guide.radius[i]
         ring = guide.ring[i]
@@ -239,12 +243,12 @@ def head_for(order: Indices, guide: Guide) -> None:
             x, y = fresh[0] - guide.position[i, 0], fresh[1] - guide.position[i, 1]
             # Who is inside is too late to go around.
             if fresh[3] > ring[3] and (ring[2] > 0.0 or x * x + y * y > fresh[2] * fresh[2]):
-                ring[:] = fresh
+                fill(ring, fresh)
         if ring[2] > 0.0:
             if members(i, guide, others, ring) > 0 and around(i, guide, ring, guide.target[i]):
                 guide.near[i], guide.halt[i] = 0.5, False
             else:
-                guide.target[i] = guide.corner[i]
+                fill(guide.target[i], guide.corner[i])
                 ring[:] = 0.0
 
 
@@ -254,7 +258,7 @@ def pass_right(guide: Guide) -> None:
     n = len(guide.radius)
     found, ring, others = np.empty((n, 4)), np.zeros(4), look_at(guide)
     for i in range(n):
-        guide.target[i] = guide.goal[i]
+        fill(guide.target[i], guide.goal[i])
         others = about(i, guide, others)
         if meetings(i, FRONTAL, guide, others, found) > 0 and found[0, 0] < SOON:
             ring_of(guide.radius[i], found, 1, ring)
@@ -268,13 +272,13 @@ def find_corners(guide: Guide, grid: Array, clearance: Array, margin: float, par
     for i in due:
         reach = guide.radius[i] + margin
         if straight(grid, clearance, reach, guide.position, guide.radius, parked, i, guide.goal[i]):
-            guide.corner[i] = guide.goal[i]
+            fill(guide.corner[i], guide.goal[i])
             continue
         if reach != of:
             # One for all robots of a size.
             walls, of = off_walls(grid, clearance, reach), reach
         cost = free_cells(grid, walls, reach, guide.position, guide.radius, parked, i)
-        guide.corner[i] = guide.goal[i]
+        fill(guide.corner[i], guide.goal[i])
         next_corner(
             grid, cost, guide.position[i, 0], guide.position[i, 1], guide.goal[i, 0], guide.goal[i, 1], guide.corner[i]
         )

@@ -3,6 +3,7 @@
 import numpy as np
 
 from slalom.kernels.compiled import Indices, kernel
+from slalom.kernels.copying import fill
 from slalom.kernels.tables import Fleet, Survey
 from slalom.kernels.windows import cell_at
 
@@ -13,10 +14,9 @@ def round_of(order: Indices, seen: Survey, fleet: Fleet) -> Indices:
 
     Two robots of one round are never in neighbouring cells, and so neither knows what the other does in it.
     """
-    d = len(seen.counts)
     latest, found = np.full(len(seen.first) - 1, -1), np.empty(len(order), np.int64)
     sides = np.ones(3, np.int64)
-    sides[:d] = seen.counts
+    fill(sides, seen.counts)
     for n in range(len(order)):
         # Cells are numbered as if there were three axes, the last ones of length 1.
         c = cell_at(fleet.position[order[n]], seen.low, seen.width, seen.counts)

@@ -113,8 +113,12 @@ def give_way(guide: Guide, grid: Array, clearance: Array, margin: float, now: fl
             # Who asked is still near: back to one's own way only behind it.
             guide.aside[i, 2] = max(guide.aside[i, 2], now + 0.5)
     # Robots that have been at their goals and were asked away wait behind those that have not.
-    order = np.argsort(np.where(guide.visited, 0.0, 1e6) * (guide.waited >= WAITING) + guide.waited)[::-1]
-    for j in range(n):
+    patience = guide.waited.copy()
+    for i in range(n):
+        if not guide.visited[i] and patience[i] >= WAITING:
+            patience[i] += 1e6
+    order = np.argsort(patience)
+    for j in range(n - 1, -1, -1):
         i = order[j]
         if guide.waited[i] < WAITING:
             break
