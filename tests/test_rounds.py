@@ -1,5 +1,7 @@
 """Robots that decide at the same time decide what they would have one after the other."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from slalom.sim import deciding, gallery, simulate
 from slalom.sim.crew import Crew
 from slalom.sim.deciding import Tables, one_by_one
 from slalom.sim.guidance import Guidance
+from slalom.sim.parts import in_parts
 
 
 class Looking(Crew):
@@ -86,3 +89,20 @@ def test_rounds_have_the_bits_of_one_after_the_other(threads, monkeypatch):
     alone = simulate(built, METHODS["nao_shared"], threads=1)
     assert np.array_equal(together.positions, alone.positions)
     assert together.outcomes == alone.outcomes
+
+
+def test_parts_come_back_in_order_and_none_is_left_running():
+    """Whatever happens to the first: the others work on arrays that whoever called owns."""
+    rows, done = np.arange(100), []
+    assert in_parts(np.sum, rows, 4, 20) == [part.sum() for part in np.array_split(rows, 4)]
+    assert in_parts(np.sum, rows, 4, 60) == [rows.sum()]
+
+    def work(part):
+        if part[0] == 0:
+            raise ArithmeticError
+        time.sleep(0.05)
+        done.append(part[0])
+
+    with pytest.raises(ArithmeticError):
+        in_parts(work, rows, 4, 20)
+    assert sorted(done) == [25, 50, 75]

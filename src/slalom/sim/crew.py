@@ -30,13 +30,8 @@ from slalom.state import State
 from slalom.traffic import Traffic
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
-OUTCOMES = tuple(
-    outcome.name
-    for outcome in (
-        *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED),
-        Outcome.WAITING,
-    )
-)
+BY_NUMBER = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED, Outcome.WAITING)
+OUTCOMES = tuple(outcome.name for outcome in BY_NUMBER)
 """What the kernel's numbers mean; it knows nothing of the last."""
 WAIT, ASK = 5, -1
 """The numbers of a robot that may not decide, and of one that the kernel has no answer for: it asks its navigator."""

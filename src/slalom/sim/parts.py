@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import lru_cache
 from typing import TypeVar
 
@@ -29,7 +29,11 @@ def in_parts(work: Callable[[Indices], T], rows: Indices, threads: int, fewest: 
         return [work(first)]
     # Threads take longer to begin than many decisions do; a process that was forked off has none of them.
     waiting = [_pool(len(others), os.getpid()).submit(work, part) for part in others]
-    return [work(first), *(one.result() for one in waiting)]
+    try:
+        mine = work(first)
+    finally:
+        wait(waiting)
+    return [mine, *(one.result() for one in waiting)]
 
 
 @lru_cache(maxsize=8)
