@@ -1,4 +1,4 @@
-"""What every benchmark writes beside its numbers: the machine, the versions, the time of one bare reference loop."""
+"""What every benchmark writes beside its numbers: the machine, the versions, and how fast it was at that moment."""
 
 import json
 import os
@@ -41,9 +41,20 @@ def microseconds(call: Callable[[], Any], repeat: int = 30, share: float = 0.5) 
     return float(np.quantile(spent, share)) * 1e6
 
 
+def loop() -> float:
+    """Time of a million additions in Python [ms]: the same machine takes several times as long on a busy day."""
+
+    def add() -> None:
+        total = 0
+        for k in range(1_000_000):
+            total += k
+
+    return microseconds(add, 7) / 1e3
+
+
 def write(name: str, result: dict[str, Any], folder: Path) -> Path:
     """The result with the machine's description as JSON."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.json"
-    path.write_text(json.dumps({"machine": describe(), **result}, indent=2) + "\n")
+    path.write_text(json.dumps({"machine": describe(), "loop_ms": loop(), **result}, indent=2) + "\n")
     return path

@@ -69,6 +69,9 @@ def setting(results: dict[str, dict[str, Any]]) -> Iterator[str]:
         of = json.loads(text)
         versions = ", ".join(f"{k} {of[k]}" for k in ("python", "slalom", "numpy", "numba", "llvmlite"))
         yield f"Machine: {of['processor']}, {of['cores']} cores, {of['system']} on {of['machine']}; {versions}."
+    loops = [result["loop_ms"] for result in results.values()]
+    took = f"{min(loops):.0f} to {max(loops):.0f} ms"
+    yield f"After each program a million additions in Python took {took}: times, not ratios, go with that."
     if packages:
         yield "Peers: " + ", ".join(f"{name} {packages[name]}" for name in sorted(packages)) + "."
     days = sorted({result["finished"] for result in results.values()})

@@ -19,7 +19,7 @@ from typing import Any
 
 from program import finish, options, table, target
 
-REPEATS, PATIENCE = 5, 60.0
+REPEATS, PATIENCE = 3, 60.0
 """Runs of what is quick. [s] At most so long until a second process has come to its end."""
 SCENE = Path(__file__).parents[1] / "examples" / "crossing.yaml"
 DECIDE = """
@@ -60,7 +60,7 @@ def settled(cache: Path) -> None:
     before, since = -1, perf_counter()
     while (now := sum(1 for _ in cache.rglob("*"))) != before and perf_counter() - since < PATIENCE:
         before = now
-        sleep(5.0)
+        sleep(3.0)
 
 
 def both(words: list[str], quick: bool, terminal: bool = False) -> tuple[float, float]:

@@ -57,6 +57,7 @@ def test_results_hold_what_the_report_needs(results: Path, name: str) -> None:
     result = json.loads((results / f"{name}.json").read_text())
     assert result["question"]
     assert result["finished"]
+    assert result["loop_ms"] > 0.0
     assert {"processor", "cores", "python", "slalom", "numpy"} <= set(result["machine"])
     if name in OLDER:
         assert result["rows"]
