@@ -59,7 +59,7 @@ __all__ = [
 def compiling(kept: bool) -> str:
     """What to tell whoever waits while kernels compile; `kept`: in a cache on disk."""
     if kept:
-        return "slalom: compiling, once after an installation: some seconds"
+        return "slalom: compiling, once after an installation: some seconds, for a fleet up to a minute"
     return "slalom: compiling, in every process, for want of a folder that can be written: NUMBA_CACHE_DIR names one"
 
 

@@ -94,9 +94,10 @@ def least_cost(i: int, r: int, until: float, fleet: Fleet, answers: Answers, ter
     begin, end = answers.knots[p + r], answers.knots[p + r + 1]
     x, b, g = (until - begin) / (end - begin), answers.place[p], answers.gain[p]
     share, radius = smallest_limit(i, r, fleet, answers)
-    most = radius - share * along
-    ahead = value(b[0], b[1], b[2], b[3], x) * along + value(g[0], g[1], g[2], g[3], x) * most
-    later = (slope(b[0], b[1], b[2], b[3], x) * along + slope(g[0], g[1], g[2], g[3], x) * most) / (end - begin)
+    # Of place and velocity: the share of the present velocity, and of the control, of whichever sign.
+    gain, rise = value(g[0], g[1], g[2], g[3], x), slope(g[0], g[1], g[2], g[3], x)
+    ahead = (value(b[0], b[1], b[2], b[3], x) - gain * share) * along + abs(gain) * radius
+    later = ((slope(b[0], b[1], b[2], b[3], x) - rise * share) * along + abs(rise) * radius) / (end - begin)
     left = distance - ahead
     if fleet.halt[i]:
         still = time_to_stop(max(left - fleet.near[i], 0.0), 0.0, fleet.most[i], fleet.top[i])

@@ -13,18 +13,13 @@ from slalom.kernels.tables import Indices
 T = TypeVar("T")
 
 
-def parts_of(rows: Indices, threads: int, fewest: int) -> list[Indices]:
-    """Equal parts, one for each thread, of at least `fewest` rows."""
-    count = min(threads, len(rows) // fewest)
-    return [rows] if count < 2 else np.array_split(rows, count)
-
-
 def in_parts(work: Callable[[Indices], T], rows: Indices, threads: int, fewest: int) -> list[T]:
-    """What `work` returns for equal parts of `rows`, in their order: the first here, a thread for each of the others.
+    """What `work` returns for equal parts of `rows` of at least `fewest`, in their order.
 
-    Of at least `fewest` rows.
+    The first here, a thread for each of the others.
     """
-    first, *others = parts_of(rows, threads, fewest)
+    count = max(1, min(threads, len(rows) // fewest))
+    first, *others = np.array_split(rows, count) if count > 1 else [rows]
     if not others:
         return [work(first)]
     # Threads take longer to begin than many decisions do; a process that was forked off has none of them.
