@@ -2,6 +2,7 @@
 order.
 """
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -149,19 +150,26 @@ def test_a_robot_at_its_goal_gives_way_to_one_that_wants_there():
 
 def test_the_kernel_decides_as_the_navigator():
     """For robots that stop at goals at rest the crew's kernel and the navigator are one method: same outcomes and
-    controls, with manoeuvres that are shared and with such that are seen. (Of two responses that promise the same
-    to the last bit either may be taken.)
+    controls, step by step, with manoeuvres that are shared and with such that are seen. (Of two responses that
+    promise the same to the last bit either may be taken.)
     """
+    found = Counter()
     for seed in range(6):
         for name in ("nao_shared", "ao", "vo"):
             scenario = standing_goals(seed)
             guidance, other = Guidance(scenario), Guidance(scenario)
             method = METHODS[name].among_robots()
             crew, pilots = Crew(scenario, method, guidance), Pilots(scenario, method, other)
-            outcomes, _ = crew.decide(range(5), 0.0)
-            expected, _ = pilots.decide(range(5), 0.0)
-            assert outcomes == expected, (seed, name)
-            assert crew.chosen()[0] == pytest.approx(pilots.chosen()[0], abs=1e-7), (seed, name)
+            for step in range(8):
+                now = step * scenario.dt
+                outcomes, _ = crew.decide(range(5), now)
+                expected, _ = pilots.decide(range(5), now)
+                assert outcomes == expected, (seed, name, step)
+                assert crew.chosen()[0] == pytest.approx(pilots.chosen()[0], abs=1e-7), (seed, name, step)
+                guidance.drive(crew.push(now, scenario.dt), scenario.dt)
+                other.drive(pilots.push(now, scenario.dt), scenario.dt)
+                found.update(outcomes.values())
+    assert min(found["CLEAR"], found["CONSTRAINED"], found["KEPT"]) > 20, found
 
 
 def test_the_number_of_threads_changes_no_bit():

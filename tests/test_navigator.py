@@ -43,7 +43,7 @@ from slalom.objective import Situation
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.contact import closest_approaches
 from slalom.sim.plant import drive
-from slalom.tolerances import ADJUSTMENT, KEPT
+from slalom.tolerances import ADJUSTMENT, COST, KEPT, WORTH
 
 PERIOD = 0.1
 PLANES = (2, 3)
@@ -164,11 +164,12 @@ def test_continued(d: int) -> None:
     wall, limits = [rock(d, 20.0, 31.0)], Limits(4.0, 4.0)
     first = navigator(d, "nao", limits=limits).decide(at(d, 4.0), wall, goal(d))
     assert first.outcome.safe
-    chooses_velocities = navigator(d, "nlvo", limits=limits)
-    later = first.manoeuvre.advance(PERIOD)
-    alone = chooses_velocities.decide(later, wall, goal(d), now=PERIOD)
+    chooses_velocities = navigator(d, "nlvo", limits=limits, patience=0.0)
+    now = 4.0 * PERIOD
+    later = first.manoeuvre.advance(now)
+    alone = chooses_velocities.decide(later, wall, goal(d), now=now)
     assert not alone.outcome.safe
-    second = sound(chooses_velocities.decide(later, wall, goal(d), now=PERIOD, previous=first), d)
+    second = sound(chooses_velocities.decide(later, wall, goal(d), now=now, previous=first), d)
     assert second.outcome is Outcome.CONTINUED
     assert second.outcome.safe
     assert second.manoeuvre is first.manoeuvre
@@ -657,8 +658,10 @@ def wished(robot: Navigator, step: Step, manoeuvre: Manoeuvre, until: float) -> 
 
 
 @pytest.mark.parametrize("patience", [0.0, 0.1, 1.0])
-def test_regret_is_what_keeping_has_cost(patience: float) -> None:
-    """It adds up the predicted loss of every decision to keep, never exceeds the patience, and starts anew at 0."""
+def test_regret_is_what_keeping_may_have_cost(patience: float) -> None:
+    """It adds up what was promised at every decision to keep, never exceeds the patience, and starts anew at 0; what is
+    kept is no worse by more than it than the best new manoeuvre.
+    """
     robot, steps, others = judged(patience)
     kept = 0
     for before, step in itertools.pairwise(steps):
@@ -668,25 +671,26 @@ def test_regret_is_what_keeping_has_cost(patience: float) -> None:
             committed, until = step.decision.manoeuvre, robot.free_again(fresh.manoeuvre)
             assert committed is before.decision.manoeuvre
             best, this = (wished(robot, step, m, until) for m in (fresh.manoeuvre, committed))
-            expected = before.decision.regret + max(0.0, this - best)
-            assert step.decision.regret == pytest.approx(expected, abs=1e-12)
-            assert step.decision.regret <= patience
+            assert before.decision.regret <= step.decision.regret <= patience
+            assert this - best <= patience + COST
         elif step.decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
             assert step.decision.regret == 0.0
             assert np.array_equal(step.decision.manoeuvre.control, fresh.manoeuvre.control)
-    assert kept > 3 or patience == 0.0
+    assert kept > 3
 
 
-def test_without_patience_every_improvement_is_taken() -> None:
-    """What is kept promises no less than the best new manoeuvre, to the bit."""
-    robot, steps, others = judged(0.0)
-    for step in steps[1:]:
-        if step.decision.outcome is Outcome.KEPT:
-            fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now).manoeuvre
-            until = robot.free_again(fresh)
-            best, this = (wished(robot, step, m, until) for m in (fresh, step.decision.manoeuvre))
-            assert this <= best
-            assert step.decision.regret == 0.0
+def test_no_response_that_is_left_out_is_better_by_much() -> None:
+    """Against asking all: what is chosen costs no more than the best by more than WORTH of the patience."""
+    robot, steps, others = judged(0.1)
+    for step in steps:
+        fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now)
+        costs = []
+        for hold in robot.holds:
+            alone = replace(robot, holds=(hold,)).decide(step.state, others, goal(2, 30.0), now=step.now)
+            if alone.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
+                costs.append(wished(robot, step, alone.manoeuvre, robot.free_again(alone.manoeuvre)))
+        chosen = wished(robot, step, fresh.manoeuvre, robot.free_again(fresh.manoeuvre))
+        assert chosen <= min(costs) + WORTH * robot.patience + COST
 
 
 def test_patience_saves_adjustments() -> None:

@@ -53,6 +53,13 @@ class Admissible:
         scale = 1.0 + np.concatenate([self.radii, np.abs(self.offsets)]).max(initial=0.0)
         return np.asarray(self.excess(controls) <= ADMISSIBLE * scale)
 
+    def toward(self, control: Array) -> Array:
+        """The point nearest to `control` (d,) of the smallest ball, in which all controls of the set are."""
+        k = int(self.radii.argmin())
+        away = control - self.centers[k]
+        length = sqrt(away.dot(away))
+        return control if length <= self.radii[k] else np.asarray(self.centers[k] + away * (self.radii[k] / length))
+
     def compromise(self, control: Array) -> Array:
         """A control for when no control is in the set: projected on one boundary after the other, the last ball last.
 

@@ -24,12 +24,21 @@ from slalom.response import Response
 from slalom.selection import Status, select, select_clearest
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import ADMISSIBLE, KEPT, TOUCHING
+from slalom.tolerances import ADMISSIBLE, COST, KEPT, TOUCHING, WORTH
 from slalom.traffic import Traffic
 
 
+class _Wish(NamedTuple):
+    """A response, the control that is preferred, and what it promises: the manoeuvre if nothing is in the way."""
+
+    cost: float
+    manoeuvre: Manoeuvre
+    preferred: Array
+    situation: Situation
+
+
 class _Proposal(NamedTuple):
-    """A safe manoeuvre and what it promises."""
+    """A safe manoeuvre and what it costs."""
 
     cost: float
     manoeuvre: Manoeuvre
@@ -38,15 +47,25 @@ class _Proposal(NamedTuple):
     blocked: ControlObstacle
 
 
+class _Scene(NamedTuple):
+    """What a decision is made from."""
+
+    situations: list[Situation]
+    traffic: Traffic
+    margins: Array
+    previous: Decision | None
+
+
 @dataclass(frozen=True)
 class Navigator:
     """A robot that decides with `method`.
 
-    At each decision every response of the method proposes its exact choice; the one with the earliest predicted
-    arrival wins, unless the committed manoeuvre is safe and keeping it has not yet cost `patience`. A robot without a
-    safe proposal continues the committed manoeuvre, which was safe when chosen and still is as long as the forecasts
-    hold. If they did not hold, it gives up in a stated order: the margin, then the time of collision, then the
-    impact speed. See docs/design/0005.
+    At each decision responses of the method propose their exact choices; the one with the earliest predicted arrival
+    wins, unless the committed manoeuvre is safe and keeping it has not yet cost `patience`. They are asked in the order
+    of what they promise, if nothing were in the way, and as long as one promises to be better by the share WORTH of
+    `patience`. A robot without a safe proposal continues the committed manoeuvre, which was safe when chosen and still
+    is as long as the forecasts hold. If they did not hold, it gives up in a stated order: the margin, then the time of
+    collision, then the impact speed. See docs/design/0005 and 0011.
 
     Attributes:
         method: a row of the table of methods. robot: its shape. limits: what it can do.
@@ -114,21 +133,19 @@ class Navigator:
         if len(bare.overlapping):
             return escape(situations[0], self.robot, self.period, bare)
         margins = np.clip(bare.initial_clearances - TOUCHING, 0.0, self.margin)
-        proposals = [p for s in situations if (p := self._propose(s, traffic, margins)) is not None]
-        if not any(p.outcome is Outcome.CLEAR for p in proposals):
-            proposals += self._detours(situations, traffic, margins)
-        best = min(proposals, key=lambda p: p.cost, default=None)
-        if previous is not None:
-            kept = self._continued(previous, situations[0], traffic, margins, best)
-            if kept is not None:
-                return kept
+        scene = _Scene(situations, traffic, margins, previous)
+        best = self._best(scene)
+        if isinstance(best, Decision):
+            return best
         if best is not None:
             return Decision(best.manoeuvre, best.outcome, best.preferred, best.blocked)
-        squeezed = [p for s in situations if (p := self._propose(s, traffic, 0.0)) is not None]
-        if squeezed:
-            best = min(squeezed, key=lambda p: p.cost)
-            return Decision(best.manoeuvre, Outcome.SQUEEZED, best.preferred, best.blocked)
+        if previous is not None and self._goes_on(scene, previous):
+            return self._on(scene, previous, Outcome.CONTINUED, previous.regret)
         wishes = [preferred_control(self.objective.aims(s)) for s in situations]
+        squeezed = [self._propose(s, wish, traffic, 0.0) for s, wish in zip(situations, wishes)]
+        softer = min((p for p in squeezed if p is not None), key=lambda p: p.cost, default=None)
+        if softer is not None:
+            return Decision(softer.manoeuvre, Outcome.SQUEEZED, softer.preferred, softer.blocked)
         return delay(situations, wishes, self.robot, self.period, traffic)
 
     def foresee(self, obstacles: Sequence[Obstacle], state: State, now: float) -> Traffic:
@@ -152,26 +169,64 @@ class Navigator:
     def _blocked(self, s: Situation, traffic: Traffic, margin: float | Array) -> ControlObstacle:
         return ControlObstacle(s.response, s.state, traffic, self.robot, margin)
 
-    def _detours(self, situations: list[Situation], traffic: Traffic, margins: Array) -> list[_Proposal]:
-        """Proposals for ways that are turned off the one to the goal."""
+    def _best(self, scene: _Scene) -> _Proposal | Decision | None:
+        """The proposal that costs least, if any; or the decision to go on with what the robot is committed to.
+
+        Ways that are turned off the one to the goal are looked at where that is not clear. `kernels/crew.py` does the
+        same for many robots.
+        """
+        worth, previous = WORTH * self.patience + COST, scene.previous
+        keep = previous is not None and not self._too_fast(scene.situations[0].state)
+        wishes = [self._wish(s, self.objective.aims(s)) for s in scene.situations]
+        best: _Proposal | None = None
+        clear, turned, failed = False, False, list[Situation]()
+        while True:
+            lowest = min((w.cost for w in wishes), default=np.inf)
+            wish = next((w for w in wishes if w.cost <= lowest + COST), None)
+            if wish is not None and best is not None and wish.cost >= best.cost - worth:
+                wish = None
+            if wish is None and not (clear or turned):
+                turned, wishes = True, self._turned([s for s in scene.situations if s not in failed])
+                continue
+            least = wish or best
+            if keep and previous is not None and least is not None:
+                regret = self._regret(scene, previous, least)
+                if regret <= self.patience:
+                    keep = self._goes_on(scene, previous)
+                    if keep:
+                        return self._on(scene, previous, Outcome.KEPT, regret)
+            if wish is None:
+                return best
+            found = self._propose(wish.situation, wish.preferred, scene.traffic, scene.margins)
+            if found is None:
+                failed.append(wish.situation)
+            elif turned:
+                found = found._replace(outcome=Outcome.CONSTRAINED)
+            wishes = [w for w in wishes if w is not wish and w.situation not in failed]
+            clear = clear or (found is not None and found.outcome is Outcome.CLEAR)
+            if found is not None and (best is None or found.cost < best.cost - COST):
+                best = found
+
+    def _wish(self, s: Situation, aims: tuple[Aim, ...]) -> _Wish:
+        """What a response is asked for, and what it costs if nobody is in the way, on it or after it."""
+        preferred = preferred_control(aims)
+        manoeuvre = Manoeuvre(s.response, s.state, s.admissible.toward(preferred), s.now)
+        return _Wish(self.objective.cost(manoeuvre, s, self.free_again(manoeuvre)), manoeuvre, preferred, s)
+
+    def _turned(self, situations: list[Situation]) -> list[_Wish]:
+        """Wishes for ways that are turned off the one to the goal."""
         found = []
         for angle in self.detours:
             turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
             for s in situations:
-                after = s.response.settled(s.horizon)
                 wanted = s.goal.desired_velocity(s.state.position, s.state.velocity, s.now, s.limits)
-                aims = (Aim(s.response.velocity(s.state, after), turn @ wanted),)
-                proposal = self._propose(s, traffic, margins, aims)
-                if proposal is not None:
-                    found.append(proposal._replace(outcome=Outcome.CONSTRAINED))
+                aim = Aim(s.response.velocity(s.state, s.response.settled(s.horizon)), turn @ wanted)
+                found.append(self._wish(s, (aim,)))
         return found
 
-    def _propose(
-        self, s: Situation, traffic: Traffic, margin: float | Array, aims: tuple[Aim, ...] | None = None
-    ) -> _Proposal | None:
+    def _propose(self, s: Situation, preferred: Array, traffic: Traffic, margin: float | Array) -> _Proposal | None:
         """The exact choice for one response, or None when it has no safe control."""
         blocked = self._blocked(s, traffic, margin)
-        preferred = preferred_control(aims or self.objective.aims(s))
         enough = self.objective.enough_clearance
         if enough:
             choice, _ = select_clearest(preferred, s.admissible, blocked, enough=enough)
@@ -205,29 +260,28 @@ class Navigator:
         """When the control of a manoeuvre has been carried out: absolute time [s]."""
         return manoeuvre.start + max(self.period, manoeuvre.response.settled(self.horizon))
 
-    def _continued(
-        self, previous: Decision, s: Situation, traffic: Traffic, margins: Array, best: _Proposal | None
-    ) -> Decision | None:
-        """The committed manoeuvre, if it is safe and either nothing else is or nothing else is better enough.
+    def _regret(self, scene: _Scene, previous: Decision, least: _Wish | _Proposal) -> float:
+        """What is lost [s] by keeping the committed manoeuvre, now too, when one could have `least`.
 
         Both are judged by where they lead until the new one is carried out. The loss of keeping is small at every
-        single step, since afterwards one is free to change; it adds up. A robot above its speed limit keeps nothing;
-        none keeps what the bounds of its turned body do not allow.
+        single step, since afterwards one is free to change; it adds up.
         """
-        committed, regret = previous.manoeuvre, previous.regret
-        if best is not None:
-            until = self.free_again(best.manoeuvre)
-            regret += max(0.0, self._cost(committed, s, until, traffic) - best.cost)
-            if regret > self.patience or self._too_fast(s.state):
-                return None
+        until = self.free_again(least.manoeuvre)
+        kept = self._cost(previous.manoeuvre, scene.situations[0], until, scene.traffic)
+        return previous.regret + max(0.0, kept - least.cost)
+
+    def _goes_on(self, scene: _Scene, previous: Decision) -> bool:
+        """Whether the committed manoeuvre is safe, and the bounds of the robot's turned body still allow it."""
+        s, committed = scene.situations[0], previous.manoeuvre
         if self.limits.bounds and not self.limits.allows(
             s.state, committed.mean_acceleration(s.now, self.period), self.period
         ):
-            # The body has turned and its bounds with it: the rest of the manoeuvre cannot be driven.
-            return None
+            return False
         rest = committed.continuation(s.state, s.now)
-        blocked = ControlObstacle(rest, s.state, traffic, self.robot, margins)
-        if float(blocked.clearance(np.zeros(s.state.dimension))) < -KEPT:
-            return None
-        outcome = Outcome.CONTINUED if best is None else Outcome.KEPT
-        return Decision(committed, outcome, committed.control, self._blocked(s, traffic, margins), regret)
+        blocked = ControlObstacle(rest, s.state, scene.traffic, self.robot, scene.margins)
+        return float(blocked.clearance(np.zeros(s.state.dimension))) >= -KEPT
+
+    def _on(self, scene: _Scene, previous: Decision, outcome: Outcome, regret: float) -> Decision:
+        """The decision to go on with the committed manoeuvre."""
+        blocked = self._blocked(scene.situations[0], scene.traffic, scene.margins)
+        return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret)

@@ -139,8 +139,13 @@ sharply.
 """
 
 COST: Final = 1e-9
-"""[1] By how much, as a share, a bound of what a response costs is lowered before it is believed.
+"""[s] Arrivals and promises of arrivals that differ by less are the same: the first response is taken.
 
-More than rounding, and than by how much a speed limit may be exceeded in the estimate of an arrival. Larger: responses
-are looked at that cannot be better; smaller than about 5e-10: one that is better by rounding may be left out.
+Larger: more are. Smaller: which one is taken is a matter of rounding.
+"""
+
+WORTH: Final = 0.2
+"""[1] What a response must promise to be better by than the best one found, as a share of `patience`, to be looked at.
+
+Larger: fewer are, and arrivals are later by up to this. 0: all that promise to be better.
 """

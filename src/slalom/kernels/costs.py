@@ -1,16 +1,15 @@
-"""What a course costs a robot: how long it takes until it arrives; and what no course of a response costs less than."""
+"""What a course costs a robot: how long it takes until it arrives; and what a response promises at best."""
 
 import numpy as np
 
 from slalom.kernels.arrival import no_sooner
-from slalom.kernels.bezier import slope, value
 from slalom.kernels.compiled import Array, Indices, kernel
+from slalom.kernels.fleet import course
 from slalom.kernels.gather import place_at
 from slalom.kernels.meeting import in_the_way, longer_way
 from slalom.kernels.tables import Answers, Fleet, Terms, World
 from slalom.kernels.windows import smallest_limit
-from slalom.kernels.wish import time_to_go, time_to_stop
-from slalom.tolerances import COST
+from slalom.kernels.wish import time_to_go
 
 
 @kernel
@@ -24,25 +23,15 @@ def arrives(place: Array, speed: Array, goal: Array, stop: bool, tolerance: floa
 
 
 @kernel
-def cost_of(
-    i: int,
-    until: float,
-    goal: Array,
-    stop: bool,
-    tolerance: float,
-    begin: Array,
-    points: Array,
-    near: Indices,
-    fleet: Fleet,
-    world: World,
-    terms: Terms,
-) -> float:
-    """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
-    d = terms.dimension
-    room = np.empty((4, d))
-    place, speed, wanted, left = room[0], room[1], room[2], room[3]
+def soon(i: int, until: float, begin: Array, points: Array, room: Array, fleet: Fleet, terms: Terms) -> float:
+    """When robot i arrives that follows a course [s], if that is until `until`; -1 if not.
+
+    Its place and velocity at `until` into the first two rows of `room`.
+    """
+    goal, stop, tolerance = fleet.target[i], fleet.halt[i], fleet.near[i]
+    place, speed = room[0], room[1]
     away, fast = 0.0, fleet.top[i]
-    for axis in range(d):
+    for axis in range(terms.dimension):
         away += (goal[axis] - fleet.position[i, axis]) ** 2
         fast += abs(fleet.velocity[i, axis])
     if away <= (tolerance + fast * until) ** 2:
@@ -52,9 +41,23 @@ def cost_of(
             if arrives(place, speed, goal, stop, tolerance):
                 return until * step / 8.0
     place_at(begin, points, terms.now + until, place, speed)
+    return -1.0
+
+
+@kernel
+def cost_of(
+    i: int, until: float, begin: Array, points: Array, near: Indices, fleet: Fleet, world: World, terms: Terms
+) -> float:
+    """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
+    d, goal = terms.dimension, fleet.target[i]
+    room = np.empty((4, d))
+    there = soon(i, until, begin, points, room, fleet, terms)
+    if there >= 0.0:
+        return there
+    place, speed, wanted, left = room[0], room[1], room[2], room[3]
     for axis in range(d):
         left[axis] = goal[axis] - place[axis]
-    cost = until + time_to_go(left, speed, fleet.most[i], fleet.top[i], tolerance, stop, wanted)
+    cost = until + time_to_go(left, speed, fleet.most[i], fleet.top[i], fleet.near[i], fleet.halt[i], wanted)
     if d == 2 and len(terms.angles) > 0:
         longer = 0.0
         for k in near:
@@ -69,39 +72,38 @@ def cost_of(
 
 
 @kernel
-def least_cost(i: int, r: int, until: float, fleet: Fleet, answers: Answers, terms: Terms) -> float:
-    """What no admissible control of response r costs less than [s], see `cost_of`; whether it is free or not.
+def promise(i: int, r: int, until: float, u: Array, fleet: Fleet, answers: Answers, terms: Terms) -> float:
+    """What response r costs robot i [s] that prefers the control u, if nothing is in its way.
 
-    Nobody gets ahead, in the direction of the goal, farther and faster than with the control farthest in that
-    direction of the smallest ball that all admissible ones lie in.
+    Of the smallest ball that all admissible controls lie in it is the nearest to u that counts. To pass through a
+    goal it is given the time of a straight line, which is no more than it needs.
     """
-    d, goal = terms.dimension, fleet.target[i]
-    square, along, speed, fast = 0.0, 0.0, 0.0, fleet.top[i]
-    for axis in range(d):
-        away = goal[axis] - fleet.position[i, axis]
-        square += away * away
-        along += away * fleet.velocity[i, axis]
-        speed += fleet.velocity[i, axis] ** 2
-        fast += abs(fleet.velocity[i, axis])
-    if square <= (fleet.near[i] + fast * until) ** 2:
-        # It may be there before, see `cost_of`.
-        return 0.0
-    distance = np.sqrt(square)
-    along /= distance
-    p = answers.first[r]
-    while p < answers.first[r + 1] - 1 and answers.knots[p + r + 1] <= until:
-        p += 1
-    begin, end = answers.knots[p + r], answers.knots[p + r + 1]
-    x, b, g = (until - begin) / (end - begin), answers.place[p], answers.gain[p]
+    d, n, goal = terms.dimension, fleet.points.shape[1], fleet.target[i]
     share, radius = smallest_limit(i, r, fleet, answers)
-    # Of place and velocity: the share of the present velocity, and of the control, of whichever sign.
-    gain, rise = value(g[0], g[1], g[2], g[3], x), slope(g[0], g[1], g[2], g[3], x)
-    ahead = (value(b[0], b[1], b[2], b[3], x) - gain * share) * along + abs(gain) * radius
-    later = ((slope(b[0], b[1], b[2], b[3], x) - rise * share) * along + abs(rise) * radius) / (end - begin)
-    left = distance - ahead
+    square = 0.0
+    for axis in range(d):
+        square += (u[axis] + share * fleet.velocity[i, axis]) ** 2
+    inside = u.copy()
+    if square > radius * radius:
+        for axis in range(d):
+            middle = -share * fleet.velocity[i, axis]
+            inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
+    begin, points = np.empty(n + 1), np.empty((n, 4, 3))
+    course(i, r, inside, fleet, answers, terms, begin, points)
+    room = np.empty((4, d))
+    there = soon(i, until, begin, points, room, fleet, terms)
+    if there >= 0.0:
+        return there
+    place, speed, wanted, left = room[0], room[1], room[2], room[3]
+    for axis in range(d):
+        left[axis] = goal[axis] - place[axis]
     if fleet.halt[i]:
-        still = time_to_stop(max(left - fleet.near[i], 0.0), 0.0, fleet.most[i], fleet.top[i])
-    else:
-        quick = max(fleet.top[i], np.sqrt(speed)) * (1.0 + COST)
-        still = no_sooner(left - 0.5 * fleet.near[i], min(later, quick), fleet.most[i], quick)
-    return (until + still) * (1.0 - COST)
+        return until + time_to_go(left, speed, fleet.most[i], fleet.top[i], fleet.near[i], True, wanted)
+    square, along, fast = 0.0, 0.0, 0.0
+    for axis in range(d):
+        square += left[axis] ** 2
+        along += left[axis] * speed[axis]
+        fast += speed[axis] ** 2
+    distance = max(np.sqrt(square), 1e-12)
+    quick = max(fleet.top[i], np.sqrt(fast))
+    return until + no_sooner(distance - 0.5 * fleet.near[i], along / distance, fleet.most[i], quick)

@@ -9,7 +9,7 @@ import numpy as np
 from slalom.kernels.bezier import new_stack
 from slalom.kernels.compiled import Array, Indices, inlined, kernel
 from slalom.kernels.copying import fill
-from slalom.kernels.costs import cost_of, least_cost
+from slalom.kernels.costs import cost_of, promise
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.fleet import commit, course, foresee, in_reach, meeting, relative
 from slalom.kernels.gather import gather, squeeze
@@ -17,7 +17,7 @@ from slalom.kernels.hulls import new_course
 from slalom.kernels.tables import Answers, Fleet, Meeting, Rows, Survey, Terms, World
 from slalom.kernels.windows import around, survey, who_is_met
 from slalom.kernels.wish import passing_velocity, stopping_velocity
-from slalom.tolerances import CANDIDATES, ELEMENTS, KEPT, TOUCHING
+from slalom.tolerances import CANDIDATES, COST, ELEMENTS, KEPT, TOUCHING, WORTH
 
 CLEAR, CONSTRAINED, KEEP, CONTINUE, SQUEEZED, ASK = 0, 1, 2, 3, 4, -1
 SQUEEZES = 4
@@ -99,6 +99,29 @@ def own_control(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms, u:
         u[axis] = fleet.velocity[i, axis] if answers.aim[r, 0] == 0.0 else fleet.push[i, axis]
 
 
+@kernel
+def promises(i: int, turn: int, fleet: Fleet, answers: Answers, terms: Terms, hopes: Array) -> None:
+    """What each response promises on the way of this `turn`, 0 the straight one, into `hopes`; inf there stays inf."""
+    first, angle, wanted = answers.kinds[fleet.kind[i]], 0.0 if turn == 0 else terms.angles[turn - 1], np.zeros(3)
+    for k in range(len(hopes)):
+        if hopes[k] < np.inf:
+            r = first + k
+            preferred(i, r, fleet.target[i], fleet.halt[i], angle, fleet, answers, terms, wanted)
+            hopes[k] = promise(i, r, max(terms.period, answers.settled[r]), wanted, fleet, answers, terms)
+
+
+@kernel
+def first_least(hopes: Array) -> int:
+    """The first that is the least, but for COST."""
+    least = np.inf
+    for k in range(len(hopes)):
+        least = min(least, hopes[k])
+    for k in range(len(hopes)):
+        if hopes[k] <= least + COST:
+            return k
+    return -1
+
+
 @inlined
 def best_of(
     i: int,
@@ -108,54 +131,73 @@ def best_of(
     world: World,
     answers: Answers,
     terms: Terms,
+    keep: bool,
     best_u: Array,
-) -> tuple[float, int, int]:
-    """The cost, response and outcome of the exact choice that costs least; its control into best_u. Response -1: none.
+) -> tuple[int, int]:
+    """The response and outcome of the exact choice that costs least, its control into best_u. Response -1: none.
 
-    Ways that are turned off the one that is wished for are looked at where that is not clear, by responses that have
-    any free control. What can not cost less than the best found so far is left out.
+    Responses are looked at in the order of what they promise, until none promises to be better than the best choice;
+    then, if that way is not clear, those that have any free control on ways that are turned off it. With `keep` the
+    outcome is KEEP as soon as nothing that is left promises enough to change what the robot is committed to, if that
+    is clear.
     """
-    goal, stop, tolerance = fleet.target[i], fleet.halt[i], fleet.near[i]
-    p, first = fleet.points.shape[1], answers.kinds[fleet.kind[i]]
-    count = answers.kinds[fleet.kind[i] + 1] - first
-    wanted, own = np.zeros(3), np.zeros(3)
+    p, first, count = fleet.points.shape[1], answers.kinds[fleet.kind[i]], answers.kinds[fleet.kind[i] + 1]
+    count -= first
+    wanted, own, worth = np.zeros(3), np.zeros(3), WORTH * terms.patience + COST
     begin, points = np.empty(p + 1), np.empty((p, 4, 3))
-    best, best_r, outcome, clear = np.inf, -1, CONSTRAINED, False
+    best, best_r, outcome, clear, turned = np.inf, -1, CONSTRAINED, False, False
     meetings: list[Meeting] = []
-    which, closed = np.full(count, -1), np.zeros(count, np.bool_)
-    for turn in range(-1, len(terms.angles)):
-        if turn >= 0 and clear:
-            break
-        angle = 0.0 if turn < 0 else terms.angles[turn]
-        for k in range(count):
-            r = first + k
-            if closed[k]:
-                continue
-            until = max(terms.period, answers.settled[r])
-            # A response that is clear keeps ways from being turned, whatever it costs.
-            if (clear or turn >= 0) and best < np.inf and least_cost(i, r, until, fleet, answers, terms) >= best:
-                continue
-            preferred(i, r, goal, stop, angle, fleet, answers, terms, wanted)
-            if which[k] < 0:
-                which[k] = len(meetings)
-                own_control(i, r, fleet, answers, terms, own)
-                meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
-            m = meetings[which[k]]
-            code, u, _, _ = nearest_free(
-                wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls,
-                ELEMENTS, CANDIDATES,
-            )  # fmt: skip
-            closed[k] = code != SAFE
-            if code != SAFE:
-                continue
-            course(i, r, u, fleet, answers, terms, begin, points)
-            cost = cost_of(i, until, goal, stop, tolerance, begin, points, near, fleet, world, terms)
-            exact = turn < 0 and u[0] == wanted[0] and u[1] == wanted[1] and u[2] == wanted[2]
-            clear = clear or exact
-            if cost < best:
-                best, best_r, outcome = cost, r, CLEAR if exact else CONSTRAINED
-                fill(best_u, u)
-    return best, best_r, outcome
+    which, kept, closed = np.full(count, -1), np.full(count, np.inf), np.zeros(count, np.bool_)
+    hopes = np.full(count * (1 + len(terms.angles)), np.inf)
+    hopes[:count] = 0.0
+    promises(i, 0, fleet, answers, terms, hopes[:count])
+    while True:
+        at = first_least(hopes)
+        if hopes[at] >= best - worth and not (clear or turned):
+            turned = True
+            for turn in range(1, 1 + len(terms.angles)):
+                for k in range(count):
+                    hopes[turn * count + k] = np.inf if closed[k] else 0.0
+                promises(i, turn, fleet, answers, terms, hopes[turn * count : (turn + 1) * count])
+            at = first_least(hopes)
+        done = hopes[at] >= best - worth
+        k, least = (best_r - first, best) if done else (at % count, hopes[at])
+        if keep and least < np.inf:
+            if kept[k] == np.inf:
+                until = max(terms.period, answers.settled[first + k])
+                kept[k] = cost_of(i, until, fleet.begin[i], fleet.points[i], near, fleet, world, terms)
+            regret = fleet.regret[i] + max(0.0, kept[k] - least)
+            if regret <= terms.patience:
+                keep = is_clear(i, False, rows, fleet, world, terms)
+                if keep:
+                    fleet.regret[i] = regret
+                    return best_r, KEEP
+        if done:
+            return best_r, outcome
+        r, turn, hopes[at] = first + k, at // count, np.inf
+        if closed[k]:
+            continue
+        angle = 0.0 if turn == 0 else terms.angles[turn - 1]
+        preferred(i, r, fleet.target[i], fleet.halt[i], angle, fleet, answers, terms, wanted)
+        if which[k] < 0:
+            which[k] = len(meetings)
+            own_control(i, r, fleet, answers, terms, own)
+            meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
+        m = meetings[which[k]]
+        code, u, _, _ = nearest_free(
+            wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls,
+            ELEMENTS, CANDIDATES,
+        )  # fmt: skip
+        closed[k] = code != SAFE
+        if code != SAFE:
+            continue
+        course(i, r, u, fleet, answers, terms, begin, points)
+        cost = cost_of(i, max(terms.period, answers.settled[r]), begin, points, near, fleet, world, terms)
+        exact = turn == 0 and u[0] == wanted[0] and u[1] == wanted[1] and u[2] == wanted[2]
+        clear = clear or exact
+        if cost < best - COST:
+            best, best_r, outcome = cost, r, CLEAR if exact else CONSTRAINED
+            fill(best_u, u)
 
 
 @kernel
@@ -167,22 +209,16 @@ def decide(i: int, seen: Survey, fleet: Fleet, world: World, answers: Answers, t
         return ASK
     best_u = np.zeros(3)
     for level in range(SQUEEZES):
-        best, r, outcome = best_of(i, rows, near, fleet, world, answers, terms, best_u)
-        if level == 0:
-            regret = fleet.regret[i]
-            if r >= 0:
-                until, goal = max(terms.period, answers.settled[r]), fleet.target[i]
-                begin, points = fleet.begin[i], fleet.points[i]
-                stop, tolerance = fleet.halt[i], fleet.near[i]
-                kept = cost_of(i, until, goal, stop, tolerance, begin, points, near, fleet, world, terms)
-                regret += max(0.0, kept - best)
-            if regret <= terms.patience and is_clear(i, r < 0, rows, fleet, world, terms):
-                fleet.regret[i] = regret
-                return KEEP if r >= 0 else CONTINUE
+        keep = level == 0 and fleet.regret[i] <= terms.patience
+        r, outcome = best_of(i, rows, near, fleet, world, answers, terms, keep, best_u)
+        if outcome == KEEP:
+            return KEEP
         if r >= 0:
             commit(i, r, best_u, fleet, answers, terms)
             fleet.regret[i] = 0.0
             return outcome if level == 0 else SQUEEZED
+        if keep and is_clear(i, True, rows, fleet, world, terms):
+            return CONTINUE
         # With half the margin, then a quarter.
         squeeze(0.5**level * 0.5, rows)
     return ASK
