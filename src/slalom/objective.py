@@ -13,7 +13,7 @@ from slalom.goal import Goal
 from slalom.limits import Admissible, Limits
 from slalom.response import Response
 from slalom.state import State
-from slalom.trajectory import Trajectory
+from slalom.trajectory import Stationary, Trajectory
 
 
 class Aim(NamedTuple):
@@ -99,12 +99,21 @@ class Arrive:
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         s = situation
-        ahead = np.linspace(s.now, until, 9)
-        reached = s.goal.reached_at(motion.position(ahead), motion.velocity(ahead), ahead)
-        if np.any(reached):
-            return float(ahead[int(np.argmax(reached))] - s.now)
+        if self._may_arrive(s, until):
+            ahead = np.linspace(s.now, until, 9)
+            reached = s.goal.reached_at(motion.position(ahead), motion.velocity(ahead), ahead)
+            if np.any(reached):
+                return float(ahead[int(np.argmax(reached))] - s.now)
         after = s.goal.time_to_go(motion.position(until), motion.velocity(until), until, s.limits)
         return float(until - s.now + after)
+
+    def _may_arrive(self, s: Situation, until: float) -> bool:
+        """Whether a robot that obeys its limits could be at the goal before `until`; a goal that moves may come."""
+        if not isinstance(s.goal.trajectory, Stationary):
+            return True
+        away = s.goal.position(s.now) - s.state.position
+        fastest = s.limits.max_speed + float(np.abs(s.state.velocity).sum())
+        return sqrt(away.dot(away)) <= s.goal.tolerance + fastest * (until - s.now)
 
     def _velocity_aim(self, s: Situation) -> Aim:
         """Have the desired velocity of the place where the robot will be, once the control has had its effect."""
