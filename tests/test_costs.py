@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from test_windows import CREWS, crew_state, started
 
 from slalom.kernels.arrival import earliest_arrival, no_sooner
-from slalom.kernels.costs import cost_of, promise
+from slalom.kernels.costs import cost_of, new_draft, promise
 from slalom.kernels.fleet import course
 from slalom.tolerances import COST
 
@@ -23,8 +23,8 @@ def test_a_promise_is_what_the_preferred_control_costs_alone(name, scenario, set
     fleet, answers, world, d = crew.fleet, crew.answers, crew._world(0.0), crew.scenario.dimension
     world = world._replace(ends=world.ends[:0], reach=world.reach[:0])
     fleet.halt[:] = stop
-    p, nobody = fleet.points.shape[1], np.empty(0, np.int64)
-    begin, points = np.empty(p + 1), np.empty((p, 4, 3))
+    nobody, draft = np.empty(0, np.int64), new_draft(fleet.points.shape[1], d)
+    begin, points = draft.begin.copy(), draft.points.copy()
     for i in some[:6]:
         limits, state = crew.scenario.robots[i].limits, crew_state(crew, i)
         for r, response in enumerate(crew.method.responses(limits, crew.period, crew.scenario.holds)):
@@ -33,9 +33,9 @@ def test_a_promise_is_what_the_preferred_control_costs_alone(name, scenario, set
                 u, inside = np.zeros(3), np.zeros(3)
                 u[:d] = admissible.centers[0] + rng.uniform(-far, far, d) * admissible.radii[0]
                 inside[:d] = admissible.toward(u[:d])
-                course(i, r, inside, fleet, answers, terms, begin, points)
-                cost = cost_of(i, until, begin, points, nobody, fleet, world, terms)
-                promised = promise(i, r, until, u, fleet, answers, terms)
+                course(i, r, inside, fleet, answers, terms, begin, points, 0)
+                cost = cost_of(i, until, begin, points, 0, nobody, fleet, world, terms, draft)
+                promised = promise(i, r, until, u, fleet, answers, terms, draft)
                 # The estimate of an arrival may exceed the speed limit by half of that share.
                 assert promised <= cost * (1.0 + 1e-9)
                 assert not stop or promised >= cost - COST

@@ -91,7 +91,7 @@ def test_who_is_left_out_stays_away(name, scenario, settings):
             left += 1
             touch = fleet.radius[i] + fleet.radius[k] + terms.margin
             for t in np.linspace(0.0, terms.horizon, 61):
-                place_at(fleet.seen_begin[k], fleet.seen_points[k], terms.now + t, place, speed)
+                place_at(fleet.seen_begin, fleet.seen_points, k, terms.now + t, place, speed)
                 for w in range(WINDOWS):
                     if w <= t / terms.horizon * WINDOWS <= w + 1:
                         assert np.linalg.norm(place - middle[w]) > touch + spread[w]

@@ -7,7 +7,7 @@ from slalom.kernels.compiled import Array, Indices, kernel
 from slalom.kernels.fleet import course
 from slalom.kernels.gather import place_at
 from slalom.kernels.meeting import in_the_way, longer_way
-from slalom.kernels.tables import Answers, Fleet, Terms, World
+from slalom.kernels.tables import Answers, Draft, Fleet, Terms, World
 from slalom.kernels.windows import smallest_limit
 from slalom.kernels.wish import time_to_go
 
@@ -23,13 +23,28 @@ def arrives(place: Array, speed: Array, goal: Array, stop: bool, tolerance: floa
 
 
 @kernel
-def soon(i: int, until: float, begin: Array, points: Array, room: Array, fleet: Fleet, terms: Terms) -> float:
-    """When robot i arrives that follows a course [s], if that is until `until`; -1 if not.
+def new_draft(pieces: int, dimension: int) -> Draft:
+    """Room for courses of so many pieces."""
+    return Draft(
+        np.empty((1, pieces + 1)),
+        np.empty((1, pieces, 4, 3)),
+        np.zeros(3),
+        np.empty(dimension),
+        np.empty(dimension),
+        np.empty(dimension),
+        np.empty(dimension),
+    )
 
-    Its place and velocity at `until` into the first two rows of `room`.
+
+@kernel
+def soon(
+    i: int, until: float, begin: Array, points: Array, row: int, fleet: Fleet, terms: Terms, place: Array, speed: Array
+) -> float:
+    """When robot i arrives that follows a course of a table [s], if that is until `until`; -1 if not.
+
+    Into `place` and `speed` where it is then, and how fast.
     """
     goal, stop, tolerance = fleet.target[i], fleet.halt[i], fleet.near[i]
-    place, speed = room[0], room[1]
     away, fast = 0.0, fleet.top[i]
     for axis in range(terms.dimension):
         away += (goal[axis] - fleet.position[i, axis]) ** 2
@@ -37,27 +52,35 @@ def soon(i: int, until: float, begin: Array, points: Array, room: Array, fleet: 
     if away <= (tolerance + fast * until) ** 2:
         # Farther away it cannot arrive until then.
         for step in range(8):
-            place_at(begin, points, terms.now + until * step / 8.0, place, speed)
+            place_at(begin, points, row, terms.now + until * step / 8.0, place, speed)
             if arrives(place, speed, goal, stop, tolerance):
                 return until * step / 8.0
-    place_at(begin, points, terms.now + until, place, speed)
+    place_at(begin, points, row, terms.now + until, place, speed)
     return -1.0
 
 
 @kernel
 def cost_of(
-    i: int, until: float, begin: Array, points: Array, near: Indices, fleet: Fleet, world: World, terms: Terms
+    i: int,
+    until: float,
+    begin: Array,
+    points: Array,
+    row: int,
+    near: Indices,
+    fleet: Fleet,
+    world: World,
+    terms: Terms,
+    draft: Draft,
 ) -> float:
     """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
     d, goal = terms.dimension, fleet.target[i]
-    room = np.empty((4, d))
-    there = soon(i, until, begin, points, room, fleet, terms)
+    place, speed, left = draft.place, draft.speed, draft.left
+    there = soon(i, until, begin, points, row, fleet, terms, place, speed)
     if there >= 0.0:
         return there
-    place, speed, wanted, left = room[0], room[1], room[2], room[3]
     for axis in range(d):
         left[axis] = goal[axis] - place[axis]
-    cost = until + time_to_go(left, speed, fleet.most[i], fleet.top[i], fleet.near[i], fleet.halt[i], wanted)
+    cost = until + time_to_go(left, speed, fleet.most[i], fleet.top[i], fleet.near[i], fleet.halt[i], draft.wanted)
     if d == 2 and len(terms.angles) > 0:
         longer = 0.0
         for k in near:
@@ -72,38 +95,36 @@ def cost_of(
 
 
 @kernel
-def promise(i: int, r: int, until: float, u: Array, fleet: Fleet, answers: Answers, terms: Terms) -> float:
+def promise(
+    i: int, r: int, until: float, u: Array, fleet: Fleet, answers: Answers, terms: Terms, draft: Draft
+) -> float:
     """What response r costs robot i [s] that prefers the control u, if nothing is in its way.
 
     Of the smallest ball that all admissible controls lie in it is the nearest to u that counts. To pass through a
     goal it is given the time of a straight line, which is no more than it needs.
     """
-    d, n, goal = terms.dimension, fleet.points.shape[1], fleet.target[i]
+    d, goal = terms.dimension, fleet.target[i]
+    place, speed, left, inside = draft.place, draft.speed, draft.left, draft.control
     share, radius = smallest_limit(i, r, fleet, answers)
     square = 0.0
     for axis in range(d):
+        inside[axis] = u[axis]
         square += (u[axis] + share * fleet.velocity[i, axis]) ** 2
-    inside = u.copy()
     if square > radius * radius:
         for axis in range(d):
             middle = -share * fleet.velocity[i, axis]
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
-    begin, points = np.empty(n + 1), np.empty((n, 4, 3))
-    course(i, r, inside, fleet, answers, terms, begin, points)
-    room = np.empty((4, d))
-    there = soon(i, until, begin, points, room, fleet, terms)
+    course(i, r, inside, fleet, answers, terms, draft.begin, draft.points, 0)
+    there = soon(i, until, draft.begin, draft.points, 0, fleet, terms, place, speed)
     if there >= 0.0:
         return there
-    place, speed, wanted, left = room[0], room[1], room[2], room[3]
-    for axis in range(d):
-        left[axis] = goal[axis] - place[axis]
-    if fleet.halt[i]:
-        return until + time_to_go(left, speed, fleet.most[i], fleet.top[i], fleet.near[i], True, wanted)
     square, along, fast = 0.0, 0.0, 0.0
     for axis in range(d):
+        left[axis] = goal[axis] - place[axis]
         square += left[axis] ** 2
         along += left[axis] * speed[axis]
         fast += speed[axis] ** 2
-    distance = max(np.sqrt(square), 1e-12)
-    quick = max(fleet.top[i], np.sqrt(fast))
+    if fleet.halt[i]:
+        return until + time_to_go(left, speed, fleet.most[i], fleet.top[i], fleet.near[i], True, draft.wanted)
+    distance, quick = max(np.sqrt(square), 1e-12), max(fleet.top[i], np.sqrt(fast))
     return until + no_sooner(distance - 0.5 * fleet.near[i], along / distance, fleet.most[i], quick)

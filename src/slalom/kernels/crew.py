@@ -7,14 +7,14 @@ module has no answer for is told to ask the navigator.
 import numpy as np
 
 from slalom.kernels.bezier import new_stack
-from slalom.kernels.compiled import Array, Indices, inlined, kernel
+from slalom.kernels.compiled import Array, Flags, Indices, inlined, kernel
 from slalom.kernels.copying import fill
-from slalom.kernels.costs import cost_of, promise
+from slalom.kernels.costs import cost_of, new_draft, promise
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.fleet import commit, course, foresee, in_reach, meeting, relative
 from slalom.kernels.gather import gather, squeeze
 from slalom.kernels.hulls import new_course
-from slalom.kernels.tables import Answers, Fleet, Meeting, Rows, Survey, Terms, World
+from slalom.kernels.tables import Answers, Draft, Fleet, Meeting, Rows, Survey, Terms, World
 from slalom.kernels.windows import around, survey, who_is_met
 from slalom.kernels.wish import passing_velocity, stopping_velocity
 from slalom.tolerances import CANDIDATES, COST, ELEMENTS, KEPT, TOUCHING, WORTH
@@ -24,33 +24,25 @@ SQUEEZES = 4
 """How often a choice is sought, with half the margin of the time before; after them the navigator is asked."""
 
 
-@kernel
-def wished(place: Array, velocity: Array, goal: Array, stop: bool, push: float, top: float, wanted: Array) -> None:
-    """The velocity that leads from `place` to `goal`, into `wanted`."""
-    away = goal[: len(wanted)] - place
-    if stop:
-        stopping_velocity(away, push, top, wanted)
-    else:
-        passing_velocity(away, velocity, push, top, wanted)
-
-
 @inlined
 def preferred(
-    i: int, r: int, goal: Array, stop: bool, angle: float, fleet: Fleet, answers: Answers, terms: Terms, u: Array
+    i: int, r: int, angle: float, fleet: Fleet, answers: Answers, terms: Terms, draft: Draft, u: Array
 ) -> None:
     """The control of response r whose velocity, once it has settled, is the wished one, turned by `angle`; into u."""
     d, after = terms.dimension, answers.settled[r]
-    room = np.empty((3, d))
-    place, velocity, wanted = room[0], room[1], room[2]
+    away, velocity, wanted = draft.left, draft.speed, draft.wanted
     for axis in range(d):
         velocity[axis] = fleet.velocity[i, axis]
-        # Where the robot will be then; a way that is turned off is turned off from where it is.
-        place[axis] = fleet.position[i, axis] + (after * velocity[axis] if angle == 0.0 else 0.0)
-    wished(place, velocity, goal, stop, fleet.most[i], fleet.top[i], wanted)
+        # From where the robot will be then; a way that is turned off is turned off from where it is.
+        ahead = after * velocity[axis] if angle == 0.0 else 0.0
+        away[axis] = fleet.target[i, axis] - (fleet.position[i, axis] + ahead)
+    if fleet.halt[i]:
+        stopping_velocity(away, fleet.most[i], fleet.top[i], wanted)
+    else:
+        passing_velocity(away, velocity, fleet.most[i], fleet.top[i], wanted)
     if angle != 0.0:
         c, s = np.cos(angle), np.sin(angle)
         wanted[0], wanted[1] = c * wanted[0] - s * wanted[1], s * wanted[0] + c * wanted[1]
-    u[:] = 0.0
     for axis in range(d):
         u[axis] = (wanted[axis] - answers.aim[r, 0] * velocity[axis]) / answers.aim[r, 1]
 
@@ -94,20 +86,22 @@ def is_clear(i: int, squeezed: bool, rows: Rows, fleet: Fleet, world: World, ter
 @inlined
 def own_control(i: int, r: int, fleet: Fleet, answers: Answers, terms: Terms, u: Array) -> None:
     """The control of response r that changes nothing now: the present acceleration or velocity; into u."""
-    u[:] = 0.0
     for axis in range(terms.dimension):
         u[axis] = fleet.velocity[i, axis] if answers.aim[r, 0] == 0.0 else fleet.push[i, axis]
 
 
 @kernel
-def promises(i: int, turn: int, fleet: Fleet, answers: Answers, terms: Terms, hopes: Array) -> None:
-    """What each response promises on the way of this `turn`, 0 the straight one, into `hopes`; inf there stays inf."""
-    first, angle, wanted = answers.kinds[fleet.kind[i]], 0.0 if turn == 0 else terms.angles[turn - 1], np.zeros(3)
-    for k in range(len(hopes)):
-        if hopes[k] < np.inf:
+def promises(
+    i: int, turn: int, fleet: Fleet, answers: Answers, terms: Terms, draft: Draft, closed: Flags, hopes: Array
+) -> None:
+    """What each response that is not `closed` promises on the way of this `turn`, 0 the straight one, into `hopes`."""
+    first, angle, u = answers.kinds[fleet.kind[i]], 0.0 if turn == 0 else terms.angles[turn - 1], np.zeros(3)
+    for k in range(len(closed)):
+        if not closed[k]:
             r = first + k
-            preferred(i, r, fleet.target[i], fleet.halt[i], angle, fleet, answers, terms, wanted)
-            hopes[k] = promise(i, r, max(terms.period, answers.settled[r]), wanted, fleet, answers, terms)
+            preferred(i, r, angle, fleet, answers, terms, draft, u)
+            until = max(terms.period, answers.settled[r])
+            hopes[turn * len(closed) + k] = promise(i, r, until, u, fleet, answers, terms, draft)
 
 
 @kernel
@@ -141,31 +135,27 @@ def best_of(
     outcome is KEEP as soon as nothing that is left promises enough to change what the robot is committed to, if that
     is clear.
     """
-    p, first, count = fleet.points.shape[1], answers.kinds[fleet.kind[i]], answers.kinds[fleet.kind[i] + 1]
-    count -= first
-    wanted, own, worth = np.zeros(3), np.zeros(3), WORTH * terms.patience + COST
-    begin, points = np.empty(p + 1), np.empty((p, 4, 3))
+    first, worth = answers.kinds[fleet.kind[i]], WORTH * terms.patience + COST
+    count = answers.kinds[fleet.kind[i] + 1] - first
+    wanted, own, draft = np.zeros(3), np.zeros(3), new_draft(fleet.points.shape[1], terms.dimension)
     best, best_r, outcome, clear, turned = np.inf, -1, CONSTRAINED, False, False
     meetings: list[Meeting] = []
     which, kept, closed = np.full(count, -1), np.full(count, np.inf), np.zeros(count, np.bool_)
     hopes = np.full(count * (1 + len(terms.angles)), np.inf)
-    hopes[:count] = 0.0
-    promises(i, 0, fleet, answers, terms, hopes[:count])
+    promises(i, 0, fleet, answers, terms, draft, closed, hopes)
     while True:
         at = first_least(hopes)
         if hopes[at] >= best - worth and not (clear or turned):
             turned = True
             for turn in range(1, 1 + len(terms.angles)):
-                for k in range(count):
-                    hopes[turn * count + k] = np.inf if closed[k] else 0.0
-                promises(i, turn, fleet, answers, terms, hopes[turn * count : (turn + 1) * count])
+                promises(i, turn, fleet, answers, terms, draft, closed, hopes)
             at = first_least(hopes)
         done = hopes[at] >= best - worth
         k, least = (best_r - first, best) if done else (at % count, hopes[at])
         if keep and least < np.inf:
             if kept[k] == np.inf:
                 until = max(terms.period, answers.settled[first + k])
-                kept[k] = cost_of(i, until, fleet.begin[i], fleet.points[i], near, fleet, world, terms)
+                kept[k] = cost_of(i, until, fleet.begin, fleet.points, i, near, fleet, world, terms, draft)
             regret = fleet.regret[i] + max(0.0, kept[k] - least)
             if regret <= terms.patience:
                 keep = is_clear(i, False, rows, fleet, world, terms)
@@ -178,7 +168,7 @@ def best_of(
         if closed[k]:
             continue
         angle = 0.0 if turn == 0 else terms.angles[turn - 1]
-        preferred(i, r, fleet.target[i], fleet.halt[i], angle, fleet, answers, terms, wanted)
+        preferred(i, r, angle, fleet, answers, terms, draft, wanted)
         if which[k] < 0:
             which[k] = len(meetings)
             own_control(i, r, fleet, answers, terms, own)
@@ -191,8 +181,9 @@ def best_of(
         closed[k] = code != SAFE
         if code != SAFE:
             continue
-        course(i, r, u, fleet, answers, terms, begin, points)
-        cost = cost_of(i, max(terms.period, answers.settled[r]), begin, points, near, fleet, world, terms)
+        course(i, r, u, fleet, answers, terms, draft.begin, draft.points, 0)
+        until = max(terms.period, answers.settled[r])
+        cost = cost_of(i, until, draft.begin, draft.points, 0, near, fleet, world, terms, draft)
         exact = turn == 0 and u[0] == wanted[0] and u[1] == wanted[1] and u[2] == wanted[2]
         clear = clear or exact
         if cost < best - COST:

@@ -110,16 +110,19 @@ def meeting(
 
 
 @kernel
-def course(i: int, r: int, u: Array, fleet: Fleet, answers: Answers, terms: Terms, begin: Array, points: Array) -> None:
-    """The course of robot i that answers u by response r from now on, into begin and points."""
+def course(
+    i: int, r: int, u: Array, fleet: Fleet, answers: Answers, terms: Terms, begin: Array, points: Array, row: int
+) -> None:
+    """The course of robot i that answers u by response r from now on, into a row of the tables begin and points."""
     first, last = answers.first[r], answers.first[r + 1]
     end = terms.now + (FOR_EVER if terms.shared else answers.knots[last + r])
-    begin[:] = end
+    for p in range(begin.shape[1]):
+        begin[row, p] = end
     for p in range(last - first):
-        begin[p] = terms.now + answers.knots[first + r + p]
+        begin[row, p] = terms.now + answers.knots[first + r + p]
         for c in range(4):
             for axis in range(3):
-                points[p, c, axis] = (
+                points[row, p, c, axis] = (
                     fleet.position[i, axis]
                     + answers.place[first + p, c] * fleet.velocity[i, axis]
                     + answers.gain[first + p, c] * u[axis]
@@ -131,13 +134,13 @@ def foresee(k: int, fleet: Fleet, terms: Terms) -> None:
     """Where robot k is seen to be during the horizon and at its end."""
     speed = np.empty(3)
     whereabouts(fleet.seen_begin[k], fleet.seen_points[k], terms, fleet.middle[k], fleet.spread[k])
-    place_at(fleet.seen_begin[k], fleet.seen_points[k], terms.now + terms.horizon, fleet.later[k], speed)
+    place_at(fleet.seen_begin, fleet.seen_points, k, terms.now + terms.horizon, fleet.later[k], speed)
 
 
 @kernel
 def commit(i: int, r: int, u: Array, fleet: Fleet, answers: Answers, terms: Terms) -> None:
     """Robot i follows response r under u from now on; with shared manoeuvres the others see it at once."""
-    course(i, r, u, fleet, answers, terms, fleet.begin[i], fleet.points[i])
+    course(i, r, u, fleet, answers, terms, fleet.begin, fleet.points, i)
     fleet.response[i] = r
     fill(fleet.control[i], u)
     if terms.shared:

@@ -11,16 +11,16 @@ from slalom.tolerances import CONTACT, TOUCHING
 
 
 @kernel
-def place_at(begin: Array, points: Array, t: float, place: Array, speed: Array) -> None:
-    """Position and velocity at t on cubic pieces; the last one that has a length goes on."""
+def place_at(begin: Array, points: Array, i: int, t: float, place: Array, speed: Array) -> None:
+    """Position and velocity at t on course i of a table, cubic pieces; the last one that has a length goes on."""
     k = 0
-    while k < len(points) - 1 and begin[k + 1] <= t and begin[k + 2] > begin[k + 1]:
+    while k < points.shape[1] - 1 and begin[i, k + 1] <= t and begin[i, k + 2] > begin[i, k + 1]:
         k += 1
-    width = begin[k + 1] - begin[k]
-    x = (t - begin[k]) / width
+    width = begin[i, k + 1] - begin[i, k]
+    x = (t - begin[i, k]) / width
     y = 1.0 - x
     for axis in range(len(place)):
-        p0, p1, p2, p3 = points[k, 0, axis], points[k, 1, axis], points[k, 2, axis], points[k, 3, axis]
+        p0, p1, p2, p3 = points[i, k, 0, axis], points[i, k, 1, axis], points[i, k, 2, axis], points[i, k, 3, axis]
         place[axis] = y * y * y * p0 + 3.0 * x * y * y * p1 + 3.0 * x * x * y * p2 + x * x * x * p3
         speed[axis] = 3.0 * (y * y * (p1 - p0) + 2.0 * x * y * (p2 - p1) + x * x * (p3 - p2)) / width
 
@@ -60,7 +60,7 @@ def gather(i: int, near: Indices, fleet: Fleet, world: World, terms: Terms) -> t
     place, speed = np.empty(d), np.empty(d)
     for j in range(count):
         k = near[j]
-        place_at(fleet.seen_begin[k], fleet.seen_points[k], now, place, speed)
+        place_at(fleet.seen_begin, fleet.seen_points, k, now, place, speed)
         square = 0.0
         for axis in range(d):
             square += (place[axis] - fleet.position[i, axis]) ** 2
@@ -77,14 +77,14 @@ def gather(i: int, near: Indices, fleet: Fleet, world: World, terms: Terms) -> t
             first, last = fleet.seen_begin[k, p], fleet.seen_begin[k, p + 1]
             if last <= now or last <= first or first >= now + terms.horizon:
                 continue
-            end = cut_rows(first - now, last - now, fleet.seen_points[k, p], cut, end, times, points)
+            end = cut_rows(first - now, last - now, fleet.seen_points, k, p, cut, end, times, points)
         for row in range(s, end):
-            radius[row], body[row] = touch + extra, bodies + j
+            radius[row], body[row], spare[row, 0] = touch + extra, bodies + j, max(extra, 0.0)
             if turning:
-                turns[row, :, 0] = 1.0
-        spare[s:end, 0] = max(extra, 0.0)
+                for c in range(4):
+                    turns[row, c, 0] = 1.0
         if cut < np.inf:
-            regain(terms.margin - max(extra, 0.0), cut, times[s:end], radius[s:end], growth[s:end], spare[s:end])
+            regain(terms.margin - max(extra, 0.0), cut, s, end, times, radius, growth, spare)
         s = end
     return (
         Rows(times[:s], points[:s], radius[:s], growth[:s], turns[:s], body[:s], spare[:s], hull, spread, partner),
@@ -93,13 +93,18 @@ def gather(i: int, near: Indices, fleet: Fleet, world: World, terms: Terms) -> t
 
 
 @kernel
-def cut_rows(first: float, last: float, piece: Array, cut: float, s: int, times: Array, points: Array) -> int:
-    """A piece (4, 3) driven from `first` to `last` into row s, or into two rows about the time `cut`; the next row."""
+def cut_rows(
+    first: float, last: float, courses: Array, k: int, p: int, cut: float, s: int, times: Array, points: Array
+) -> int:
+    """Piece p of course k, driven from `first` to `last`, into row s, or into two rows about the time `cut`; the next
+    row.
+    """
     parts = 2 if first < cut and cut < last else 1
     for part in range(parts):
         times[s, 0], times[s, 1] = first if part == 0 else cut, last if part == parts - 1 else cut
         for axis in range(points.shape[2]):
-            p0, p1, p2, p3 = piece[0, axis], piece[1, axis], piece[2, axis], piece[3, axis]
+            p0, p1 = courses[k, p, 0, axis], courses[k, p, 1, axis]
+            p2, p3 = courses[k, p, 2, axis], courses[k, p, 3, axis]
             if parts == 2:
                 e, f = (times[s, 0] - first) / (last - first), (times[s, 1] - first) / (last - first)
                 p0, p1, p2, p3 = restrict(p0, p1, p2, p3, e, f)
@@ -109,9 +114,13 @@ def cut_rows(first: float, last: float, piece: Array, cut: float, s: int, times:
 
 
 @kernel
-def regain(lost: float, within: float, times: Array, radius: Array, growth: Array, spare: Array) -> None:
-    """Grow rows of a robot evenly by the margin that it has lost, until it is whole `within` [s]."""
-    for s in range(len(times)):
+def regain(
+    lost: float, within: float, begin: int, end: int, times: Array, radius: Array, growth: Array, spare: Array
+) -> None:
+    """Grow the rows from `begin` to `end`, of one robot, evenly by the margin that is lost, until it is whole `within`
+    [s].
+    """
+    for s in range(begin, end):
         early, late = lost * min(max(times[s, 0] / within, 0.0), 1.0), lost * min(max(times[s, 1] / within, 0.0), 1.0)
         radius[s] += early
         growth[s] = late - early

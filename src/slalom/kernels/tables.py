@@ -139,3 +139,15 @@ class Meeting(NamedTuple):
     growth: Array
     reach: Array
     hulls: "MaybeHulls"
+
+
+class Draft(NamedTuple):
+    """Room for a course that is thought of, and for where it leads."""
+
+    begin: Array  # (1, p + 1) a table of one course
+    points: Array  # (1, p, 4, 3)
+    control: Array  # (3,)
+    place: Array  # (d,)
+    speed: Array  # (d,)
+    left: Array  # (d,)
+    wanted: Array  # (d,)
