@@ -84,8 +84,9 @@ def test_who_is_left_out_stays_away(name, scenario, settings):
         everybody = np.delete(np.arange(len(fleet.radius)), i)
         near = in_reach(i, everybody, fleet, terms)
         np.testing.assert_array_equal(np.sort(in_reach(i, around(i, fleet, seen), fleet, terms)), near)
-        met = np.sort(who_is_met(i, around(i, fleet, seen), seen, fleet, terms))
-        np.testing.assert_array_equal(who_is_met(i, everybody, seen, fleet, terms), met)
+        balls = seen.middle[i], seen.spread[i]
+        met = np.sort(who_is_met(i, around(i, fleet, seen), *balls, fleet, terms))
+        np.testing.assert_array_equal(who_is_met(i, everybody, *balls, fleet, terms), met)
         middle, spread = seen.middle[i], seen.spread[i]
         for k in np.setdiff1d(everybody, met):
             left += 1

@@ -14,12 +14,12 @@ from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.fleet import commit, course, foresee, in_reach, meeting, relative
 from slalom.kernels.gather import gather, squeeze
 from slalom.kernels.hulls import new_course
-from slalom.kernels.tables import Answers, Draft, Fleet, Meeting, Rows, Survey, Terms, World
-from slalom.kernels.windows import around, survey, who_is_met
+from slalom.kernels.tables import WINDOWS, Answers, Draft, Fleet, Meeting, Rows, Survey, Terms, World
+from slalom.kernels.windows import around, survey, whereabouts, who_is_met
 from slalom.kernels.wish import passing_velocity, stopping_velocity
 from slalom.tolerances import CANDIDATES, COST, ELEMENTS, KEPT, TOUCHING, WORTH
 
-CLEAR, CONSTRAINED, KEEP, CONTINUE, SQUEEZED, ASK = 0, 1, 2, 3, 4, -1
+CLEAR, CONSTRAINED, KEEP, CONTINUE, SQUEEZED, ASK, TRY = 0, 1, 2, 3, 4, -1, -2
 SQUEEZES = 4
 """How often a choice is sought, with half the margin of the time before; after them the navigator is asked."""
 
@@ -48,8 +48,11 @@ def preferred(
 
 
 @kernel
-def is_clear(i: int, squeezed: bool, rows: Rows, fleet: Fleet, world: World, terms: Terms) -> bool:
-    """Whether robot i can go on as it is committed to; `squeezed`: without keeping the margin."""
+def goes_on(i: int, squeezed: bool, near: Indices, fleet: Fleet, world: World, terms: Terms) -> int:
+    """Whether robot i can go on as it is committed to: KEEP; CONSTRAINED if not; ASK if it overlaps something.
+
+    `squeezed`: without keeping the margin. Only those are looked at whom it may meet on that course.
+    """
     d, n = terms.dimension, fleet.points.shape[1]
     knots, count = np.empty(n + 1), 0
     drift = np.empty((n, 4, d))
@@ -63,24 +66,26 @@ def is_clear(i: int, squeezed: bool, rows: Rows, fleet: Fleet, world: World, ter
         count += 1
         knots[count] = fleet.begin[i, p + 1] - terms.now
     if count == 0 or knots[count] < terms.horizon:
-        return False
+        return CONSTRAINED
+    middle, spread = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
+    whereabouts(fleet.begin[i], fleet.points[i], terms, middle, spread)
+    rows, overlaps = gather(i, who_is_met(i, near, middle, spread, fleet, terms), fleet, world, terms)
+    if overlaps:
+        return ASK
     if squeezed:
         squeeze(1.0, rows)
-    points, gains, radius, growth, reach, hulls, body = relative(
+    points, gains, radius, growth, reach, hulls, _ = relative(
         rows, world, knots[: count + 1], drift[:count], np.zeros((count, 4)), terms.horizon
     )
-    if squeezed:
-        squeeze(-1.0, rows)
     motion, q = new_course(hulls)
     gaps, element = np.empty(len(radius)), np.zeros(5)
     stack, u = new_stack(), np.zeros(3)
     less = KEPT if squeezed else KEPT + TOUCHING
-    for s in range(len(body)):
+    for s in range(len(radius)):
         radius[s] -= less
         reach[s] -= less
-    return bool(
-        deepest_violation(points, gains, radius, growth, reach, hulls, gaps, stack, motion, q, u, element) == -1
-    )
+    worst = deepest_violation(points, gains, radius, growth, reach, hulls, gaps, stack, motion, q, u, element)
+    return KEEP if worst == -1 else CONSTRAINED
 
 
 @inlined
@@ -105,6 +110,36 @@ def promises(
 
 
 @kernel
+def kept_for(
+    i: int,
+    k: int,
+    least: float,
+    near: Indices,
+    fleet: Fleet,
+    world: World,
+    answers: Answers,
+    terms: Terms,
+    draft: Draft,
+    kept: Array,
+) -> int:
+    """TRY if robot i, which could do with `least` by its k-th response, loses too much by keeping its manoeuvre.
+
+    Else as `goes_on`. `kept`: what keeping costs beside each response; inf: not known yet.
+    """
+    r = answers.kinds[fleet.kind[i]] + k
+    if kept[k] == np.inf:
+        until = max(terms.period, answers.settled[r])
+        kept[k] = cost_of(i, until, fleet.begin, fleet.points, i, near, fleet, world, terms, draft)
+    regret = fleet.regret[i] + max(0.0, kept[k] - least)
+    if regret > terms.patience:
+        return TRY
+    on = goes_on(i, False, near, fleet, world, terms)
+    if on == KEEP:
+        fleet.regret[i] = regret
+    return on
+
+
+@kernel
 def first_least(hopes: Array) -> int:
     """The first that is the least, but for COST."""
     least = np.inf
@@ -125,7 +160,10 @@ def best_of(
     world: World,
     answers: Answers,
     terms: Terms,
+    draft: Draft,
     keep: bool,
+    kept: Array,
+    hopes: Array,
     best_u: Array,
 ) -> tuple[int, int]:
     """The response and outcome of the exact choice that costs least, its control into best_u. Response -1: none.
@@ -134,15 +172,15 @@ def best_of(
     then, if that way is not clear, those that have any free control on ways that are turned off it. With `keep` the
     outcome is KEEP as soon as nothing that is left promises enough to change what the robot is committed to, if that
     is clear.
+
+    Args:
+        kept: see `kept_for`. hopes: what is promised on the straight way; room for the others, with inf.
     """
-    first, worth = answers.kinds[fleet.kind[i]], WORTH * terms.patience + COST
-    count = answers.kinds[fleet.kind[i] + 1] - first
-    wanted, own, draft = np.zeros(3), np.zeros(3), new_draft(fleet.points.shape[1], terms.dimension)
+    first, count, worth = answers.kinds[fleet.kind[i]], len(kept), WORTH * terms.patience + COST
+    wanted, own = np.zeros(3), np.zeros(3)
     best, best_r, outcome, clear, turned = np.inf, -1, CONSTRAINED, False, False
     meetings: list[Meeting] = []
-    which, kept, closed = np.full(count, -1), np.full(count, np.inf), np.zeros(count, np.bool_)
-    hopes = np.full(count * (1 + len(terms.angles)), np.inf)
-    promises(i, 0, fleet, answers, terms, draft, closed, hopes)
+    which, closed = np.full(count, -1), np.zeros(count, np.bool_)
     while True:
         at = first_least(hopes)
         if hopes[at] >= best - worth and not (clear or turned):
@@ -153,15 +191,10 @@ def best_of(
         done = hopes[at] >= best - worth
         k, least = (best_r - first, best) if done else (at % count, hopes[at])
         if keep and least < np.inf:
-            if kept[k] == np.inf:
-                until = max(terms.period, answers.settled[first + k])
-                kept[k] = cost_of(i, until, fleet.begin, fleet.points, i, near, fleet, world, terms, draft)
-            regret = fleet.regret[i] + max(0.0, kept[k] - least)
-            if regret <= terms.patience:
-                keep = is_clear(i, False, rows, fleet, world, terms)
-                if keep:
-                    fleet.regret[i] = regret
-                    return best_r, KEEP
+            on = kept_for(i, k, least, near, fleet, world, answers, terms, draft, kept)
+            keep = on == TRY
+            if on == KEEP:
+                return best_r, KEEP
         if done:
             return best_r, outcome
         r, turn, hopes[at] = first + k, at // count, np.inf
@@ -195,23 +228,37 @@ def best_of(
 def decide(i: int, seen: Survey, fleet: Fleet, world: World, answers: Answers, terms: Terms) -> int:
     """The decision of robot i: its outcome. What it commits to goes into `fleet`."""
     near = in_reach(i, around(i, fleet, seen), fleet, terms)
-    rows, overlaps = gather(i, who_is_met(i, near, seen, fleet, terms), fleet, world, terms)
+    count = answers.kinds[fleet.kind[i] + 1] - answers.kinds[fleet.kind[i]]
+    draft, best_u = new_draft(fleet.points.shape[1], terms.dimension), np.zeros(3)
+    kept, nothing = np.full(count, np.inf), np.zeros(count, np.bool_)
+    hopes = np.full(count * (1 + len(terms.angles)), np.inf)
+    promises(i, 0, fleet, answers, terms, draft, nothing, hopes)
+    patient, on = fleet.regret[i] <= terms.patience, CONSTRAINED
+    if patient:
+        # Most keep what they have; for that they need not know all whom they could meet.
+        k = first_least(hopes)
+        on = kept_for(i, k, hopes[k], near, fleet, world, answers, terms, draft, kept)
+        if on in (KEEP, ASK):
+            return on
+    rows, overlaps = gather(i, who_is_met(i, near, seen.middle[i], seen.spread[i], fleet, terms), fleet, world, terms)
     if overlaps:
         return ASK
-    best_u = np.zeros(3)
     for level in range(SQUEEZES):
-        keep = level == 0 and fleet.regret[i] <= terms.patience
-        r, outcome = best_of(i, rows, near, fleet, world, answers, terms, keep, best_u)
+        if level > 0:
+            # With half the margin, then a quarter.
+            squeeze(0.5**level, rows)
+            hopes[:] = np.inf
+            promises(i, 0, fleet, answers, terms, draft, nothing, hopes)
+        keep = level == 0 and on == TRY
+        r, outcome = best_of(i, rows, near, fleet, world, answers, terms, draft, keep, kept, hopes, best_u)
         if outcome == KEEP:
             return KEEP
         if r >= 0:
             commit(i, r, best_u, fleet, answers, terms)
             fleet.regret[i] = 0.0
             return outcome if level == 0 else SQUEEZED
-        if keep and is_clear(i, True, rows, fleet, world, terms):
+        if level == 0 and patient and goes_on(i, True, near, fleet, world, terms) == KEEP:
             return CONTINUE
-        # With half the margin, then a quarter.
-        squeeze(0.5**level * 0.5, rows)
     return ASK
 
 

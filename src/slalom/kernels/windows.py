@@ -195,9 +195,10 @@ def around(i: int, fleet: Fleet, seen: Survey) -> Indices:
 
 
 @kernel
-def who_is_met(i: int, near: Indices, seen: Survey, fleet: Fleet, terms: Terms) -> Indices:
-    """Those of the robots `near` that robot i may come nearer to than the margin within the horizon."""
-    middle, spread = seen.middle[i], seen.spread[i]
+def who_is_met(i: int, near: Indices, middle: Array, spread: Array, fleet: Fleet, terms: Terms) -> Indices:
+    """Those of the robots `near` that robot i comes no nearer to than the margin within the horizon are left out, if
+    balls (w, 3), (w,) hold all it does.
+    """
     met, count = np.empty(len(near), np.int64), 0
     # Without slices and calls: this is asked of all that are near.
     theirs, wide = fleet.middle, fleet.spread
