@@ -16,6 +16,8 @@ DIRECTIONS = 16
 """Ways aside that are looked at."""
 WAITING, ASIDE = 1.5, 2.0
 """[s] after which a robot that stands in vain asks; for which who is asked heads aside, at least."""
+JAMMED = 10.0
+"""[s] after which a robot also asks those beside it: an arch before a door has nobody ahead of those who carry it."""
 HELD = 2.5
 """[1] and for as long as the one that asked is nearer than this many times the sum of their radii."""
 
@@ -53,6 +55,7 @@ def ask(
 ) -> None:
     """Robot i, which wants to go along (ex, ey), asks who stands there; these ask on."""
     stack = [(i, ex, ey)]
+    ahead = -0.5 if guide.waited[i] >= JAMMED else 0.1
     while len(stack) > 0:
         j, fx, fy = stack.pop()
         for k in range(len(guide.present)):
@@ -61,7 +64,7 @@ def ask(
             rx, ry = apart(j, k, guide)
             touch = guide.radius[j] + guide.radius[k]
             along, across = rx * fx + ry * fy, fx * ry - fy * rx
-            if along <= 0.1 * touch or rx * rx + ry * ry > (1.5 * touch) ** 2 or abs(across) >= touch + margin:
+            if along <= ahead * touch or rx * rx + ry * ry > (1.5 * touch) ** 2 or abs(across) >= touch + margin:
                 continue
             if np.sqrt(guide.velocity[k, 0] ** 2 + guide.velocity[k, 1] ** 2) > 0.3 * guide.top[k]:
                 continue
@@ -89,6 +92,7 @@ def ask(
             guide.aside[k, 2], guide.aside[k, 3] = until, i
             if run < 0.5 * touch and block >= 0 and not asked[block]:
                 stack.append((k, bx, by))
+        ahead = 0.1
 
 
 @kernel
