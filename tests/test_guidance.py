@@ -6,6 +6,7 @@ import pytest
 from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
 from slalom.kernels.meeting import around, head_for, ring_of
 from slalom.kernels.way import THROUGH, WALL, downhill, free_cells, next_corner, off_walls, sees, way_lengths
+from slalom.kernels.yielding import JAMMED
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.guidance import Guidance
@@ -163,6 +164,20 @@ class TestGivingWay:
         assert np.array_equal(guide.target[1, :2], guide.aside[1, :2])
         assert abs(guide.target[1, 1]) > 0.5
         assert np.array_equal(guide.target[0], guide.corner[0])
+
+    @pytest.mark.parametrize("waited", [0.9 * JAMMED, JAMMED])
+    def test_who_has_waited_long_asks_those_beside_it_too(self, waited):
+        guidance = Guidance(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)]))
+        guide = guidance.guide
+        guide.waited[0] = waited
+        guidance.update(0.0, 0.1)
+        assert (guide.aside[1, 2] > 0.0) == (waited >= JAMMED)
+
+    @pytest.mark.parametrize("seed", [5, pytest.param(114, marks=pytest.mark.slow)])
+    def test_an_arch_before_a_door_does_not_last(self, seed):
+        """Two robots at the jambs and one between them, none of them ahead of another, held up the rest for good."""
+        run = simulate(build("doorway", {}, seed=seed), METHODS["nao_shared"])
+        assert np.all(np.isfinite(run.arrived))
 
 
 @pytest.mark.parametrize("name", ["corridor_swap", "crossing_streams", "doorway"])
