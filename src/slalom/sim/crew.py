@@ -100,6 +100,7 @@ class Crew:
         )
         self._others, self._who = [""] * n, np.arange(n)
         self._said: dict[int, tuple[Array, Array]] = {}
+        self._empty = None if scenario.obstacles else self._world(scenario.start)
         for k, robot in enumerate(robots):
             self._commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
 
@@ -112,7 +113,7 @@ class Crew:
             self.method.shared, np.array(DETOURS),
         )  # fmt: skip
         self.fleet.push[:] = self.guidance.push
-        everywhere, outcomes = self._world(now), {}
+        everywhere, outcomes = self._world(now) if self._empty is None else self._empty, {}
         all_decide = one_by_one if self.method.shared else at_once
         for together, terms in self._turns(due, usual):
             for some, world in self._among_images(together, everywhere):

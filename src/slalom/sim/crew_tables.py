@@ -63,7 +63,10 @@ class Outlook(NamedTuple):
 
     def points(self, states: Array) -> Array:
         """The control points (..., q, 4, d) for states (..., 3, d)."""
-        return np.asarray(np.einsum("qcs,...sd->...qcd", self.shares, states))
+        # Written out: numpy.einsum takes twice as long for the same sums.
+        share, of = self.shares[..., None], states[..., None, None, :, :]
+        near = share[..., 0, :] * of[..., 0, :] + share[..., 1, :] * of[..., 1, :]
+        return np.asarray(near + share[..., 2, :] * of[..., 2, :])
 
 
 def outlook(forecast: Forecast, span: float) -> Outlook | None:
