@@ -974,6 +974,21 @@ def test_choice_is_admissible_safe_and_nearest(response: Response, data: st.Data
 
 @each_response
 @given(data=st.data())
+def test_toward_is_the_nearest_point_of_the_smallest_ball(response: Response, data: st.DataObject) -> None:
+    """And what is in that ball is its own."""
+    _, admissible, control, _ = draw_problem(data, response)
+    k = int(np.argmin(admissible.radii))
+    found, center, radius = admissible.toward(control), admissible.centers[k], float(admissible.radii[k])
+    away = float(np.linalg.norm(control - center))
+    near = pytest.approx(max(away - radius, 0.0), rel=1e-9, abs=1e-9 * (1.0 + away))
+    assert np.linalg.norm(found - center) <= radius * (1.0 + 1e-9)
+    assert np.linalg.norm(found - control) == near
+    inside = center + (control - center) * min(1.0, 0.99 * radius / max(away, 1e-9))
+    assert np.array_equal(admissible.toward(inside), inside)
+
+
+@each_response
+@given(data=st.data())
 def test_order_of_obstacles_does_not_matter(response: Response, data: st.DataObject) -> None:
     scene, admissible, preferred, _ = draw_problem(data, response, most=4)
     shuffled = tuple(data.draw(st.permutations(scene.obstacles)))
