@@ -44,7 +44,8 @@ class Decision:
         outcome: how it came about.
         preferred: the control (d,) that the objective asked of the manoeuvre's response.
         blocked: the control obstacle of that response, for pictures and questions; not asked, not computed.
-        regret: [s] of predicted arrival lost by keeping the manoeuvre since it was chosen.
+        regret: [s] of predicted arrival that keeping the manoeuvre has lost since it was chosen, or less: what was
+            promised instead counts, which others in the way may not have let it have.
     """
 
     manoeuvre: Manoeuvre

@@ -196,8 +196,8 @@ def around(i: int, fleet: Fleet, seen: Survey) -> Indices:
 
 @kernel
 def who_is_met(i: int, near: Indices, middle: Array, spread: Array, fleet: Fleet, terms: Terms) -> Indices:
-    """Those of the robots `near` that robot i comes no nearer to than the margin within the horizon are left out, if
-    balls (w, 3), (w,) hold all it does.
+    """Those of the robots `near` that robot i, whose doings the balls (w, 3), (w,) hold, may come nearer to than the
+    margin within the horizon.
     """
     met, count = np.empty(len(near), np.int64), 0
     # Without slices and calls: this is asked of all that are near.
