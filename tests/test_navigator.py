@@ -657,6 +657,11 @@ def wished(robot: Navigator, step: Step, manoeuvre: Manoeuvre, until: float) -> 
     return robot.objective.cost(manoeuvre, seen, until)
 
 
+def free_again(robot: Navigator, manoeuvre: Manoeuvre) -> float:
+    """When a robot has carried out a manoeuvre's control."""
+    return manoeuvre.free_again(robot.period, robot.horizon)
+
+
 @pytest.mark.parametrize("patience", [0.0, 0.1, 1.0])
 def test_regret_is_what_keeping_may_have_cost(patience: float) -> None:
     """It adds up what was promised at every decision to keep, never exceeds the patience, and starts anew at 0; what is
@@ -668,7 +673,7 @@ def test_regret_is_what_keeping_may_have_cost(patience: float) -> None:
         fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now)
         if step.decision.outcome is Outcome.KEPT:
             kept += 1
-            committed, until = step.decision.manoeuvre, robot.free_again(fresh.manoeuvre)
+            committed, until = step.decision.manoeuvre, free_again(robot, fresh.manoeuvre)
             assert committed is before.decision.manoeuvre
             best, this = (wished(robot, step, m, until) for m in (fresh.manoeuvre, committed))
             assert before.decision.regret <= step.decision.regret <= patience
@@ -688,8 +693,10 @@ def test_no_response_that_is_left_out_is_better_by_much() -> None:
         for hold in robot.holds:
             alone = replace(robot, holds=(hold,)).decide(step.state, others, goal(2, 30.0), now=step.now)
             if alone.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
-                costs.append(wished(robot, step, alone.manoeuvre, robot.free_again(alone.manoeuvre)))
-        chosen = wished(robot, step, fresh.manoeuvre, robot.free_again(fresh.manoeuvre))
+                costs.append(
+                    wished(robot, step, alone.manoeuvre, alone.manoeuvre.free_again(robot.period, robot.horizon))
+                )
+        chosen = wished(robot, step, fresh.manoeuvre, free_again(robot, fresh.manoeuvre))
         assert chosen <= min(costs) + WORTH * robot.patience + COST
 
 

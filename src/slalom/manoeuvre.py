@@ -82,6 +82,10 @@ class Manoeuvre:
         change = self.velocity(now + duration) - self.velocity(now)
         return np.asarray(change / duration)
 
+    def free_again(self, period: float, horizon: float) -> float:
+        """When its control has been carried out, if at the earliest one period after its start: absolute time [s]."""
+        return self.start + max(period, self.response.settled(horizon))
+
     def continuation(self, state: State, now: float) -> "Continuation":
         """The rest of the manoeuvre for a robot that is in `state` at `now`, perhaps a little off its course."""
         return Continuation(self, now, state.position - self.position(now), state.velocity - self.velocity(now))
