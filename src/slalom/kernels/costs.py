@@ -3,11 +3,12 @@
 import numpy as np
 
 from slalom.kernels.arrival import no_sooner
+from slalom.kernels.bezier import new_stack
 from slalom.kernels.compiled import Array, Indices, kernel
 from slalom.kernels.fleet import course
 from slalom.kernels.gather import place_at
 from slalom.kernels.meeting import in_the_way, longer_way
-from slalom.kernels.tables import Answers, Draft, Fleet, Terms, World
+from slalom.kernels.tables import WINDOWS, Answers, Draft, Fleet, Terms, World
 from slalom.kernels.windows import smallest_limit
 from slalom.kernels.wish import time_to_go
 
@@ -26,8 +27,11 @@ def arrives(place: Array, speed: Array, goal: Array, stop: bool, tolerance: floa
 def new_draft(pieces: int, dimension: int) -> Draft:
     """Room for courses of so many pieces."""
     return Draft(
-        np.empty((1, pieces + 1)),
-        np.empty((1, pieces, 4, 3)),
+        np.empty((2, pieces + 1)),
+        np.empty((2, pieces, 4, 3)),
+        np.empty((WINDOWS, 3)),
+        np.empty(WINDOWS),
+        new_stack(),
         np.zeros(3),
         np.empty(dimension),
         np.empty(dimension),

@@ -10,6 +10,7 @@ from slalom.kernels.bezier import new_stack
 from slalom.kernels.compiled import Array, Flags, Indices, inlined, kernel
 from slalom.kernels.copying import fill
 from slalom.kernels.costs import cost_of, new_draft, promise
+from slalom.kernels.direct import directly, passes
 from slalom.kernels.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.fleet import commit, course, foresee, in_reach, meeting, relative
 from slalom.kernels.gather import gather, squeeze
@@ -53,19 +54,11 @@ def goes_on(i: int, squeezed: bool, near: Indices, fleet: Fleet, world: World, t
 
     `squeezed`: without keeping the margin. Only those are looked at whom it may meet on that course.
     """
-    d, n = terms.dimension, fleet.points.shape[1]
-    knots, count = np.empty(n + 1), 0
-    drift = np.empty((n, 4, d))
+    d, n, end = terms.dimension, fleet.points.shape[1], -np.inf
     for p in range(n):
-        if fleet.begin[i, p + 1] <= terms.now or fleet.begin[i, p + 1] <= fleet.begin[i, p]:
-            continue
-        knots[count] = fleet.begin[i, p] - terms.now
-        for c in range(4):
-            for axis in range(d):
-                drift[count, c, axis] = fleet.points[i, p, c, axis]
-        count += 1
-        knots[count] = fleet.begin[i, p + 1] - terms.now
-    if count == 0 or knots[count] < terms.horizon:
+        if fleet.begin[i, p + 1] > max(terms.now, fleet.begin[i, p]):
+            end = fleet.begin[i, p + 1] - terms.now
+    if end < terms.horizon:
         return CONSTRAINED
     middle, spread = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
     whereabouts(fleet.begin[i], fleet.points[i], terms, middle, spread)
@@ -74,12 +67,25 @@ def goes_on(i: int, squeezed: bool, near: Indices, fleet: Fleet, world: World, t
         return ASK
     if squeezed:
         squeeze(1.0, rows)
+    stack, unmet = new_stack(), np.zeros(len(rows.hull), np.bool_)
+    if passes(rows, unmet, fleet.begin, fleet.points, i, i, terms.now, terms.horizon, stack):
+        return KEEP
+    knots, drift, count = np.empty(n + 1), np.empty((n, 4, d)), 0
+    for p in range(n):
+        if fleet.begin[i, p + 1] <= max(terms.now, fleet.begin[i, p]):
+            continue
+        knots[count] = fleet.begin[i, p] - terms.now
+        for c in range(4):
+            for axis in range(d):
+                drift[count, c, axis] = fleet.points[i, p, c, axis]
+        count += 1
+        knots[count] = fleet.begin[i, p + 1] - terms.now
     points, gains, radius, growth, reach, hulls, _ = relative(
         rows, world, knots[: count + 1], drift[:count], np.zeros((count, 4)), terms.horizon
     )
     motion, q = new_course(hulls)
     gaps, element = np.empty(len(radius)), np.zeros(5)
-    stack, u = new_stack(), np.zeros(3)
+    u = np.zeros(3)
     less = KEPT if squeezed else KEPT + TOUCHING
     for s in range(len(radius)):
         radius[s] -= less
@@ -155,6 +161,7 @@ def first_least(hopes: Array) -> int:
 def best_of(
     i: int,
     rows: Rows,
+    met: Indices,
     near: Indices,
     fleet: Fleet,
     world: World,
@@ -174,10 +181,11 @@ def best_of(
     is clear.
 
     Args:
+        met: the robots that the rows after those of passive bodies belong to. near: those in reach.
         kept: see `kept_for`. hopes: what is promised on the straight way; room for the others, with inf.
     """
     first, count, worth = answers.kinds[fleet.kind[i]], len(kept), WORTH * terms.patience + COST
-    wanted, own = np.zeros(3), np.zeros(3)
+    wanted, own, u = np.zeros(3), np.zeros(3), np.zeros(3)
     best, best_r, outcome, clear, turned = np.inf, -1, CONSTRAINED, False, False
     meetings: list[Meeting] = []
     which, closed = np.full(count, -1), np.zeros(count, np.bool_)
@@ -202,19 +210,21 @@ def best_of(
             continue
         angle = 0.0 if turn == 0 else terms.angles[turn - 1]
         preferred(i, r, angle, fleet, answers, terms, draft, wanted)
-        if which[k] < 0:
-            which[k] = len(meetings)
-            own_control(i, r, fleet, answers, terms, own)
-            meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
-        m = meetings[which[k]]
-        code, u, _, _ = nearest_free(
-            wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls,
-            ELEMENTS, CANDIDATES,
-        )  # fmt: skip
-        closed[k] = code != SAFE
-        if code != SAFE:
-            continue
-        course(i, r, u, fleet, answers, terms, draft.begin, draft.points, 0)
+        own_control(i, r, fleet, answers, terms, own)
+        if which[k] >= 0 or not directly(i, r, wanted, own, met, rows, fleet, answers, terms, draft, u):
+            if which[k] < 0:
+                which[k] = len(meetings)
+                meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
+            m = meetings[which[k]]
+            code, found, _, _ = nearest_free(
+                wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls,
+                ELEMENTS, CANDIDATES,
+            )  # fmt: skip
+            closed[k] = code != SAFE
+            if code != SAFE:
+                continue
+            fill(u, found)
+            course(i, r, u, fleet, answers, terms, draft.begin, draft.points, 0)
         until = max(terms.period, answers.settled[r])
         cost = cost_of(i, until, draft.begin, draft.points, 0, near, fleet, world, terms, draft)
         exact = turn == 0 and u[0] == wanted[0] and u[1] == wanted[1] and u[2] == wanted[2]
@@ -240,7 +250,8 @@ def decide(i: int, seen: Survey, fleet: Fleet, world: World, answers: Answers, t
         on = kept_for(i, k, hopes[k], near, fleet, world, answers, terms, draft, kept)
         if on in (KEEP, ASK):
             return on
-    rows, overlaps = gather(i, who_is_met(i, near, seen.middle[i], seen.spread[i], fleet, terms), fleet, world, terms)
+    met = who_is_met(i, near, seen.middle[i], seen.spread[i], fleet, terms)
+    rows, overlaps = gather(i, met, fleet, world, terms)
     if overlaps:
         return ASK
     for level in range(SQUEEZES):
@@ -250,7 +261,7 @@ def decide(i: int, seen: Survey, fleet: Fleet, world: World, answers: Answers, t
             hopes[:] = np.inf
             promises(i, 0, fleet, answers, terms, draft, nothing, hopes)
         keep = level == 0 and on == TRY
-        r, outcome = best_of(i, rows, near, fleet, world, answers, terms, draft, keep, kept, hopes, best_u)
+        r, outcome = best_of(i, rows, met, near, fleet, world, answers, terms, draft, keep, kept, hopes, best_u)
         if outcome == KEEP:
             return KEEP
         if r >= 0:

@@ -139,6 +139,24 @@ def within_reach(
 
 
 @kernel
+def nearest_admissible(preferred: Array, limits: Array, center: Array) -> tuple[bool, bool]:
+    """Whether `center` is the admissible control nearest to the preferred one, and whether that itself is admissible.
+
+    If neither, `center` is a control near it.
+    """
+    center[0], center[1], center[2] = preferred[0], preferred[1], preferred[2]
+    if meets(limits, 0, len(limits), preferred, -1, -1, -1):
+        return True, True
+    smallest = smallest_ball(limits, len(limits))
+    if not apart_by(limits, smallest, preferred) > limits[smallest, 4]:
+        return False, False
+    found = np.empty((1, 3))
+    project(limits, smallest, preferred, found)
+    center[0], center[1], center[2] = found[0, 0], found[0, 1], found[0, 2]
+    return meets(limits, 0, len(limits), center, smallest, -1, -1), False
+
+
+@kernel
 def nearest_free(
     preferred: Array,
     dimension: int,
@@ -157,22 +175,17 @@ def nearest_free(
     Of `limits` (n, 5), see `boundaries`, and segments as in `slalom.segments`. Returns status, control (3,), elements
     used, candidates examined.
     """
-    u, gaps, center, first = preferred.copy(), np.empty(len(radius)), np.empty((1, 3)), -1
-    allowed = meets(limits, 0, len(limits), u, -1, -1, -1)
+    u, gaps, center = preferred.copy(), np.empty(len(radius)), np.empty(3)
+    nearest, allowed = nearest_admissible(u, limits, center)
+    if is_clear(points, gains, reach, center, gaps) and nearest:
+        return SAFE, center, 0, 1
     smallest = smallest_ball(limits, len(limits))
-    center[0, 0], center[0, 1], center[0, 2] = u[0], u[1], u[2]
-    if not allowed and apart_by(limits, smallest, u) > limits[smallest, 4]:
-        project(limits, smallest, u, center)
-        first = smallest
-    nearest = allowed or (first >= 0 and meets(limits, 0, len(limits), center[0], first, -1, -1))
-    if is_clear(points, gains, reach, center[0], gaps) and nearest:
-        return SAFE, center[0], 0, 1
-    farthest = limits[smallest, 4] + apart_by(limits, smallest, center[0])
+    farthest = limits[smallest, 4] + apart_by(limits, smallest, center)
     which = np.empty(len(radius), np.int64)
     which = which[: within(gains, reach, gaps, farthest, which)]
     table = (points, gains, radius, growth, reach)
     code, elements, examined = exchanged(
-        u, dimension, limits, table, hulls, which, gaps, center[0], farthest, allowed, most_elements, most_candidates
+        u, dimension, limits, table, hulls, which, gaps, center, farthest, allowed, most_elements, most_candidates
     )
     return code, u, elements, examined
 

@@ -144,8 +144,11 @@ class Meeting(NamedTuple):
 class Draft(NamedTuple):
     """Room for a course that is thought of, and for where it leads."""
 
-    begin: Array  # (1, p + 1) a table of one course
-    points: Array  # (1, p, 4, 3)
+    begin: Array  # (2, p + 1) a table: the course, and what of it those see that avoid the robot too
+    points: Array  # (2, p, 4, 3)
+    middle: Array  # (WINDOWS, 3) balls that hold it
+    spread: Array  # (WINDOWS,)
+    stack: Array  # see `bezier.new_stack`
     control: Array  # (3,)
     place: Array  # (d,)
     speed: Array  # (d,)
