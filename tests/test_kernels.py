@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -124,6 +125,49 @@ def test_arguments_are_lent_and_neither_lost_nor_kept(compile):
     assert [list(array) for array in kept] == [list(array) for array in held(x, y, 3)[1]]
     del one, kept
     assert (sys.getrefcount(x), sys.getrefcount(y)) == before
+
+
+class Pair(NamedTuple):
+    """Two arrays."""
+
+    first: np.ndarray
+    rest: tuple[np.ndarray, np.ndarray]
+
+
+def chosen(pair: Pair, k: int) -> tuple[np.ndarray, Pair]:
+    """Parts of an argument, taken out in a loop, under names that are assigned to once and more often."""
+    kept = [pair.first]
+    for j in range(k):
+        one, (other, third) = pair.first, pair.rest
+        same = other if j % 2 else third
+        kept.append(one[j % 2 :])
+        kept.append(same)
+    last = kept[-1]
+    return last, Pair(last + 1.0, (pair.first, kept[k // 2]))
+
+
+def total(pair: Pair, many: int) -> float:
+    """A number that parts of parts are needed for."""
+    value, again = 0.0, pair
+    for k in range(many):
+        last, again = chosen(again if k % 3 else pair, k)
+        value += last[0] + again.first[-1] + again.rest[1][0]
+    return value
+
+
+def test_parts_of_arguments_are_lent_too(monkeypatch):
+    """No reference is lost where names go on standing for parts of tuples, and none is kept."""
+    x, y, z = np.arange(4.0), np.arange(4.0, 8.0), np.arange(8.0, 12.0)
+    expected, before = total(Pair(x, (y, z)), 9), [sys.getrefcount(one) for one in (x, y, z)]
+    part, uncounted = compiled.kernel(chosen), compiled.kernel(total)
+    monkeypatch.setitem(globals(), "chosen", part)
+    for _ in range(3):
+        assert uncounted(Pair(x, (y, z)), 9) == expected
+    last, pair = part(Pair(x, (y, z)), 4)
+    assert np.shares_memory(last, y)
+    assert pair.rest[0] is x
+    del last, pair
+    assert [sys.getrefcount(one) for one in (x, y, z)] == before
 
 
 @pytest.mark.slow

@@ -4,7 +4,8 @@ import numpy as np
 
 from slalom.kernels.bezier import restrict, value
 from slalom.kernels.compiled import Array, Hulls, kernel
-from slalom.kernels.hulls import corners_at, excess, load, order, signed_distance, to_segment
+from slalom.kernels.convex import order, signed_distance, to_segment
+from slalom.kernels.hulls import corners_at, excess, load
 from slalom.kernels.polygons import smallest_ball
 from slalom.tolerances import CONTACT
 

@@ -7,14 +7,15 @@ corners at one time, in the plane counter-clockwise.
 The signed distance of the origin to a convex hull is the largest, over unit vectors v, of min v . corner: negative
 inside, where it is minus the depth. Any v therefore bounds it from below, and for a v that stays the same, min v .
 corner along a cubic is bounded by its control points. That bound is of second order when v is the best one in the
-middle.
+middle. What slides along a hull would be bisected without end: collisions less deep than CLEARANCE are not sought.
 """
 
 import numpy as np
 
 from slalom.kernels.bezier import restrict, value
 from slalom.kernels.compiled import Array, Direction, Hulls, Indices, MaybeHulls, kernel
-from slalom.tolerances import DEPTH
+from slalom.kernels.convex import order, signed_distance
+from slalom.tolerances import CLEARANCE, DEPTH
 
 
 @kernel
@@ -51,74 +52,6 @@ def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
         q[j, 1] = here[1] + corner[1] + corner[3] * here[4] + corner[4] * here[3]
         q[j, 2] = here[2] + corner[2]
     return int(n)
-
-
-@kernel
-def to_segment(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
-    """The point of the segment from a to b nearest to the origin."""
-    dx, dy, dz = bx - ax, by - ay, bz - az
-    along = -(ax * dx + ay * dy + az * dz) / (dx * dx + dy * dy + dz * dz + 1e-300)
-    along = min(1.0, max(0.0, along))
-    return ax + along * dx, ay + along * dy, az + along * dz
-
-
-@kernel
-def signed_distance(q: Array, n: int) -> Direction:
-    """Signed distance of the origin to the hull of q[:n], and the unit vector that attains it.
-
-    Two corners: a segment, in the plane or in space. More: a polygon in the plane.
-    """
-    least, px, py, pz = np.inf, 0.0, 0.0, 0.0
-    depth, nx, ny = -np.inf, 1.0, 0.0
-    for i in range(n if n > 2 else 1):
-        k = i + 1 if i + 1 < n else 0
-        ax, ay, az, bx, by, bz = q[i, 0], q[i, 1], q[i, 2], q[k, 0], q[k, 1], q[k, 2]
-        length = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
-        if length > 0.0:
-            ex, ey = (by - ay) / length, (ax - bx) / length
-            beyond = -(ex * ax + ey * ay)
-            if beyond > depth:
-                depth, nx, ny = beyond, ex, ey
-        x, y, z = to_segment(ax, ay, az, bx, by, bz)
-        square = x * x + y * y + z * z
-        if square < least:
-            least, px, py, pz = square, x, y, z
-    # A body that turns on the spot has all its corners in one place (`trajectory.direction`): no edge, no inside.
-    if n > 2 and -np.inf < depth <= 0.0:
-        return depth, -nx, -ny, 0.0
-    distance = np.sqrt(least)
-    if distance > 0.0:
-        return distance, px / distance, py / distance, pz / distance
-    return 0.0, nx, ny, 0.0
-
-
-@kernel
-def order(q: Array, n: int) -> int:
-    """Sort the corners q[:n] in the plane into the corners of their hull, counter-clockwise; their number.
-
-    Andrew's monotone chain. Only hulls of two turning parts need it: all others keep their order.
-    """
-    for i in range(1, n):
-        for j in range(i, 0, -1):
-            if q[j, 0] > q[j - 1, 0] or (q[j, 0] == q[j - 1, 0] and q[j, 1] >= q[j - 1, 1]):
-                break
-            for axis in range(2):
-                q[j, axis], q[j - 1, axis] = q[j - 1, axis], q[j, axis]
-    chain, count = np.empty((2 * n, 2)), 0
-    for turn in range(2):
-        low = count + 1
-        for step in range(n):
-            i = step if turn == 0 else n - 1 - step
-            while count > low and (chain[count - 1, 0] - chain[count - 2, 0]) * (q[i, 1] - chain[count - 2, 1]) <= (
-                chain[count - 1, 1] - chain[count - 2, 1]
-            ) * (q[i, 0] - chain[count - 2, 0]):
-                count -= 1
-            chain[count, 0], chain[count, 1] = q[i, 0], q[i, 1]
-            count += 1
-        count -= 1
-    for i in range(count):
-        q[i, 0], q[i, 1], q[i, 2] = chain[i, 0], chain[i, 1], 0.0
-    return count
 
 
 @kernel
@@ -190,7 +123,7 @@ def bound(
 
 @kernel
 def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array) -> float:
-    """Some x at which the origin is inside the rounded hull, or -1 if there is none (up to rounding)."""
+    """Some x at which the origin is inside the rounded hull, or -1 if it nowhere is by more than CLEARANCE."""
     for end in (0.0, 1.0):
         if excess(course, hulls, h, radius, growth, end, q)[0] < 0.0:
             return end
@@ -202,7 +135,7 @@ def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float
         gap, vx, vy, vz = excess(course, hulls, h, radius, growth, middle, q)
         if gap < 0.0:
             return float(middle)
-        if width < 0.5**DEPTH or bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= 0.0:
+        if width < 0.5**DEPTH or bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -214,14 +147,14 @@ def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float
 def hull_first_below(
     course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array, least: float
 ) -> float:
-    """The first x, up to `least`, at which the origin enters the rounded hull, or -1 if it never does."""
+    """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never by more than CLEARANCE."""
     stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
     while top >= 0:
         a, width = stack[top, 0], stack[top, 1]
         top -= 1
         middle = a + 0.5 * width
         _, vx, vy, vz = excess(course, hulls, h, radius, growth, middle, q)
-        if bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= 0.0:
+        if bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE:
             continue
         if excess(course, hulls, h, radius, growth, a, q)[0] < 0.0:
             return float(a)

@@ -1,0 +1,58 @@
+"""Distances of the origin to hulls of points (`kernels.convex`), and what slides along one (`kernels.hulls`)."""
+
+import numpy as np
+import pytest
+
+from slalom.kernels.bezier import new_stack
+from slalom.kernels.convex import order, signed_distance
+from slalom.kernels.hulls import hull_below, hull_first_below
+
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def turned(points: np.ndarray, angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return points @ np.array([[c, s], [-s, c]])
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_the_distance_is_attained_by_the_direction(n: int) -> None:
+    """From afar, near an edge by as little as rounding shows, and inside: no corner is nearer along it."""
+    rng, kinds = np.random.default_rng(n), set[tuple[float, bool]]()
+    for _ in range(400):
+        corners = np.zeros((n, 3))
+        corners[:, :2] = rng.uniform(-1.0, 1.0, (n, 2))
+        count = order(corners, n) if n > 2 else n
+        a, b = corners[0, :2], corners[1 % count, :2]
+        across = np.array([b[1] - a[1], a[0] - b[0]]) if count > 1 else np.array([1.0, 0.0])
+        gap = rng.choice([1.0, 1e-3, 1e-8, 1e-10, 1e-12, -1e-3])
+        place = a + rng.uniform(0.1, 0.9) * (b - a) + gap * across / np.linalg.norm(across)
+        corners[:, :2] -= place
+        distance, *direction = signed_distance(corners, count)
+        kinds.add((gap, distance > 0.0))
+        assert np.linalg.norm(direction) == pytest.approx(1.0)
+        assert (corners[:count] @ direction).min() == pytest.approx(distance, rel=1e-3, abs=1e-15)
+        if count > 2 and gap > 0.0:
+            assert distance == pytest.approx(gap, rel=1e-3)
+    assert len(kinds) >= 6
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.1])
+@pytest.mark.parametrize("gap", [1e-7, 1e-9, 1e-10, 1e-12, 0.0])
+def test_what_slides_along_a_hull_is_told_at_once(gap: float, angle: float) -> None:
+    """It was cut into as many pieces as there are numbers. Nothing is found that is not there, nor deeper missed."""
+    corners = np.zeros((4, 5))
+    corners[:, :2] = turned(SQUARE, angle)
+    hulls = np.zeros(1, np.int64), np.empty((4, 2, 0)), corners, np.array([0, 4]), np.zeros(1, np.bool_)
+    stack, q, normal = new_stack(), np.zeros((20, 3)), turned(np.array([[0.0, 1.0]]), angle)[0]
+    along = turned(np.array([[1.0, 0.0]]), angle)[0]
+    for depth, met in ((0.0, False), (1e-6, True)):
+        course = np.zeros((4, 5))
+        for k, (x, y) in enumerate(((-0.8, 0.0), (-0.3, -0.5), (0.3, -0.5), (0.8, 0.0))):
+            # The origin of the hull, as seen by the robot, that comes nearer by a share of `depth` and leaves again.
+            course[k, :2] = -x * along - (1.0 + gap + 2.0 * y * (depth + gap)) * normal
+        course[:, 3] = 1.0
+        first = hull_first_below(course, hulls, 0, 0.0, 0.0, stack, q, 1e-9)
+        some = hull_below(course, hulls, 0, 0.0, 0.0, stack, q)
+        # On the very edge rounding decides.
+        assert (gap == depth == 0.0) or (first >= 0.0) == met == (some >= 0.0)
