@@ -33,7 +33,10 @@ radius. It is 0 for straight, quadratic and cubic motion and half as much for re
 """
 
 CLEARANCE: Final = 1e-9
-"""[m] How far a reported clearance may lie above the true minimum. Larger: faster, vaguer reports."""
+"""[m] How far a reported clearance may lie above the true minimum, and how deep a collision with a hull may go unseen.
+
+Larger: faster, vaguer reports. Smaller: what slides along a wall takes longer. It must stay well below CONTACT.
+"""
 
 TIME: Final = 1e-9
 """[1] Width, as a share of one cubic piece, to which the time of a first contact is bracketed."""

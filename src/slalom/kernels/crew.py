@@ -158,6 +158,17 @@ def first_least(hopes: Array) -> int:
 
 
 @inlined
+def choose(m: Meeting, wanted: Array, terms: Terms, u: Array) -> bool:
+    """The control nearest to `wanted` that meets nothing and is admissible, into u; whether there is one."""
+    code, found, _, _ = nearest_free(
+        wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls, ELEMENTS, CANDIDATES
+    )
+    if code == SAFE:
+        fill(u, found)
+    return code == SAFE
+
+
+@inlined
 def best_of(
     i: int,
     rows: Rows,
@@ -215,15 +226,9 @@ def best_of(
             if which[k] < 0:
                 which[k] = len(meetings)
                 meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
-            m = meetings[which[k]]
-            code, found, _, _ = nearest_free(
-                wanted, terms.dimension, m.limits, m.points, m.gains, m.radius, m.growth, m.reach, m.hulls,
-                ELEMENTS, CANDIDATES,
-            )  # fmt: skip
-            closed[k] = code != SAFE
-            if code != SAFE:
+            closed[k] = not choose(meetings[which[k]], wanted, terms, u)
+            if closed[k]:
                 continue
-            fill(u, found)
             course(i, r, u, fleet, answers, terms, draft.begin, draft.points, 0)
         until = max(terms.period, answers.settled[r])
         cost = cost_of(i, until, draft.begin, draft.points, 0, near, fleet, world, terms, draft)
