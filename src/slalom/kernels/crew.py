@@ -21,6 +21,8 @@ from slalom.kernels.wish import passing_velocity, stopping_velocity
 from slalom.tolerances import CANDIDATES, COST, ELEMENTS, KEPT, TOUCHING, WORTH
 
 CLEAR, CONSTRAINED, KEEP, CONTINUE, SQUEEZED, ASK, TRY = 0, 1, 2, 3, 4, -1, -2
+FEW = 30
+"""Of fewer rows a table of segments is made as quickly as it is asked whether one is needed: `kernels.direct`."""
 SQUEEZES = 4
 """How often a choice is sought, with half the margin of the time before; after them the navigator is asked."""
 
@@ -222,7 +224,8 @@ def best_of(
         angle = 0.0 if turn == 0 else terms.angles[turn - 1]
         preferred(i, r, angle, fleet, answers, terms, draft, wanted)
         own_control(i, r, fleet, answers, terms, own)
-        if which[k] >= 0 or not directly(i, r, wanted, own, met, rows, fleet, answers, terms, draft, u):
+        asked = which[k] < 0 and len(rows.body) >= FEW
+        if not (asked and directly(i, r, wanted, own, met, rows, fleet, answers, terms, draft, u)):
             if which[k] < 0:
                 which[k] = len(meetings)
                 meetings.append(meeting(i, r, rows, fleet, world, answers, terms, own))
