@@ -6,7 +6,7 @@ PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundari
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all lint bench clean
+.PHONY: demo test test-all golden lint bench clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -29,8 +29,8 @@ demo: .venv/run.stamp
 	@echo "The picture is out/recorded_roundabout.png, the recording out/recorded_roundabout.h5."
 
 lint: .venv/test.stamp
-	$(BIN)/ruff check src tests benchmarks examples
-	$(BIN)/ruff format --check src tests benchmarks examples
+	$(BIN)/ruff check src tests benchmarks examples tools
+	$(BIN)/ruff format --check src tests benchmarks examples tools
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
@@ -39,6 +39,10 @@ test: lint
 
 test-all: lint
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+# Digests of runs, choices and boundaries, compared with those of tools/golden.json: a change of form changes none.
+golden: .venv/test.stamp
+	$(BIN)/python tools/golden.py
 
 # One decision runs on one thread, and so must the matrix products that it is compared with.
 bench: export OPENBLAS_NUM_THREADS := 1

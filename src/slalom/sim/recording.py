@@ -1,6 +1,7 @@
 """What happened: everything that metrics, pictures and an exact replay need."""
 
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path as FilePath
@@ -25,6 +26,8 @@ from slalom.uncertainty import UNCERTAINTIES
 FORMAT = "slalom recording 1"
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """What takes the place of an `Outcome` with a peer: it chose a velocity, or answered with something that is none."""
+NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
+"""A number in the text of a response."""
 HALF_SPACES = ("velocity_bounds", "acceleration_bounds")
 
 
@@ -136,8 +139,12 @@ class Recording:
         return np.asarray(self.accelerations[step - 1, robot] if step else np.zeros(self.dimension))
 
     def digest(self) -> str:
-        """A hash of everything but the wall clock: the same run gives the same digest."""
-        parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(self.responses), repr(self.outcomes)]
+        """A hash of everything but the wall clock: the same run gives the same digest.
+
+        Of the responses it covers the numbers, not the names of classes and fields: a rename changes no digest.
+        """
+        numbers = [NUMBER.findall(text) for row in self.responses for text in row]
+        parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(numbers), repr(self.outcomes)]
         if self.period is not None:
             parts.append(repr(self.period))
         arrays = [self.times, self.positions, self.velocities, self.accelerations, self.controls, self.arrived]
