@@ -28,7 +28,7 @@ from slalom import FORESIGHTS, Ball, Disc, Goal, Limits, Method, Obstacle, State
 from slalom.io.formats import read_recording
 from slalom.io.recorded import Agent, Tracks
 from slalom.sim import Recording, Robot, Scenario, simulate
-from slalom.sim.metrics import summary
+from slalom.sim.measure.metrics import summary
 
 MARGINS = {"recorded": 0.005, "present": 0.005, "observed": 0.1}
 """[m]"""

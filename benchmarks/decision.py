@@ -44,7 +44,7 @@ def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray
 
 def one_pass(blocked: ControlObstacle) -> float:
     """Time of one pass of the chord test over all segments [us]."""
-    from slalom.kernels.segments import chord_gaps
+    from slalom.kernels.relative_motion.segments import chord_gaps
 
     s = blocked.segments
     gaps = np.empty(len(s.radius))

@@ -26,7 +26,7 @@ from program import finish, options, table, target
 
 from slalom import method
 from slalom.sim import Recording, gallery, simulate
-from slalom.sim.plant import drive
+from slalom.sim.run.plant import drive
 
 ROOM, CARS_TIME = 900.0, 12.0
 """[m^2] for each robot: far goals, so that they are all on their way. [s] after which the crossing begins again."""

@@ -16,7 +16,7 @@ from machine import write
 
 from slalom import method
 from slalom.sim import simulate
-from slalom.sim.recorded import crossing, read_recorded
+from slalom.sim.files.recorded_traffic import crossing, read_recorded
 
 DECISIONS = 50
 

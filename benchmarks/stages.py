@@ -20,7 +20,7 @@ from program import finish, options, table, target
 from tasks import HORIZON, Task, families
 
 from slalom import ControlObstacle, Traffic, kernels, select
-from slalom.kernels.segments import chord_gaps
+from slalom.kernels.relative_motion.segments import chord_gaps
 from slalom.objective import Arrive, preferred_control
 from slalom.tolerances import CANDIDATES, ELEMENTS
 

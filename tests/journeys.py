@@ -32,7 +32,7 @@ from slalom import (
     Stationary,
 )
 from slalom.shape import round_shape
-from slalom.sim.plant import drive
+from slalom.sim.run.plant import drive
 from slalom.trajectory import TRAJECTORIES
 
 COARSE, FINE = 0.02, 5e-4

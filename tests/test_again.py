@@ -15,7 +15,7 @@ from slalom import (
 )
 from slalom.objective import _between, _growing
 from slalom.path import hermite
-from slalom.response.shares import FromVelocity
+from slalom.response.time_invariant import FromVelocity
 
 RESPONSES = (
     Acceleration(),

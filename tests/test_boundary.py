@@ -19,7 +19,7 @@ from slalom import (
 from slalom.boundary import boundary, grazing_curves
 from slalom.boundary.envelope import Window, corner_parts, discs_bend, may_meet, sample
 from slalom.boundary.faces import rings
-from slalom.segments import Segments
+from slalom.relative_motion import Segments
 from slalom.tolerances import BOUNDARY
 
 SHARE = 1e-3  # [1] of the obstacle's area by which regions may differ from it

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from definitions import out_of_bound
-from parts import BOUNDS as ENROLLED
-from parts import PERIOD, disc_or_ball
+from parts import BOUNDS as ENROLLED, PERIOD, disc_or_ball
 from scenes import BOUNDS
 
 import slalom

@@ -15,16 +15,16 @@ import pytest
 from galleries import FLEETS, NAMES
 
 import slalom
-from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome, cli, kernels
+from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome, kernels
 from slalom.cli import call
 from slalom.forecast import foresight_of
 from slalom.io.formats import FORMATS
+from slalom.paper.titles import TITLES
 from slalom.peers import CONTENDERS, PEERS, contender
-from slalom.reproduce.titles import TITLES
 from slalom.sim import Recording, load, simulate
-from slalom.sim.case import Failure
 from slalom.sim.gallery import GALLERY
-from slalom.sim.metrics import summary
+from slalom.sim.measure.metrics import summary
+from slalom.sim.sweep.case import Failure
 
 SCENE = """\
 robot: {position: [0, 0], velocity: [1, 0], radius: 0.5, max_speed: 2, max_acceleration: 1, goal: {position: [20, 0]}}
@@ -477,7 +477,7 @@ def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.Monke
         for key, case in items.items():
             yield key, Failure("its process was killed", True) if case.seed % 2 else work(case)
 
-    monkeypatch.setattr("slalom.sim.study.survive", survive)
+    monkeypatch.setattr("slalom.sim.sweep.study.survive", survive)
     said = say("compare", "empty", "--set", "duration=0.2", "--methods", "avo", "--seeds", "5", "--page", "page.md")
     assert said.code == 1
     assert "avo: 2 did not run (seeds 1, 3): its process was killed" in said.out
@@ -661,20 +661,15 @@ def test_the_program_and_the_module_are_the_command_line() -> None:
 
 
 @pytest.mark.parametrize("kept", [True, False])
-def test_who_waits_for_compiling_is_told(
+def test_a_terminal_is_told_that_kernels_compile(
     kept: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """At a terminal; and where the result is kept another process helps."""
-    started: list[list[str]] = []
-    monkeypatch.setattr(cli.subprocess, "Popen", lambda words, **_: started.append(words))
-    monkeypatch.setattr(kernels, "when_compiling", [])
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert call(["list"]) == 0
     (tell,) = kernels.when_compiling
     capsys.readouterr()
     tell(kept)
     assert capsys.readouterr().err == kernels.compiling(kept) + "\n"
-    assert started == ([[sys.executable, "-m", "slalom.kernels.ready"]] if kept else [])
     monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
     call(["list"])
     assert kernels.when_compiling == []

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from slalom.kernels.bezier import new_stack
-from slalom.kernels.convex import order, signed_distance
-from slalom.kernels.hulls import hull_below, hull_first_below
+from slalom.kernels.geometry.convex import order, signed_distance
+from slalom.kernels.geometry.cubic import new_stack
+from slalom.kernels.geometry.hulls import hull_below, hull_first_below
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 

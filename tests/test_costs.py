@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from test_windows import CREWS, crew_state, started
 
-from slalom.kernels.arrival import earliest_arrival, no_sooner
-from slalom.kernels.costs import cost_of, new_draft, promise
-from slalom.kernels.fleet import course
+from slalom.kernels.decision.encounters import course
+from slalom.kernels.decision.manoeuvre_cost import cost_of, new_draft, promise
+from slalom.kernels.decision.time_to_go import earliest_arrival, no_sooner
 from slalom.tolerances import COST
 
 COORDINATES = st.floats(-40.0, 40.0)

@@ -2,21 +2,19 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from test_windows import CREWS, started
 
 from slalom import kernels
-from slalom.kernels.bezier import new_stack, value
-from slalom.kernels.costs import new_draft
-from slalom.kernels.crew import own_control
-from slalom.kernels.direct import chord_gap, directly, passes
-from slalom.kernels.exchange import SAFE, nearest_admissible, nearest_free
-from slalom.kernels.fleet import limits_of, meeting
-from slalom.kernels.gather import gather, place_at
-from slalom.kernels.segments import chord_gaps
-from slalom.kernels.tables import Rows
-from slalom.kernels.windows import around, who_is_met
+from slalom.kernels.decision.encounters import gather, limits_of, meeting, place_at
+from slalom.kernels.decision.manoeuvre_cost import new_draft
+from slalom.kernels.decision.motion_clear import chord_gap, directly, passes
+from slalom.kernels.decision.neighbours import around, who_is_met
+from slalom.kernels.decision.policy import own_control
+from slalom.kernels.decision.tables import Rows
+from slalom.kernels.geometry.cubic import new_stack, value
+from slalom.kernels.relative_motion.segments import chord_gaps
+from slalom.kernels.selection.exchange import SAFE, nearest_admissible, nearest_free
 from slalom.tolerances import CANDIDATES, ELEMENTS
 
 CONTROL = st.lists(st.floats(-50.0, 50.0), min_size=12, max_size=12)

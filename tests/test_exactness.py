@@ -4,8 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 from definitions import out_of_bound
-from oracle import MOTIONS, STAMPS, better_control, motion, polynomial_gap
-from oracle import RESPONSES as DERIVED
+from oracle import MOTIONS, RESPONSES as DERIVED, STAMPS, better_control, motion, polynomial_gap
 from scenes import BOUNDS, PARAMETERS, SHAPES, scene
 
 import slalom
@@ -24,8 +23,7 @@ from slalom import (
     select,
 )
 from slalom.response import RESPONSES
-from slalom.shape import SHAPES as SERVED
-from slalom.shape import round_shape
+from slalom.shape import SHAPES as SERVED, round_shape
 from slalom.trajectory import TRAJECTORIES
 
 # The first of each dimension belong to `make test`, all to `make test-all`.

@@ -22,14 +22,14 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.detour import way_round
+from slalom.proposals import way_round
 from slalom.sim import Robot, Scenario, metrics, simulate
-from slalom.sim.contact import between_robots, closest_approaches
-from slalom.sim.crew import Crew
-from slalom.sim.fleet import seen_by
 from slalom.sim.gallery import build
-from slalom.sim.guidance import Guidance
-from slalom.sim.pilots import Pilots
+from slalom.sim.measure.closest_approach import between_robots, closest_approaches
+from slalom.sim.run.crew import Crew
+from slalom.sim.run.fleet import seen_by
+from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.pilots import Pilots
 from slalom.tolerances import COLLISION, KEPT, METRIC
 
 SHARED = METHODS["nao_shared"]

@@ -8,8 +8,9 @@ import shapely
 from galleries import FLEETS, NAMES, WITH_PYRVO, nudged
 
 import slalom
-from slalom.sim import crowdnav, gallery, metrics, simulate
-from slalom.sim.gaps import clearances
+from slalom.sim import gallery, metrics, simulate
+from slalom.sim.gallery import crowdnav
+from slalom.sim.shape_distance import clearances
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in FLEETS or name in ("circle", "random_goals")])

@@ -4,16 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from slalom import Disc, Limits, State, Stationary
 from slalom.goal import Goal
-from slalom.kernels.bezier import value
-from slalom.kernels.gather import cut_rows, regain
+from slalom.kernels.decision.encounters import cut_rows, regain
+from slalom.kernels.geometry.cubic import value
 from slalom.methods import METHODS
 from slalom.sim import Robot, Scenario, simulate
-from slalom.sim.among import margin_among
+from slalom.sim.run.among import margin_among
 
 times = st.floats(-1.0, 8.0)
 widths = st.floats(0.1, 60.0)

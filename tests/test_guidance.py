@@ -4,12 +4,21 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
-from slalom.kernels.meeting import around, head_for, ring_of
-from slalom.kernels.way import THROUGH, WALL, downhill, free_cells, next_corner, off_walls, sees, way_lengths
-from slalom.kernels.yielding import JAMMED
+from slalom.kernels.guidance.grid_astar import (
+    THROUGH,
+    WALL,
+    downhill,
+    free_cells,
+    next_corner,
+    off_walls,
+    sees,
+    way_lengths,
+)
+from slalom.kernels.guidance.priority_inheritance import JAMMED
+from slalom.kernels.guidance.traffic_circle import around, head_for, ring_of
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
-from slalom.sim.guidance import Guidance
+from slalom.sim.run.guidance import Guidance
 
 MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]
 

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, Circular, Disc, Goal, InvalidFile, Limits, Obstacle, Rectangle, State, Stationary
-from slalom.kernels.images import is_free
+from slalom.kernels.guidance.periodic_images import is_free
 from slalom.path import Path
-from slalom.sim import Recording, Robot, Scenario, fleet, gallery, metrics, read_scenario, simulate
-from slalom.sim.contact import between_robots, closest_approaches
-from slalom.sim.fleet import seen_by
-from slalom.sim.guidance import Guidance
-from slalom.sim.images import between, displaced, images_about, images_within, neighbours, to_nearest
-from slalom.sim.oscillation import flips_between, side_flips
+from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
+from slalom.sim.measure.closest_approach import between_robots, closest_approaches
+from slalom.sim.measure.oscillation import flips_between, side_flips
+from slalom.sim.periodic import between, displaced, images_about, images_within, neighbours, to_nearest
+from slalom.sim.run import fleet
+from slalom.sim.run.fleet import seen_by
+from slalom.sim.run.guidance import Guidance
 from slalom.tolerances import COLLISION, METRIC
 
 PERIOD = (24.0, np.inf)

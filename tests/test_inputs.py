@@ -92,16 +92,14 @@ from slalom.io.formats import read_recording, write_recording
 from slalom.io.recorded import Agent, Tracks
 from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
-from slalom.sim.case import SOURCES as SOURCES_NOW
-from slalom.sim.case import Case as Run
-from slalom.sim.case import drawn, run_case
+from slalom.sim.files.schema import GoalSpec
+from slalom.sim.files.schema_recording import RecordingSpec
+from slalom.sim.files.schema_shapes import Shaped
 from slalom.sim.gallery import build
-from slalom.sim.metrics import path_length
-from slalom.sim.recording_spec import RecordingSpec
-from slalom.sim.scenario_spec import GoalSpec
-from slalom.sim.shape_spec import Shaped
-from slalom.sim.store import Store
-from slalom.sim.study_file import named
+from slalom.sim.measure.metrics import path_length
+from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, drawn, run_case
+from slalom.sim.sweep.store import Store
+from slalom.sim.sweep.study_yaml import named
 from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 from slalom.trajectory import Composite, Function, PiecewisePolynomial
 from slalom.trajectory.direction import direction_path

@@ -13,11 +13,9 @@ import pytest
 from numba.core import types, typing
 from numba.core.errors import TypingError
 
-import slalom
 from slalom import kernels
-from slalom.kernels import compiled, fitted
-from slalom.kernels.queue import new_queue, put, take
-from slalom.kernels.ready import compile_search
+from slalom.kernels import jit as compiled, numba_extensions as fitted
+from slalom.kernels.selection.candidates import new_queue, put, take
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -65,8 +63,8 @@ def test_kernels_compile_with_a_numba_that_parts_are_not_known_to_fit(monkeypatc
 
 AGAIN = """
 import numpy as np
-from slalom.kernels.compiled import kernel
-from slalom.kernels.meeting import longer_way
+from slalom.kernels.jit import kernel
+from slalom.kernels.decision.manoeuvre_cost import longer_way
 
 @kernel
 def twice(a, b):
@@ -183,24 +181,12 @@ def refuse(locator):
 for locator in FunctionCache._impl_class._locator_classes:
     locator.ensure_cache_path = refuse
 
-from slalom.kernels.arrival import earliest_arrival
+from slalom.kernels.decision.time_to_go import earliest_arrival
 print(earliest_arrival(np.array([3.0, 0.0]), np.zeros(2), 1.0, 1.0, 0.1) > 0.0)
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout == "True\n", done.stderr
     assert done.stderr == kernels.compiling(kept=False) + "\n"
-
-
-def test_the_process_beside_compiles_what_decisions_call():
-    """Nothing else: no types of arguments come in that decisions have not been made with."""
-    me = slalom.State((0.0, 0.0), (5.0, 0.0))
-    car = slalom.Obstacle(slalom.Disc(1.0), slalom.Circular((20.0, 0.0), 12.0, 5.0, phase=2.8))
-    blocked = slalom.control_obstacle(slalom.Acceleration(), me, [car], slalom.Disc(1.0), horizon=4.0)
-    slalom.select((1.0, 0.0), slalom.admissible_ball((0, 0), 4.0), blocked)
-    blocked.contains((1.0, 0.0))
-    before = set(kernels.nearest_free.signatures), set(kernels.contact_times.signatures)
-    compile_search()
-    assert (set(kernels.nearest_free.signatures), set(kernels.contact_times.signatures)) == before
 
 
 @pytest.mark.skipif(not compiled.FITS, reason="nothing is remembered with this numba")

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 from definitions import out_of_bound
 from hulls import Pair, turned
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 from parts import (
     ENROLLED_METHODS,
     FORECASTS,

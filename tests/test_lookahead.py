@@ -9,8 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from galleries import FLEETS, WITH_PYRVO
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from journeys import Decided, Journey, driven, journey, least_gap, motion_of, steps_of
 from parts import disc_or_ball
 from strategies import dimensions, numbers, states, vectors
@@ -38,14 +37,14 @@ from slalom import (
     Stationary,
     method,
 )
-from slalom.lookahead import SQUEEZES
-from slalom.pieces import WIDENINGS
+from slalom.lookahead.navigator import SQUEEZES
+from slalom.lookahead.spacetime_index import Timetable
+from slalom.obstacle_pieces import WIDENINGS
 from slalom.sim import Recording, simulate
-from slalom.sim.contact import closest_approaches
 from slalom.sim.gallery import GALLERY, build
-from slalom.sim.plant import drive
-from slalom.sim.simulate import decision_at
-from slalom.timetable import Timetable
+from slalom.sim.measure.closest_approach import closest_approaches
+from slalom.sim.run.plant import drive
+from slalom.sim.run.simulate import decision_at
 from slalom.tolerances import CERTIFIED, CONTACT, KEPT, METRIC, TOUCHING
 
 ROUNDING = 1e-9

@@ -4,20 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary
 from slalom.forecast import FORECASTS, AcceleratingBriefly
 from slalom.sim import Robot, Scenario, load, simulate
-from slalom.sim.crew import Crew
-from slalom.sim.crew_tables import outlook
 from slalom.sim.gallery import build
-from slalom.sim.guidance import Guidance
-from slalom.sim.metrics import summary
-from slalom.sim.pilots import Pilots
-from slalom.sim.post import Post, post_of
-from slalom.sim.watch import Watch, watch_of
+from slalom.sim.measure.metrics import summary
+from slalom.sim.run.crew import Crew
+from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.messages import Post, post_of
+from slalom.sim.run.pilots import Pilots
+from slalom.sim.run.response_tables import outlook
+from slalom.sim.run.sensing import Watch, watch_of
 from slalom.tolerances import METRIC
 from slalom.trajectory import ConstantAcceleration
 

@@ -25,9 +25,9 @@ from slalom import (
 )
 from slalom.shape import round_shape
 from slalom.sim import Recording, metrics, simulate
-from slalom.sim.contact import closest_approaches, positions_at
 from slalom.sim.gallery import build
-from slalom.sim.metrics import METRICS
+from slalom.sim.measure.closest_approach import closest_approaches, positions_at
+from slalom.sim.measure.metrics import METRICS
 from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC
 
 
@@ -434,10 +434,10 @@ def test_metrics_share_nothing_with_the_deciding_kernels() -> None:
     code = (
         "import sys\n"
         "import slalom.kernels\n"
-        "sys.modules['slalom.kernels.compiled'] = None\n"
+        "sys.modules['slalom.kernels.jit'] = None\n"
         "sys.modules['numba'] = None\n"
         "from slalom.sim import Recording\n"
-        "from slalom.sim.metrics import METRICS\n"
+        "from slalom.sim.measure.metrics import METRICS\n"
         "run = Recording.load(sys.argv[1])\n"
         "print(METRICS['min_clearance'](run), len([metric(run) for metric in METRICS.values()]))\n"
     )

@@ -41,8 +41,8 @@ from slalom import (
 )
 from slalom.objective import Situation
 from slalom.sim import Recording, Robot, Scenario, simulate
-from slalom.sim.contact import closest_approaches
-from slalom.sim.plant import drive
+from slalom.sim.measure.closest_approach import closest_approaches
+from slalom.sim.run.plant import drive
 from slalom.tolerances import ADJUSTMENT, COST, KEPT, WORTH
 
 PERIOD = 0.1

@@ -8,9 +8,8 @@ from parts import disc_or_ball
 
 from slalom import METHODS, Goal, Limits, Obstacle, Polyline, Stationary
 from slalom.sim import Recording, simulate
-from slalom.sim.fleet import seen_by
 from slalom.sim.gallery import build
-from slalom.sim.oscillation import (
+from slalom.sim.measure.oscillation import (
     PASSING,
     Passing,
     changed_choices,
@@ -19,6 +18,7 @@ from slalom.sim.oscillation import (
     passing_sides,
     side_flips,
 )
+from slalom.sim.run.fleet import seen_by
 
 DT = 0.1
 

@@ -30,9 +30,9 @@ from slalom.cli import BAD_INPUT, DONE, call
 from slalom.peers import PEERS, Discs, Peer, Team, contender, discs, outlines
 from slalom.peers.behaviours import Behaviours
 from slalom.sim import Recording, Robot, Scenario, compare, metrics, simulate
-from slalom.sim.contact import closest_approaches
-from slalom.sim.fleet import seen_by
 from slalom.sim.gallery import build
+from slalom.sim.measure.closest_approach import closest_approaches
+from slalom.sim.run.fleet import seen_by
 from slalom.tolerances import COLLISION
 
 NOBODY = Discs(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))

@@ -8,8 +8,8 @@ from joblib import parallel_config
 from killers import Job, begun, kept, recalled, work
 
 from slalom import InvalidInput
-from slalom.sim.case import Failure
-from slalom.sim.pool import KILLS, survive, working_with
+from slalom.sim.sweep.case import Failure
+from slalom.sim.sweep.pool import KILLS, survive, working_with
 
 
 def jobs(folder: Path, count: int, **killers: tuple[int, float]) -> dict[str, Job]:

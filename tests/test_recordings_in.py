@@ -22,12 +22,12 @@ from slalom.io.formats import FORMATS, WRITTEN, read_recording, write_recording
 from slalom.io.recorded import Agent, Tracks
 from slalom.io.tracks import sample_data
 from slalom.sim import Recording, Robot, Scenario, load, simulate
-from slalom.sim.as_tracks import as_tracks
-from slalom.sim.case import digests_of
-from slalom.sim.metrics import min_clearance, summary
-from slalom.sim.recorded import RADII, Who, crossing, read_recorded
+from slalom.sim.files.recorded_traffic import RADII, Who, crossing, read_recorded
+from slalom.sim.files.scenario_yaml import files_of
+from slalom.sim.measure.export_tracks import as_tracks
+from slalom.sim.measure.metrics import min_clearance, summary
 from slalom.sim.scenario import SETTINGS
-from slalom.sim.scenario_file import files_of
+from slalom.sim.sweep.case import digests_of
 from slalom.trajectory import Sampled
 
 RECORDED = Path(os.environ.get("SLALOM_DATA", Path(__file__).parents[2] / "shared" / "data"))

@@ -13,7 +13,7 @@ from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, State, St
 from slalom.cli import BAD_INPUT, DONE, call
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.limits import admissible_ball
-from slalom.reproduce import (
+from slalom.paper import (
     claims_crossing,
     claims_oscillation,
     claims_road,
@@ -27,14 +27,14 @@ from slalom.reproduce import (
     told_oscillation,
     work,
 )
-from slalom.reproduce.controller import RING, Rules, decide, hits, latest_collision, run
-from slalom.reproduce.entries import ENTRIES
-from slalom.reproduce.fleet import Fleet
-from slalom.reproduce.page import page
-from slalom.reproduce.titles import TITLES
+from slalom.paper.controller import RING, Rules, decide, hits, latest_collision, run
+from slalom.paper.entries import ENTRIES
+from slalom.paper.fleet import Fleet
+from slalom.paper.page import page
+from slalom.paper.titles import TITLES
 from slalom.selection import select
-from slalom.sim.contact import closest_approaches
 from slalom.sim.gallery import build
+from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.tolerances import COLLISION, METRIC
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, kernels
-from slalom.sim import deciding, gallery, simulate
-from slalom.sim.crew import Crew
-from slalom.sim.deciding import Tables, one_by_one
-from slalom.sim.guidance import Guidance
-from slalom.sim.parts import in_parts
+from slalom.sim import gallery, simulate
+from slalom.sim.run import deciding
+from slalom.sim.run.crew import Crew
+from slalom.sim.run.deciding import Tables, one_by_one
+from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.threads import in_parts
 
 
 class Looking(Crew):

@@ -17,12 +17,12 @@ from slalom import (
     InvalidInput,
     Sampled,
     Stationary,
+    method as method_named,
 )
-from slalom import method as method_named
 from slalom.bounds import BOUNDS
 from slalom.sim import Scenario, load, read_scenario, simulate
+from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.scenario import SETTINGS
-from slalom.sim.scenario_spec import ScenarioSpec
 from slalom.trajectory import TRAJECTORIES
 
 EVERYTHING = """\

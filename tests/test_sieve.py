@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from slalom.kernels.sieve import coarsen, listed, may_join, may_meet, room_for, side_by_side
+from slalom.kernels.guidance.early_rejection import coarsen, listed, may_join, may_meet, room_for, side_by_side
 
 SIZES = st.integers(1, 70)
 

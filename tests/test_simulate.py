@@ -23,7 +23,7 @@ from slalom import (
 )
 from slalom.sim import Recording, Robot, Scenario, decision_at, simulate
 from slalom.sim.gallery import build
-from slalom.sim.plant import drive
+from slalom.sim.run.plant import drive
 
 
 def vector(d: int, *values: float) -> np.ndarray:

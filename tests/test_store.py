@@ -13,9 +13,9 @@ import slalom
 from slalom import InvalidFile, InvalidInput
 from slalom.peers import PEERS, contender
 from slalom.sim import Row, compare, compare_all
-from slalom.sim.case import ABOVE, SOURCES, Case, Failure, canonical, run_case, run_one, sources_digest
-from slalom.sim.store import Store
-from slalom.sim.study import cases_of
+from slalom.sim.sweep.case import ABOVE, SOURCES, Case, Failure, canonical, run_case, run_one, sources_digest
+from slalom.sim.sweep.store import Store
+from slalom.sim.sweep.study import cases_of
 
 SOURCE = Path(slalom.__file__).parent
 SHORT = {"duration": 0.3}

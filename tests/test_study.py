@@ -20,12 +20,12 @@ from slalom import METHODS, InvalidFile, InvalidInput, SlalomError
 from slalom.io.cadrl import read_cases
 from slalom.peers import contender
 from slalom.sim import Row, compare, compare_all, load, metrics, read_study, simulate
-from slalom.sim.aggregate import mean_interval, wilson
-from slalom.sim.case import drawn, run_case, run_one
-from slalom.sim.crowds import cadrl
 from slalom.sim.gallery import GALLERY, build
-from slalom.sim.study import cases_of, flat
-from slalom.sim.study_file import is_study, named
+from slalom.sim.gallery.open_space import cadrl
+from slalom.sim.sweep.aggregate import mean_interval, wilson
+from slalom.sim.sweep.case import drawn, run_case, run_one
+from slalom.sim.sweep.study import cases_of, flat
+from slalom.sim.sweep.study_yaml import is_study, named
 
 SHORT = {"duration": 3.0}
 FLEETS = Path(__file__).parents[1] / "benchmarks" / "fleets.yaml"

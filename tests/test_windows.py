@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, State, kernels
-from slalom.kernels.fleet import in_reach, place_at
-from slalom.kernels.tables import WINDOWS
-from slalom.kernels.windows import around, reachable, who_is_met
+from slalom.kernels.decision.encounters import in_reach, place_at
+from slalom.kernels.decision.neighbours import around, reachable, who_is_met
+from slalom.kernels.decision.tables import WINDOWS
 from slalom.sim import gallery
-from slalom.sim.crew import Crew
-from slalom.sim.guidance import Guidance
+from slalom.sim.run.crew import Crew
+from slalom.sim.run.guidance import Guidance
 
 
 class Watched(Crew):

@@ -22,7 +22,7 @@ import numpy as np
 import slalom
 from slalom.peers import contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, read_scenario, simulate
-from slalom.sim.metrics import METRICS
+from slalom.sim.measure.metrics import METRICS
 from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 
 ROOT = Path(__file__).parents[1]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,20 +14,18 @@ from slalom import kernels
 from slalom.boundary import boundary, grazing_curves
 from slalom.checks import Array, array, not_negative, number, positive, vector, vectors
 from slalom.errors import InvalidInput
-from slalom.grown import hull_corners, outline_parts
+from slalom.kernels.arrays import MaybeHulls
+from slalom.minkowski import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
+from slalom.obstacle_pieces import Bodies
+from slalom.obstacle_table import Traffic
 from slalom.path import hermite
-from slalom.pieces import Bodies
+from slalom.relative_motion import Segments
 from slalom.response import Response
-from slalom.response.shares import FromVelocity
-from slalom.segments import Segments
+from slalom.response.time_invariant import FromVelocity
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import BOUNDARY, CONTACT
-from slalom.traffic import Traffic
-
-if TYPE_CHECKING:
-    from slalom.kernels.compiled import MaybeHulls
 
 
 class Element(NamedTuple):

@@ -11,9 +11,9 @@ from slalom.decision import Decision, Outcome
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation
 from slalom.obstacle import Obstacle
+from slalom.obstacle_table import Traffic
 from slalom.selection import select
 from slalom.shape import Shape
-from slalom.traffic import Traffic
 
 
 def delay(

@@ -17,12 +17,12 @@ from slalom.limits import Limits
 from slalom.methods import HOLDS, Method
 from slalom.objective import Arrive, Objective, Situation, preferred_control
 from slalom.obstacle import Obstacle
+from slalom.obstacle_table import Traffic
 from slalom.proposals import Proposal, Scene, Wish
 from slalom.response import Response
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE, COST, KEPT, TOUCHING, WORTH
-from slalom.traffic import Traffic
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""What the responses of a method propose to one robot in one decision: their exact choices, and what these cost."""
+"""What the responses of a method propose to one robot in one decision: their exact choices, and what these cost.
+
+How much longer the way becomes around those who will stand in it.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,15 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slalom import kernels
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Outcome
-from slalom.detour import way_round
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Aim, Objective, Situation, preferred_control
+from slalom.obstacle_table import Traffic
 from slalom.selection import Status, select, select_clearest
 from slalom.shape import Shape
-from slalom.traffic import Traffic
 
 
 class Wish(NamedTuple):
@@ -114,3 +117,13 @@ class Scene:
     def free_again(self, manoeuvre: Manoeuvre) -> float:
         """When the robot is free to do something else: absolute time [s]."""
         return manoeuvre.free_again(self.period, self.situations[0].horizon)
+
+
+def way_round(place: Array, goal: Array, centers: Array, radii: Array) -> Array:
+    """By how much [m] the shortest way from `place` to `goal` (2,) around each disc (n, 2), (n,) is longer than
+    straight: (n,).
+
+    Two tangents and an arc; 0 for a disc that is not in the way. A place or goal inside a disc counts as on its border.
+    """
+    centers = np.ascontiguousarray(centers, dtype=np.float64)
+    return kernels.longer_ways(np.asarray(place), np.asarray(goal), centers, np.asarray(radii))

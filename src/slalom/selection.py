@@ -1,17 +1,28 @@
-"""The choice: the admissible control nearest to the preferred one that collides with nothing."""
+"""The choice: the admissible control nearest to the preferred one that collides with nothing.
 
+Many exact choices at once: for fleets, for learning, for maps of what a robot could do.
+"""
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import Enum
 from math import sqrt
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, not_negative, vector
-from slalom.control_obstacle import ControlObstacle
+from slalom.checks import Array, array, not_negative, vector, vectors, whole
+from slalom.control_obstacle import ControlObstacle, response_pieces
 from slalom.errors import InvalidInput
-from slalom.limits import Admissible
+from slalom.kernels.arrays import MaybeHulls
+from slalom.limits import Admissible, Limits
+from slalom.obstacle_table import Traffic
+from slalom.response import Response
+from slalom.shape import Shape
+from slalom.state import State
 from slalom.tolerances import CANDIDATES, ELEMENTS
 
 
@@ -126,3 +137,133 @@ def select_clearest(
         else:
             high = middle
     return best, low
+
+
+class Choices(NamedTuple):
+    """What `select_many` found, one row for each state."""
+
+    controls: Array  # (n, d), nan where there is none
+    statuses: npt.NDArray[np.object_]  # (n,) of `Status`
+
+    @property
+    def safe(self) -> npt.NDArray[np.bool_]:
+        """Whether a control was found: (n,)."""
+        return np.isfinite(self.controls[:, 0])
+
+
+def select_many(
+    preferred: npt.ArrayLike,
+    states: Sequence[State] | npt.ArrayLike,
+    response: Response,
+    limits: Limits,
+    traffic: Traffic,
+    robot: Shape,
+    *,
+    margin: float = 0.0,
+    threads: int = 1,
+) -> Choices:
+    """The exact choices of robots in many states that see the same obstacles, in one call of the kernel.
+
+    Args:
+        preferred: (n, d) in units of the control. states: n of them, or numbers (n, 2, d) or (n, 3, d): position,
+            velocity and perhaps acceleration of each. response, limits, robot: what all have in common.
+        traffic: the obstacles over the window that begins now. margin: [m] >= 0 to keep from every obstacle.
+        threads: how many threads share the work, at least 1.
+
+    Law: row i is `select(preferred[i], limits.admissible(response, states[i], traffic.horizon), blocked)` with
+    `ControlObstacle(response, states[i], traffic, robot, margin)`, to the bit, for any number of threads.
+
+    Raises:
+        InvalidInput: numbers of another shape, different dimensions, not one state for each preferred control, fewer
+            than one thread.
+    """
+    states = _states(states)
+    count, dimension = len(states), states[0].dimension if len(states) else 2
+    wishes = vectors(preferred, "preferred", dimension).reshape(-1, dimension)
+    if len(wishes) != count or any(state.dimension != dimension for state in states):
+        raise InvalidInput(
+            f"states: expected {len(wishes)} of dimension {dimension}, one for each preferred control, found {count} "
+            f"of dimensions {sorted({state.dimension for state in states})}"
+        )
+    for what, other in (("robot", robot.dimension), ("obstacles", traffic.dimension)):
+        if other not in (None, dimension):
+            raise InvalidInput(f"{what}: expected dimension {dimension} as of the states, found {other}")
+    more, parts = not_negative(margin, "margin"), whole(threads, "threads", 1)
+    controls, codes = np.full((count, 3), np.nan), np.zeros(count, np.int64)
+    wanted = np.zeros((count, 3))
+    wanted[:, :dimension] = wishes
+    with ThreadPoolExecutor(parts) as pool:
+        for rows, arguments in _alike(states, response, limits, traffic, robot, more):
+            shares = [share for share in np.array_split(np.arange(len(rows)), parts) if len(share)]
+            running = [pool.submit(_choose, wanted[rows[share]], share, *arguments) for share in shares]
+            for share, done in zip(shares, running):
+                controls[rows[share]], codes[rows[share]] = done.result()
+    statuses = np.array([STATUSES[code] for code in codes], dtype=object)
+    clear = (codes == 0) & (controls == wanted).all(axis=1)
+    statuses[clear] = Status.CLEAR
+    controls[codes != 0] = np.nan
+    return Choices(controls[:, :dimension].copy(), statuses)
+
+
+def _states(states: Sequence[State] | npt.ArrayLike) -> Sequence[State]:
+    if isinstance(states, Sequence) and all(isinstance(state, State) for state in states):
+        return cast(Sequence[State], states)
+    rows = array(cast(npt.ArrayLike, states), "states")
+    if rows.ndim != 3 or rows.shape[1] not in (2, 3) or rows.shape[2] not in (2, 3):
+        raise InvalidInput(f"states: expected `State`s, or numbers (n, 2 or 3, d), found shape {rows.shape}")
+    return [State(*row) for row in rows]
+
+
+class _Group(NamedTuple):
+    """States whose responses have the same knots."""
+
+    rows: list[int]
+    knots: Array
+    gain: Array
+    drifts: list[Array]
+    limits: list[Array]
+
+
+def _alike(
+    states: Sequence[State], response: Response, limits: Limits, traffic: Traffic, robot: Shape, margin: float
+) -> Iterator[tuple[npt.NDArray[np.int64], tuple[Any, ...]]]:
+    """Groups of states, and what `_choose` needs of them but the wishes."""
+    bodies = traffic.bodies(robot)
+    solid: MaybeHulls = ()
+    if bodies.solid:
+        solid = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
+    pieces = bodies.pieces
+    turns = pieces.turns if bodies.turning else np.empty((0, 4, 2))
+    shared = (
+        pieces.times, pieces.points, pieces.radius, pieces.growth, turns, pieces.body, bodies.heads, bodies.unsure,
+        bodies.around + margin, bodies.spread, bodies.hull, solid, response.interpolation_error,
+        traffic.horizon, ELEMENTS, CANDIDATES,
+    )  # fmt: skip
+    groups: dict[tuple[bytes, bytes], _Group] = {}
+    for k, state in enumerate(states):
+        knots, drift, gain = response_pieces(response, state, traffic.horizon)
+        group = groups.setdefault((knots.tobytes(), gain.tobytes()), _Group([], knots, gain, [], []))
+        group.rows.append(k)
+        group.drifts.append(drift)
+        group.limits.append(limits.admissible(response, state, traffic.horizon).rows())
+    for group in groups.values():
+        counts = np.array([len(rows) for rows in group.limits])
+        table = np.zeros((len(counts), counts.max(), 5))
+        for row, rows in zip(table, group.limits):
+            row[: len(rows)] = rows
+        places = np.array([states[k].position for k in group.rows])
+        yield np.array(group.rows), (table, counts, places, group.knots, np.array(group.drifts), group.gain, shared)
+
+
+def _choose(
+    wanted: Array,
+    share: npt.NDArray[np.int64],
+    table: Array,
+    counts: npt.NDArray[np.int64],
+    places: Array,
+    knots: Array,
+    drifts: Array,
+    gain: Array,
+    shared: tuple[Any, ...],
+) -> tuple[Array, npt.NDArray[np.int64]]:
+    return kernels.choose_many(wanted, table[share], counts[share], places[share], knots, drifts[share], gain, *shared)

@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from slalom import kernels
 from slalom.checks import Array
-from slalom.segments import Segments
+from slalom.relative_motion import Segments
 from slalom.tolerances import CONTACT, DEPTH, JUMP, STILL
 
 Indices = npt.NDArray[np.int64]

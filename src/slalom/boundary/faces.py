@@ -14,7 +14,7 @@ import shapely
 from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, parts, point_nodes
 from slalom.boundary.outline import outlines
 from slalom.checks import Array
-from slalom.segments import Segments
+from slalom.relative_motion import Segments
 from slalom.tolerances import GRID
 
 

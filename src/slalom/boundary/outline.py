@@ -24,7 +24,7 @@ from slalom.boundary.envelope import (
     sample,
 )
 from slalom.checks import Array
-from slalom.segments import Segments
+from slalom.relative_motion import Segments
 from slalom.tolerances import STILL
 
 COARSE = 0.05  # [rad] between the normals of an outline beyond the window

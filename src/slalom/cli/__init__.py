@@ -4,7 +4,6 @@ Each module holds one or two commands. Heavy imports happen inside them, so that
 """
 
 import os
-import subprocess
 import sys
 from collections.abc import Sequence
 
@@ -37,14 +36,6 @@ app.command(convert, help_format="markdown")
 app.command(reproduce, help_format="markdown")
 
 
-def _say_and_share(kept: bool) -> None:
-    """Tell who waits why; and let another process begin at the other end, by way of the cache."""
-    complain(kernels.compiling(kept))
-    if kept and sys.executable:
-        nowhere = subprocess.DEVNULL
-        subprocess.Popen([sys.executable, "-m", "slalom.kernels.ready"], stdin=nowhere, stdout=nowhere, stderr=nowhere)
-
-
 def main(tokens: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 the run failed to do what was asked, 2 bad input."""
     sys.exit(call(tokens))
@@ -52,7 +43,7 @@ def main(tokens: Sequence[str] | None = None) -> None:
 
 def call(tokens: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code."""
-    kernels.when_compiling[:] = [_say_and_share] if sys.stderr.isatty() else []
+    kernels.when_compiling[:] = [lambda kept: complain(kernels.compiling(kept))] if sys.stderr.isatty() else []
     try:
         code = app(tokens, exit_on_error=False, print_error=False)
     except CycloptsError as error:

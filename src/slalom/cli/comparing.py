@@ -18,10 +18,10 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.report import page_text, table_text
+from slalom.cli.report import page_text, table_text
 
 if TYPE_CHECKING:
-    from slalom.sim.study_file import Study
+    from slalom.sim.sweep.study_yaml import Study
 
 
 def compare(
@@ -70,8 +70,8 @@ def compare(
     json
         Print one JSON object.
     """
-    from slalom.sim.study import compare_all, flat
-    from slalom.sim.study_file import is_study, named
+    from slalom.sim.sweep.study import compare_all, flat
+    from slalom.sim.sweep.study_yaml import is_study, named
 
     chosen = None if methods is None else [name.strip() for name in methods.split(",") if name.strip()]
     changed = parse_settings(settings)
@@ -98,7 +98,7 @@ def compare(
 
 def _say_notes(study: "Study") -> None:
     """What was repaired or assumed when the files of the scenarios were read, once, and what is left out."""
-    from slalom.sim.case import is_file, load
+    from slalom.sim.sweep.case import is_file, load
 
     said = [note for row in study.rows if is_file(row.scenario) for note in load(row.scenario, row.settings).notes]
     for note in dict.fromkeys(said):
@@ -110,7 +110,7 @@ def _say_notes(study: "Study") -> None:
 def _write(page: Path, study: "Study", tables: Sequence[dict[str, Any]], command: str) -> None:
     """The page, with the versions of what the table was made with."""
     from slalom.peers import contender
-    from slalom.sim.case import versions
+    from slalom.sim.sweep.case import versions
 
     made_with = versions(contender(name) for row in study.rows for name in row.methods)
     with writing(page):

@@ -34,8 +34,8 @@ def convert(
     import numpy as np
 
     from slalom.io.formats import WRITTEN, read_recording, settings_to_write, write_recording
-    from slalom.sim.as_tracks import numbered
-    from slalom.sim.recorded import chosen
+    from slalom.sim.files.recorded_traffic import chosen
+    from slalom.sim.measure.export_tracks import numbered
 
     if target.suffix not in WRITTEN:
         raise InvalidInput(f"expected a file that ends in {', '.join(WRITTEN)}; found {str(target)!r}")

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from slalom.cli.console import DONE, Flag, answer
-from slalom.report import FORESEEN, list_text
+from slalom.cli.report import FORESEEN, list_text
 
 
 def list_(
@@ -20,8 +20,8 @@ def list_(
     """
     from slalom.forecast import FORESIGHTS, foresight_of
     from slalom.io.formats import FORMATS
+    from slalom.paper.titles import TITLES
     from slalom.peers import CONTENDERS
-    from slalom.reproduce.titles import TITLES
     from slalom.sim.gallery import GALLERY
 
     scenarios = {e.name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for e in GALLERY.values()}

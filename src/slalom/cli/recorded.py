@@ -11,7 +11,7 @@ from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.sim import Scenario
-    from slalom.sim.recorded import Who
+    from slalom.sim.files.recorded_traffic import Who
 
 Place = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 READING = Group("How a recording is read", help="Formats: `slalom list formats`.", sort_key=2)
@@ -70,7 +70,7 @@ class Reading:
 
     def settings(self) -> dict[str, Any]:
         """What `io.formats.read_recording` is to be told besides the path."""
-        from slalom.sim.recording_spec import number_or_text
+        from slalom.sim.files.schema_recording import number_or_text
 
         names = ("format", "gap", "interpolation", "frame_rate", "unit", "case", "altitude_unit")
         told: dict[str, Any] = {name: getattr(self, name) for name in names}
@@ -82,7 +82,7 @@ class Reading:
 
     def who(self, radius: float | None = None) -> "Who":
         """Whom to choose, and how large [m] those are of which the file does not say it."""
-        from slalom.sim.recorded import Who
+        from slalom.sim.files.recorded_traffic import Who
 
         return Who(radius, None if self.agents is None else _listed(self.agents), _listed(self.without or ""))
 
@@ -133,8 +133,8 @@ def is_recording(scenario: str, reading: Reading | None, crossing: Crossing | No
     Raises:
         InvalidInput: options of recordings with something else.
     """
-    from slalom.sim.case import is_file
     from slalom.sim.gallery import GALLERY
+    from slalom.sim.sweep.case import is_file
 
     given = [*_given(crossing), *_given(reading)]
     if not is_file(scenario) and scenario not in GALLERY:
@@ -146,8 +146,7 @@ def is_recording(scenario: str, reading: Reading | None, crossing: Crossing | No
 
 def scenario_of(path: str, reading: Reading | None, crossing: Crossing | None, at: float | None) -> "Scenario":
     """The scenario of a robot in a recording."""
-    from slalom.sim.recorded import crossing as crossing_of
-    from slalom.sim.recorded import read_recorded
+    from slalom.sim.files.recorded_traffic import crossing as crossing_of, read_recorded
 
     read, asked = reading or Reading(), crossing or Crossing()
     found = read_recorded(path, read.who(asked.agent_radius), **read.settings())

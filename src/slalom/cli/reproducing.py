@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from slalom.cli.console import DONE, Flag, answer, progress, writable, writing
-from slalom.report import files_text
+from slalom.cli.report import files_text
 
 
 def reproduce(
@@ -36,7 +36,7 @@ def reproduce(
     json
         Print one JSON object.
     """
-    from slalom.reproduce import work
+    from slalom.paper import work
 
     names, effort = work.names_of(name), work.Effort(seeds, jobs, quick)
     writable(page)

@@ -18,8 +18,8 @@ from slalom.cli.console import (
     writing,
 )
 from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
+from slalom.cli.report import run_text, shown
 from slalom.errors import InvalidInput
-from slalom.report import run_text, shown
 
 if TYPE_CHECKING:
     from slalom.sim import Recording, Scenario
@@ -94,8 +94,8 @@ def _run(
     """Run what was loaded with the method of that name, and write, draw and say how it went."""
     from slalom.peers import contender
     from slalom.sim import simulate
-    from slalom.sim.metrics import summary
-    from slalom.sim.recorded import ends_before
+    from slalom.sim.files.recorded_traffic import ends_before
+    from slalom.sim.measure.metrics import summary
 
     chosen = contender(name)
     _format(out, loaded.dimension)
@@ -141,7 +141,7 @@ def decide(
     from slalom.control_obstacle import ControlObstacle
     from slalom.methods import method as method_of
     from slalom.sim import load
-    from slalom.sim.metrics import finite
+    from slalom.sim.measure.metrics import finite
 
     chosen, loaded = method_of(_method_name(method, foresight)), load(scene)
     drawable(figure)
@@ -234,7 +234,7 @@ def _write(recording: "Recording", out: Path) -> None:
             recording.save(out)
         return
     from slalom.io.formats import settings_to_write, write_recording
-    from slalom.sim.as_tracks import as_tracks
+    from slalom.sim.measure.export_tracks import as_tracks
 
     settings = {"frame_rate": 1.0 / recording.dt} if settings_to_write(name) else {}
     tracks = as_tracks(recording, frames=bool(settings))

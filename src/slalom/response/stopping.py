@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.affine import Affine
 from slalom.checks import Array, positive
-from slalom.response.shares import FromVelocity, Shares
+from slalom.response.time_invariant import FromVelocity, Shares
 from slalom.state import State
 
 

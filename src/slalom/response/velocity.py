@@ -8,7 +8,7 @@ from slalom.affine import Affine
 from slalom.checks import Array, not_negative, positive
 from slalom.path import hermite_step
 from slalom.response.protocol import affine, ramp, with_break
-from slalom.response.shares import FromVelocity, Shares
+from slalom.response.time_invariant import FromVelocity, Shares
 from slalom.state import State
 from slalom.tolerances import INTERPOLATION
 

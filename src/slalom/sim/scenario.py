@@ -11,13 +11,13 @@ from slalom.errors import InvalidInput
 from slalom.forecast import foreseen
 from slalom.goal import Goal
 from slalom.limits import Limits
-from slalom.lookahead import LookAhead
+from slalom.lookahead.navigator import LookAhead
 from slalom.methods import HOLDS, Method
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
-from slalom.sim.gaps import clearances
-from slalom.sim.images import Period, displaced, in_box, refuse_no_period
+from slalom.sim.periodic import Period, displaced, in_box, refuse_no_period
+from slalom.sim.shape_distance import clearances
 from slalom.state import State
 from slalom.trajectory import Stationary
 

@@ -17,8 +17,8 @@ from slalom.checks import Array, vector
 from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
 from slalom.limits import Admissible
+from slalom.obstacle_table import Traffic
 from slalom.shape import Part
-from slalom.traffic import Traffic
 from slalom.view.bodies import body, outline
 from slalom.view.style import (
     FAINT,

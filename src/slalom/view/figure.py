@@ -16,9 +16,9 @@ from slalom.checks import Array, array, vectors
 from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.grown import outline_parts
 from slalom.limits import Admissible
 from slalom.manoeuvre import Manoeuvre
+from slalom.minkowski import outline_parts
 from slalom.navigator import Navigator
 from slalom.objective import Situation, preferred_control
 from slalom.obstacle import Obstacle

@@ -9,8 +9,8 @@ from slalom.errors import InvalidInput
 from slalom.methods import Method
 from slalom.peers import contender_named
 from slalom.sim import Recording, Scenario, decision_at
-from slalom.sim.contact import closest_approaches
-from slalom.sim.fleet import seen_by
+from slalom.sim.measure.closest_approach import closest_approaches
+from slalom.sim.run.fleet import seen_by
 from slalom.view.figure import decision, paths
 
 

@@ -11,11 +11,11 @@ from matplotlib.patches import FancyArrowPatch
 from slalom.checks import Array, vectors
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.grown import outline_parts
 from slalom.manoeuvre import Manoeuvre
+from slalom.minkowski import outline_parts
+from slalom.obstacle_table import Traffic
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.traffic import Traffic
 from slalom.trajectory import Trajectory
 from slalom.view.bodies import body, box_of, placed
 from slalom.view.style import (

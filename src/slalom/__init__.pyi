@@ -1,0 +1,124 @@
+"""The public names of slalom, each once; they are imported when they are first used."""
+
+__version__: str
+
+from . import io as io, peers as peers, sim as sim, tracking as tracking, view as view
+from .affine import Affine as Affine
+from .bounds import (
+    Bound as Bound,
+    Box as Box,
+    ConvexPolygon as ConvexPolygon,
+    Friction as Friction,
+    HeadingCone as HeadingCone,
+    LeastSpeed as LeastSpeed,
+    TurningRadius as TurningRadius,
+)
+from .control_obstacle import (
+    ControlObstacle as ControlObstacle,
+    Element as Element,
+    control_obstacle as control_obstacle,
+)
+from .decision import (
+    Decision as Decision,
+    Outcome as Outcome,
+)
+from .errors import (
+    InvalidFile as InvalidFile,
+    InvalidInput as InvalidInput,
+    OutsideSpan as OutsideSpan,
+    SlalomError as SlalomError,
+)
+from .forecast import (
+    FORESIGHTS as FORESIGHTS,
+    AcceleratingBriefly as AcceleratingBriefly,
+    AtConstantAcceleration as AtConstantAcceleration,
+    AtConstantTurn as AtConstantTurn,
+    AtConstantVelocity as AtConstantVelocity,
+    Forecast as Forecast,
+    FromPast as FromPast,
+    Known as Known,
+    Present as Present,
+)
+from .goal import Goal as Goal
+from .horizon import (
+    Horizon as Horizon,
+    HorizonByName as HorizonByName,
+    SafeTime as SafeTime,
+)
+from .limits import (
+    Admissible as Admissible,
+    HalfSpace as HalfSpace,
+    Limits as Limits,
+    admissible_ball as admissible_ball,
+)
+from .lookahead.navigator import (
+    LookAhead as LookAhead,
+    Planned as Planned,
+)
+from .manoeuvre import Manoeuvre as Manoeuvre
+from .methods import (
+    METHODS as METHODS,
+    Method as Method,
+    method as method,
+)
+from .navigator import Navigator as Navigator
+from .objective import (
+    Aim as Aim,
+    Arrive as Arrive,
+    FollowVelocity as FollowVelocity,
+    KeepAcceleration as KeepAcceleration,
+    Mix as Mix,
+    MostClearance as MostClearance,
+    Objective as Objective,
+    preferred_control as preferred_control,
+)
+from .obstacle import Obstacle as Obstacle
+from .obstacle_table import Traffic as Traffic
+from .response import (
+    AccelerateThenBrake as AccelerateThenBrake,
+    AccelerateThenCoast as AccelerateThenCoast,
+    AccelerateThenStop as AccelerateThenStop,
+    Acceleration as Acceleration,
+    Jerk as Jerk,
+    LaggedVelocity as LaggedVelocity,
+    Response as Response,
+    Velocity as Velocity,
+    advance as advance,
+)
+from .response.sequence import AccelerateInTurn as AccelerateInTurn
+from .selection import (
+    Choice as Choice,
+    Choices as Choices,
+    Status as Status,
+    select as select,
+    select_clearest as select_clearest,
+    select_many as select_many,
+)
+from .shape import (
+    Ball as Ball,
+    Capsule as Capsule,
+    Disc as Disc,
+    Part as Part,
+    Polygon as Polygon,
+    Polyline as Polyline,
+    Rectangle as Rectangle,
+    Shape as Shape,
+    Union as Union,
+)
+from .state import State as State
+from .trajectory import (
+    Circular as Circular,
+    Composite as Composite,
+    ConstantAcceleration as ConstantAcceleration,
+    ConstantVelocity as ConstantVelocity,
+    Function as Function,
+    PiecewisePolynomial as PiecewisePolynomial,
+    Sampled as Sampled,
+    Stationary as Stationary,
+    Trajectory as Trajectory,
+)
+from .uncertainty import (
+    BoundedError as BoundedError,
+    GaussianError as GaussianError,
+    Uncertainty as Uncertainty,
+)

@@ -1,0 +1,44 @@
+"""The kernels that Python calls, each once."""
+
+from .compile_notice import (
+    compiling as compiling,
+    when_compiling as when_compiling,
+)
+from .decision.manoeuvre_cost import longer_ways as longer_ways
+from .decision.neighbours import round_of as round_of
+from .decision.policy import (
+    decide_all as decide_all,
+    look_around as look_around,
+)
+from .decision.time_to_go import (
+    earliest_arrival as earliest_arrival,
+    passing_velocity as passing_velocity,
+    stopping_velocity as stopping_velocity,
+    time_to_stop as time_to_stop,
+)
+from .geometry.envelope import grazing_discs as grazing_discs
+from .geometry.hulls import distances as distances
+from .guidance.priority_inheritance import give_way as give_way
+from .guidance.traffic_circle import (
+    find_corners as find_corners,
+    head_for as head_for,
+    pass_right as pass_right,
+)
+from .jit import threads as threads
+from .relative_motion.clearance import (
+    contact_times as contact_times,
+    least_clearances as least_clearances,
+)
+from .relative_motion.window import (
+    distances_now as distances_now,
+    in_balls as in_balls,
+    kept_radii as kept_radii,
+    pieces_within as pieces_within,
+    segments_of as segments_of,
+)
+from .selection.batch import choose_many as choose_many
+from .selection.exchange import nearest_free as nearest_free
+from .sequence_search.search import (
+    explore as explore,
+    stays_free as stays_free,
+)

@@ -1,0 +1,1 @@
+"""The decisions of many robots: neighbours, encounters, costs, the policy."""

@@ -1,0 +1,1 @@
+"""Shapes in arrays: cubics, convex hulls, boundaries of controls, polygons, envelopes."""

@@ -1,0 +1,244 @@
+"""Balls and half-spaces in control space: membership, projections, intersections.
+
+A boundary is a row (side, x, y, z, r): side 1, outside the ball of centre (x, y, z) and radius r; side -1,
+inside it; side 0, the half-space x u0 + y u1 + z u2 <= r with a unit normal. In the plane z is 0. Circles (side 2) and
+lines (side 3, x u0 + y u1 = r) of rounded polygons give candidates only: whether a control is outside those is
+asked of the polygon itself (`polygons`). The exchange keeps four more columns: which polygon a row belongs to, or -1,
+and the disc in which alone it matters.
+
+Where two circles in the control plane meet: what the exchange asks most often, with one division and one root.
+"""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Plane
+from slalom.kernels.jit import kernel
+from slalom.tolerances import ADMISSIBLE, ELEMENT, PARALLEL
+
+
+@kernel
+def is_flat(boundaries: Array, b: int) -> bool:
+    """Whether the boundary is a plane or a line."""
+    return bool(boundaries[b, 0] == 0.0 or boundaries[b, 0] == 3.0)
+
+
+@kernel
+def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k: int) -> bool:
+    """Whether u satisfies the boundaries first..last-1, up to rounding; i, j, k, which generated it, are met."""
+    for b in range(first, last):
+        side = boundaries[b, 0]
+        if side >= 2.0 or b in (i, j, k):
+            continue
+        r = boundaries[b, 4]
+        x, y, z = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3]
+        if side == 0.0:
+            if x * u[0] + y * u[1] + z * u[2] > r + ADMISSIBLE * (1.0 + abs(r)):
+                return False
+        else:
+            square = (u[0] - x) ** 2 + (u[1] - y) ** 2 + (u[2] - z) ** 2
+            if side > 0.0:
+                if square < r * r * (1.0 - ELEMENT):
+                    return False
+            elif square > (r * (1.0 + ADMISSIBLE) + ADMISSIBLE**2) ** 2:
+                return False
+    return True
+
+
+@kernel
+def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
+    """Nearest point of boundary b to u, into found[0]. At the centre of a ball every direction is as near."""
+    x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
+    if is_flat(boundaries, b):
+        step = r - (x * u[0] + y * u[1] + z * u[2])
+        found[0, 0], found[0, 1], found[0, 2] = u[0] + step * x, u[1] + step * y, u[2] + step * z
+        return
+    dx, dy, dz = u[0] - x, u[1] - y, u[2] - z
+    length = np.sqrt(dx * dx + dy * dy + dz * dz)
+    if length == 0.0:
+        dx, length = 1.0, 1.0
+    scale = r / length
+    found[0, 0], found[0, 1], found[0, 2] = x + scale * dx, y + scale * dy, z + scale * dz
+
+
+@kernel
+def apart(boundaries: Array, i: int, j: int) -> bool:
+    """Whether two boundaries are too far apart to have common points: the quick test before their intersection.
+
+    Those of polygons are arcs and edges in discs (columns 6 to 8) in which alone they matter.
+    """
+    if boundaries[i, 0] >= 2.0 and boundaries[j, 0] >= 2.0:
+        reach = boundaries[i, 8] + boundaries[j, 8]
+        away = (boundaries[i, 6] - boundaries[j, 6]) ** 2 + (boundaries[i, 7] - boundaries[j, 7]) ** 2
+        return bool(away > reach * reach)
+    if is_flat(boundaries, i) or is_flat(boundaries, j):
+        return False
+    square = 0.0
+    for axis in range(1, 4):
+        square += (boundaries[i, axis] - boundaries[j, axis]) ** 2
+    return bool(square > (boundaries[i, 4] + boundaries[j, 4]) ** 2)
+
+
+@kernel
+def plane_of(boundaries: Array, i: int, j: int) -> tuple[bool, float, float, float, float]:
+    """The plane (unit normal, offset) that holds the intersection of i and j; False if there is none.
+
+    For two balls it is their radical plane, for a ball and a half-space the latter's boundary.
+    """
+    if is_flat(boundaries, i) or is_flat(boundaries, j):
+        b = i if is_flat(boundaries, i) else j
+        return True, boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
+    x, y, z = boundaries[i, 1], boundaries[i, 2], boundaries[i, 3]
+    dx, dy, dz = boundaries[j, 1] - x, boundaries[j, 2] - y, boundaries[j, 3] - z
+    ri, rj = boundaries[i, 4], boundaries[j, 4]
+    square = dx * dx + dy * dy + dz * dz
+    if square == 0.0 or square > (ri + rj) ** 2 or square < (ri - rj) ** 2:
+        return False, 0.0, 0.0, 0.0, 0.0
+    distance = np.sqrt(square)
+    along = 0.5 * (distance + (ri - rj) * (ri + rj) / distance)
+    nx, ny, nz = dx / distance, dy / distance, dz / distance
+    return True, nx, ny, nz, nx * x + ny * y + nz * z + along
+
+
+@kernel
+def line_of(a: Plane, b: Plane) -> tuple[bool, float, float, float, float, float, float]:
+    """The line (point, unit direction) in which the planes a and b meet; False if they are parallel."""
+    _, ax, ay, az, ao = a
+    _, bx, by, bz, bo = b
+    cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    square = cx * cx + cy * cy + cz * cz
+    if square < PARALLEL * PARALLEL:
+        return False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # The point of the line nearest to the origin: (ao (b x c) + bo (c x a)) / |c|^2 with c = a x b.
+    px = (ao * (by * cz - bz * cy) + bo * (cy * az - cz * ay)) / square
+    py = (ao * (bz * cx - bx * cz) + bo * (cz * ax - cx * az)) / square
+    pz = (ao * (bx * cy - by * cx) + bo * (cx * ay - cy * ax)) / square
+    length = np.sqrt(square)
+    return True, px, py, pz, cx / length, cy / length, cz / length
+
+
+@kernel
+def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, found: Array) -> int:
+    """Points of boundaries i and j that can be nearest to u, into found; their number.
+
+    In the plane: the two points (for two lines one) in which they meet. In space they meet in a circle (or
+    line), and its nearest point to u is taken; seen from the circle's axis all its points are as near, one is taken
+    in each of four directions.
+    """
+    flat_i, flat_j = is_flat(boundaries, i), is_flat(boundaries, j)
+    if flat_i and flat_j:
+        meet, px, py, pz, ex, ey, ez = line_of(flat(boundaries, i), flat(boundaries, j))
+        if not meet:
+            return 0
+        along = (u[0] - px) * ex + (u[1] - py) * ey + (u[2] - pz) * ez if dimension == 3 else 0.0
+        found[0, 0], found[0, 1], found[0, 2] = px + along * ex, py + along * ey, pz + along * ez
+        return 1
+    meet, nx, ny, nz, offset = plane_of(boundaries, i, j)
+    if not meet:
+        return 0
+    b = j if flat_i else i
+    x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
+    height = offset - (nx * x + ny * y + nz * z)
+    square = r * r - height * height
+    if square < 0.0:
+        return 0
+    half = np.sqrt(square)
+    fx, fy, fz = x + height * nx, y + height * ny, z + height * nz
+    if dimension == 2:
+        found[0, 0], found[0, 1], found[0, 2] = fx - half * ny, fy + half * nx, 0.0
+        found[1, 0], found[1, 1], found[1, 2] = fx + half * ny, fy - half * nx, 0.0
+        return 2
+    wx, wy, wz = u[0] - fx, u[1] - fy, u[2] - fz
+    above = wx * nx + wy * ny + wz * nz
+    wx, wy, wz = wx - above * nx, wy - above * ny, wz - above * nz
+    length = np.sqrt(wx * wx + wy * wy + wz * wz)
+    if length > PARALLEL * (1.0 + half):
+        scale = half / length
+        found[0, 0], found[0, 1], found[0, 2] = fx + scale * wx, fy + scale * wy, fz + scale * wz
+        return 1
+    return around_axis(nx, ny, nz, fx, fy, fz, half, found)
+
+
+@kernel
+def around_axis(nx: float, ny: float, nz: float, x: float, y: float, z: float, half: float, found: Array) -> int:
+    """Four points of the circle of radius `half` about (x, y, z) normal to n, into found."""
+    ex, ey, ez = 0.0, -nz, ny
+    if abs(nx) > 0.7:
+        ex, ey, ez = -ny, nx, 0.0
+    length = np.sqrt(ex * ex + ey * ey + ez * ez)
+    ex, ey, ez = ex / length, ey / length, ez / length
+    gx, gy, gz = ny * ez - nz * ey, nz * ex - nx * ez, nx * ey - ny * ex
+    for f in range(4):
+        c, s = (half if f == 0 else -half if f == 1 else 0.0), (half if f == 2 else -half if f == 3 else 0.0)
+        found[f, 0], found[f, 1], found[f, 2] = x + c * ex + s * gx, y + c * ey + s * gy, z + c * ez + s * gz
+    return 4
+
+
+@kernel
+def flat(boundaries: Array, b: int) -> tuple[bool, float, float, float, float]:
+    """A half-space's plane."""
+    return True, boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
+
+
+@kernel
+def intersect_three(boundaries: Array, i: int, j: int, k: int, found: Array) -> int:
+    """Points in which three boundaries in space meet, into found; their number."""
+    ball = k if not is_flat(boundaries, k) else j if not is_flat(boundaries, j) else i
+    if is_flat(boundaries, ball):
+        ball = -1
+    if ball < 0:
+        meet, px, py, pz, ex, ey, ez = line_of(flat(boundaries, i), flat(boundaries, j))
+        nx, ny, nz, offset = boundaries[k, 1], boundaries[k, 2], boundaries[k, 3], boundaries[k, 4]
+        slope = nx * ex + ny * ey + nz * ez
+        if not meet or abs(slope) < PARALLEL:
+            return 0
+        along = (offset - (nx * px + ny * py + nz * pz)) / slope
+        found[0, 0], found[0, 1], found[0, 2] = px + along * ex, py + along * ey, pz + along * ez
+        return 1
+    # The other two, each seen as the plane that holds its intersection with the ball.
+    one = i if ball != i else j
+    two = k if ball != k else j
+    first = plane_of(boundaries, ball, one)
+    if not first[0]:
+        return 0
+    second = plane_of(boundaries, ball, two)
+    if not second[0]:
+        return 0
+    meet, px, py, pz, ex, ey, ez = line_of(first, second)
+    if not meet:
+        return 0
+    x, y, z, r = boundaries[ball, 1], boundaries[ball, 2], boundaries[ball, 3], boundaries[ball, 4]
+    along = (x - px) * ex + (y - py) * ey + (z - pz) * ez
+    fx, fy, fz = px + along * ex, py + along * ey, pz + along * ez
+    square = r * r - ((fx - x) ** 2 + (fy - y) ** 2 + (fz - z) ** 2)
+    if square < 0.0:
+        return 0
+    half = np.sqrt(square)
+    found[0, 0], found[0, 1], found[0, 2] = fx + half * ex, fy + half * ey, fz + half * ez
+    found[1, 0], found[1, 1], found[1, 2] = fx - half * ex, fy - half * ey, fz - half * ez
+    return 2
+
+
+@kernel
+def are_circles(boundaries: Array, i: int, j: int, dimension: int) -> bool:
+    """Whether boundaries i and j are circles in the plane, see `boundaries`."""
+    return bool(dimension == 2 and not is_flat(boundaries, i) and not is_flat(boundaries, j))
+
+
+@kernel
+def intersect_circles(boundaries: Array, i: int, j: int, found: Array) -> int:
+    """The points in which circles i and j meet, into found; their number.
+
+    With c the vector from one centre to the other, they are at the share a of c, and h |c| to its sides.
+    """
+    x, y, r = boundaries[i, 1], boundaries[i, 2], boundaries[i, 4]
+    dx, dy, other = boundaries[j, 1] - x, boundaries[j, 2] - y, boundaries[j, 4]
+    square = dx * dx + dy * dy
+    if square == 0.0 or square > (r + other) ** 2 or square < (r - other) ** 2:
+        return 0
+    inverse = 1.0 / square
+    a = 0.5 + 0.5 * (r - other) * (r + other) * inverse
+    h = np.sqrt(max(r * r * inverse - a * a, 0.0))
+    x, y, sx, sy = x + a * dx, y + a * dy, h * dy, h * dx
+    found[0, 0], found[0, 1], found[0, 2] = x - sx, y + sy, 0.0
+    found[1, 0], found[1, 1], found[1, 2] = x + sx, y - sy, 0.0
+    return 2

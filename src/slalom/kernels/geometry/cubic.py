@@ -1,0 +1,200 @@
+"""Cubic pieces and the squared distance along them, in Bernstein form.
+
+A cubic q(s), s in [0, 1], is held by its control points. |q(s)|^2 is a polynomial of degree 6; its Bernstein
+coefficients bound it from both sides and converge quadratically under bisection, so "never nearer than R" is
+decided by their signs alone, with no sampling and no root formula that degenerates.
+
+Copies of arrays, element by element: with numba's own assignment of one array to another come a hundred functions of
+its string library, for a message that nobody will read, and each takes a tenth of a second to compile.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.kernels.arrays import Array
+from slalom.kernels.jit import kernel
+from slalom.tolerances import DEPTH
+
+NODE = 9  # a node of a bisection: seven coefficients, left end, width
+
+
+@kernel
+def new_stack() -> Array:
+    """Room for the nodes of one depth-first bisection: one sibling per level, and the root."""
+    return np.empty((DEPTH + 4, NODE))
+
+
+@kernel
+def restrict(p0: float, p1: float, p2: float, p3: float, a: float, b: float) -> tuple[float, float, float, float]:
+    """Control values of the cubic with values p0..p3, restricted to [a, b] (its blossom at a and b)."""
+    a01, a12, a23 = p0 + (p1 - p0) * a, p1 + (p2 - p1) * a, p2 + (p3 - p2) * a
+    b01, b12, b23 = p0 + (p1 - p0) * b, p1 + (p2 - p1) * b, p2 + (p3 - p2) * b
+    aa, aa2 = a01 + (a12 - a01) * a, a12 + (a23 - a12) * a
+    ab, ab2 = a01 + (a12 - a01) * b, a12 + (a23 - a12) * b
+    bb, bb2 = b01 + (b12 - b01) * b, b12 + (b23 - b12) * b
+    return aa + (aa2 - aa) * a, aa + (aa2 - aa) * b, ab + (ab2 - ab) * b, bb + (bb2 - bb) * b
+
+
+@kernel
+def value(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
+    """The cubic at s."""
+    r = 1.0 - s
+    return r * r * r * p0 + 3.0 * s * r * r * p1 + 3.0 * s * s * r * p2 + s * s * s * p3
+
+
+@kernel
+def slope(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
+    """Its derivative at s."""
+    r = 1.0 - s
+    return 3.0 * (r * r * (p1 - p0) + 2.0 * s * r * (p2 - p1) + s * s * (p3 - p2))
+
+
+@kernel
+def curvature(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
+    """Its second derivative at s."""
+    return 6.0 * ((1.0 - s) * (p2 - 2.0 * p1 + p0) + s * (p3 - 2.0 * p2 + p1))
+
+
+@kernel
+def put_gap(
+    stack: Array,
+    x0: float,
+    y0: float,
+    z0: float,
+    x1: float,
+    y1: float,
+    z1: float,
+    x2: float,
+    y2: float,
+    z2: float,
+    x3: float,
+    y3: float,
+    z3: float,
+    floor: float,
+) -> None:
+    """Write the coefficients of |q(s)|^2 - floor into the root node of the stack."""
+    q00 = x0 * x0 + y0 * y0 + z0 * z0
+    q01 = x0 * x1 + y0 * y1 + z0 * z1
+    q02 = x0 * x2 + y0 * y2 + z0 * z2
+    q03 = x0 * x3 + y0 * y3 + z0 * z3
+    q11 = x1 * x1 + y1 * y1 + z1 * z1
+    q12 = x1 * x2 + y1 * y2 + z1 * z2
+    q13 = x1 * x3 + y1 * y3 + z1 * z3
+    q22 = x2 * x2 + y2 * y2 + z2 * z2
+    q23 = x2 * x3 + y2 * y3 + z2 * z3
+    q33 = x3 * x3 + y3 * y3 + z3 * z3
+    node = stack[0]
+    node[0] = q00 - floor
+    node[1] = q01 - floor
+    node[2] = 0.4 * q02 + 0.6 * q11 - floor
+    node[3] = 0.1 * q03 + 0.9 * q12 - floor
+    node[4] = 0.4 * q13 + 0.6 * q22 - floor
+    node[5] = q23 - floor
+    node[6] = q33 - floor
+    node[7] = 0.0
+    node[8] = 1.0
+
+
+@kernel
+def bisect(stack: Array, top: int) -> None:
+    """Replace the node at `top` by its right half, and put its left half at top + 1."""
+    node, left = stack[top], stack[top + 1]
+    c0, c1, c2, c3, c4, c5, c6 = node[0], node[1], node[2], node[3], node[4], node[5], node[6]
+    left[0], node[6] = c0, c6
+    c0, c1, c2, c3, c4, c5 = (
+        0.5 * (c0 + c1),
+        0.5 * (c1 + c2),
+        0.5 * (c2 + c3),
+        0.5 * (c3 + c4),
+        0.5 * (c4 + c5),
+        0.5 * (c5 + c6),
+    )
+    left[1], node[5] = c0, c5
+    c0, c1, c2, c3, c4 = 0.5 * (c0 + c1), 0.5 * (c1 + c2), 0.5 * (c2 + c3), 0.5 * (c3 + c4), 0.5 * (c4 + c5)
+    left[2], node[4] = c0, c4
+    c0, c1, c2, c3 = 0.5 * (c0 + c1), 0.5 * (c1 + c2), 0.5 * (c2 + c3), 0.5 * (c3 + c4)
+    left[3], node[3] = c0, c3
+    c0, c1, c2 = 0.5 * (c0 + c1), 0.5 * (c1 + c2), 0.5 * (c2 + c3)
+    left[4], node[2] = c0, c2
+    c0, c1 = 0.5 * (c0 + c1), 0.5 * (c1 + c2)
+    left[5], node[1] = c0, c1
+    c0 = 0.5 * (c0 + c1)
+    left[6], node[0] = c0, c0
+    width = 0.5 * node[8]
+    left[7], left[8] = node[7], width
+    node[7], node[8] = node[7] + width, width
+
+
+@kernel
+def least_coefficient(node: Array) -> float:
+    """A lower bound of the node's polynomial."""
+    return float(min(min(min(node[0], node[1]), min(node[2], node[3])), min(min(node[4], node[5]), node[6])))
+
+
+@kernel
+def below(stack: Array) -> float:
+    """Some s at which the root node's polynomial is below 0, or -1 if there is none (up to rounding)."""
+    top = 0
+    while top >= 0:
+        node = stack[top]
+        if least_coefficient(node) >= 0.0:
+            top -= 1
+        elif node[0] < 0.0:
+            return float(node[7])
+        elif node[6] < 0.0:
+            return float(node[7] + node[8])
+        elif top >= DEPTH or node[8] < 0.5**DEPTH:
+            top -= 1
+        else:
+            bisect(stack, top)
+            top += 1
+    return -1.0
+
+
+@kernel
+def first_below(stack: Array, width: float) -> float:
+    """The first s, up to `width`, at which the polynomial falls below 0, or -1 if it never does."""
+    top = 0
+    while top >= 0:
+        node = stack[top]
+        if least_coefficient(node) >= 0.0:
+            top -= 1
+        elif node[0] < 0.0 or (node[8] < width and node[6] < 0.0):
+            return float(node[7])
+        elif top >= DEPTH or node[8] < 0.5**DEPTH:
+            top -= 1
+        else:
+            bisect(stack, top)
+            top += 1
+    return -1.0
+
+
+@kernel
+def least(stack: Array, ceiling: float, accuracy: float) -> tuple[float, float]:
+    """Least value of a squared distance where below `ceiling`, and its place (-1: nowhere below).
+
+    The root of the value found exceeds the root of the true minimum by at most `accuracy`.
+    """
+    best, place, top = ceiling, -1.0, 0
+    while top >= 0:
+        node = stack[top]
+        if node[0] < best:
+            best, place = node[0], node[7]
+        if node[6] < best:
+            best, place = node[6], node[7] + node[8]
+        root = max(0.0, np.sqrt(max(best, 0.0)) - accuracy)
+        if root == 0.0 or least_coefficient(node) >= root * root or top >= DEPTH or node[8] < 0.5**DEPTH:
+            top -= 1
+        else:
+            bisect(stack, top)
+            top += 1
+    return float(best), float(place)
+
+
+@kernel
+def fill(into: npt.NDArray[Any], what: npt.NDArray[Any]) -> None:
+    """Put `what` into the first rows of an array, which has as many dimensions."""
+    for index in np.ndindex(what.shape):
+        into[index] = what[index]

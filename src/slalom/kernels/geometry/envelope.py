@@ -1,0 +1,144 @@
+"""Where discs of controls graze their envelope: cubic pieces cut until chords stand for it (`boundary.envelope`).
+
+A piece is held by its control points (4, 4): place (x, y), gain, radius. Its disc has the centre place / gain and the
+size radius / gain.
+"""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Flags, Indices
+from slalom.kernels.jit import kernel
+from slalom.tolerances import CONTACT, DEPTH, STILL
+
+Disc = tuple[float, float, float, float, float, float]
+"""Centre (x, y), size, heading [rad], opening [rad], cosine of the opening, 1 and more where there is none."""
+
+
+@kernel
+def off_chord(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
+    """Distance of (x, y) from the segment from a to b."""
+    dx, dy = bx - ax, by - ay
+    share = ((x - ax) * dx + (y - ay) * dy) / max(dx * dx + dy * dy, 1e-300)
+    share = min(1.0, max(0.0, share))
+    return float(np.hypot(x - ax - share * dx, y - ay - share * dy))
+
+
+@kernel
+def may_meet(q: Array, reach: float, window: Array) -> bool:
+    """Whether the discs of a piece may meet the window (x, y, radius, tolerance), never False where one does.
+
+    The chord bound of theory.md section 9 for the control in the middle; from there on gain * radius is gone.
+    """
+    x0, y0 = q[0, 0] - q[0, 2] * window[0], q[0, 1] - q[0, 2] * window[1]
+    x1, y1 = q[1, 0] - q[1, 2] * window[0], q[1, 1] - q[1, 2] * window[1]
+    x2, y2 = q[2, 0] - q[2, 2] * window[0], q[2, 1] - q[2, 2] * window[1]
+    x3, y3 = q[3, 0] - q[3, 2] * window[0], q[3, 1] - q[3, 2] * window[1]
+    tx, ty = (x3 - x0) / 3.0, (y3 - y0) / 3.0
+    bend = max(np.hypot(x1 - x0 - tx, y1 - y0 - ty), np.hypot(x2 - x3 + tx, y2 - y3 + ty))
+    gain = max(max(q[0, 2], q[1, 2]), max(q[2, 2], q[3, 2]))
+    # Before the controls of the window are CONTACT apart they meet nothing but what overlaps the robot at once.
+    if gain * window[2] <= CONTACT:
+        return False
+    return bool(off_chord(x0, y0, x3, y3, 0.0, 0.0) - 0.75 * bend <= (reach + window[2] * gain) * (1.0 + 1e-9))
+
+
+@kernel
+def disc_at(q: Array, i: int, before: int, after: int) -> Disc:
+    """The disc at control point i of a piece whose derivative goes from one control point to another."""
+    x, y, gain, radius = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
+    growth = q[after, 2] - q[before, 2]
+    wx = gain * (q[after, 0] - q[before, 0]) - growth * x
+    wy = gain * (q[after, 1] - q[before, 1]) - growth * y
+    cosine = (growth * radius - gain * (q[after, 3] - q[before, 3])) / max(np.hypot(wx, wy), 1e-300)
+    opening = np.arccos(min(1.0, max(-1.0, cosine)))
+    return x / gain, y / gain, radius / gain, np.arctan2(wy, wx), opening, cosine
+
+
+@kernel
+def turn(a: Disc, b: Disc, side: float) -> float:
+    """By how much [rad] the normal of a branch turns from one disc to another."""
+    angle = b[3] - a[3]
+    angle -= 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+    return float(abs(angle + side * (b[4] - a[4])))
+
+
+@kernel
+def bends(a: Disc, m: Disc, b: Disc, window: Array) -> bool:
+    """Whether a branch of the envelope leaves its chord near the window, from the discs at begin, middle and end."""
+    low = 1.0 / max(a[5], 1e-9), 1.0 / max(m[5], 1e-9), 1.0 / max(b[5], 1e-9)
+    # Not only at the three times: the reciprocal cosine is below 1 there by more than it varies.
+    if max(low) * 2.0 - min(low) < 1.0:
+        return False
+    for side in (1.0, -1.0):
+        ax, ay = a[0] + a[2] * np.cos(a[3] + side * a[4]), a[1] + a[2] * np.sin(a[3] + side * a[4])
+        mx, my = m[0] + m[2] * np.cos(m[3] + side * m[4]), m[1] + m[2] * np.sin(m[3] + side * m[4])
+        bx, by = b[0] + b[2] * np.cos(b[3] + side * b[4]), b[1] + b[2] * np.sin(b[3] + side * b[4])
+        one, two = turn(a, m, side), turn(m, b, side)
+        # The envelope runs along the tangent of each disc, so that its direction is known: an arc over half a chord
+        # of length l that turns by d rises l d / 2 over the whole one.
+        rise = max(np.hypot(mx - ax, my - ay) * one, np.hypot(bx - mx, by - my) * two)
+        if max(rise / 2.0, off_chord(ax, ay, bx, by, mx, my)) <= window[3]:
+            continue
+        away = min(off_chord(ax, ay, mx, my, window[0], window[1]), off_chord(mx, my, bx, by, window[0], window[1]))
+        if not (away > window[2] + 2.0 * rise and max(one, two) < 0.5):
+            return True
+    return False
+
+
+@kernel
+def cut(q: Array, left: Array, right: Array) -> None:
+    """The two halves of a piece (de Casteljau)."""
+    for i in range(4):
+        a, b, c = (q[0, i] + q[1, i]) / 2.0, (q[1, i] + q[2, i]) / 2.0, (q[2, i] + q[3, i]) / 2.0
+        d, e = (a + b) / 2.0, (b + c) / 2.0
+        f = (d + e) / 2.0
+        left[0, i], left[1, i], left[2, i], left[3, i] = q[0, i], a, d, f
+        right[0, i], right[1, i], right[2, i], right[3, i] = f, e, c, q[3, i]
+
+
+@kernel
+def grazing_discs(control: Array, reach: Array, window: Array) -> tuple[Indices, Array, Array, Flags]:
+    """Cut pieces until the chords of their envelope stay within tolerance; leave out what cannot meet the window.
+
+    Args:
+        control: (4, 4 or more, n). reach: (n,) of the elements. window: x, y, radius, tolerance.
+
+    Returns:
+        In order of piece and time: the piece (k,), begin and end from 0 to 1 (2, k), control points (k, 4, 4), and
+        whether the element hardly moves although its touching normals turn (k,).
+    """
+    piece, times, points = np.empty(256, np.int64), np.empty((2, 256)), np.empty((256, 4, 4))
+    sharp, count = np.empty(256, np.bool_), 0
+    stack, spans = np.empty((DEPTH + 2, 4, 4)), np.empty((DEPTH + 2, 3))
+    q, left, right = np.empty((4, 4)), np.empty((4, 4)), np.empty((4, 4))
+    for n in range(control.shape[2]):
+        stack[0], spans[0] = control[:, :4, n], np.array([0.0, 1.0, 0.0])
+        waiting = 1
+        while waiting:
+            waiting -= 1
+            q[:] = stack[waiting]
+            begin, end, level = spans[waiting]
+            if not may_meet(q, reach[n], window):
+                continue
+            cut(q, left, right)
+            bent, still = True, False
+            # Where the gain is 0 there is no element.
+            if q[0, 2] > 0.0:
+                a, m, b = disc_at(q, 0, 0, 1), disc_at(right, 0, 0, 1), disc_at(q, 3, 2, 3)
+                moved = np.hypot(m[0] - a[0], m[1] - a[1]) + np.hypot(b[0] - m[0], b[1] - m[1])
+                still = moved + abs(m[2] - a[2]) + abs(b[2] - m[2]) < STILL * window[3]
+                bent = bends(a, m, b, window)
+            if not bent or still:
+                if count == len(piece):
+                    piece, sharp = np.append(piece, piece), np.append(sharp, sharp)
+                    times, points = np.append(times, times, axis=1), np.append(points, points, axis=0)
+                piece[count], times[0, count], times[1, count], sharp[count] = n, begin, end, bent
+                points[count] = q
+                count += 1
+            elif level < DEPTH - 1:
+                middle = (begin + end) / 2.0
+                stack[waiting], stack[waiting + 1] = right, left
+                spans[waiting, 0], spans[waiting, 1], spans[waiting, 2] = middle, end, level + 1.0
+                spans[waiting + 1, 0], spans[waiting + 1, 1], spans[waiting + 1, 2] = begin, middle, level + 1.0
+                waiting += 2
+    return piece[:count], times[:, :count], points[:count], sharp[:count]

@@ -1,0 +1,264 @@
+"""Rounded convex hulls along a segment: distance, certified bounds, contact.
+
+The hull's corners move on cubics: the origin's, plus each corner turned by the direction e. Points come in two forms:
+`course` (4, 5), the control points of origin (x, y, z) and direction (ex, ey) for one control, and `q` (n, 3), the
+corners at one time, in the plane counter-clockwise.
+
+The signed distance of the origin to a convex hull is the largest, over unit vectors v, of min v . corner: negative
+inside, where it is minus the depth. Any v therefore bounds it from below, and for a v that stays the same, min v .
+corner along a cubic is bounded by its control points. That bound is of second order when v is the best one in the
+middle. What slides along a hull would be bisected without end: collisions less deep than CLEARANCE are not sought.
+"""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls
+from slalom.kernels.geometry.convex import order, signed_distance
+from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.jit import kernel
+from slalom.tolerances import CLEARANCE, DEPTH
+
+
+@kernel
+def new_course(hulls: MaybeHulls) -> tuple[Array, Array]:
+    """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
+    most = 1
+    if len(hulls) > 0:
+        for h in range(len(hulls[3]) - 1):
+            most = max(most, hulls[3][h + 1] - hulls[3][h])
+    return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
+
+
+@kernel
+def load(points: Array, gains: Array, hulls: Hulls, s: int, u: Array, course: Array) -> None:
+    """The course of segment s under control u."""
+    turns = hulls[1]
+    for j in range(4):
+        for axis in range(3):
+            course[j, axis] = points[j, axis, s] - gains[j, s] * u[axis]
+        course[j, 3], course[j, 4] = turns[j, 0, s], turns[j, 1, s]
+
+
+@kernel
+def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
+    """The corners of hull h at x in [0, 1], into q; their number."""
+    corners, first = hulls[2], hulls[3]
+    here = np.empty(5)
+    for i in range(5):
+        here[i] = value(course[0, i], course[1, i], course[2, i], course[3, i], x)
+    n = first[h + 1] - first[h]
+    for j in range(n):
+        corner = corners[first[h] + j]
+        q[j, 0] = here[0] + corner[0] + corner[3] * here[3] - corner[4] * here[4]
+        q[j, 1] = here[1] + corner[1] + corner[3] * here[4] + corner[4] * here[3]
+        q[j, 2] = here[2] + corner[2]
+    return int(n)
+
+
+@kernel
+def excess(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x: float, q: Array) -> Direction:
+    """Signed distance to the rounded hull at x, and the direction that attains it."""
+    n = corners_at(course, hulls, h, x, q)
+    if hulls[4][h]:
+        n = order(q, n)
+    distance, vx, vy, vz = signed_distance(q, n)
+    return distance - radius - growth * x, vx, vy, vz
+
+
+@kernel
+def bound(
+    course: Array,
+    hulls: Hulls,
+    h: int,
+    radius: float,
+    growth: float,
+    a: float,
+    b: float,
+    vx: float,
+    vy: float,
+    vz: float,
+) -> float:
+    """A lower bound of the signed distance to the rounded hull over [a, b], from the direction v."""
+    corners, first = hulls[2], hulls[3]
+    # Along v only: the origin's course, and the direction's components along v and across it.
+    p0, p1, p2, p3 = restrict(
+        vx * course[0, 0] + vy * course[0, 1] + vz * course[0, 2],
+        vx * course[1, 0] + vy * course[1, 1] + vz * course[1, 2],
+        vx * course[2, 0] + vy * course[2, 1] + vz * course[2, 2],
+        vx * course[3, 0] + vy * course[3, 1] + vz * course[3, 2],
+        a,
+        b,
+    )
+    e0, e1, e2, e3 = restrict(
+        vx * course[0, 3] + vy * course[0, 4],
+        vx * course[1, 3] + vy * course[1, 4],
+        vx * course[2, 3] + vy * course[2, 4],
+        vx * course[3, 3] + vy * course[3, 4],
+        a,
+        b,
+    )
+    f0, f1, f2, f3 = restrict(
+        vy * course[0, 3] - vx * course[0, 4],
+        vy * course[1, 3] - vx * course[1, 4],
+        vy * course[2, 3] - vx * course[2, 4],
+        vy * course[3, 3] - vx * course[3, 4],
+        a,
+        b,
+    )
+    low0, low1, low2, low3 = np.inf, np.inf, np.inf, np.inf
+    for j in range(first[h], first[h + 1]):
+        fixed = corners[j, 0] * vx + corners[j, 1] * vy + corners[j, 2] * vz
+        cx, cy = corners[j, 3], corners[j, 4]
+        low0 = min(low0, fixed + cx * e0 + cy * f0)
+        low1 = min(low1, fixed + cx * e1 + cy * f1)
+        low2 = min(low2, fixed + cx * e2 + cy * f2)
+        low3 = min(low3, fixed + cx * e3 + cy * f3)
+    first_radius, step = radius + growth * a, growth * (b - a) / 3.0
+    return float(
+        min(
+            min(p0 + low0 - first_radius, p1 + low1 - first_radius - step),
+            min(p2 + low2 - first_radius - 2.0 * step, p3 + low3 - first_radius - 3.0 * step),
+        )
+    )
+
+
+@kernel
+def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array) -> float:
+    """Some x at which the origin is inside the rounded hull, or -1 if it nowhere is by more than CLEARANCE."""
+    for end in (0.0, 1.0):
+        if excess(course, hulls, h, radius, growth, end, q)[0] < 0.0:
+            return end
+    stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
+    while top >= 0:
+        a, width = stack[top, 0], stack[top, 1]
+        top -= 1
+        middle = a + 0.5 * width
+        gap, vx, vy, vz = excess(course, hulls, h, radius, growth, middle, q)
+        if gap < 0.0:
+            return float(middle)
+        if width < 0.5**DEPTH or bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE:
+            continue
+        stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
+        stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
+        top += 2
+    return -1.0
+
+
+@kernel
+def hull_first_below(
+    course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array, least: float
+) -> float:
+    """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never by more than CLEARANCE."""
+    stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
+    while top >= 0:
+        a, width = stack[top, 0], stack[top, 1]
+        top -= 1
+        middle = a + 0.5 * width
+        _, vx, vy, vz = excess(course, hulls, h, radius, growth, middle, q)
+        if bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE:
+            continue
+        if excess(course, hulls, h, radius, growth, a, q)[0] < 0.0:
+            return float(a)
+        if width < least and excess(course, hulls, h, radius, growth, a + width, q)[0] < 0.0:
+            return float(a)
+        if width < 0.5**DEPTH:
+            continue
+        stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
+        stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
+        top += 2
+    return -1.0
+
+
+@kernel
+def hull_least(
+    course: Array,
+    hulls: Hulls,
+    h: int,
+    radius: float,
+    growth: float,
+    stack: Array,
+    q: Array,
+    ceiling: float,
+    accuracy: float,
+) -> float:
+    """Least signed distance to the rounded hull where below `ceiling`, else `ceiling`; too large by at most
+    `accuracy`.
+    """
+    best = ceiling
+    for end in (0.0, 1.0):
+        best = min(best, excess(course, hulls, h, radius, growth, end, q)[0])
+    stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
+    while top >= 0:
+        a, width = stack[top, 0], stack[top, 1]
+        top -= 1
+        middle = a + 0.5 * width
+        gap, vx, vy, vz = excess(course, hulls, h, radius, growth, middle, q)
+        best = min(best, gap)
+        if width < 0.5**DEPTH or bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= best - accuracy:
+            continue
+        stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
+        stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
+        top += 2
+    return float(best)
+
+
+@kernel
+def hull_sink(
+    course: Array,
+    gain: Array,
+    hulls: Hulls,
+    h: int,
+    radius: float,
+    growth: float,
+    q: Array,
+    witness: float,
+) -> float:
+    """A time of collision at which the control is deep inside the element: from samples, then by golden section.
+
+    Depth counts in units of the control: signed distance over gain.
+    """
+    best, place, step = np.inf, witness, 0.125
+    for k in range(10):
+        x = witness if k == 9 else step * k
+        g = value(gain[0], gain[1], gain[2], gain[3], x)
+        gap = excess(course, hulls, h, radius, growth, x, q)[0]
+        if gap < 0.0 and gap < best * g:
+            best, place = gap / g, x
+    low, high = max(0.0, place - step), min(1.0, place + step)
+    share = 0.3819660112501051
+    for _ in range(18):
+        left, right = low + share * (high - low), high - share * (high - low)
+        a = excess(course, hulls, h, radius, growth, left, q)[0]
+        b = excess(course, hulls, h, radius, growth, right, q)[0]
+        a /= value(gain[0], gain[1], gain[2], gain[3], left)
+        b /= value(gain[0], gain[1], gain[2], gain[3], right)
+        if a < b:
+            high = right
+        else:
+            low = left
+        x, least = (left, a) if a < b else (right, b)
+        if least < best:
+            best, place = least, x
+    return float(place)
+
+
+@kernel
+def distances(places: Array, directions: Array, which: Indices, hulls: MaybeHulls) -> Array:
+    """Signed distance of the origin to hulls which (k,), -1 for points, and the unit vector that attains it: (k, 4).
+
+    The hulls are at places (k, 3), their bodies along directions (k, 2).
+    """
+    result = np.empty((len(places), 4))
+    course, q = new_course(hulls)
+    for i in range(len(places)):
+        if len(hulls) == 0 or which[i] < 0:
+            n = 1
+            q[0, 0], q[0, 1], q[0, 2] = places[i, 0], places[i, 1], places[i, 2]
+        else:
+            for j in range(4):
+                course[j, 0], course[j, 1], course[j, 2] = places[i, 0], places[i, 1], places[i, 2]
+                course[j, 3], course[j, 4] = directions[i, 0], directions[i, 1]
+            n = corners_at(course, hulls, which[i], 0.0, q)
+            n = order(q, n) if hulls[4][which[i]] else n
+        result[i, 0], result[i, 1], result[i, 2], result[i, 3] = signed_distance(q, n)
+    return result

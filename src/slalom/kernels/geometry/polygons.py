@@ -1,0 +1,187 @@
+"""Rounded convex polygons in the control plane: the working set's elements that are not balls.
+
+Several polygons are held as one flat list of corners: polygon k has the corners (x, y) in rows begins[k] to
+begins[k + 1], counter-clockwise, and is rounded by radii[k]; disc (x, y, r) in rows of `around` holds it all.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Indices, MaybeHulls
+from slalom.kernels.jit import kernel
+from slalom.tolerances import ELEMENT
+
+Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
+"""corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on."""
+MaybePolygons: TypeAlias = Polygons | tuple[()]
+"""Empty where there are no hulls, see `compiled.MaybeHulls`."""
+
+
+@kernel
+def smallest_ball(limits: Array, admissible: int) -> int:
+    """Which of the first rows is the smallest ball that all admissible controls lie in."""
+    smallest = -1
+    for b in range(admissible):
+        if limits[b, 0] < 0.0 and (smallest < 0 or limits[b, 4] < limits[smallest, 4]):
+            smallest = b
+    return smallest
+
+
+@kernel
+def new_boundaries(limits: Array) -> Array:
+    """The boundaries of the admissible set, and room for more."""
+    boundaries = np.empty((len(limits) + 64, 9))
+    for b in range(len(limits)):
+        for column in range(5):
+            boundaries[b, column] = limits[b, column]
+        of_none(boundaries, b)
+    return boundaries
+
+
+@kernel
+def of_none(boundaries: Array, b: int) -> None:
+    """Boundary b belongs to no polygon, and matters everywhere."""
+    boundaries[b, 5], boundaries[b, 6], boundaries[b, 7], boundaries[b, 8] = -1.0, 0.0, 0.0, np.inf
+
+
+@kernel
+def with_room(boundaries: Array, count: int) -> Array:
+    """The boundaries, moved to a larger array if there are fewer than `count` rows."""
+    if count <= len(boundaries):
+        return boundaries
+    larger = np.empty((2 * count, 9))
+    for b in range(len(boundaries)):
+        for column in range(9):
+            larger[b, column] = boundaries[b, column]
+    return larger
+
+
+@kernel
+def new_polygons(hulls: MaybeHulls) -> MaybePolygons:
+    """No polygons; nothing where there are no hulls."""
+    if len(hulls) == 0:
+        return ()
+    return np.empty((16, 2)), np.zeros(6, np.int64), np.empty(4), np.empty((4, 3))
+
+
+@kernel
+def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
+    """The polygons and one more, with corners q[:n]."""
+    corners, begins, radii, around = polygons
+    k = begins[0]
+    start = begins[k + 1]
+    if k + 1 > len(radii):
+        longer, more, wider = np.empty(2 * k), np.zeros(2 * k + 2, np.int64), np.empty((2 * k, 3))
+        for j in range(k):
+            longer[j] = radii[j]
+            wider[j, 0], wider[j, 1], wider[j, 2] = around[j, 0], around[j, 1], around[j, 2]
+        for j in range(k + 2):
+            more[j] = begins[j]
+        begins, radii, around = more, longer, wider
+    if start + n > len(corners):
+        larger = np.empty((2 * (start + n), 2))
+        for j in range(start):
+            larger[j, 0], larger[j, 1] = corners[j, 0], corners[j, 1]
+        corners = larger
+    x, y = 0.0, 0.0
+    for j in range(n):
+        corners[start + j, 0], corners[start + j, 1] = q[j, 0], q[j, 1]
+        x, y = x + q[j, 0] / n, y + q[j, 1] / n
+    farthest = 0.0
+    for j in range(n):
+        farthest = max(farthest, np.sqrt((q[j, 0] - x) ** 2 + (q[j, 1] - y) ** 2))
+    around[k, 0], around[k, 1], around[k, 2] = x, y, farthest + r
+    radii[k], begins[k + 2], begins[0] = r, start + n, k + 1
+    return corners, begins, radii, around
+
+
+@kernel
+def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: float) -> bool:
+    """Whether the control (x, y) is outside the rounded polygons begin to end - 1, up to rounding."""
+    corners, begins, radii, around = polygons
+    for k in range(begin, end):
+        dx, dy, far = x - around[k, 0], y - around[k, 1], around[k, 2]
+        if dx * dx + dy * dy >= far * far:
+            continue
+        # Rounding is relative to the size of the polygon and to where it is.
+        size = far + abs(around[k, 0]) + abs(around[k, 1])
+        keep = radii[k] - ELEMENT * size
+        if keep > 0.0 and not beyond(corners, begins[k + 1], begins[k + 2], x, y, keep):
+            return False
+    return True
+
+
+@kernel
+def within_polygon(polygons: MaybePolygons, last: int, x: float, y: float) -> int:
+    """A rounded polygon that the control (x, y) is inside of, or -1.
+
+    The one that rejected the last control most likely rejects this one too: it is asked first.
+    """
+    if len(polygons) == 0:
+        return -1
+    if polygons[1][0] > 0 and not outside_polygons(polygons, last, last + 1, x, y):
+        return last
+    for k in range(polygons[1][0]):
+        if not outside_polygons(polygons, k, k + 1, x, y):
+            return k
+    return -1
+
+
+@kernel
+def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: float) -> bool:
+    """Whether (x, y) is at least `keep` from the polygon of the corners first to last - 1; its inside counts as 0."""
+    within = last - first > 2
+    for j in range(first, last):
+        k = j + 1 if j + 1 < last else first
+        ax, ay = corners[j, 0] - x, corners[j, 1] - y
+        dx, dy = corners[k, 0] - corners[j, 0], corners[k, 1] - corners[j, 1]
+        if dx * ay - dy * ax > 0.0:
+            within = False
+        along = min(1.0, max(0.0, -(ax * dx + ay * dy) / (dx * dx + dy * dy + 1e-300)))
+        if (ax + along * dx) ** 2 + (ay + along * dy) ** 2 < keep * keep:
+            return False
+    return not within
+
+
+@kernel
+def add_rounded(
+    boundaries: Array, admissible: int, count: int, which: int, q: Array, n: int, r: float
+) -> tuple[Array, int]:
+    """The circles and lines of rounded polygon `which` that reach into the admissible set, as boundaries."""
+    boundaries = with_room(boundaries, count + 2 * n)
+    smallest = smallest_ball(boundaries, admissible)
+    x, y, most = boundaries[smallest, 1], boundaries[smallest, 2], boundaries[smallest, 4]
+    for j in range(n):
+        ax, ay = q[j, 0], q[j, 1]
+        distance = np.sqrt((ax - x) ** 2 + (ay - y) ** 2)
+        # Within rounding of touching it still counts.
+        slack = 1e-9 * (most + r)
+        if abs(distance - r) <= most + slack:
+            boundaries[count, 0] = 2.0
+            boundaries[count, 1], boundaries[count, 2], boundaries[count, 3], boundaries[count, 4] = ax, ay, 0.0, r
+            boundaries[count, 5] = which
+            boundaries[count, 6], boundaries[count, 7], boundaries[count, 8] = ax, ay, r * (1.0 + 1e-9)
+            count += 1
+        k = j + 1 if j + 1 < n else 0
+        dx, dy = q[k, 0] - ax, q[k, 1] - ay
+        length = np.sqrt(dx * dx + dy * dy)
+        if length == 0.0:
+            continue
+        nx, ny = dy / length, -dx / length
+        ex, ey = ax + r * nx - x, ay + r * ny - y
+        foot = -(ex * dx + ey * dy) / length
+        along = min(length, max(0.0, foot)) / length
+        if (ex + along * dx) ** 2 + (ey + along * dy) ** 2 <= (most + slack) ** 2:
+            boundaries[count, 0], boundaries[count, 3] = 3.0, 0.0
+            boundaries[count, 1], boundaries[count, 2], boundaries[count, 4] = nx, ny, nx * ax + ny * ay + r
+            boundaries[count, 5] = which
+            # The disc about the part of the edge that lies within the ball.
+            off = ex * ex + ey * ey - foot * foot
+            half = np.sqrt(max((most + slack) ** 2 - off, 0.0))
+            begin, end = max(0.0, foot - half), min(length, foot + half)
+            middle = 0.5 * (begin + end) / length
+            boundaries[count, 6], boundaries[count, 7] = x + ex + middle * dx, y + ey + middle * dy
+            boundaries[count, 8] = 0.5 * (end - begin) + slack
+            count += 1
+    return boundaries, count

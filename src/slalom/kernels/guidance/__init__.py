@@ -1,0 +1,1 @@
+"""Targets for robots that share the plane; no part in safety."""

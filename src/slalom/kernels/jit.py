@@ -1,0 +1,140 @@
+"""The one typed wrapper of numba's njit that all kernels go through.
+
+numba keys its disk cache by the file of a function, so an edit in a callee that lives in another file goes
+unnoticed and the old result is returned. Here the key holds a hash of all kernel sources. Where no cache can
+be written (a read-only install without a writable home) kernels compile in every process instead of failing.
+"""
+
+import gc
+import hashlib
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+from numba.core import config, types
+from numba.core.caching import FunctionCache
+from numba.core.event import Listener, register
+
+from slalom.kernels.compile_notice import when_compiling
+from slalom.kernels.numba_extensions import FITS, EntryCompiler, PartCompiler, PartLibrary, remembering
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def _digest() -> str:
+    folder = Path(__file__).parent
+    sources = [*sorted(folder.rglob("*.py")), folder.parent / "tolerances.py"]
+    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()
+
+
+SOURCES = _digest()
+
+
+class _KernelCache(FunctionCache):
+    """numba's function cache with the hash of all kernel sources in its key."""
+
+    def __init__(self, function: Callable[..., Any], what: str) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._what = what
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        """A part comes back as what it was, or it would be translated as it is, and entries would call that code."""
+        codegen = target_context.codegen()
+        usual = codegen._library_class
+        if self._what == "part" and FITS:
+            codegen._library_class = PartLibrary
+        try:
+            return super()._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        finally:
+            codegen._library_class = usual
+
+
+def _can_cache() -> bool:
+    """Whether there is a folder for the cache that can be written."""
+    try:
+        _KernelCache(_digest, "entry")
+    except RuntimeError:
+        return False
+    return True
+
+
+CACHED = _can_cache()
+
+
+class _Announcer(Listener):
+    """Tells those who want to know that compilation, which takes a while, has begun."""
+
+    def on_start(self, event: Any) -> None:
+        while when_compiling:
+            when_compiling.pop(0)(CACHED)
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
+
+
+def _cached(compiled: Any, function: Callable[..., Any], what: str) -> Any:
+    with suppress(RuntimeError):
+        compiled._cache = _KernelCache(function, what)
+    return compiled
+
+
+def inlined(function: F) -> F:
+    """A `kernel` that becomes a part of its caller's code: worth it where few call it and hand it whole tables.
+
+    Each array of a table is handed over as seven numbers and more. Larger functions take longer to compile.
+    """
+    return kernel(function, forceinline=True)
+
+
+def kernel(function: F, **options: bool) -> F:
+    """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan.
+
+    As a part of kernels that call it, and, only when Python calls it, by itself. Wrappers for Python's objects,
+    optimisation and machine code cost more than the rest; so parts have none of them. `options`: of numba, for the
+    part.
+    """
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
+    compiled: Any = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+    of_part, of_entry = ({"pipeline_class": one} if FITS else {} for one in (PartCompiler, EntryCompiler))
+    part = compiled(no_cpython_wrapper=True, **of_part, **options)(function)
+    template = _cached(part, function, "part").get_call_template
+
+    def get_call_template(args: Any, kws: Any) -> Any:
+        # Once for all integers that kernels hand to each other, not once more for each constant.
+        return template(tuple(types.unliteral(arg) for arg in args), kws)  # type: ignore[no-untyped-call]
+
+    entry = _cached(compiled(**of_entry)(function), function, "entry")
+    entry.get_call_template, entry.get_overload = get_call_template, part.get_overload
+    entry.compile = _quickly(entry.compile)
+    return cast(F, entry)
+
+
+def _quickly(compile_one: Callable[..., Any]) -> Callable[..., Any]:
+    """All that compiling makes stays in use: to look for garbage in it again and again takes a tenth of the time."""
+
+    def compile_quickly(*args: Any) -> Any:
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            with remembering():
+                return compile_one(*args)
+        finally:
+            if collects:
+                gc.enable()
+
+    return compile_quickly
+
+
+def threads() -> int:
+    """How many threads kernels may run in: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
+    return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]

@@ -1,0 +1,1 @@
+"""Obstacles relative to a controlled robot: segments, the broad phase, clearance, time to collision."""

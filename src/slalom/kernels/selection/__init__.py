@@ -1,0 +1,1 @@
+"""The exact choice: elements, candidates, exchange."""

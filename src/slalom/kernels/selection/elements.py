@@ -1,0 +1,241 @@
+"""Temporal elements of hulls, and of short spans of time: the cuts that reject a colliding control."""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Hulls
+from slalom.kernels.geometry.convex import order, signed_distance, to_segment
+from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.geometry.hulls import corners_at, excess, load
+from slalom.kernels.geometry.polygons import smallest_ball
+from slalom.kernels.jit import kernel
+from slalom.tolerances import CONTACT
+
+
+@kernel
+def hull_element(
+    points: Array,
+    gains: Array,
+    radius: Array,
+    growth: Array,
+    hulls: Hulls,
+    s: int,
+    place: float,
+    u: Array,
+    dimension: int,
+    limits: Array,
+    course: Array,
+    q: Array,
+) -> tuple[int, float]:
+    """A part of the control obstacle of hull segment s that rejects u: corners, into q, their number, and radius.
+
+    A sharp corner sweeps over a curve of which elements at single times cover points only. In the plane the part is
+    therefore, where that rejects u, what surely lies between the elements of two times (`swept`); else the element
+    at `place`. Both are grown by CONTACT.
+    """
+    h = hulls[0][s]
+    load(points, gains, hulls, s, u, course)
+    gain = gains[:, s]
+    n = hulls[3][h + 1] - hulls[3][h]
+    if n > 1 and dimension == 2:
+        depth = -excess(course, hulls, h, radius[s], growth[s], place, q)[0]
+        depth /= value(gain[0], gain[1], gain[2], gain[3], place)
+        turning = abs(course[0, 3] - course[3, 3]) + abs(course[0, 4] - course[3, 4]) > 0.0
+        smallest = smallest_ball(limits, len(limits))
+        far = np.sqrt((u[0] - limits[smallest, 1]) ** 2 + (u[1] - limits[smallest, 2]) ** 2) + limits[smallest, 4]
+        half = 0.25
+        for _ in range(24):
+            a, b = max(0.0, place - half), min(1.0, place + half)
+            if turning:
+                m, r = fan(course, gain, hulls, h, radius[s], growth[s], far, a, b, q)
+            else:
+                m, r = swept(course, gain, hulls, h, radius[s], growth[s], far, a, b, q)
+            # One that u is hardly inside of would reject little else.
+            if m > 1 and r - signed_distance(q, m)[0] > max(0.7 * depth, 0.25 * r):
+                shift(q, m, u)
+                return m, r
+            half *= 0.5
+    n = corners_at(course, hulls, h, place, q)
+    if hulls[4][h]:
+        n = order(q, n)
+    g = value(gain[0], gain[1], gain[2], gain[3], place)
+    for j in range(n):
+        for axis in range(3):
+            q[j, axis] /= g
+    shift(q, n, u)
+    return n, (radius[s] + growth[s] * place + CONTACT) / g
+
+
+@kernel
+def swept(
+    course: Array,
+    gain: Array,
+    hulls: Hulls,
+    h: int,
+    radius: float,
+    growth: float,
+    far: float,
+    a: float,
+    b: float,
+    q: Array,
+) -> tuple[int, float]:
+    """What the elements between a and b cover for sure: corners relative to the control, into q, number, and radius.
+
+    The convex hull of the elements at a and b, shrunk by as much as the motion in between may miss it (`sag`): towards
+    a point inside it, since shrinking by the share sag / rho moves its border inwards by at least sag, with rho the
+    distance of that point from the border. Nothing (0) where that leaves nothing.
+    """
+    m = corners_in_control(course, gain, hulls, h, a, q, 0)
+    if m == 0:
+        return 0, 0.0
+    m = order(q, m + corners_in_control(course, gain, hulls, h, b, q, m))
+    early = value(gain[0], gain[1], gain[2], gain[3], a)
+    late = value(gain[0], gain[1], gain[2], gain[3], b)
+    r = (radius + min(growth * a, growth * b) + CONTACT) / max(early, late)
+    miss = sag(course, gain, far, a, b) / min(early, late)
+    if miss <= 0.25 * CONTACT / late:
+        return m, r - miss
+    x, y, rho = inner_disc(q, m)
+    if m < 3 or miss >= 0.5 * rho:
+        return 0, 0.0
+    for j in range(m):
+        q[j, 0] += (x - q[j, 0]) * miss / rho
+        q[j, 1] += (y - q[j, 1]) * miss / rho
+    return m, r
+
+
+@kernel
+def fan(
+    course: Array,
+    gain: Array,
+    hulls: Hulls,
+    h: int,
+    radius: float,
+    growth: float,
+    far: float,
+    a: float,
+    b: float,
+    q: Array,
+) -> tuple[int, float]:
+    """As `swept`, for a body that turns: what one corner and the middle of the body cover from a to b.
+
+    All elements in between hold the element in the middle, shrunk by as much as its corners move. With one corner
+    they hold its hull with the chord of that corner's path, shrunk by what the path may miss the chord. The corner is
+    the one for which the control is deepest inside.
+    """
+    n = corners_in_control(course, gain, hulls, h, a, q, 0)
+    if n == 0:
+        return 0, 0.0
+    corners_in_control(course, gain, hulls, h, b, q, n)
+    corners_in_control(course, gain, hulls, h, 0.5 * (a + b), q, 2 * n)
+    early = value(gain[0], gain[1], gain[2], gain[3], a)
+    late = value(gain[0], gain[1], gain[2], gain[3], b)
+    r = (radius + min(growth * a, growth * b) + CONTACT) / max(early, late)
+    miss = corner_sag(course, gain, hulls, h, far, a, b) / min(early, late)
+    moved = 0.0
+    for j in range(n):
+        for k in (j, n + j):
+            moved = max(moved, np.sqrt((q[k, 0] - q[2 * n + j, 0]) ** 2 + (q[k, 1] - q[2 * n + j, 1]) ** 2))
+    moved += 2.0 * miss
+    core = order(q[2 * n :], n)
+    x, y, rho = inner_disc(q[2 * n :], core)
+    if core < 3 or moved >= 0.5 * rho:
+        return 0, 0.0
+    for j in range(2 * n, 2 * n + core):
+        q[j, 0] += (x - q[j, 0]) * moved / rho
+        q[j, 1] += (y - q[j, 1]) * moved / rho
+    share = miss / (rho - moved + miss)
+    best, deepest, trial = -1, 0.0, q[2 * n + core :]
+    for j in range(n + 1):
+        which = j if j < n else best
+        if which < 0:
+            return 0, 0.0
+        for k in range(core):
+            trial[k] = q[2 * n + k]
+        for k in range(2):
+            trial[core + k, 0] = q[which + k * n, 0] + share * (x - q[which + k * n, 0])
+            trial[core + k, 1] = q[which + k * n, 1] + share * (y - q[which + k * n, 1])
+            trial[core + k, 2] = 0.0
+        m = order(trial, core + 2)
+        if j < n:
+            depth = r - signed_distance(trial, m)[0]
+            if best < 0 or depth > deepest:
+                best, deepest = j, depth
+    for k in range(m):
+        q[k] = trial[k]
+    return m, r
+
+
+@kernel
+def inner_disc(q: Array, n: int) -> tuple[float, float, float]:
+    """The mean of the corners of a polygon, and its distance from the border."""
+    x, y = 0.0, 0.0
+    for j in range(n):
+        x, y = x + q[j, 0] / n, y + q[j, 1] / n
+    rho = np.inf
+    for j in range(n):
+        k = j + 1 if j + 1 < n else 0
+        dx, dy = q[k, 0] - q[j, 0], q[k, 1] - q[j, 1]
+        rho = min(rho, (dx * (y - q[j, 1]) - dy * (x - q[j, 0])) / (np.sqrt(dx * dx + dy * dy) + 1e-300))
+    return x, y, rho
+
+
+@kernel
+def shift(q: Array, n: int, u: Array) -> None:
+    """Move corners relative to u to where they are."""
+    for j in range(n):
+        for axis in range(3):
+            q[j, axis] += u[axis]
+
+
+@kernel
+def corners_in_control(course: Array, gain: Array, hulls: Hulls, h: int, x: float, q: Array, at: int) -> int:
+    """The corners at x in control space relative to the control of the course, into q from row `at` on; how many.
+
+    None where the control has no effect yet.
+    """
+    g = value(gain[0], gain[1], gain[2], gain[3], x)
+    if g < 1e-9:
+        return 0
+    n = corners_at(course, hulls, h, x, q[at:])
+    for j in range(at, at + n):
+        for axis in range(3):
+            q[j, axis] /= g
+    return n
+
+
+@kernel
+def sag(course: Array, gain: Array, far: float, a: float, b: float) -> float:
+    """By how much, in the workspace, a body between a and b may miss its straight interpolation if it does not turn.
+
+    For every control within `far` of that of the course. A control in the hull of the elements at a and b collides with
+    the body interpolated between these times: with weights (1 - m) on the element at a and m on that at b, take the
+    time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. What remains is how far cubics bend from their chords.
+    """
+    return float(bend(course[:, 0], course[:, 1], a, b) + far * bend(gain, gain, a, b))
+
+
+@kernel
+def corner_sag(course: Array, gain: Array, hulls: Hulls, h: int, far: float, a: float, b: float) -> float:
+    """By how much a corner of a turning body may miss the chord of its path; as `sag`, and what turning adds."""
+    spread = 0.0
+    for j in range(hulls[3][h], hulls[3][h + 1]):
+        spread = max(spread, hulls[2][j, 3] ** 2 + hulls[2][j, 4] ** 2)
+    return float(sag(course, gain, far, a, b) + np.sqrt(spread) * bend(course[:, 3], course[:, 4], a, b))
+
+
+@kernel
+def bend(x: Array, y: Array, a: float, b: float) -> float:
+    """How far the plane cubic with control values x, y may be from its chord over [a, b], see `chord_gaps`."""
+    x0, x1, x2, x3 = restrict(x[0], x[1], x[2], x[3], a, b)
+    y0, y1, y2, y3 = restrict(y[0], y[1], y[2], y[3], a, b)
+    e = (x1 - (2.0 * x0 + x3) / 3.0) ** 2 + (y1 - (2.0 * y0 + y3) / 3.0) ** 2
+    f = (x2 - (x0 + 2.0 * x3) / 3.0) ** 2 + (y2 - (y0 + 2.0 * y3) / 3.0) ** 2
+    return float(0.75 * np.sqrt(max(e, f)))
+
+
+@kernel
+def nearest_ball(q: Array, u: Array) -> int:
+    """Of a capsule in space, the ball about the point of its axis nearest to u, into q; always one corner."""
+    x, y, z = to_segment(q[0, 0] - u[0], q[0, 1] - u[1], q[0, 2] - u[2], q[1, 0] - u[0], q[1, 1] - u[1], q[1, 2] - u[2])
+    q[0, 0], q[0, 1], q[0, 2] = x + u[0], y + u[1], z + u[2]
+    return 1

@@ -1,0 +1,188 @@
+"""A search over sequences of pushes, best first, that keep clear of everything that moves.
+
+From each node of a tree the exact choice is made for several wishes: to coast, to brake, to head for the goal, and to
+push fully in all directions; each leads to a new node one step later. Before that it is tried to get from the node to
+the goal at once. Work is counted in microseconds of a usual machine, not measured: the same search has the same end
+everywhere.
+"""
+
+import heapq
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Indices, MaybeHulls
+from slalom.kernels.geometry.cubic import new_stack
+from slalom.kernels.geometry.hulls import new_course
+from slalom.kernels.jit import kernel
+from slalom.kernels.selection.exchange import SAFE, deepest_violation, nearest_free
+from slalom.kernels.sequence_search.goal_steering import PER_CHOICE, PER_NODE, PER_ROW, PER_WISH, finish, is_free, moved
+from slalom.kernels.sequence_search.spacetime_index import meeting_rows, near
+from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, Quest, Schedule, Tree
+from slalom.kernels.sequence_search.tree import add, descends, is_new, to_go
+from slalom.tolerances import FEW_CANDIDATES, FEW_ELEMENTS
+
+
+@kernel
+def wish(tree: Tree, i: int, k: int, quest: Quest, u: Array) -> bool:
+    """The push that is wished for next, number k: coasting, braking, to the goal, in all directions; into u.
+
+    False for one that does not exist.
+    """
+    d, h = quest.dimension, quest.step
+    u[:] = 0.0
+    away, fast = 0.0, 0.0
+    for axis in range(d):
+        away += (quest.goal[axis] - tree.place[i, axis]) ** 2
+        fast += tree.speed[i, axis] ** 2
+    away, fast = max(np.sqrt(away), 1e-9), np.sqrt(fast)
+    if k == 0:
+        return True
+    if k == 1:
+        scale = -min(quest.push, fast / h) / max(fast, 1e-9)
+        for axis in range(3):
+            u[axis] = tree.speed[i, axis] * scale
+        return bool(fast > 1e-9)
+    if k == 2:
+        for axis in range(d):
+            ahead = (quest.goal[axis] - tree.place[i, axis]) * quest.top / away
+            u[axis] = (ahead - tree.speed[i, axis]) / h
+    else:
+        x, y = quest.goal[0] - tree.place[i, 0], quest.goal[1] - tree.place[i, 1]
+        flat = max(np.sqrt(x * x + y * y), 1e-9)
+        x, y = (x / flat, y / flat) if flat > 1e-9 else (1.0, 0.0)
+        right, left = quest.turns[k - 3, 0], quest.turns[k - 3, 1]
+        u[0], u[1] = quest.push * (x * right - y * left), quest.push * (y * right + x * left)
+        if d == 3:
+            u[2] = quest.push * quest.turns[k - 3, 2]
+    size, then = 0.0, 0.0
+    for axis in range(d):
+        size += u[axis] ** 2
+    scale = min(1.0, quest.push / max(np.sqrt(size), 1e-9))
+    for axis in range(3):
+        u[axis] *= scale
+    for axis in range(d):
+        then += (tree.speed[i, axis] + h * u[axis]) ** 2
+    if then > quest.top**2:
+        # No faster than allowed, in the same direction.
+        scale, size = quest.top / np.sqrt(then), 0.0
+        for axis in range(3):
+            u[axis] = (tree.speed[i, axis] * (scale - 1.0) + h * u[axis] * scale) / h
+        for axis in range(d):
+            size += u[axis] ** 2
+        return bool(size <= quest.push**2)
+    return True
+
+
+@kernel
+def around(
+    tree: Tree, i: int, schedule: Schedule, quest: Quest, found: Indices
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls, Array]:
+    """What a robot at node i may meet within one step, whatever its push, and the limits of that push."""
+    d, h, t = quest.dimension, quest.step, tree.time[i]
+    drift, gain, middle = np.empty((1, 4, d)), np.zeros((1, 4)), np.empty(3)
+    limits = np.zeros((2, 5))
+    fast = 0.0
+    for axis in range(d):
+        p, v = tree.place[i, axis], tree.speed[i, axis]
+        middle[axis] = p + 0.5 * h * v
+        fast += v * v
+        limits[1, 1 + axis] = -v / h
+        for c in range(4):
+            drift[0, c, axis] = p + c * h / 3.0 * v
+    fast = np.sqrt(fast)
+    gain[0, 2], gain[0, 3] = h * h / 6.0, 0.5 * h * h
+    limits[:, 0] = -1.0
+    limits[0, 4], limits[1, 4] = quest.push, max(quest.top, fast - 0.5 * quest.push * h) / h
+    reach = 0.5 * h * fast + 0.5 * h * h * quest.push + quest.margin
+    n = near(schedule, t, h, middle, reach, quest.now, found)
+    points, gains, radius, growth, far, hulls = meeting_rows(schedule, found[:n], t, h, quest.margin, drift, gain)
+    return points, gains, radius, growth, far, hulls, limits
+
+
+@kernel
+def expand(
+    tree: Tree,
+    i: int,
+    schedule: Schedule,
+    quest: Quest,
+    heap: list[tuple[float, int]],
+    found: Indices,
+    stack: Array,
+    work: Array,
+) -> None:
+    """The nodes that are reached from node i by the exact choice for each wish, into the tree and the heap."""
+    h, t, d = quest.step, tree.time[i], quest.dimension
+    latest = min(quest.deadline, tree.time[tree.counts[BEST]] if tree.counts[BEST] >= 0 else np.inf)
+    if t + h > latest:
+        return
+    points, gains, radius, growth, far, hulls, limits = around(tree, i, schedule, quest, found)
+    motion, q = new_course(hulls)
+    gaps, element = np.empty(len(radius)), np.zeros(5)
+    u, p, v = np.zeros(3), np.zeros(3), np.zeros(3)
+    work[0] += PER_NODE + PER_ROW * len(radius)
+    for k in range(len(quest.turns) + 3):
+        if not wish(tree, i, k, quest, u):
+            continue
+        work[0] += PER_WISH
+        if deepest_violation(points, gains, radius, growth, far, hulls, gaps, stack, motion, q, u, element) != -1:
+            work[0] += PER_CHOICE
+            code, w, _, _ = nearest_free(
+                u, d, limits, points, gains, radius, growth, far, hulls, FEW_ELEMENTS, FEW_CANDIDATES
+            )
+            if code != SAFE:
+                continue
+            for axis in range(3):
+                u[axis] = w[axis]
+        moved(tree.place[i], tree.speed[i], u, h, p, v)
+        rest = to_go(quest, p, v)
+        if t + h + rest > latest or not is_new(tree, quest, t + h, p, v):
+            continue
+        cost = t + h + quest.greed * rest
+        heapq.heappush(heap, (cost, add(tree, i, t + h, p, v, u, cost, OPEN)))
+
+
+@kernel
+def explore(
+    tree: Tree, root: int, schedule: Schedule, quest: Quest, budget: float, more: float
+) -> tuple[int, bool, float]:
+    """Grow the tree from `root`: the node that arrives first, or -1; whether the search was cut; the work done [us].
+
+    It is cut after `budget` [us], and `more` [us] after an arrival was found; else it ends when nothing is left that
+    could arrive earlier.
+    """
+    heap = [(0.0, 0)]
+    heap.pop()
+    for i in range(tree.counts[NODES]):
+        if tree.mark[i] == OPEN and descends(tree, i, root):
+            heap.append((tree.cost[i], i))
+    heapq.heapify(heap)
+    found, stack, work = np.empty(len(schedule.times), np.int64), new_stack(), np.zeros(1)
+    room = len(tree.time) - len(quest.turns) - 8
+    if tree.counts[BEST] >= 0:
+        budget = min(budget, more)
+    while len(heap) > 0:
+        if work[0] > budget or tree.counts[NODES] > room:
+            return int(tree.counts[BEST]), True, work[0]
+        _, i = heapq.heappop(heap)
+        tree.mark[i] = CLOSED
+        best = tree.counts[BEST]
+        if best >= 0 and tree.time[i] + to_go(quest, tree.place[i], tree.speed[i]) >= tree.time[best]:
+            continue
+        j = finish(tree, i, schedule, quest, found, stack, work)
+        if j >= 0:
+            tree.counts[BEST] = j
+            budget = min(budget, work[0] + more)
+        else:
+            expand(tree, i, schedule, quest, heap, found, stack, work)
+    return int(tree.counts[BEST]), False, work[0]
+
+
+@kernel
+def stays_free(times: Array, places: Array, speeds: Array, pushes: Array, schedule: Schedule, quest: Quest) -> bool:
+    """Whether a sequence meets nothing: at times (n + 1,) at places and speeds (n, 3), pushed by pushes (n, 3)."""
+    found, stack, work = np.empty(len(schedule.times), np.int64), new_stack(), np.zeros(1)
+    for k in range(len(places)):
+        length = times[k + 1] - times[k]
+        if not is_free(schedule, quest, times[k], places[k], speeds[k], pushes[k], length, found, stack, work):
+            return False
+    return True

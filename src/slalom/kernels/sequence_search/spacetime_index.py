@@ -1,0 +1,69 @@
+"""What moves, as one table over a long time, from which the rows near a place at a time are taken."""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Indices, MaybeHulls
+from slalom.kernels.jit import kernel
+from slalom.kernels.relative_motion.segments import hulls_of, relative_segments
+from slalom.kernels.sequence_search.tables import Schedule
+
+
+@kernel
+def near(schedule: Schedule, t: float, length: float, place: Array, reach: float, now: float, found: Indices) -> int:
+    """How many rows may be within `reach` of `place` at some time from t to t + length; they go into found.
+
+    Bodies that appear after `now` are not known.
+    """
+    last, count = len(schedule.begin) - 2, 0
+    k0 = max(0, int(np.floor((t - schedule.start) / schedule.width)))
+    k1 = min(last, int(np.floor((t + length - schedule.start) / schedule.width)))
+    for k in range(k0, k1 + 1):
+        for j in range(schedule.begin[k], schedule.begin[k + 1]):
+            s = schedule.row[j]
+            # As rows are cut afterwards: one is not to vanish by rounding in between.
+            begin, end = max(schedule.times[s, 0] - t, 0.0), min(schedule.times[s, 1] - t, length)
+            if not begin < end or schedule.since[s] > now:
+                continue
+            # Rows of several intervals are taken from the first.
+            if k > k0 and schedule.times[s, 0] < schedule.start + k * schedule.width:
+                continue
+            square = 0.0
+            for axis in range(schedule.middle.shape[1]):
+                square += (schedule.middle[s, axis] - place[axis]) ** 2
+            far = reach + schedule.span[s]
+            if square < far * far:
+                found[count] = s
+                count += 1
+    return count
+
+
+@kernel
+def meeting_rows(
+    schedule: Schedule, rows: Indices, t: float, length: float, margin: float, drift: Array, gain: Array
+) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
+    """The relative motion of some rows and a robot from t to t + length: points, gains, radius, growth, reach, hulls.
+
+    The robot's position has the control points drift (1, 4, d) + gain (1, 4) u.
+    """
+    n, d = len(rows), schedule.points.shape[2]
+    turning = len(schedule.turns) > 0
+    times, points = np.empty((n, 2)), np.empty((n, 4, d))
+    radius, growth, turns = np.empty(n), np.empty(n), np.empty((n if turning else 0, 4, 2))
+    spread = np.empty(n)
+    for i in range(n):
+        s = rows[i]
+        times[i, 0], times[i, 1] = schedule.times[s, 0] - t, schedule.times[s, 1] - t
+        for c in range(4):
+            for axis in range(d):
+                points[i, c, axis] = schedule.points[s, c, axis]
+            if turning:
+                turns[i, c, 0], turns[i, c, 1] = schedule.turns[s, c, 0], schedule.turns[s, c, 1]
+        radius[i], growth[i] = schedule.radius[s] + margin, schedule.growth[s]
+        spread[i] = schedule.spread[s]
+    knots = np.array([0.0, length])
+    _, _, rel, gains, around, widening, turned, _ = relative_segments(
+        times, points, radius, growth, turns, np.zeros(n, np.int64), knots, drift, gain, length
+    )
+    for i in range(n):
+        spread[i] = around[i] + max(widening[i], 0.0) + spread[i]
+    return rel, gains, around, widening, spread, hulls_of(schedule.hulls, rows, turned)

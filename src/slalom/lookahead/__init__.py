@@ -1,0 +1,1 @@
+"""Decisions by a search over sequences of accelerations."""

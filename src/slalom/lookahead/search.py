@@ -1,0 +1,266 @@
+"""A search over sequences of accelerations, begun at one decision and gone on with at the next."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slalom import kernels
+from slalom.checks import Array
+from slalom.goal import Goal
+from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, Quest, Tree
+from slalom.limits import Limits
+from slalom.lookahead.spacetime_index import Timetable
+from slalom.manoeuvre import Manoeuvre
+from slalom.response.sequence import AccelerateInTurn
+from slalom.state import State
+
+SCALES = (1.0, 0.5)
+"""[1] Steps, in times from rest to top speed; the finer one is tried where the coarser finds nothing."""
+GREED = 2.0
+"""[1] How much more the time to go counts than the time gone: larger is quicker and finds later arrivals."""
+DIRECTIONS = 8
+"""[1] Directions of pushes in the plane; in space there are 26."""
+AIM = 0.8
+"""[1] Which share of the goal's tolerance is near enough for a plan."""
+ROOM, SPARE = 20_000, 2
+"""[1] Nodes of a tree, and those that are kept free for what ends a sequence. A search that has filled it is cut."""
+TRIED = 30
+"""[1] Sequences that are tried, the most promising first, for one after which the robot can stop."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """A tree of sequences that keep clear, and the one that is gone on with.
+
+    The tree is grown in place: searches that go on from this one share it.
+
+    Attributes:
+        timetable: what is kept clear of. quest: who wants where. tree: see `kernels/quest.py`.
+        root: the node that all sequences go over. node: the last one of the sequence; -1: there is none.
+        cut: whether the budget ended the search.
+    """
+
+    timetable: Timetable
+    quest: Quest
+    tree: Tree
+    root: int = 0
+    node: int = -1
+    cut: bool = False
+
+    @property
+    def complete(self) -> bool:
+        """Whether the sequence arrives."""
+        return self.node >= 0 and self.node == self.tree.counts[BEST]
+
+    @property
+    def full(self) -> bool:
+        """Whether the tree has no room for more."""
+        return bool(self.tree.counts[NODES] >= len(self.tree.time) - SPARE)
+
+    @property
+    def ends(self) -> float:
+        """When the sequence ends [s]."""
+        return float(self.tree.time[self.node])
+
+    @property
+    def arrival(self) -> float:
+        """When the sequence is at the goal [s]; inf if it does not get there."""
+        return self.ends if self.complete else np.inf
+
+    @property
+    def direct(self) -> bool:
+        """Whether the sequence is one push and coasting or braking, as the robot would drive alone in the world."""
+        return len(self._way()) <= 2
+
+    def grown(self, root: int, budget: float, improving: float) -> tuple["Search", float]:
+        """After more work on what descends from node `root`, and how much work that was [us]."""
+        schedule = self.timetable.schedule
+        node, cut, spent = kernels.explore(self.tree, root, schedule, self.quest, budget, improving)
+        return replace(self, root=root, node=node, cut=cut), spent
+
+    def gone_on(self, now: float, budget: float, improving: float) -> "Search":
+        """The search at a later time, at which the robot is on the sequence; without a node once the tree is full."""
+        if self.full:
+            return replace(self, node=-1, cut=True)
+        return self.grown(self._after(now)[0], budget, improving)[0]
+
+    def refined(self, state: State, now: float, scale: float, before: float) -> "Search":
+        """A new search, in finer steps, for sequences that leave this one at its next node and arrive by `before` [s].
+
+        The robot can go on until then, and so can the search.
+        """
+        node = self._after(now)[0]
+        start, push = float(self.tree.time[node]), self.tree.push[node]
+        quest = self.quest._replace(
+            step=_step(self.quest.top, self.quest.push, self.quest.period, scale), deadline=before
+        )
+        tree = _planted(state, now)
+        tree.mark[0] = CLOSED
+        place, speed = self.tree.place[node], self.tree.speed[node]
+        _append(tree, 0, start, place, speed, push, OPEN)
+        return Search(self.timetable, quest, tree, root=1)
+
+    def starts_after(self, now: float) -> bool:
+        """Whether the robot has not yet come to the node that all sequences of this search have in common."""
+        return bool(self.tree.time[self.root] >= now)
+
+    def manoeuvre(self, state: State, now: float) -> Manoeuvre:
+        """What is left of the sequence at `now`, as one response to the acceleration that comes first."""
+        lengths, pushes = self._left(now)
+        d = state.dimension
+        later = tuple((float(t), tuple(map(float, u[:d]))) for t, u in zip(lengths[1:], pushes[1:], strict=True))
+        return Manoeuvre(AccelerateInTurn(float(lengths[0]), later), state, pushes[0, :d], now)
+
+    def is_free(self, state: State, now: float, timetable: Timetable, margin: float) -> bool:
+        """Whether a robot that goes on from `state` with what is left meets nothing of a timetable."""
+        lengths, pushes = self._left(now)
+        places, speeds = np.zeros((2, len(lengths) + 1, 3))
+        places[0, : state.dimension], speeds[0, : state.dimension] = state.position, state.velocity
+        for k, (h, u) in enumerate(zip(lengths, pushes, strict=True)):
+            places[k + 1] = places[k] + h * (speeds[k] + 0.5 * h * u)
+            speeds[k + 1] = speeds[k] + h * u
+        times = now + np.concatenate([[0.0], np.cumsum(lengths)])
+        quest = self.quest._replace(margin=margin, now=timetable.known_at(now))
+        return bool(kernels.stays_free(times, places[:-1], speeds[:-1], pushes, timetable.schedule, quest))
+
+    def _way(self) -> list[int]:
+        """The nodes of the sequence after the root of the tree."""
+        way, k = [], self.node
+        while k > 0:
+            way.append(k)
+            k = int(self.tree.parent[k])
+        return way[::-1]
+
+    def _after(self, now: float) -> list[int]:
+        """The nodes of the sequence that are yet to come; the last one if none is."""
+        way = self._way()
+        return [k for k in way if self.tree.time[k] > now + 1e-6 * self.quest.period] or way[-1:]
+
+    def _left(self, now: float) -> tuple[Array, Array]:
+        """How long (n,) [s] and with which accelerations (n, 3) [m/s^2] the sequence goes on from `now`."""
+        after = self._after(now)
+        times = self.tree.time[after]
+        return np.maximum(np.diff(times, prepend=now), 1e-6 * self.quest.period), self.tree.push[after]
+
+    def stopped(self, now: float, horizon: float) -> "Search":
+        """The search with the most promising open sequence after which the robot can brake and rest until the horizon.
+
+        No node if none of the best does. `horizon`: [s] from `now`.
+        """
+        count, tree, quest = self.tree.counts[NODES], self.tree, self.quest
+        nodes = np.flatnonzero(tree.mark[:count] == OPEN) if not self.full else np.empty(0, np.int64)
+        nodes = nodes[np.argsort(tree.cost[nodes], kind="stable")]
+        for node in [int(k) for k in nodes if self._descends(int(k))][:TRIED]:
+            place, speed, start = tree.place[node], tree.speed[node], float(tree.time[node])
+            fast = float(np.linalg.norm(speed))
+            brake = max(1, int(np.ceil(fast / quest.push / quest.period - 1e-9))) * quest.period
+            push, end = -speed / brake, place + 0.5 * brake * speed
+            times = np.array([start, start + brake, max(start + brake, now + horizon)])
+            ways = np.stack([place, end]), np.stack([speed, 0.0 * speed]), np.stack([push, 0.0 * push])
+            if kernels.stays_free(times, *ways, self.timetable.schedule, quest):
+                last = _append(tree, node, start + brake, end, 0.0 * speed, push, CLOSED)
+                return replace(self, node=last)
+        return replace(self, node=-1)
+
+    def _descends(self, node: int) -> bool:
+        """Whether the way to `node` leads over the root, and on."""
+        k = node
+        while k > self.root:
+            k = int(self.tree.parent[k])
+        return k == self.root and node != self.root
+
+
+def begun(
+    state: State,
+    goal: Goal,
+    limits: Limits,
+    timetable: Timetable,
+    *,
+    now: float,
+    period: float,
+    deadline: float,
+    margin: float,
+    scale: float,
+) -> Search:
+    """A search from a state that has not looked at anything yet."""
+    d = state.dimension
+    quest = Quest(
+        dimension=d,
+        goal=_three(goal.position(now)),
+        near=AIM * goal.tolerance,
+        stop=goal.stop,
+        push=limits.max_acceleration,
+        top=limits.max_speed,
+        step=_step(limits.max_speed, limits.max_acceleration, period, scale),
+        period=period,
+        deadline=deadline,
+        margin=margin,
+        now=timetable.known_at(now),
+        turns=directions(d),
+        greed=GREED,
+    )
+    return Search(timetable, quest, _planted(state, now))
+
+
+def _step(top: float, push: float, period: float, scale: float) -> float:
+    """`scale` times from rest to top speed, in whole periods [s]."""
+    return max(1, round(scale * top / push / period)) * period
+
+
+def _planted(state: State, now: float) -> Tree:
+    """A tree of one open node."""
+    cells = 1 << int(np.ceil(np.log2(2.0 * ROOM)))
+    tree = Tree(
+        time=np.empty(ROOM),
+        place=np.empty((ROOM, 3)),
+        speed=np.empty((ROOM, 3)),
+        push=np.empty((ROOM, 3)),
+        parent=np.zeros(ROOM, np.int64),
+        cost=np.empty(ROOM),
+        mark=np.zeros(ROOM, np.int64),
+        cells=np.zeros(cells, np.int64),
+        counts=np.array([1, -1]),
+    )
+    tree.time[0], tree.cost[0], tree.mark[0], tree.push[0] = now, 0.0, OPEN, 0.0
+    tree.place[0], tree.speed[0] = _three(state.position), _three(state.velocity)
+    return tree
+
+
+def _append(tree: Tree, parent: int, time: float, place: Array, speed: Array, push: Array, mark: int) -> int:
+    """A node after `parent`; its number."""
+    k = int(tree.counts[NODES])
+    tree.time[k], tree.parent[k], tree.cost[k], tree.mark[k] = time, parent, 0.0, mark
+    tree.place[k], tree.speed[k], tree.push[k] = place, speed, push
+    tree.counts[NODES] = k + 1
+    return k
+
+
+def searched(searches: Sequence[Search], budget: float, improving: float) -> tuple[Search, float]:
+    """The first of several new searches, tried in turn, that finds an arrival or is cut; else the last. What it took.
+
+    `budget` is for all of them together, `improving` for what comes after the first arrival, both in [us].
+    """
+    left = budget
+    for search in searches:
+        found, spent = search.grown(0, left, improving)
+        left -= spent
+        if found.complete or found.cut or left <= 0.0:
+            break
+    return found, budget - left
+
+
+def directions(dimension: int) -> Array:
+    """Unit vectors (k, 3) of pushes, the first axis to the goal: 8 in the plane, 26 in space."""
+    if dimension == 2:
+        angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+        return np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    corners = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = corners[np.abs(corners).sum(axis=1) > 0]
+    return np.asarray(corners / np.linalg.norm(corners, axis=1)[:, None])
+
+
+def _three(vector: Array) -> Array:
+    wide = np.zeros(3)
+    wide[: len(vector)] = vector
+    return wide

@@ -1,0 +1,120 @@
+"""Obstacles over a long time, ordered so that who is near a place at a time is found at once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slalom import kernels
+from slalom.checks import Array
+from slalom.kernels.arrays import Indices, MaybeHulls
+from slalom.kernels.sequence_search.tables import Schedule
+from slalom.obstacle import Obstacle
+from slalom.obstacle_pieces import Bodies
+from slalom.obstacle_table import Traffic
+from slalom.shape import Shape
+
+
+@dataclass(frozen=True, eq=False)
+class Timetable:
+    """The pieces of all obstacles, grown by a robot's shape, from `start` to `end`, absolute times [s].
+
+    Attributes:
+        obstacles: those that were asked about, if the table serves for more than one decision; else None.
+        everybody: whether who appears later is known of now. schedule: the table.
+    """
+
+    obstacles: Sequence[Obstacle] | None
+    everybody: bool
+    start: float
+    end: float
+    schedule: Schedule
+
+    @classmethod
+    def of(
+        cls,
+        obstacles: Sequence[Obstacle] | None,
+        seen: Sequence[Obstacle],
+        robot: Shape,
+        start: float,
+        end: float,
+        width: float,
+        *,
+        everybody: bool = True,
+    ) -> "Timetable":
+        """The table of `seen`, the obstacles as they are foreseen, listed in intervals of `width` [s].
+
+        Raises:
+            InvalidInput: different dimensions, an end that is not after the start.
+        """
+        bodies = Traffic(seen, start, end - start).bodies(robot)
+        since = np.array([obstacle.trajectory.span[0] for obstacle in seen], dtype=np.float64)
+        return cls(obstacles, everybody, start, end, _schedule(bodies, since, start, end, width))
+
+    def serves(self, obstacles: Sequence[Obstacle], now: float, until: float) -> bool:
+        """Whether this is still what is known of the obstacles, from `now` to `until` [s]."""
+        return self.obstacles is obstacles and self.start <= now and until <= self.end
+
+    def known_at(self, now: float) -> float:
+        """Up to when [s] bodies must have appeared to be known of at `now`."""
+        return np.inf if self.everybody else now
+
+    def gap(self, place: Array, now: float) -> float:
+        """How far [m] a robot at `place` (d,) is from the nearest body at `now` [s]; inf without any."""
+        s = self.schedule
+        k = min(max(int((now - s.start) / s.width), 0), len(s.begin) - 2)
+        rows = s.row[s.begin[k] : s.begin[k + 1]]
+        there = (s.times[rows, 0] <= now) & (s.times[rows, 1] >= now) & (s.since[rows] <= now)
+        rows = rows[there]
+        if not len(rows):
+            return np.inf
+        x = (now - s.times[rows, 0]) / (s.times[rows, 1] - s.times[rows, 0])
+        weights = np.stack([(1 - x) ** 3, 3 * x * (1 - x) ** 2, 3 * x * x * (1 - x), x**3], axis=1)
+        places, ahead = np.zeros((len(rows), 3)), np.zeros((len(rows), 2))
+        places[:, : len(place)] = np.einsum("nj,njd->nd", weights, s.points[rows]) - place
+        ahead[:, 0] = 1.0
+        if len(s.turns):
+            ahead = np.einsum("nj,njd->nd", weights, s.turns[rows])
+        which = s.hulls[0][rows] if s.hulls else np.full(len(rows), -1)
+        found = kernels.distances(places, ahead, which, s.hulls)
+        return float((found[:, 0] - s.radius[rows] - s.growth[rows] * x).min())
+
+
+def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: float) -> Schedule:
+    rows = bodies.pieces
+    times, which = rows.times + start, rows.body
+    around = rows.radius + bodies.around[which]
+    middle = rows.points.mean(axis=1)
+    bends = np.linalg.norm(rows.points - middle[:, None], axis=2).max(axis=1, initial=0.0)
+    begin, row = _listed(times, start, end, width)
+    hulls: MaybeHulls = ()
+    if bodies.hull.max(initial=-1) >= 0:
+        hulls = (bodies.hull[which], np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
+    return Schedule(
+        times=times,
+        points=np.ascontiguousarray(rows.points),
+        radius=around,
+        growth=np.ascontiguousarray(rows.growth),
+        turns=np.ascontiguousarray(rows.turns) if bodies.turning else np.empty((0, 4, 2)),
+        middle=middle,
+        span=bends + around + np.maximum(rows.growth, 0.0) + bodies.spread[which],
+        spread=bodies.spread[which],
+        since=since[bodies.owner[which]],
+        hulls=hulls,
+        start=float(start),
+        width=float(width),
+        begin=begin,
+        row=row,
+    )
+
+
+def _listed(times: Array, start: float, end: float, width: float) -> tuple[Indices, Indices]:
+    """Which rows overlap which interval: those of interval k are row[begin[k]:begin[k + 1]]."""
+    count = max(1, int(np.ceil((end - start) / width)))
+    first, last = (np.clip(np.floor((t - start) / width).astype(np.int64), 0, count - 1) for t in times.T)
+    many = last - first + 1
+    rows = np.repeat(np.arange(len(times)), many)
+    place = np.repeat(first, many) + np.arange(len(rows)) - np.repeat(np.cumsum(many) - many, many)
+    order = np.argsort(place, kind="stable")
+    begin = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=count))])
+    return begin.astype(np.int64), rows[order]

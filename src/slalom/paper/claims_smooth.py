@@ -1,0 +1,64 @@
+"""slalom's own navigator in the same roundabout: collisions, adjustments, acceleration and jerk of each method."""
+
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from slalom.methods import METHODS
+from slalom.sim import simulate
+from slalom.sim.gallery import build
+from slalom.sim.measure.metrics import METRICS
+
+
+class Setting(NamedTuple):
+    """A row: who drives, and how often it decides [s]."""
+
+    method: str
+    replan: float
+
+
+SETTINGS: Final = tuple(Setting(method, replan) for replan in (0.1, 1.0) for method in ("vo", "nlvo", "ao", "nao"))
+NAMES: Final = (
+    "collisions",
+    "arrived",
+    "time",
+    "adjustments",
+    "mean_acceleration",
+    "max_acceleration",
+    "mean_jerk",
+    "max_jerk",
+    "heading_change",
+)
+
+
+def one(setting: Setting, seed: int, duration: float) -> dict[str, float]:
+    """The metrics of one run."""
+    scenario = build("roundabout_crossing", {"replan": setting.replan, "duration": duration}, seed=seed)
+    recording = simulate(scenario, METHODS[setting.method], seed=seed)
+    return {name: METRICS[name](recording) for name in NAMES}
+
+
+def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
+    """Means over the seeds; runs with a collision and runs that arrived are counted."""
+    settings, duration = (SETTINGS[-1:], 3.0) if quick else (SETTINGS, 60.0)
+    work = [(setting, seed) for setting in settings for seed in range(seeds)]
+    rows = []
+    for row in Parallel(n_jobs=jobs, return_as="generator")(delayed(one)(s, seed, duration) for s, seed in work):
+        rows.append(row)
+        advance(len(rows) / len(work))
+    table = []
+    for setting in settings:
+        mine = [row for row, (s, _) in zip(rows, work) if s == setting]
+        means = {name: float(np.mean([row[name] for row in mine])) for name in NAMES if name not in ("collisions",)}
+        table.append(
+            {
+                **setting._asdict(),
+                "runs": len(mine),
+                "runs_with_collision": sum(row["collisions"] > 0 for row in mine),
+                "runs_that_arrived": sum(row["arrived"] > 0 for row in mine),
+                **{name: value for name, value in means.items() if name != "arrived"},
+            }
+        )
+    return {"seeds": seeds, "duration": duration, "max_acceleration_limit": 4.0, "rows": table}

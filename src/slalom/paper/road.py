@@ -1,0 +1,109 @@
+"""The curved road: four vehicles in three lanes, and the VO and NLVO of three of them for the fourth."""
+
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from slalom.control_obstacle import ControlObstacle
+from slalom.limits import admissible_ball
+from slalom.methods import METHODS
+from slalom.obstacle import Obstacle
+from slalom.obstacle_table import Traffic
+from slalom.paper import drawing
+from slalom.response import Velocity
+from slalom.sim import Scenario
+from slalom.sim.gallery import build
+from slalom.trajectory import Circular
+from slalom.view import control_space
+from slalom.view.style import FAINT, GOAL, INK, NEUTRAL, ROBOT, colour_at, disc, style, time_scale
+
+HORIZON: Final = 6.0
+SPAN: Final = (-14.0, 14.0, -14.0, 14.0)
+"""[m/s]."""
+NAMED: Final = ((1.5, (0, 0)), (6.0, (-5, -4)), (1.2, (0, 0)))
+"""For each car: the time [s] of the element beside which its number is written, and how far from it [pt]."""
+
+
+def seen(scenario: Scenario, method: str) -> ControlObstacle:
+    """The VO or NLVO of all cars for the robot at the beginning."""
+    forecast = METHODS[method].forecast
+    cars = [Obstacle(car.shape, forecast(car.trajectory, 0.0)) for car in scenario.obstacles]
+    return ControlObstacle(Velocity(), scenario.robot.state, Traffic(cars, 0.0, HORIZON), scenario.robot.shape)
+
+
+def curved_road() -> Figure:
+    """The fast car in the middle lane, VO and NLVO."""
+    scenario = build("curved_road")
+    state = scenario.robot.state
+    with style():
+        figure, (place, left, right) = drawing.page([(14.0, 46.0, -16.0, 28.0), SPAN, SPAN], gap=0.47)
+        _lanes(place, scenario)
+        for ax, method in ((left, "vo"), (right, "nlvo")):
+            blocked = seen(scenario, method)
+            control_space(
+                ax,
+                blocked=blocked,
+                admissible=admissible_ball((0.0, 0.0), scenario.robot.limits.max_speed),
+                chosen=state.velocity,
+                extent=SPAN,
+                resolution=281,
+                decorations=False,
+            )
+            drawing.name_axes(ax, "v", "m/s")
+            hit = np.flatnonzero(np.isfinite(blocked.times_to_collision(state.velocity)))
+            words = "hits " + " and ".join(f"car {k + 1}" for k in hit) if hit.size else "is free"
+            ax.set_title(f"{method.upper()}: $v_A$ {words}", pad=4)
+            drawing.label(ax, state.velocity, r"$v_A$", away=(-9, 3), color=ROBOT)
+            _numbers(ax, blocked)
+        drawing.time_bar(right, HORIZON, "time to collision [s]")
+    return figure
+
+
+def _lanes(ax: Axes, scenario: Scenario) -> None:
+    """The road, the cars now, and where they will be over the horizon."""
+    radii = sorted({car.trajectory.radius for car in scenario.obstacles if isinstance(car.trajectory, Circular)})
+    outer = float(scenario.robot.state.position[0])
+    for radius in (
+        radii[0] - 2.0,
+        *(0.5 * (a + b) for a, b in zip([*radii, outer][:-1], [*radii, outer][1:])),
+        outer + 2.0,
+    ):
+        edge = radius in (radii[0] - 2.0, outer + 2.0)
+        look: dict[str, Any] = {"fill": False, "edgecolor": FAINT, "linewidth": 0.9 if edge else 0.6}
+        ax.add_patch(Circle((0.0, 0.0), radius, linestyle="-" if edge else (0, (6, 5)), zorder=1, **look))
+    scale = time_scale(HORIZON)
+    for k, car in enumerate(scenario.obstacles):
+        for t in (1.0, 2.0):
+            look = {"facecolor": "none", "edgecolor": colour_at(scale, t), "linewidth": 0.8}
+            disc(ax, car.trajectory.position(t), car.shape.reach, f"car-{k}-{t:g}", zorder=2, **look)
+        disc(ax, car.trajectory.position(0.0), car.shape.reach, f"car-{k}", fc=NEUTRAL, ec=INK, lw=0.7, zorder=3)
+        velocity = car.trajectory.velocity(0.0)
+        drawing.arrow(ax, car.trajectory.position(0.0), car.trajectory.position(0.0) + velocity, INK, f"velocity-{k}")
+        drawing.label(ax, car.trajectory.position(0.0), f"{k + 1}", size=7)
+    state = scenario.robot.state
+    disc(
+        ax,
+        state.position,
+        scenario.robot.shape.reach,
+        "robot",
+        facecolor=ROBOT,
+        edgecolor=INK,
+        linewidth=0.7,
+        zorder=5,
+    )
+    drawing.arrow(ax, state.position, state.position + state.velocity, ROBOT, "velocity")
+    drawing.label(ax, state.position + state.velocity, r"$v_A$", away=(9, 0), color=ROBOT)
+    drawing.name_axes(ax, "x", "m")
+    ax.set_title("curved road (arrows: 1 s)", pad=4)
+
+
+def _numbers(ax: Axes, blocked: ControlObstacle) -> None:
+    """The number of each car beside an element of its own part of the obstacle."""
+    for k, (t, away) in enumerate(NAMED):
+        found = blocked.element(t)
+        centre = found.centers[list(found.owners).index(k)]
+        place = np.clip(centre, 0.9 * SPAN[0], 0.9 * SPAN[1])
+        drawing.label(ax, place, f"{k + 1}", away=away, size=7, color=GOAL, weight="bold")

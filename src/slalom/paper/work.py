@@ -1,0 +1,76 @@
+"""Making what was asked for: figures, numbers, and the page about them."""
+
+import json
+from collections.abc import Callable, Sequence
+from os.path import relpath
+from pathlib import Path
+from typing import Any
+
+from slalom.checks import known
+from slalom.errors import InvalidInput
+from slalom.paper.entries import ENTRIES, Effort
+from slalom.paper.page import page
+from slalom.view import save
+
+__all__ = ["Effort", "links_from", "make", "names_of", "read_results"]
+
+
+def names_of(name: str | None) -> list[str]:
+    """The entries that a name stands for: itself, or all of them. Raises InvalidInput for an unknown one."""
+    return list(ENTRIES) if name is None else [known(name, "figure or claim", list(ENTRIES))]
+
+
+def make(
+    names: Sequence[str], out: Path, effort: Effort, *, at: Path | None = None, progress: Callable[[float], None]
+) -> list[Path]:
+    """Draw and measure the entries of these names.
+
+    Args:
+        names: of the table of entries. out: folder for NAME.svg and NAME.json, made if need be.
+        at: file of the page, by default `out` / paper.md. progress: called with the share that is done.
+
+    Returns:
+        The files that were written, the page last.
+
+    Raises:
+        InvalidInput: an unknown name, no seed, or no job.
+    """
+    chosen = [ENTRIES[known(name, "figure or claim", list(ENTRIES))] for name in names]
+    if effort.seeds < 1 or effort.jobs == 0:
+        raise InvalidInput(
+            f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {effort.seeds} and {effort.jobs}"
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    total, done = sum(entry.weight for entry in chosen), 0.0
+    written, results = [], {}
+    for entry in chosen:
+
+        def advance(share: float, done: float = done, weight: float = entry.weight) -> None:
+            progress((done + share * weight) / total)
+
+        if entry.draw is not None:
+            written.append(save(entry.draw(), out / f"{entry.name}.svg"))
+        if entry.measure is not None:
+            target = out / f"{entry.name}.json"
+            text = json.dumps(entry.measure(effort, advance), indent=1, allow_nan=False)
+            target.write_text(text + "\n")
+            results[entry.name] = json.loads(text)
+            written.append(target)
+            if entry.plot is not None:
+                written.append(save(entry.plot(results[entry.name]), out / f"{entry.name}.svg"))
+        done += entry.weight
+        progress(done / total)
+    paper = at or out / "paper.md"
+    paper.write_text(page(names, results, effort.quick, links_from(paper, out)))
+    return [*written, paper]
+
+
+def links_from(paper: Path, out: Path) -> str:
+    """What a link from the page to a file in `out` begins with."""
+    folder = relpath(out, paper.parent).replace("\\", "/")
+    return "" if folder == "." else f"{folder}/"
+
+
+def read_results(folder: Path) -> dict[str, Any]:
+    """The numbers that an earlier run left in a folder, by name."""
+    return {name: json.loads(path.read_text()) for name in ENTRIES if (path := folder / f"{name}.json").exists()}

@@ -1,0 +1,22 @@
+"""The public names of slalom.sim, each once."""
+
+from . import gallery as gallery
+from .files.scenario_yaml import read_scenario as read_scenario
+from .measure import metrics as metrics
+from .measure.recording import Recording as Recording
+from .measure.run_summary import Ending as Ending
+from .run.simulate import (
+    decision_at as decision_at,
+    simulate as simulate,
+)
+from .scenario import (
+    Robot as Robot,
+    Scenario as Scenario,
+)
+from .sweep.case import load as load
+from .sweep.study import (
+    Row as Row,
+    compare as compare,
+    compare_all as compare_all,
+)
+from .sweep.study_yaml import read_study as read_study

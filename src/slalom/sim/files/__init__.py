@@ -1,0 +1,1 @@
+"""Scenario files, study files, recorded traffic in scenarios."""

@@ -1,0 +1,249 @@
+"""Scenario files: YAML 1.2 in, every mistake at once as file:line:column."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+from ruamel.yaml.nodes import Node
+
+from slalom.errors import InvalidFile, InvalidInput, SlalomError
+from slalom.io import formats
+from slalom.limits import HalfSpace, Limits
+from slalom.obstacle import Obstacle
+from slalom.sim.files.recorded_traffic import Recorded, Who, read_recorded
+from slalom.sim.files.schema import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec, keys_at
+from slalom.sim.files.schema_recording import RecordingSpec
+from slalom.sim.files.yaml_errors import compose, dotted, message, where
+from slalom.sim.periodic import refuse_no_period
+from slalom.sim.scenario import SETTINGS, Robot, Scenario, whole_periods
+from slalom.state import State
+
+T = TypeVar("T")
+M = TypeVar("M", bound=BaseModel)
+
+
+def read_scenario(path: Path | str) -> Scenario:
+    """The scenario of a YAML file.
+
+    Raises:
+        InvalidFile: with one `file:line:column: expected, found` for every mistake.
+    """
+    path = Path(path)
+    root, content = compose(path)
+    mistakes = []
+    try:
+        ScenarioSpec.model_validate(content)
+    except ValidationError as error:
+        mistakes = [message(path, root, dict(mistake), keys_at) for mistake in error.errors()]
+    parts = _Parts(path, root)
+    scenario = parts.assemble(content) if isinstance(content, dict) else None
+    mistakes += parts.mistakes
+    if mistakes or scenario is None:
+        raise InvalidFile(mistakes)
+    return scenario
+
+
+def files_of(path: Path) -> list[Path]:
+    """A scenario file that is right, and the files of the recording that it names, if any."""
+    recording = compose(path)[1].get("recording")
+    return [path] if recording is None else [path, *formats.files_of(path.parent / recording["file"])]
+
+
+class _Parts:
+    """Puts the parts of a file together that are right by themselves, and notes which do not fit each other.
+
+    Parts are validated one by one, so that a mistake in one does not hide that another does not fit.
+    """
+
+    def __init__(self, path: Path, root: Node | None) -> None:
+        self.path, self.root = path, root
+        self.mistakes: list[str] = []
+
+    def note(self, place: tuple[str | int, ...], text: str) -> None:
+        """One more mistake."""
+        self.mistakes.append(f"{where(self.path, self.root, place)}: {dotted(place)}{text}")
+
+    def attempt(self, place: tuple[str | int, ...], make: Callable[[], T]) -> T | None:
+        """What `make` gives, or None and a mistake at `place`."""
+        try:
+            return make()
+        except InvalidFile as error:
+            self.mistakes.extend(error.mistakes)
+        except SlalomError as error:
+            # The message may begin with the name of the value, which the place says already.
+            self.note(place, str(error).removeprefix(dotted(place)).removeprefix(f"{place[-1]}: "))
+        return None
+
+    def assemble(self, content: dict[str, Any]) -> Scenario | None:
+        """The scenario, if everything is right."""
+        given = _valid(RobotSpec, content.get("robot"))
+        d = self.dimension(content.get("robot"))
+        robot = self.robot(given) if given else None
+        listed = content.get("obstacles", [])
+        obstacles = [
+            self.obstacle(k, one, d)
+            for k, raw in enumerate(listed if isinstance(listed, list) else [])
+            if (one := _valid(ObstacleSpec, raw)) and d
+        ]
+        recording = _valid(RecordingSpec, content.get("recording"))
+        found = self.recorded(recording, d) if recording and d else None
+        self.periods(content)
+        spec = _valid(ScenarioSpec, content)
+        settings = spec.model_dump(include=set(SETTINGS)) if spec else {}
+        if spec and recording and found:
+            settings |= self.while_recorded(spec, recording, found)
+            settings["notes"] = found.notes
+            obstacles += there_in(found, recording.window, spec.horizon)
+        if spec and spec.period is not None and d:
+            settings["period"] = period = tuple(spec.period)
+            self.attempt(("period",), lambda: refuse_no_period(period, d, 0.0))
+        if spec is None or robot is None or self.mistakes:
+            return None
+        some = tuple(obstacle for obstacle in obstacles if obstacle is not None)
+        # All that a scenario can still refuse is a goal under an obstacle.
+        return self.attempt(
+            ("robot", "goal"),
+            lambda: Scenario(spec.name or self.path.stem, (robot,), some, holds=tuple(spec.holds), **settings),
+        )
+
+    def dimension(self, robot: object) -> int | None:
+        """The dimension of the robot's position, even if something else about the robot is wrong."""
+        given = robot if isinstance(robot, dict) else {}
+        position, velocity = (_valid_vector(given.get(name)) for name in ("position", "velocity"))
+        if position and velocity and len(position) != len(velocity):
+            shown = "[" + ", ".join(f"{x:g}" for x in velocity) + "]"
+            self.note(
+                ("robot", "velocity"),
+                f"expected {len(position)} numbers, found {shown} of shape ({len(velocity)},)",
+            )
+        return len(position) if position else None
+
+    def periods(self, content: dict[str, Any]) -> None:
+        """The interval of decisions must be a multiple of that of steps."""
+        dt, replan = content.get("dt", ScenarioSpec.model_fields["dt"].default), content.get("replan", 0.0)
+        if all(isinstance(x, int | float) and np.isfinite(x) for x in (dt, replan)) and dt > 0 and replan > 0:
+            try:
+                whole_periods(replan, dt)
+            except InvalidInput as error:
+                self.note(("replan",), str(error).removeprefix("replan: "))
+
+    def robot(self, me: RobotSpec) -> Robot | None:
+        """The robot, if its parts are of one dimension."""
+        d, before = len(me.position), len(self.mistakes)
+        along, pushes = (
+            tuple(self.bound((name, k), spec, d) for k, spec in enumerate(getattr(me, name)))
+            for name in ("velocity_bounds", "acceleration_bounds")
+        )
+        velocity = me.velocity or [0.0] * d
+        state = State(me.position, velocity) if len(velocity) == d else None
+        bounds = tuple(bound.build() for bound in me.bounds)
+        for k, bound in enumerate(bounds):
+            # Whether it fits the dimension shows in any state.
+            self.attempt(("robot", "bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
+        limits = Limits(me.max_speed, me.max_acceleration, along, pushes, bounds)
+        goal, shape = me.goal.build(), self.attempt(("robot",), lambda: me.whole_shape(d))
+        if state is None or shape is None:
+            return None
+        robot = self.attempt(("robot", "goal"), lambda: Robot(shape, limits, state, goal))
+        return robot if len(self.mistakes) == before else None
+
+    def bound(self, place: tuple[str, int], spec: HalfSpaceSpec, d: int) -> HalfSpace:
+        """A half-space of the robot's dimension."""
+        if len(spec.normal) != d:
+            self.note(("robot", *place, "normal"), f"expected {d} numbers, found {len(spec.normal)}")
+        return spec.build()
+
+    def obstacle(self, k: int, spec: ObstacleSpec, d: int) -> Obstacle | None:
+        """An obstacle of the robot's dimension."""
+        name = spec.name or f"obstacle {k}"
+        shape = self.attempt(("obstacles", k), lambda: spec.whole_shape(d))
+        if shape is None:
+            return None
+        unsure = spec.uncertainty.build() if spec.uncertainty is not None else None
+        return self.attempt(
+            ("obstacles", k, "trajectory"),
+            lambda: Obstacle(shape, spec.trajectory.build(), name, spec.heading, unsure),
+        )
+
+    def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:
+        """The agents of a recording of the robot's dimension."""
+        file, told = self.path.parent / spec.file, spec.of_format()
+        name = self.attempt(("recording", "file"), lambda: spec.format or formats.format_of(file))
+        if name is None:
+            return None
+        have = formats.settings_of(name)
+        strange = [key for key in told if key not in have]
+        for key in strange:
+            text = f"expected a setting that {name} has ({', '.join(have) or 'none'}), found {key!r}"
+            self.note(("recording", key), text)
+        if strange:
+            return None
+        try:
+            found = read_recorded(
+                file,
+                Who(spec.radius, spec.agents, spec.without),
+                format=name,
+                gap=spec.gap,
+                max_speed=spec.jump_speed,
+                interpolation=spec.interpolation,
+                **told,
+            )
+        except InvalidFile as error:
+            self.mistakes.extend(error.mistakes)
+            return None
+        except InvalidInput as error:
+            key, _, text = str(error).partition(": ")
+            known = key in RecordingSpec.model_fields
+            self.note(("recording", key) if known else ("recording",), text if known else str(error))
+            return None
+        if found.dimension != d:
+            self.note(("recording",), f"expected tracks of the robot's dimension, found {d} and {found.dimension}")
+            return None
+        return found
+
+    def while_recorded(self, spec: ScenarioSpec, recording: RecordingSpec, found: Recorded) -> dict[str, Any]:
+        """When the run begins and how long it is, and what of the recording is used: they must fit each other."""
+        (first, last), window = found.span, recording.window
+        begin, end = (max(first, window[0]), min(last, window[1])) if window else (first, last)
+        if window and begin >= end:
+            shown = f"{window[0]:g} to {window[1]:g} s"
+            self.note(("recording", "window"), f"expected a part of {first:g} to {last:g} s, found {shown}")
+            return {}
+        start = spec.start if "start" in spec.model_fields_set or not window else begin
+        if not begin <= start < end:
+            place = ("start",) if "start" in spec.model_fields_set else ("recording",)
+            self.note(
+                place, f"expected a start while it is recorded, from {begin:g} to before {end:g} s, found {start:g}"
+            )
+            return {}
+        duration = spec.duration
+        if window and "duration" not in spec.model_fields_set:
+            duration = end - start
+        elif window and start + duration > end + 1e-9 * abs(end):
+            self.note(("duration",), f"expected at most {end - start:g} s, until the window ends, found {duration:g}")
+        return {"start": start, "duration": duration, "recorded": (begin, end)}
+
+
+def there_in(found: Recorded, window: Sequence[float] | None, horizon: float) -> list[Obstacle]:
+    """Whoever is there at some time of the window [s], or could be foreseen in it to come within the horizon [s]."""
+    if window is None:
+        return list(found.obstacles)
+    spans = (obstacle.trajectory.span for obstacle in found.obstacles)
+    return [o for o, (first, last) in zip(found.obstacles, spans) if first <= window[1] + horizon and last >= window[0]]
+
+
+def _valid_vector(raw: object) -> list[float] | None:
+    """Two or three numbers, or None."""
+    right = isinstance(raw, list) and len(raw) in (2, 3) and all(isinstance(x, int | float) for x in raw)
+    return raw if right else None  # type: ignore[return-value]
+
+
+def _valid(model: type[M], raw: object) -> M | None:
+    """The model of a part, or None if it has mistakes of its own, which are reported with those of the whole file."""
+    try:
+        return model.model_validate(raw)
+    except ValidationError:
+        return None

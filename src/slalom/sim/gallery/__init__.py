@@ -1,0 +1,222 @@
+"""The named scenarios: used by tests, benchmarks, documentation and the command line."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from slalom.checks import known
+from slalom.errors import InvalidInput
+from slalom.sim.gallery import open_space, rooms, single_robot
+from slalom.sim.gallery.crowdnav import crowdnav
+from slalom.sim.scenario import SETTINGS, Scenario
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A scenario of the gallery: how to build it, its parameters with their defaults, and one sentence.
+
+    `build` is given the parameters, besides them the seed as `seed`, and a generator that was made with it.
+    """
+
+    name: str
+    build: Callable[[Mapping[str, float], np.random.Generator], Scenario]
+    parameters: Mapping[str, float]
+    sentence: str
+
+
+GALLERY: Final[dict[str, Entry]] = {
+    entry.name: entry
+    for entry in (
+        Entry("empty", single_robot.empty, {"distance": 20.0}, "A robot alone drives to its goal and stops."),
+        Entry(
+            "head_on", single_robot.head_on, {"speed": 5.0, "offset": 0.0}, "One car comes straight towards the robot."
+        ),
+        Entry(
+            "curved_road",
+            single_robot.curved_road,
+            {"radius": 30.0, "speed": 8.0},
+            "Four vehicles on a bending road: VO sees collisions that NLVO does not.",
+        ),
+        Entry(
+            "roundabout_crossing",
+            single_robot.roundabout_crossing,
+            {"max_acceleration": 4.0, "speed": 1.0},
+            "The paper's roundabout: 30 vehicles in three lanes, crossed from left to right.",
+        ),
+        Entry(
+            "roundabout_exit",
+            single_robot.roundabout_exit,
+            {"max_acceleration": 4.0, "speed": 1.0},
+            "The paper's roundabout, entered on the left and left at the top.",
+        ),
+        Entry(
+            "merging",
+            single_robot.merging,
+            {"max_acceleration": 4.0, "speed": 1.0, "gap": 6.0, "wait": 3.0, "exit": 180.0},
+            "The paper's roundabout: a robot joins the flow of the outer lane and leaves it further round.",
+        ),
+        Entry(
+            "drones_crossing",
+            single_robot.drones_crossing,
+            {"drones": 8.0, "speed": 1.5},
+            "In space: a drone crosses a hall in which others fly on planned polynomials.",
+        ),
+        Entry(
+            "corridor",
+            single_robot.corridor,
+            {"people": 6.0, "door": 1.4},
+            "A corridor and a doorway in it, through which people walk both ways.",
+        ),
+        Entry(
+            "circle",
+            open_space.circle,
+            {
+                "robots": 4.0,
+                "radius": 20.0,
+                "robot_radius": 1.5,
+                "noise": 1e-3,
+                "max_speed": 2.0,
+                "max_acceleration": 2.0,
+            },
+            "Robots on a circle, each of which wants to the opposite side.",
+        ),
+        Entry(
+            "circle_random",
+            open_space.circle_random,
+            {"robots": 10.0, "radius": 20.0, "robot_radius": 1.5, "max_speed": 2.0, "max_acceleration": 2.0},
+            "Robots at random places of a circle, each of which wants to the opposite side.",
+        ),
+        Entry(
+            "ring",
+            open_space.ring,
+            {
+                "robots": 10.0,
+                "radius": 25.0,
+                "robot_radius": 0.5,
+                "noise": 0.01,
+                "max_speed": 1.5,
+                "max_acceleration": 2.0,
+            },
+            "The rings of comparisons of ORCA and its kin: robots on a circle that start at full speed.",
+        ),
+        Entry(
+            "random_goals",
+            open_space.random_goals,
+            {"robots": 8.0, "side": 20.0, "robot_radius": 0.5, "max_speed": 1.5, "max_acceleration": 2.0},
+            "Robots at random places with goals at other random places.",
+        ),
+        Entry(
+            "crossing_streams",
+            open_space.crossing_streams,
+            {
+                "robots": 20.0,
+                "angle": 90.0,
+                "lanes": 3.0,
+                "robot_radius": 0.3,
+                "max_speed": 1.5,
+                "max_acceleration": 2.0,
+            },
+            "Two streams of robots, in lanes, cross at an angle.",
+        ),
+        Entry(
+            "corridor_swap",
+            rooms.corridor_swap,
+            {
+                "robots": 20.0,
+                "width": 6.0,
+                "length": 20.0,
+                "robot_radius": 0.3,
+                "max_speed": 1.5,
+                "max_acceleration": 2.0,
+            },
+            "Two groups of robots in a corridor change sides.",
+        ),
+        Entry(
+            "doorway",
+            rooms.doorway,
+            {
+                "robots": 20.0,
+                "both": 0.0,
+                "door": 1.4,
+                "room": 8.0,
+                "robot_radius": 0.3,
+                "max_speed": 1.5,
+                "max_acceleration": 2.0,
+            },
+            "Robots go through a doorway from one room to the next; with both=1 half of them each way.",
+        ),
+        Entry(
+            "navground_antipodal",
+            open_space.navground_antipodal,
+            {
+                "robots": 20.0,
+                "radius": 2.0,
+                "robot_radius": 0.1,
+                "noise": 0.005,
+                "max_speed": 0.08,
+                "max_acceleration": 0.2,
+            },
+            "Twenty small slow robots change places on a circle, as in navground's Antipodal.",
+        ),
+        Entry(
+            "navground_cross",
+            open_space.navground_cross,
+            {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
+            "Twenty small slow robots cross a square from all its sides, as in navground's Cross.",
+        ),
+        Entry(
+            "navground_cross_torus",
+            open_space.navground_cross_torus,
+            {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
+            "Twenty small slow robots go four ways through a square that repeats, as in navground's CrossTorus.",
+        ),
+        Entry(
+            "navground_corridor",
+            rooms.navground_corridor,
+            {
+                "robots": 20.0,
+                "length": 8.0,
+                "width": 0.6,
+                "robot_radius": 0.08,
+                "max_speed": 0.12,
+                "max_acceleration": 0.2,
+            },
+            "Twenty small slow robots go both ways through a corridor that repeats, as in navground's Corridor.",
+        ),
+        Entry(
+            "crowdnav",
+            crowdnav,
+            {"people": 5.0, "max_acceleration": 1.0},
+            "Test case number SEED of CrowdNav: people who avoid each other but not the robot.",
+        ),
+        Entry(
+            "recorded_roundabout",
+            single_robot.recorded_roundabout,
+            {"at": 6.4, "random": 0.0},
+            "A recorded roundabout with 30 cars that yield to each other but not to the robot.",
+        ),
+    )
+}
+"""Every scenario by name."""
+
+
+def build(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
+    """The scenario of that name with some of its parameters, or of the settings of every scenario, changed.
+
+    Raises:
+        InvalidInput: an unknown name or parameter; the message lists the known ones.
+    """
+    entry = GALLERY[known(name, "scenario", list(GALLERY))]
+    if seed < 0:
+        raise InvalidInput(f"seed: expected 0 or more, found {seed}")
+    changed = dict(settings or {})
+    unknown = [key for key in changed if key not in entry.parameters and key not in SETTINGS]
+    if unknown:
+        names = ", ".join([*entry.parameters, *SETTINGS])
+        raise InvalidInput(f"parameter of {name}: expected one of {names}; found {unknown[0]!r}")
+    parameters = {**entry.parameters, **{k: v for k, v in changed.items() if k in entry.parameters}}
+    scenario = entry.build({**parameters, "seed": seed}, np.random.default_rng(seed))
+    scenario = scenario.with_settings({k: v for k, v in changed.items() if k not in entry.parameters})
+    return replace(scenario, parameters={**parameters, **changed})

@@ -1,0 +1,322 @@
+"""What happened: everything that metrics, pictures and an exact replay need."""
+
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from slalom.bounds import BOUNDS
+from slalom.checks import Array
+from slalom.errors import InvalidFile
+from slalom.goal import Goal
+from slalom.limits import HalfSpace, Limits
+from slalom.obstacle import Obstacle
+from slalom.path import Path
+from slalom.shape import SHAPES, Shape, Union
+from slalom.sim.periodic import Period
+from slalom.sim.scenario import Scenario
+from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
+from slalom.uncertainty import UNCERTAINTIES
+
+FORMAT = "slalom recording 1"
+CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
+"""What takes the place of an `Outcome` with a peer: it chose a velocity, or answered with something that is none."""
+NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
+"""A number in the text of a response."""
+HALF_SPACES = ("velocity_bounds", "acceleration_bounds")
+
+
+class Step(NamedTuple):
+    """One step of one robot: its state at the beginning, and what it applied from there on."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    control: Array
+    response: str
+    outcome: str
+    decision_time: float
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A run of N robots over T steps.
+
+    Attributes:
+        scenario, method, seed, parameters: what was run. dt: [s].
+        times: (T + 1,) absolute [s]. positions, velocities: (T + 1, N, d). accelerations: (T, N, d) applied from each
+            step on, constant over it. controls: (T, N, d) of the committed manoeuvre, in the unit of its
+            response, whose text is in responses: (T, N). Of a peer the velocities that it chose, and its name.
+        outcomes: (T, N) names of `Outcome`, CHOSEN or UNANSWERED; "" where no decision was due.
+        decision_times: (T, N) wall clock [s], the only part that is not the same in every run.
+        shapes: N. limits: N. goals: N. arrived: (N,) absolute time, inf if not.
+        obstacles: with their true trajectories.
+        foresight: what the robot knew of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); what
+            several robots knew of each other: published or observed. "" where a file does not say.
+        period: [m] of a world that repeats, see `Scenario`; positions are not wrapped.
+    """
+
+    scenario: str
+    method: str
+    seed: int
+    dt: float
+    parameters: dict[str, float]
+    times: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
+    controls: Array
+    responses: tuple[tuple[str, ...], ...]
+    outcomes: tuple[tuple[str, ...], ...]
+    decision_times: Array
+    shapes: tuple[Shape, ...]
+    limits: tuple[Limits, ...]
+    goals: tuple[Goal, ...]
+    arrived: Array
+    obstacles: tuple[Obstacle, ...]
+    foresight: str = ""
+    period: Period | None = None
+
+    @classmethod
+    def of(
+        cls, scenario: Scenario, method: str, seed: int, steps: Sequence[Step], last: Any, *, foresight: str
+    ) -> "Recording":
+        """The recording of one robot's steps that ended in the state `last`."""
+        end = scenario.start + scenario.dt * len(steps)
+        done = scenario.robot.goal.reached(last.position, last.velocity, end)
+        rows, arrived = [(step,) for step in steps], [end if done else np.inf]
+        return cls.of_many(scenario, method, seed, rows, [last], arrived, foresight=foresight)
+
+    @classmethod
+    def of_many(
+        cls,
+        scenario: Scenario,
+        method: str,
+        seed: int,
+        steps: Sequence[Sequence[Step]],
+        last: Sequence[Any],
+        arrived: Sequence[float],
+        *,
+        foresight: str,
+    ) -> "Recording":
+        """The recording of all robots' steps, T rows of N, that ended in the states `last` (N)."""
+        d, n = scenario.dimension, len(scenario.robots)
+        return cls(
+            scenario=scenario.name,
+            method=method,
+            seed=seed,
+            dt=scenario.dt,
+            parameters=dict(scenario.parameters),
+            times=scenario.start + scenario.dt * np.arange(len(steps) + 1, dtype=np.float64),
+            positions=np.array([*([s.position for s in row] for row in steps), [s.position for s in last]]),
+            velocities=np.array([*([s.velocity for s in row] for row in steps), [s.velocity for s in last]]),
+            accelerations=np.array([[s.acceleration for s in row] for row in steps]).reshape(-1, n, d),
+            controls=np.array([[s.control for s in row] for row in steps]).reshape(-1, n, d),
+            responses=tuple(tuple(s.response for s in row) for row in steps),
+            outcomes=tuple(tuple(s.outcome for s in row) for row in steps),
+            decision_times=np.array([[s.decision_time for s in row] for row in steps]).reshape(-1, n),
+            shapes=tuple(robot.shape for robot in scenario.robots),
+            limits=tuple(robot.limits for robot in scenario.robots),
+            goals=tuple(robot.goal for robot in scenario.robots),
+            arrived=np.array(arrived),
+            obstacles=scenario.obstacles,
+            foresight=foresight,
+            period=scenario.period,
+        )
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.positions.shape[2])
+
+    def acceleration_before(self, step: int, robot: int = 0) -> Array:
+        """The acceleration applied up to `step`; zero at the first."""
+        return np.asarray(self.accelerations[step - 1, robot] if step else np.zeros(self.dimension))
+
+    def digest(self) -> str:
+        """A hash of everything but the wall clock: the same run gives the same digest.
+
+        Of the responses it covers the numbers, not the names of classes and fields: a rename changes no digest.
+        """
+        numbers = [NUMBER.findall(text) for row in self.responses for text in row]
+        parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(numbers), repr(self.outcomes)]
+        if self.period is not None:
+            parts.append(repr(self.period))
+        arrays = [self.times, self.positions, self.velocities, self.accelerations, self.controls, self.arrived]
+        content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
+        return hashlib.sha256(content).hexdigest()
+
+    def save(self, path: FilePath | str) -> None:
+        """Write an HDF5 file with navground's group and attribute names where they exist.
+
+        `poses` holds position and, last, the heading of the velocity [rad]; `twists` velocity and, last, 0.
+        """
+        with h5py.File(path, "w") as file:
+            file.attrs["format"] = FORMAT
+            run = file.create_group("run_0")
+            run.attrs.update(
+                scenario=self.scenario,
+                method=self.method,
+                seed=self.seed,
+                time_step=self.dt,
+                steps=len(self.accelerations),
+                final_sim_time=float(self.times[-1]),
+                digest=self.digest(),
+                foresight=self.foresight,
+            )
+            if self.period is not None:
+                run.attrs["period"] = self.period
+            run.create_group("parameters").attrs.update(self.parameters)
+            heading = np.arctan2(self.velocities[..., 1], self.velocities[..., 0])[..., None]
+            run["times"] = self.times
+            run["poses"] = np.concatenate([self.positions, heading], axis=-1)
+            run["twists"] = np.concatenate([self.velocities, np.zeros_like(heading)], axis=-1)
+            for name in ("accelerations", "controls", "decision_times", "arrived"):
+                run[name] = getattr(self, name)
+            for name in ("responses", "outcomes"):
+                texts = np.array(getattr(self, name), dtype=h5py.string_dtype())
+                run[name] = texts.reshape(self.decision_times.shape)
+            span = float(self.times[0]), float(self.times[-1])
+            for k, (shape, limits, goal) in enumerate(zip(self.shapes, self.limits, self.goals)):
+                group = run.create_group(f"robots/{k}")
+                _save_shape(group.create_group("shape"), shape)
+                group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
+                for name in HALF_SPACES:
+                    bounds = getattr(limits, name)
+                    rows = np.array([(*bound.normal, bound.offset) for bound in bounds])
+                    group[name] = rows.reshape(-1, self.dimension + 1)
+                for j, bound in enumerate(limits.bounds):
+                    _save_part(group.create_group(f"bounds/{j}"), bound, BOUNDS)
+                group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
+                _save_trajectory(group.create_group("goal"), goal.trajectory, *span)
+            for k, obstacle in enumerate(self.obstacles):
+                group = run.create_group(f"obstacles/{k}")
+                group.attrs.update(name=obstacle.name, heading=obstacle.heading)
+                _save_shape(group.create_group("shape"), obstacle.shape)
+                if obstacle.uncertainty is not None:
+                    _save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)
+                _save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
+
+    @classmethod
+    def load(cls, path: FilePath | str) -> "Recording":
+        """Read what `save` wrote. Raises InvalidFile for anything else."""
+        try:
+            with h5py.File(path) as file:
+                if file.attrs.get("format") != FORMAT:
+                    found = file.attrs.get("format", "no format")
+                    raise InvalidFile([f"{path}: expected a file of format {FORMAT!r}, found {found!r}"])
+                return cls._from_group(file["run_0"])
+        except OSError as error:
+            raise InvalidFile([f"{path}: expected an HDF5 recording, found {error}"]) from None
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+            # What h5py and the checks of the parts raise for a file that lacks something or holds something else.
+            raise InvalidFile([f"{path}: expected what a recording holds, found {error}"]) from None
+
+    @classmethod
+    def _from_group(cls, run: Any) -> "Recording":
+        robots = [run[f"robots/{k}"] for k in range(len(run.get("robots", ())))]
+        obstacles = [run[f"obstacles/{k}"] for k in range(len(run.get("obstacles", ())))]
+        return cls(
+            scenario=str(run.attrs["scenario"]),
+            method=str(run.attrs["method"]),
+            seed=int(run.attrs["seed"]),
+            dt=float(run.attrs["time_step"]),
+            parameters={name: float(value) for name, value in run["parameters"].attrs.items()},
+            times=run["times"][:],
+            positions=run["poses"][..., :-1],
+            velocities=run["twists"][..., :-1],
+            accelerations=run["accelerations"][:],
+            controls=run["controls"][:],
+            responses=_texts(run["responses"]),
+            outcomes=_texts(run["outcomes"]),
+            decision_times=run["decision_times"][:],
+            shapes=tuple(_load_shape(robot["shape"]) for robot in robots),
+            limits=tuple(_load_limits(robot) for robot in robots),
+            goals=tuple(
+                Goal(_load_part(r["goal"], TRAJECTORIES), float(r.attrs["goal_tolerance"]), bool(r.attrs["goal_stop"]))
+                for r in robots
+            ),
+            arrived=run["arrived"][:],
+            obstacles=tuple(
+                Obstacle(
+                    _load_shape(o["shape"]),
+                    _load_part(o["trajectory"], TRAJECTORIES),
+                    str(o.attrs["name"]),
+                    o.attrs["heading"],
+                    _load_part(o["uncertainty"], UNCERTAINTIES) if "uncertainty" in o else None,
+                )
+                for o in obstacles
+            ),
+            foresight=str(run.attrs.get("foresight", "")),
+            period=tuple(float(x) for x in run.attrs["period"]) if "period" in run.attrs else None,
+        )
+
+
+def _load_limits(group: Any) -> Limits:
+    flat = (tuple(HalfSpace(row[:-1], float(row[-1])) for row in group[name][:]) for name in HALF_SPACES)
+    others = tuple(_load_part(group[f"bounds/{k}"], BOUNDS) for k in range(len(group.get("bounds", ()))))
+    velocity_bounds, acceleration_bounds = flat
+    most = float(group.attrs["max_speed"]), float(group.attrs["max_acceleration"])
+    return Limits(*most, velocity_bounds, acceleration_bounds, others)
+
+
+def _texts(rows: Any) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(text.decode() for text in row) for row in rows[:])
+
+
+def _save_trajectory(group: Any, trajectory: Trajectory, start: float, end: float) -> None:
+    """The kind of the trajectory and its fields, as they are: reading gives the same curve to the bit.
+
+    A kind that is not plain numbers (a composite, a Python function, one of yours) is saved as its cubic pieces over
+    the run, within its own path's error.
+    """
+    if type(trajectory) not in TRAJECTORIES.values():
+        first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
+        trajectory = _as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
+    _save_part(group, trajectory, TRAJECTORIES)
+
+
+def _save_part(group: Any, part: Any, kinds: Mapping[str, type]) -> None:
+    """Its name among `kinds` and its fields."""
+    group.attrs["kind"] = next(name for name, cls in kinds.items() if type(part) is cls)
+    for item in fields(part):
+        value = getattr(part, item.name)
+        if isinstance(value, np.ndarray):
+            group[item.name] = value
+        elif value is not None:
+            group.attrs[item.name] = value
+
+
+def _save_shape(group: Any, shape: Shape) -> None:
+    if not isinstance(shape, Union):
+        _save_part(group, shape, SHAPES)
+        return
+    group.attrs["kind"] = "union"
+    for k, one in enumerate(shape.shapes):
+        _save_shape(group.create_group(str(k)), one)
+
+
+def _load_shape(group: Any) -> Shape:
+    if group.attrs["kind"] == "union":
+        return Union(tuple(_load_shape(group[str(k)]) for k in range(len(group))))
+    shape: Shape = _load_part(group, SHAPES)
+    return shape
+
+
+def _as_polynomial(path: Path) -> PiecewisePolynomial:
+    """Cubic pieces in ascending powers of the time since each began."""
+    p0, p1, p2, p3 = (path.points[:, j] for j in range(4))
+    h = np.diff(path.times)
+    powers = np.stack([p0, 3 * (p1 - p0), 3 * (p2 - 2 * p1 + p0), p3 - 3 * p2 + 3 * p1 - p0], axis=1)
+    return PiecewisePolynomial(h, powers / h[:, None, None] ** np.arange(4)[None, :, None], float(path.times[0]))
+
+
+def _load_part(group: Any, kinds: Mapping[str, type]) -> Any:
+    values = {name: value for name, value in group.attrs.items() if name != "kind"}
+    values.update({name: group[name][:] for name in group})
+    return kinds[str(group.attrs["kind"])](**values)

@@ -1,0 +1,1 @@
+"""Many runs: cases, processes, stored results, tables."""

@@ -1,0 +1,209 @@
+"""One run of a sweep, and all that its result depends on."""
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from functools import cache, cached_property, partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from slalom.errors import InvalidFile, InvalidInput
+from slalom.io import cadrl
+from slalom.methods import Method
+from slalom.peers import Peer, contender
+from slalom.sim.files.scenario_yaml import files_of, read_scenario
+from slalom.sim.gallery import GALLERY, build as build_gallery
+from slalom.sim.measure.metrics import extra_time, finite, summary
+from slalom.sim.run.simulate import simulate
+from slalom.sim.scenario import Scenario
+from slalom.sim.sweep.case_file import case_of, is_cases
+
+ABOVE: Final = ("__main__.py", "cli", "paper", "view")
+"""What stands above `sim` in the layers: no run uses it, so an edit there leaves results as they are."""
+
+Content = dict[str, Any]
+
+
+def sources_digest(root: Path = Path(__file__).parents[2]) -> str:
+    """SHA-256 of the code and data of the package in the folder `root`, without what no run uses.
+
+    The version alone would not do: whoever edits the code would be given results of the code before. It takes some
+    milliseconds, once in a process.
+    """
+    found = hashlib.sha256()
+    for folder, inner, names in os.walk(root):
+        inner[:] = sorted(name for name in inner if name != "__pycache__")
+        for name in sorted(names):
+            path = Path(folder, name)
+            if path.suffix in (".py", ".csv") and path.relative_to(root).parts[0] not in ABOVE:
+                content = path.read_bytes()
+                found.update(f"{path.relative_to(root).as_posix()} {len(content)}\n".encode() + content)
+    return found.hexdigest()
+
+
+SOURCES: Final = sources_digest()
+"""Of the code that this process has imported: taken at once, not when it is asked for."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run that can be asked for in any process.
+
+    Attributes:
+        scenario: a name of the gallery, or the absolute path of a file, perhaps of test cases. settings, method, seed:
+            see `run_one`.
+        content: all that the result depends on, JSON-ready: scenario and method with their parameters, seed, versions,
+            digests of the sources and of files. A gallery's parameters are those asked for and the defaults of the
+            others.
+    """
+
+    scenario: str
+    settings: Mapping[str, float]
+    method: str
+    seed: int
+    content: Content
+
+    @cached_property
+    def key(self) -> str:
+        """SHA-256 of the content."""
+        return hashlib.sha256(canonical(self.content).encode()).hexdigest()
+
+
+class Failure(NamedTuple):
+    """Why there is no result of a run: it was refused, or `killed` the process that it was in."""
+
+    reason: str
+    killed: bool = False
+
+
+def canonical(content: Any) -> str:
+    """JSON that is the same text for the same content."""
+    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def load(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
+    """The scenario of a gallery name or, for a name that ends in .yaml or .yml, of a file.
+
+    Raises:
+        InvalidInput: an unknown name or setting. InvalidFile: mistakes in the file.
+    """
+    if is_file(name):
+        return read_scenario(name).with_settings(settings or {})
+    if name not in GALLERY:
+        raise InvalidInput(f"scenario: expected a .yaml file or one of {', '.join(GALLERY)}; found {name!r}")
+    return build_gallery(name, settings, seed=seed)
+
+
+def drawn(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
+    """What a study runs by that name with a seed: as `load`, and of a file of test cases the case of that number.
+
+    Raises:
+        InvalidInput: as `load`; no such case. InvalidFile: mistakes in the file.
+    """
+    if is_cases(name):
+        return case_of(name, cadrl.read_cases(name), settings or {}, seed)
+    return load(name, settings, seed=seed)
+
+
+def is_file(name: str) -> bool:
+    """Whether the name of a scenario is that of a file."""
+    return name.endswith((".yaml", ".yml"))
+
+
+def measured(scenario: Scenario, method: str, seed: int) -> dict[str, Any]:
+    """The summary of one run and the extra time of each robot, without what depends on the clock; as JSON gives it
+    back.
+    """
+    recording = simulate(scenario, contender(method), seed=seed)
+    row = summary(recording)
+    del row["decision_us"]
+    extra = [finite(extra_time(recording, k)) for k in range(len(recording.shapes))]
+    result: dict[str, Any] = json.loads(canonical({**row, "extra_times": extra, "digest": recording.digest()}))
+    return result
+
+
+def run_one(name: str, settings: Mapping[str, float], method: str, seed: int) -> dict[str, Any]:
+    """The summary of one run, see `measured`."""
+    return measured(drawn(name, settings, seed=seed), method, seed)
+
+
+def run_case(case: Case) -> dict[str, Any] | Failure:
+    """The summary of the run, or why the scenario cannot be made or run with that seed and method.
+
+    Raises:
+        InvalidFile: the sources, or files of the scenario, are no longer those of the case.
+    """
+    if case.content["sources"] != SOURCES:
+        raise InvalidFile(
+            ["slalom: expected the code that the sweep began with, found other code: it was edited since"]
+        )
+    try:
+        files = tuple(case.content["scenario"].get("files", ()))
+        if is_cases(case.scenario):
+            scenario = case_of(case.scenario, _read_cases(case.scenario, files), case.settings, case.seed)
+        elif files:
+            scenario = _read(case.scenario, files).with_settings(case.settings)
+        else:
+            scenario = load(case.scenario, case.settings, seed=case.seed)
+        return measured(scenario, case.method, case.seed)
+    except InvalidInput as error:
+        return Failure(str(error))
+
+
+@cache
+def _read(name: str, digests: tuple[str, ...]) -> Scenario:
+    """A scenario file of which the files have these digests, once in a process."""
+    scenario = read_scenario(name)
+    _refuse_others(name, digests)
+    return scenario
+
+
+@cache
+def _read_cases(name: str, digests: tuple[str, ...]) -> list[cadrl.Case]:
+    """The cases of a file that has this digest, once in a process."""
+    cases = cadrl.read_cases(name)
+    _refuse_others(name, digests)
+    return cases
+
+
+def _refuse_others(name: str, digests: tuple[str, ...]) -> None:
+    """Raises InvalidFile if a file of a scenario, or of cases, is no longer what it was."""
+    if digests_of(name) != list(digests):
+        raise InvalidFile([f"{name}: expected the files that the sweep began with, found others"])
+
+
+def digests_of(name: str) -> list[str]:
+    """SHA-256 of a file of cases, or of a scenario file and of the files that it names."""
+    paths = [Path(name)] if is_cases(name) else files_of(Path(name))
+    return [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
+
+
+def scenario_content(name: str, settings: Mapping[str, float], scenario: Scenario) -> Content:
+    """What a result depends on of a `scenario` that was loaded by that name and with those settings."""
+    if is_file(name) or is_cases(name):
+        return {"name": scenario.name, "settings": dict(settings), "files": digests_of(name)}
+    return {"name": name, "parameters": dict(scenario.parameters)}
+
+
+def method_content(method: Method | Peer) -> Content:
+    """What a result depends on of a method: its row of the table without the words."""
+    told = ("sentence", "source")
+    return {item.name: _told(getattr(method, item.name)) for item in fields(method) if item.name not in told}
+
+
+def _told(value: Any) -> Any:
+    """A value of a method's row in a form that is the same in every process."""
+    if isinstance(value, partial):
+        return [_told(value.func), {name: repr(item) for name, item in sorted(value.keywords.items())}]
+    if callable(value) and hasattr(value, "__qualname__"):
+        return f"{value.__module__}.{value.__qualname__}"
+    return value if value is None or isinstance(value, str | int | float) else repr(value)
+
+
+def versions(methods: Iterable[Method | Peer] = ()) -> dict[str, str]:
+    """Of slalom, of the packages that calculate, and of those that these methods run in."""
+    packages = ["slalom", "numpy", "numba", "shapely", *(m.package for m in methods if isinstance(m, Peer))]
+    return {name: version(name) for name in dict.fromkeys(packages)}

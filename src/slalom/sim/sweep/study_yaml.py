@@ -1,0 +1,190 @@
+"""Study files: YAML that lists scenarios with their settings and methods, to be compared with one command."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from pydantic import Field, FiniteFloat, ValidationError
+from ruamel.yaml.nodes import Node
+
+from slalom.checks import known
+from slalom.errors import InvalidFile, InvalidInput
+from slalom.io.cadrl import read_cases
+from slalom.peers import contender_named
+from slalom.sim.files.schema_base import Model
+from slalom.sim.files.yaml_errors import compose, dotted, message, where
+from slalom.sim.sweep.case import drawn, is_file
+from slalom.sim.sweep.case_file import is_cases, refuse_more
+from slalom.sim.sweep.study import METHODS, SEEDS, Row
+
+
+class ScenarioRowSpec(Model):
+    """A scenario, by a name of the gallery or a file, with settings; methods and seeds of its own.
+
+    A .yaml file is beside the study; a .csv file, of test cases, there or in the folder of data.
+    """
+
+    scenario: str
+    settings: dict[str, FiniteFloat] = Field(default_factory=dict)
+    methods: list[str] | None = Field(default=None, min_length=1)
+    seeds: int | None = Field(default=None, ge=1)
+
+
+class StudySpec(Model):
+    """A study file; methods and seeds are those of the scenarios that name none."""
+
+    title: str = ""
+    text: str = ""
+    methods: list[str] = Field(default_factory=lambda: list(METHODS), min_length=1)
+    seeds: int = Field(default=SEEDS, ge=1)
+    scenarios: list[ScenarioRowSpec] = Field(min_length=1)
+
+
+class Study(NamedTuple):
+    """What a study file says: its title and text for the page, and its rows.
+
+    Left out are rows whose file of test cases is not there, which is named as in the study.
+    """
+
+    title: str
+    text: str
+    rows: list[Row]
+    left_out: tuple[Row, ...] = ()
+
+    @property
+    def missing(self) -> list[str]:
+        """The files of test cases that are not there, each once."""
+        return list(dict.fromkeys(row.scenario for row in self.left_out))
+
+
+def is_study(name: str) -> bool:
+    """Whether a name is that of a YAML file that lists `scenarios`. Raises InvalidFile if it is not YAML."""
+    content = compose(Path(name))[1] if is_file(name) else None
+    return isinstance(content, dict) and "scenarios" in content
+
+
+def read_study(path: Path | str, data: Path | str | None = None) -> Study:
+    """The study of a YAML file.
+
+    Args:
+        data: the folder of the files of test cases; by default that of the study.
+
+    Raises:
+        InvalidFile: with one `file:line:column: expected, found` for every mistake; an unknown scenario, setting or
+            method is one too. InvalidInput: there is no such folder of data.
+    """
+    path = Path(path)
+    cases = path.parent if data is None else Path(data)
+    if data is not None and not cases.is_dir():
+        raise InvalidInput(f"data: expected a folder, found none at {str(data)!r}")
+    root, content = compose(path)
+    try:
+        spec = StudySpec.model_validate(content)
+    except ValidationError as error:
+        raise InvalidFile([message(path, root, dict(mistake), _keys_at) for mistake in error.errors()]) from None
+    rows: list[Row] = []
+    left_out: list[Row] = []
+    mistakes: list[str] = []
+    for k, one in enumerate(spec.scenarios):
+        name, folder = one.scenario, cases if is_cases(one.scenario) else path.parent
+        there = not is_cases(name) or (folder / name).exists()
+        place = str(folder / name) if there and (is_file(name) or is_cases(name)) else name
+        row = Row(place, one.settings, one.methods or spec.methods, one.seeds or spec.seeds)
+        (rows if there else left_out).append(row)
+        mistakes += _unfit(path, root, k, row) if there else []
+    mistakes += _unknown(path, root, ("methods",), spec.methods)
+    for k, one in enumerate(spec.scenarios):
+        mistakes += _unknown(path, root, ("scenarios", k, "methods"), one.methods or ())
+    if mistakes:
+        raise InvalidFile(mistakes)
+    return Study(spec.title, spec.text, rows, tuple(left_out))
+
+
+def named(
+    names: Sequence[str],
+    *,
+    settings: Mapping[str, float] | None = None,
+    methods: Sequence[str] | None = None,
+    seeds: int | None = None,
+    only: Sequence[str] | None = None,
+    data: Path | str | None = None,
+) -> Study:
+    """The studies and scenarios of those names as one study; title and text are those of a study that is alone.
+
+    Settings are added to those of every row, methods and seeds stand in for theirs.
+
+    Args:
+        only: leave out all rows but those of these scenarios; a file of test cases by its name alone.
+        data: see `read_study`.
+
+    Raises:
+        InvalidInput: nothing is named, or no file of test cases is there of a study of nothing else; `only` names a
+            scenario that no row has; no such folder of data. InvalidFile: mistakes in a study.
+    """
+    studies = [read_study(name, data) if is_study(name) else Study("", "", [Row(name)]) for name in names]
+    if data is not None and not any(is_study(name) for name in names):
+        raise InvalidInput(f"data: expected only with a study file, found it with {', '.join(names)}")
+    every = [row for study in studies for row in (*study.rows, *study.left_out)]
+    if not every:
+        raise InvalidInput("scenario: expected at least one, or a study file, found none")
+    for name in only or ():
+        known(name, "only", list(dict.fromkeys(_called(row) for row in every)))
+
+    def asked(rows: Iterable[Row]) -> list[Row]:
+        return [
+            Row(
+                row.scenario,
+                {**row.settings, **(settings or {})},
+                row.methods if methods is None else methods,
+                row.seeds if seeds is None else seeds,
+            )
+            for row in rows
+            if not only or _called(row) in only
+        ]
+
+    rows = asked(row for study in studies for row in study.rows)
+    left_out = asked(row for study in studies for row in study.left_out)
+    title, text = (studies[0].title, studies[0].text) if len(studies) == 1 else ("", "")
+    study = Study(title, text, rows, tuple(left_out))
+    if not rows:
+        missing = ", ".join(study.missing)
+        raise InvalidInput(f"data: expected the folder of {missing}; found no such file, and nothing else to run")
+    return study
+
+
+def _called(row: Row) -> str:
+    """What `only` calls the scenario of a row."""
+    return Path(row.scenario).name if is_cases(row.scenario) else row.scenario
+
+
+def _unfit(path: Path, root: Node | None, k: int, row: Row) -> list[str]:
+    """What is wrong with the scenario of a row, with its settings or with how many cases it asks for."""
+    try:
+        drawn(row.scenario, row.settings)
+        if is_cases(row.scenario):
+            refuse_more(row.scenario, read_cases(row.scenario), row.seeds)
+    except InvalidFile as error:
+        return error.mistakes
+    except InvalidInput as error:
+        key, _, text = str(error).partition(": ")
+        named_at = key in ("scenario", "seeds")
+        place = ("scenarios", k, key if named_at else "settings")
+        return [f"{where(path, root, place)}: {dotted(place)}{text if named_at else error}"]
+    return []
+
+
+def _unknown(path: Path, root: Node | None, place: tuple[str | int, ...], names: Sequence[str]) -> list[str]:
+    """The methods among the names that there are not. Whether their packages are installed is asked when they run."""
+    mistakes = []
+    for k, name in enumerate(names):
+        try:
+            contender_named(name)
+        except InvalidInput as error:
+            at = (*place, k)
+            mistakes.append(f"{where(path, root, at)}: {dotted(at)}{str(error).removeprefix('method: ')}")
+    return mistakes
+
+
+def _keys_at(place: tuple[str | int, ...]) -> list[str]:
+    """The keys that the model at `place` knows."""
+    return list((ScenarioRowSpec if "scenarios" in place else StudySpec).model_fields)
