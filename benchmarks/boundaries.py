@@ -24,7 +24,7 @@ def discs(task: Task, times: int) -> np.ndarray:
     after = HORIZON * np.arange(1, times + 1) / times
     place = task.situation.response.position(task.situation.state, after)
     found = []
-    for obstacle, radius in zip(task.blocked.traffic.obstacles, task.radii):
+    for obstacle, radius in zip(task.blocked.obstacles.obstacles, task.radii):
         centers = place.inverse(obstacle.trajectory.position(task.situation.now + after))
         found.append(shapely.union_all(shapely.buffer(shapely.points(centers), radius / place.gain)))
     return np.array(found)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from machine import microseconds, write
 
-from slalom import AccelerateThenCoast, ControlObstacle, State, Traffic, kernels, method, select, select_many
+from slalom import AccelerateThenCoast, ControlObstacle, ObstacleTable, State, kernels, method, select, select_many
 from slalom.objective import Arrive, Situation, preferred_control
 from slalom.sim import gallery, simulate
 
@@ -31,7 +31,7 @@ def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray
         run = simulate(scenario, method("nao"), seed=seed)
         for k in rng.integers(0, len(run.accelerations), 30):
             state = State(run.positions[k, 0], run.velocities[k, 0], run.acceleration_before(int(k)))
-            traffic = Traffic(scenario.obstacles, float(run.times[k]), HORIZON)
+            traffic = ObstacleTable(scenario.obstacles, float(run.times[k]), HORIZON)
             blocked = ControlObstacle(response, state, traffic, scenario.robot.shape, scenario.margin * 0.5)
             limits = scenario.robot.limits
             admissible = limits.admissible(response, state, HORIZON)
@@ -44,11 +44,11 @@ def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray
 
 def one_pass(blocked: ControlObstacle) -> float:
     """Time of one pass of the chord test over all segments [us]."""
-    from slalom.kernels.relative_motion.segments import chord_gaps
+    from slalom.kernels.relative_motion.segments import chord_distances
 
     s = blocked.segments
     gaps = np.empty(len(s.radius))
-    return microseconds(lambda: chord_gaps(s.points, s.gains, 1.0, 0.5, 0.0, gaps), 200)
+    return microseconds(lambda: chord_distances(s.points, s.gains, 1.0, 0.5, 0.0, gaps), 200)
 
 
 def many(scenes: list[tuple[ControlObstacle, Situation, np.ndarray]], threads: int) -> list[float]:
@@ -60,7 +60,7 @@ def many(scenes: list[tuple[ControlObstacle, Situation, np.ndarray]], threads: i
     wishes = np.array([preferred for _, _, preferred in scenes])
     spent = []
     for blocked, situation, _ in scenes[::10]:
-        common = (blocked.response, situation.limits, blocked.traffic, blocked.robot)
+        common = (blocked.response, situation.limits, blocked.obstacles, blocked.robot)
 
         def all_at_once(common: tuple = common) -> object:
             return select_many(wishes, states, *common, margin=float(blocked.margin), threads=threads)  # noqa: B023
@@ -80,13 +80,13 @@ def main() -> None:
     rows: dict[str, list[float]] = {"obstacles to pieces": [], "pieces to segments": [], "select": []}
     statuses: dict[str, int] = {}
     for blocked, situation, preferred in scenes:
-        traffic = blocked.traffic
+        traffic = blocked.obstacles
         rows["obstacles to pieces"].append(
-            microseconds(lambda t=traffic, r=blocked.robot: Traffic(t.obstacles, t.start, HORIZON).bodies(r), 5)  # type: ignore[misc]
+            microseconds(lambda t=traffic, r=blocked.robot: ObstacleTable(t.obstacles, t.start, HORIZON).bodies(r), 5)  # type: ignore[misc]
         )
 
         def fresh(blocked: ControlObstacle = blocked) -> object:
-            return ControlObstacle(blocked.response, blocked.state, blocked.traffic, blocked.robot).segments
+            return ControlObstacle(blocked.response, blocked.state, blocked.obstacles, blocked.robot).segments
 
         rows["pieces to segments"].append(microseconds(fresh, 5))
         rows["select"].append(microseconds(lambda: select(preferred, situation.admissible, blocked), 15))  # noqa: B023

@@ -84,7 +84,7 @@ def parameters(task: Task, before: float) -> np.ndarray:
     place, now = s.state.position - before * s.state.velocity, s.now - before
     wanted = s.goal.desired_velocity(place, s.state.velocity, now, s.limits)
     times = now + AHEAD[1:]
-    others = np.array([obstacle.trajectory.position(times) for obstacle in task.blocked.traffic.obstacles])
+    others = np.array([obstacle.trajectory.position(times) for obstacle in task.blocked.obstacles.obstacles])
     return np.concatenate([place, s.state.velocity, wanted, task.radii, others.transpose(1, 0, 2).ravel()])
 
 

@@ -39,7 +39,7 @@ def controls(task: Task) -> np.ndarray:
 def futures(task: Task) -> np.ndarray:
     """Where the obstacles are at the sampled times, (n, 60, 2) [m]."""
     times = task.situation.now + TIMES
-    return np.array([obstacle.trajectory.position(times) for obstacle in task.blocked.traffic.obstacles])
+    return np.array([obstacle.trajectory.position(times) for obstacle in task.blocked.obstacles.obstacles])
 
 
 def all_at_once(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -102,7 +102,7 @@ def kernel(task: Task) -> Callable[[], object]:
     """The compiled choice alone."""
     wanted = np.append(task.preferred, 0.0)
     rows, s = task.situation.admissible.rows(), task.blocked.segments
-    rest = (s.points, s.gains, s.radius, s.growth, s.reach, s.hulls, ELEMENTS, CANDIDATES)
+    rest = (s.points, s.gains, s.radius, s.growth, s.bounding_radius, s.hulls, ELEMENTS, CANDIDATES)
     return lambda: kernels.nearest_free(wanted, 2, rows, *rest)
 
 
@@ -205,7 +205,7 @@ def measure(scenes: int) -> dict[str, Any]:
 def beginnings(task: Task) -> np.ndarray:
     """Where the obstacles are now and after a second at their present velocity, (n, 2, 2) [m]."""
     now = task.situation.now
-    paths = [obstacle.trajectory for obstacle in task.blocked.traffic.obstacles]
+    paths = [obstacle.trajectory for obstacle in task.blocked.obstacles.obstacles]
     return np.array([(path.position(now), path.position(now) + path.velocity(now)) for path in paths])
 
 

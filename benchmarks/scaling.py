@@ -19,7 +19,19 @@ from pace import DT, ROOM, fleet, steps
 from program import finish, options, table, target
 from tasks import HORIZON, LIMITS, ROBOT, Task, decision, wander
 
-from slalom import Circular, ControlObstacle, Disc, Goal, Obstacle, Sampled, State, Stationary, Traffic, method, select
+from slalom import (
+    Circular,
+    ControlObstacle,
+    Disc,
+    Goal,
+    Obstacle,
+    ObstacleTable,
+    Sampled,
+    State,
+    Stationary,
+    method,
+    select,
+)
 
 OBSTACLES = (10, 30, 100, 300, 1000, 3000)
 KNOTS = (20, 50, 100, 200, 500)
@@ -41,7 +53,7 @@ def exponents(sizes: list[int], times: list[float]) -> dict[str, float | None]:
 def whole(task: Task) -> None:
     """From obstacles to the control."""
     b = task.blocked
-    fresh = ControlObstacle(b.response, b.state, Traffic(b.traffic.obstacles, 0.0, HORIZON), b.robot, b.margin)
+    fresh = ControlObstacle(b.response, b.state, ObstacleTable(b.obstacles.obstacles, 0.0, HORIZON), b.robot, b.margin)
     select(task.preferred, task.situation.admissible, fresh)
 
 
@@ -50,7 +62,9 @@ def among(obstacles: list[Obstacle], scene: int) -> Task:
     state = State((0.0, 0.0), (2.0, 0.0))
     angle = 2.0 * np.pi * scene / 10.0
     goal = Goal(Stationary((40.0 * np.cos(angle), 40.0 * np.sin(angle))), 1.0)
-    gaps = [np.linalg.norm(o.trajectory.position(0.0)) - o.shape.reach - ROBOT.reach for o in obstacles]
+    gaps = [
+        np.linalg.norm(o.trajectory.position(0.0)) - o.shape.bounding_radius - ROBOT.bounding_radius for o in obstacles
+    ]
     return decision(state, goal, [obstacle for obstacle, gap in zip(obstacles, gaps) if gap > 0.5])
 
 

@@ -19,8 +19,8 @@ from machine import microseconds
 from program import finish, options, table, target
 from tasks import HORIZON, Task, families
 
-from slalom import ControlObstacle, Traffic, kernels, select
-from slalom.kernels.relative_motion.segments import chord_gaps
+from slalom import ControlObstacle, ObstacleTable, kernels, select
+from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.objective import Arrive, preferred_control
 from slalom.tolerances import CANDIDATES, ELEMENTS
 
@@ -46,31 +46,31 @@ BEFORE = {
 def stages(task: Task) -> dict[str, Callable[[], object]]:
     """What each stage calls, the results of those before it being given."""
     b, s = task.blocked, task.situation
-    obstacles, start, robot = b.traffic.obstacles, b.traffic.start, b.robot
+    obstacles, start, robot = b.obstacles.obstacles, b.obstacles.start, b.robot
     table_of, rows, wanted = b.segments, s.admissible.rows(), np.append(task.preferred, 0.0)
     gaps, columns = np.empty(len(table_of.radius)), (table_of.points, table_of.gains)
-    rest = (*columns, table_of.radius, table_of.growth, table_of.reach, table_of.hulls, ELEMENTS, CANDIDATES)
+    rest = (*columns, table_of.radius, table_of.growth, table_of.bounding_radius, table_of.hulls, ELEMENTS, CANDIDATES)
 
     def apart() -> object:
         # Distances are kept for a place of the robot: asked for anew they are measured anew.
-        b.traffic._distances = None
-        return b.traffic.distances(robot, s.state.position)
+        b.obstacles._distances = None
+        return b.obstacles.distances(robot, s.state.position)
 
     def whole() -> object:
         admissible = s.limits.admissible(s.response, s.state, HORIZON)
         wish = preferred_control(Arrive().aims(s))
-        fresh = ControlObstacle(b.response, b.state, Traffic(obstacles, start, HORIZON), robot, b.margin)
+        fresh = ControlObstacle(b.response, b.state, ObstacleTable(obstacles, start, HORIZON), robot, b.margin)
         return select(wish, admissible, fresh)
 
     return {
         "limits to admissible controls": lambda: s.limits.admissible(s.response, s.state, HORIZON),
         "goal to preferred control": lambda: preferred_control(Arrive().aims(s)),
-        "obstacles to pieces": lambda: Traffic(obstacles, start, HORIZON).bodies(robot),
+        "obstacles to pieces": lambda: ObstacleTable(obstacles, start, HORIZON).bodies(robot),
         "who overlaps now": apart,
         "pieces to segments": lambda: task.fresh().segments,
         "the choice": lambda: select(task.preferred, s.admissible, b),
         KERNEL: lambda: kernels.nearest_free(wanted, 2, rows, *rest),
-        ONE_PASS: lambda: chord_gaps(*columns, 1.0, 0.5, 0.0, gaps),
+        ONE_PASS: lambda: chord_distances(*columns, 1.0, 0.5, 0.0, gaps),
         WHOLE: whole,
     }
 

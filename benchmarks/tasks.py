@@ -17,15 +17,15 @@ from slalom import (
     Goal,
     Limits,
     Obstacle,
+    ObstacleTable,
     PiecewisePolynomial,
     Sampled,
     State,
     Stationary,
-    Traffic,
     Velocity,
     method,
 )
-from slalom.forecast import foreseen
+from slalom.forecast import predicted
 from slalom.objective import Arrive, Situation, preferred_control
 
 HORIZON, HOLD, OBSTACLES = 6.0, 1.0, 30
@@ -43,19 +43,19 @@ class Task:
     def fresh(self) -> ControlObstacle:
         """The control obstacle anew: nothing of it has been computed."""
         b = self.blocked
-        return ControlObstacle(b.response, b.state, b.traffic, b.robot, b.margin)
+        return ControlObstacle(b.response, b.state, b.obstacles, b.robot, b.margin)
 
-    def foreseen(self) -> Traffic:
+    def foreseen(self) -> ObstacleTable:
         """The obstacles over the window anew, as pieces."""
-        traffic = Traffic(self.blocked.traffic.obstacles, self.blocked.traffic.start, HORIZON)
+        traffic = ObstacleTable(self.blocked.obstacles.obstacles, self.blocked.obstacles.start, HORIZON)
         traffic.bodies(self.blocked.robot)
         return traffic
 
     @property
     def radii(self) -> np.ndarray:
         """How near the centres may come [m]: (n,)."""
-        grown = self.blocked.robot.reach + float(self.blocked.margin)
-        return np.array([obstacle.shape.reach + grown for obstacle in self.blocked.traffic.obstacles])
+        grown = self.blocked.robot.bounding_radius + float(self.blocked.margin)
+        return np.array([obstacle.shape.bounding_radius + grown for obstacle in self.blocked.obstacles.obstacles])
 
 
 def families(count: int) -> dict[str, list[Task]]:
@@ -80,7 +80,7 @@ def mixed(count: int) -> list[Task]:
 def decision(state: State, goal: Goal, obstacles: list[Obstacle]) -> Task:
     """The decision of one response of nao at time 0."""
     response = AccelerateThenCoast(HOLD)
-    blocked = ControlObstacle(response, state, Traffic(obstacles, 0.0, HORIZON), ROBOT, MARGIN)
+    blocked = ControlObstacle(response, state, ObstacleTable(obstacles, 0.0, HORIZON), ROBOT, MARGIN)
     admissible = LIMITS.admissible(response, state, HORIZON)
     situation = Situation(response, state, goal, LIMITS, admissible, 0.0, HORIZON)
     return Task(situation, preferred_control(Arrive().aims(situation)), blocked)
@@ -112,8 +112,10 @@ def wander(times: np.ndarray, place: np.ndarray, rng: np.random.Generator) -> np
 def classical(task: Task) -> Task:
     """The same moment with a velocity obstacle: a new velocity at once, obstacles keep theirs."""
     now, response, forecast = task.situation.now, Velocity(), method("vo").forecast
-    seen = [foreseen(obstacle, forecast, now) for obstacle in task.blocked.traffic.obstacles]
-    blocked = ControlObstacle(response, task.blocked.state, Traffic(seen, now, HORIZON), ROBOT, task.blocked.margin)
+    seen = [predicted(obstacle, forecast, now) for obstacle in task.blocked.obstacles.obstacles]
+    blocked = ControlObstacle(
+        response, task.blocked.state, ObstacleTable(seen, now, HORIZON), ROBOT, task.blocked.margin
+    )
     admissible = LIMITS.admissible(response, task.situation.state, HORIZON)
     situation = replace(task.situation, response=response, admissible=admissible)
     return Task(situation, preferred_control(Arrive().aims(situation)), blocked)

@@ -20,11 +20,11 @@ from slalom import (
     Disc,
     Limits,
     Obstacle,
+    ObstacleTable,
     Polyline,
     Rectangle,
     State,
     Stationary,
-    Traffic,
     Union,
     kernels,
     select,
@@ -74,12 +74,12 @@ def main() -> None:
             state, now = State(rng.uniform(-1, 1, 2), rng.uniform(-1.5, 1.5, 2)), 0.1 * k
             admissible, wanted = LIMITS.admissible(RESPONSE, state, HORIZON), rng.uniform(-2, 2, 2)
 
-            def bodies(now: float = now, obstacles: list[Obstacle] = obstacles) -> Traffic:
-                traffic = Traffic(obstacles, now, HORIZON)
+            def bodies(now: float = now, obstacles: list[Obstacle] = obstacles) -> ObstacleTable:
+                traffic = ObstacleTable(obstacles, now, HORIZON)
                 traffic.bodies(ROBOT)
                 return traffic
 
-            def blocked(traffic: Traffic, state: State = state) -> ControlObstacle:
+            def blocked(traffic: ObstacleTable, state: State = state) -> ControlObstacle:
                 fresh = ControlObstacle(RESPONSE, state, traffic, ROBOT)
                 fresh.segments  # noqa: B018  made when asked for
                 return fresh

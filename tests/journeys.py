@@ -221,11 +221,11 @@ def _fair(j: Journey, body: Body) -> bool:
 
 def _gate(rng: np.random.Generator, j: Journey, way: np.ndarray) -> list[Body]:
     """Two large discs that leave a little less or more than the robot's margin on both sides."""
-    along, half = way / np.linalg.norm(way), j.robot.reach + rng.uniform(0.1, 2.5) * j.margin + 1e-3
+    along, half = way / np.linalg.norm(way), j.robot.bounding_radius + rng.uniform(0.1, 2.5) * j.margin + 1e-3
     across = np.array([-along[1], along[0]])
     middle = j.state.position + rng.uniform(0.3, 0.7) * way
     sides = [middle + side * (8.0 + half) * across for side in (-1.0, 1.0)]
-    return [Body("stationary", {"place": side}, Disc(8.0)) for side in sides]
+    return [Body("stationary", {"initial_position": side}, Disc(8.0)) for side in sides]
 
 
 def _wall(rng: np.random.Generator, j: Journey, way: np.ndarray) -> Body:
@@ -234,7 +234,7 @@ def _wall(rng: np.random.Generator, j: Journey, way: np.ndarray) -> Body:
     across, length = np.array([-along[1], along[0]]), float(np.linalg.norm(way))
     points = np.array([along * rng.uniform(-0.2, 0.2) + side * across for side in (-0.4, 0.0, 0.5)]) * length
     middle = j.state.position + rng.uniform(0.3, 0.7) * way + rng.uniform(-0.4, 0.4) * length * across
-    return Body("stationary", {"place": middle}, Polyline(points, float(rng.choice([0.0, 0.1]))))
+    return Body("stationary", {"initial_position": middle}, Polyline(points, float(rng.choice([0.0, 0.1]))))
 
 
 def _body(rng: np.random.Generator, j: Journey, way: np.ndarray, plain: bool) -> Body:
@@ -254,7 +254,7 @@ def _body(rng: np.random.Generator, j: Journey, way: np.ndarray, plain: bool) ->
         shape = SHAPES[str(rng.choice(IN_SPACE if d == 3 else list(SHAPES)))](rng, d, size)
         if d == 2:
             heading = "motion" if rng.random() < 0.5 and kind in HEADED else float(rng.uniform(-7.0, 7.0))
-            if heading == "motion" and not _steady(kind, parameters, j.start, span, shape.reach):
+            if heading == "motion" and not _steady(kind, parameters, j.start, span, shape.bounding_radius):
                 heading = 0.0
     unsure = tuple(rng.uniform(0.0, 1.0, size=3) * (0.1, 0.05, 0.01)) if rng.random() < UNSURE else (0.0, 0.0, 0.0)
     return Body(kind, parameters, shape, heading, unsure)
@@ -292,7 +292,7 @@ def _shift(kind: str, parameters: dict[str, object], place: np.ndarray, t: float
     if kind == "piecewise_polynomial":
         parameters["coefficients"][:, 0] += place - here
         return
-    where = {"circular": "center", "sampled": "positions"}.get(kind, "place")
+    where = {"circular": "center", "sampled": "positions"}.get(kind, "initial_position")
     parameters[where] = parameters[where] + (place - here)
 
 

@@ -28,16 +28,16 @@ def _taylor(origin, terms, t):
 
 
 def _stationary(p, t):
-    zero = np.zeros(len(p["place"]))
-    return _taylor(0.0, (p["place"], zero, zero), t)
+    zero = np.zeros(len(p["initial_position"]))
+    return _taylor(0.0, (p["initial_position"], zero, zero), t)
 
 
 def _constant_velocity(p, t):
-    return _taylor(p["at"], (p["place"], p["speed"], np.zeros(len(p["place"]))), t)
+    return _taylor(p["at"], (p["initial_position"], p["initial_velocity"], np.zeros(len(p["initial_position"]))), t)
 
 
 def _constant_acceleration(p, t):
-    return _taylor(p["at"], (p["place"], p["speed"], p["push"]), t)
+    return _taylor(p["at"], (p["initial_position"], p["initial_velocity"], p["initial_acceleration"]), t)
 
 
 def _circular(p, t):
@@ -144,7 +144,12 @@ def assumed(forecast, kind, parameters, now):
         return None
     if forecast == "AtConstantVelocity":
         push = np.zeros_like(place)
-    return "constant_acceleration", {"place": place, "speed": speed, "push": push, "at": now}
+    return "constant_acceleration", {
+        "initial_position": place,
+        "initial_velocity": speed,
+        "initial_acceleration": push,
+        "at": now,
+    }
 
 
 # ---------------------------------------------------------------------------------------------------------------------

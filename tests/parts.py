@@ -12,12 +12,12 @@ import numpy.typing as npt
 
 from slalom import (
     METHODS,
-    AccelerateInTurn,
     AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
     AcceleratingBriefly,
     Acceleration,
+    AccelerationSequence,
     AtConstantAcceleration,
     AtConstantTurn,
     AtConstantVelocity,
@@ -203,7 +203,7 @@ MANOEUVRES: dict[str, Callable[[int], Trajectory]] = {
     for name, response in RESPONSES.items()
 } | {
     "manoeuvre_in_turn": lambda d: Manoeuvre(
-        AccelerateInTurn(0.9, ((1.3, _first(d, 0.4, -0.8, 0.2)), (0.6, _first(d, -1.1, 0.2, 0.5)))),
+        AccelerationSequence(0.9, ((1.3, _first(d, 0.4, -0.8, 0.2)), (0.6, _first(d, -1.1, 0.2, 0.5)))),
         State(_first(d, 1.0, -2.0, 0.3), _first(d, 0.8, 0.5, -0.2)),
         _first(d, -0.7, 0.9, 0.4),
         -1.0,

@@ -17,8 +17,8 @@ from slalom import (
     LeastSpeed,
     Limits,
     Obstacle,
+    ObstacleTable,
     State,
-    Traffic,
     TurningRadius,
 )
 from slalom.methods import HOLDS
@@ -45,17 +45,26 @@ def _unit(rng, d):
 
 
 def _stationary(rng, d, start, horizon):
-    return "stationary", {"place": np.zeros(d)}
+    return "stationary", {"initial_position": np.zeros(d)}
 
 
 def _constant_velocity(rng, d, start, horizon):
     speed = _unit(rng, d) * rng.uniform(0.1, 4.0)
-    return "constant_velocity", {"place": np.zeros(d), "speed": speed, "at": start + rng.uniform(-1, 1)}
+    return "constant_velocity", {
+        "initial_position": np.zeros(d),
+        "initial_velocity": speed,
+        "at": start + rng.uniform(-1, 1),
+    }
 
 
 def _constant_acceleration(rng, d, start, horizon):
     speed, push = _unit(rng, d) * rng.uniform(0.1, 3.0), _unit(rng, d) * rng.uniform(0.1, 1.5)
-    return "constant_acceleration", {"place": np.zeros(d), "speed": speed, "push": push, "at": start}
+    return "constant_acceleration", {
+        "initial_position": np.zeros(d),
+        "initial_velocity": speed,
+        "initial_acceleration": push,
+        "at": start,
+    }
 
 
 def _circular(rng, d, start, horizon):
@@ -264,7 +273,7 @@ class Scene:
     @cached_property
     def blocked(self):
         """The library's answer to the scene, which the oracle's own tests do not ask for."""
-        traffic = Traffic(self.obstacles, self.problem.start, self.problem.horizon)
+        traffic = ObstacleTable(self.obstacles, self.problem.start, self.problem.horizon)
         return slalom.ControlObstacle(self.response, self.state, traffic, self.robot)
 
     def __str__(self):
@@ -402,7 +411,7 @@ def scene(seed, d):
             # In the way of the preferred control, or of one drawn from the admissible set, at some time.
             central = index == 0 and haven is not preferred
             aimed = best if central or rng.random() < 0.1 else control(0.0, 1.0 if crowd else 1.8)
-            _shift(parameters, rng, plain, forecast, kind, aimed, room + robot.reach)
+            _shift(parameters, rng, plain, forecast, kind, aimed, room + robot.bounding_radius)
             seen = assumed(type(forecast).__name__, kind, parameters, start)
             if seen is None:
                 continue
@@ -413,7 +422,7 @@ def scene(seed, d):
             if haven is not None and alone.gap(0, haven, sparse).min() < 0.01 * size:
                 continue
             # Faster than that, the millisecond samples of the oracle say little, and nothing real moves so.
-            if _speed(seen, heading, shape.reach, dense) > FASTEST:
+            if _speed(seen, heading, shape.bounding_radius, dense) > FASTEST:
                 continue
             truths.append((kind, parameters))
             shapes.append(shape)
@@ -461,7 +470,7 @@ def _shift(parameters, rng, plain, forecast, kind, aimed, room):
     if kind == "piecewise_polynomial":
         parameters["coefficients"][:, 0] += target - here
         return
-    where = {"circular": "center", "sampled": "positions"}.get(kind, "place")
+    where = {"circular": "center", "sampled": "positions"}.get(kind, "initial_position")
     parameters[where] = parameters[where] + (target - here)
 
 

@@ -14,13 +14,13 @@ from slalom import (
     ConstantVelocity,
     ControlObstacle,
     Obstacle,
+    ObstacleTable,
     PiecewisePolynomial,
     Response,
     Sampled,
     Shape,
     State,
     Stationary,
-    Traffic,
     Trajectory,
 )
 
@@ -197,7 +197,7 @@ class Scene:
         obstacles: tuple[Obstacle, ...] | None = None,
     ) -> ControlObstacle:
         """The control obstacle of this scene, perhaps with another margin or horizon or other obstacles."""
-        traffic = Traffic(self.obstacles if obstacles is None else obstacles, self.start, horizon or self.horizon)
+        traffic = ObstacleTable(self.obstacles if obstacles is None else obstacles, self.start, horizon or self.horizon)
         return ControlObstacle(response, self.state, traffic, self.robot, self.margin if margin is None else margin)
 
 
@@ -216,7 +216,7 @@ def scenes(draw: DrawFn, apart: float | None = 1e-3, most: int = 3, shaped: bool
         track = obstacle.trajectory
         if apart is not None and obstacle.exists(start):
             away = track.position(start) - state.position
-            room = obstacle.shape.reach + robot.reach + margin + apart
+            room = obstacle.shape.bounding_radius + robot.bounding_radius + margin + apart
             if np.linalg.norm(away) < room:
                 track = Moved(track, shift=np.eye(d)[0] * np.copysign(2.0 * room, away[0]))
         found.append(replace(obstacle, trajectory=track))

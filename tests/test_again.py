@@ -15,7 +15,7 @@ from slalom import (
 )
 from slalom.objective import _between, _growing
 from slalom.path import hermite
-from slalom.response.time_invariant import FromVelocity
+from slalom.response.time_invariant import TimeInvariant
 
 RESPONSES = (
     Acceleration(),
@@ -31,7 +31,7 @@ RESPONSES = (
 
 @pytest.mark.parametrize("response", RESPONSES, ids=repr)
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_tables_of_a_response_give_the_bits_of_its_maps(response: FromVelocity, dimension: int) -> None:
+def test_tables_of_a_response_give_the_bits_of_its_maps(response: TimeInvariant, dimension: int) -> None:
     rng = np.random.default_rng(0)
     for _ in range(5):
         state = State(*rng.normal(size=(3, dimension)))

@@ -19,7 +19,7 @@ from slalom import (
 from slalom.boundary import boundary, grazing_curves
 from slalom.boundary.envelope import Window, corner_parts, discs_bend, may_meet, sample
 from slalom.boundary.faces import rings
-from slalom.relative_motion import Segments
+from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import BOUNDARY
 
 SHARE = 1e-3  # [1] of the obstacle's area by which regions may differ from it
@@ -184,11 +184,12 @@ def table(points, gains, *, radius=0.3, growth=0.0, corners=None, turn=0.0):
     first = np.array([0, len(corners)][: 1 + (len(corners) > 0)])
     reach = radius + max(growth, 0.0) + np.hypot(corners[:, [0, 3]], corners[:, [1, 4]]).sum(axis=1).max(initial=0.0)
     hull = np.array([0 if len(corners) else -1])
-    return Segments(
+    return RelativeMotion(
         begin=np.zeros(1), end=np.ones(1), points=place, gains=np.array(gains, dtype=float)[:, None],
-        radius=np.array([radius]), reach=np.array([1.01 * reach]), owner=np.zeros(1, dtype=np.int64), hull=hull,
+        radius=np.array([radius]), bounding_radius=np.array([1.01 * reach]), owner=np.zeros(1, dtype=np.int64),
+        hull=hull,
         turns=turns[:, :, None], corners=corners, first=first, growth=np.array([growth]),
-        mixed=np.ones(len(first) - 1, dtype=bool),
+        unordered=np.ones(len(first) - 1, dtype=bool),
     )  # fmt: skip
 
 
@@ -284,7 +285,7 @@ def test_the_kernel_cuts_pieces_as_arrays_do():
         radius = float(s.admissible.radii[smallest])
         window = Window(s.admissible.centers[smallest], radius, BOUNDARY * radius)
         for rows, control in corner_parts(s.blocked.segments):
-            reach = s.blocked.segments.reach[rows]
+            reach = s.blocked.segments.bounding_radius[rows]
 
             def meets(which, part, reach=reach, window=window):
                 return may_meet(part, reach[which], window)

@@ -153,7 +153,7 @@ def test_settings_may_be_repeated(say: Say) -> None:
         found = say("run", "empty", *tokens, "--out", "run.h5", "--json").json
         assert found["time"] == 0.5
         assert Recording.load("run.h5").parameters == {"distance": 5.0, "duration": 0.5}
-        assert Recording.load("run.h5").goals[0].trajectory.place.tolist() == [5.0, 0.0]
+        assert Recording.load("run.h5").goals[0].trajectory.initial_position.tolist() == [5.0, 0.0]
 
 
 @pytest.mark.parametrize("foresight", FORESIGHTS)
@@ -502,7 +502,7 @@ BAD = [
     ("run empty --set =3", r"--set: expected NAME=NUMBER, found '=3'"),
     ("run empty --set wheels=4", r"parameter of empty: expected one of distance, start, .*; found 'wheels'"),
     ("run scene.yaml --set distance=4", r"setting: expected one of start, .*; found 'distance'"),
-    ("run empty --set distance=nan", r"place: expected finite numbers, found \[nan, 0\]"),
+    ("run empty --set distance=nan", r"initial_position: expected finite numbers, found \[nan, 0\]"),
     ("run empty --set duration=inf", r"duration: expected finite numbers, found \[inf\]"),
     ("run empty --set duration=-1", r"duration: expected a number above 0, found -1"),
     ("run empty --set dt=0", r"dt: expected a number above 0, found 0"),

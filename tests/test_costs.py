@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, strategies as st
 from test_windows import CREWS, crew_state, started
 
-from slalom.kernels.decision.encounters import course
-from slalom.kernels.decision.manoeuvre_cost import cost_of, new_draft, promise
-from slalom.kernels.decision.time_to_go import earliest_arrival, no_sooner
-from slalom.tolerances import COST
+from slalom.kernels.decision.encounters import response_path
+from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch, optimistic_cost
+from slalom.kernels.decision.time_to_go import earliest_arrival, earliest_on_line
+from slalom.tolerances import COST_TIE
 
 COORDINATES = st.floats(-40.0, 40.0)
 
@@ -20,10 +20,10 @@ def test_a_promise_is_what_the_preferred_control_costs_alone(name, scenario, set
     crew, rng = started(name, scenario, settings), np.random.default_rng(1)
     some, terms = crew.looked
     fleet, answers, world, d = crew.fleet, crew.answers, crew._world(0.0), crew.scenario.dimension
-    world = world._replace(ends=world.ends[:0], reach=world.reach[:0])
-    fleet.halt[:] = stop
-    nobody, draft = np.empty(0, np.int64), new_draft(fleet.points.shape[1], d)
-    begin, points = draft.begin.copy(), draft.points.copy()
+    world = world._replace(ends=world.end_positions[:0], reach=world.end_radii[:0])
+    fleet.stop[:] = stop
+    nobody, draft = np.empty(0, np.int64), new_scratch(fleet.committed_points.shape[1], d)
+    begin, points = draft.times.copy(), draft.points.copy()
     for i in some[:6]:
         limits, state = crew.scenario.robots[i].limits, crew_state(crew, i)
         for r, response in enumerate(crew.method.responses(limits, crew.period, crew.scenario.holds)):
@@ -32,12 +32,12 @@ def test_a_promise_is_what_the_preferred_control_costs_alone(name, scenario, set
                 u, inside = np.zeros(3), np.zeros(3)
                 u[:d] = admissible.centers[0] + rng.uniform(-far, far, d) * admissible.radii[0]
                 inside[:d] = admissible.toward(u[:d])
-                course(i, r, inside, fleet, answers, terms, begin, points, 0)
-                cost = cost_of(i, until, begin, points, 0, nobody, fleet, world, terms, draft)
-                promised = promise(i, r, until, u, fleet, answers, terms, draft)
+                response_path(i, r, inside, fleet, answers, terms, begin, points, 0)
+                cost = manoeuvre_cost(i, until, begin, points, 0, nobody, fleet, world, terms, draft)
+                promised = optimistic_cost(i, r, until, u, fleet, answers, terms, draft)
                 # The estimate of an arrival may exceed the speed limit by half of that share.
                 assert promised <= cost * (1.0 + 1e-9)
-                assert not stop or promised >= cost - COST
+                assert not stop or promised >= cost - COST_TIE
 
 
 @given(
@@ -53,5 +53,5 @@ def test_nobody_is_sooner_ahead_than_straight_on(away, velocity, push, top):
     if distance <= 0.25:
         return
     fast = max(top, float(np.linalg.norm(v)))
-    bound = no_sooner(distance - 0.25, float(v @ place) / distance, push, fast * (1.0 + 1e-9))
+    bound = earliest_on_line(distance - 0.25, float(v @ place) / distance, push, fast * (1.0 + 1e-9))
     assert bound * (1.0 - 1e-9) <= earliest_arrival(place, v, push, top, 0.25)

@@ -10,7 +10,7 @@ import pytest
 
 from slalom import METHODS, InvalidInput
 from slalom.peers import PEERS
-from slalom.sim import Ending, Recording, load, metrics, simulate
+from slalom.sim import Recording, RunSummary, load, metrics, simulate
 
 RUNS = {
     "one robot that arrives": ("roundabout_crossing", "nao", {}),
@@ -31,7 +31,7 @@ def test_a_run_ends_as_when_it_is_recorded(name: str) -> None:
     which, method, settings = RUNS[name]
     scenario, chosen = load(which, settings), METHODS.get(method) or PEERS[method]
     run, end = (simulate(scenario, chosen, seed=3, record=record) for record in (True, False))
-    assert (type(run), type(end)) == (Recording, Ending)
+    assert (type(run), type(end)) == (Recording, RunSummary)
     assert end.steps == len(run.accelerations)
     assert end.times.tolist() == [run.times[0], run.times[-1]]
     assert np.array_equal(end.position, run.positions[-1])
@@ -45,11 +45,11 @@ def test_a_run_ends_as_when_it_is_recorded(name: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def end() -> Ending:
+def end() -> RunSummary:
     return simulate(load("circle", {"robots": 3, "duration": 100.0}), METHODS["nao"], record=False)
 
 
-def test_metrics_of_what_happened_in_between_are_refused(end: Ending) -> None:
+def test_metrics_of_what_happened_in_between_are_refused(end: RunSummary) -> None:
     """All but two; none takes an end for a run in which nothing happened."""
     assert np.isfinite(end.arrived).all()
     for name in set(metrics.METRICS) - {"arrived", "time"}:
@@ -59,9 +59,9 @@ def test_metrics_of_what_happened_in_between_are_refused(end: Ending) -> None:
         metrics.summary(end)
 
 
-def test_an_end_has_what_it_says(end: Ending) -> None:
+def test_an_end_has_what_it_says(end: RunSummary) -> None:
     """Everything else that recordings have is refused, what nobody has is an AttributeError, copies are possible."""
-    both = {field.name for field in fields(Recording)} & {field.name for field in fields(Ending)}
+    both = {field.name for field in fields(Recording)} & {field.name for field in fields(RunSummary)}
     for name in {field.name for field in fields(Recording)} - both | {"save", "digest", "dimension"}:
         with pytest.raises(InvalidInput, match=f"^{name}: expected a run that was recorded"):
             getattr(end, name)

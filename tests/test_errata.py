@@ -171,14 +171,14 @@ def test_erratum_06_sign_of_the_relative_velocity() -> None:
     """
     state = State(ORIGIN, [1.0, 0.4])
     track = ConstantAcceleration([6.0, 1.0], [-0.5, 0.2], [0.1, -0.3])
-    t, w = 3.0, state.velocity - track.speed
-    right = 2.0 * track.place / t**2 - 2.0 * w / t + track.push
-    wrong = 2.0 * track.place / t**2 + 2.0 * w / t + track.push
+    t, w = 3.0, state.velocity - track.initial_velocity
+    right = 2.0 * track.initial_position / t**2 - 2.0 * w / t + track.initial_acceleration
+    wrong = 2.0 * track.initial_position / t**2 + 2.0 * w / t + track.initial_acceleration
     for u, expected in ((right, True), (wrong, False)):
         found, at = least_distance(state, track, keeping(u), t)
         assert (found < 1e-2 and abs(at - t) < 0.01) == expected
     np.testing.assert_allclose(blocked_by(Acceleration(), state, track, t).element(t).centers[0], right, atol=1e-12)
-    late = blocked_by(Acceleration(), state, track, 1e4).element(1e4).centers[0] - track.push
+    late = blocked_by(Acceleration(), state, track, 1e4).element(1e4).centers[0] - track.initial_acceleration
     cosine = late @ w / np.linalg.norm(late) / np.linalg.norm(w)
     assert cosine == pytest.approx(-1.0, abs=1e-4)
 

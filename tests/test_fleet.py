@@ -22,15 +22,15 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.proposals import way_round
+from slalom.proposals import detour_lengths
 from slalom.sim import Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
-from slalom.sim.run.crew import Crew
+from slalom.sim.run.crew import FleetDecider
 from slalom.sim.run.fleet import seen_by
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.pilots import Pilots
-from slalom.tolerances import COLLISION, KEPT, METRIC
+from slalom.sim.run.pilots import NavigatorDecider
+from slalom.tolerances import COLLISION, COMMITTED_SLACK, METRIC
 
 SHARED = METHODS["nao_shared"]
 
@@ -48,7 +48,9 @@ def drawn(seed: int, count: int = 6, *, moving: bool = False) -> Scenario:
     while len(robots) < count:
         place, goal = rng.uniform(-6.0, 6.0, (2, 2))
         shape = Rectangle(1.2, 0.6, 0.1) if rng.random() < 0.3 else Disc(float(rng.uniform(0.2, 0.6)))
-        away = [np.linalg.norm(place - r.state.position) - shape.reach - r.shape.reach for r in robots]
+        away = [
+            np.linalg.norm(place - r.state.position) - shape.bounding_radius - r.shape.bounding_radius for r in robots
+        ]
         if min(away, default=9.0) < (2.0 if moving else 0.2):
             continue
         limits = Limits(float(rng.uniform(0.8, 2.0)), float(rng.uniform(1.0, 3.0)))
@@ -64,7 +66,7 @@ def drawn(seed: int, count: int = 6, *, moving: bool = False) -> Scenario:
 def test_shared_manoeuvres_never_collide(seed):
     """The theorem of docs/theory.md, 16, in runs in which its assumptions hold: every clearance, every outcome."""
     run = simulate(drawn(seed, moving=seed % 2 == 1), SHARED, seed=seed)
-    assert least_clearance(run) >= -KEPT - METRIC
+    assert least_clearance(run) >= -COMMITTED_SLACK - METRIC
     outcomes = {name for row in run.outcomes for name in row if name}
     assert all(Outcome[name].safe for name in outcomes), outcomes
     for k, limits in enumerate(run.limits):
@@ -93,7 +95,7 @@ def test_the_order_of_robots_does_not_matter(method):
         assert np.array_equal(mixed.positions[:, place], run.positions[:, k])
 
 
-@pytest.mark.parametrize("method", [name for name, row in METHODS.items() if not (row.shared or row.ahead)])
+@pytest.mark.parametrize("method", [name for name, row in METHODS.items() if not (row.shared or row.looks_ahead)])
 def test_observed_robots_run_to_the_end(method):
     """Whether they collide is not promised; that they see each other is."""
     run = simulate(replace(build("circle", {"robots": 3}, seed=0), duration=14.0), METHODS[method])
@@ -145,7 +147,7 @@ def test_a_robot_at_its_goal_gives_way_to_one_that_wants_there():
     """Both cannot stay: they arrive in turn."""
     run = simulate(two(stop=True), SHARED)
     assert np.all(np.isfinite(run.arrived))
-    assert least_clearance(run) >= -KEPT - METRIC
+    assert least_clearance(run) >= -COMMITTED_SLACK - METRIC
 
 
 def test_the_kernel_decides_as_the_navigator():
@@ -159,7 +161,7 @@ def test_the_kernel_decides_as_the_navigator():
             scenario = standing_goals(seed)
             guidance, other = Guidance(scenario), Guidance(scenario)
             method = METHODS[name].among_robots()
-            crew, pilots = Crew(scenario, method, guidance), Pilots(scenario, method, other)
+            crew, pilots = FleetDecider(scenario, method, guidance), NavigatorDecider(scenario, method, other)
             for step in range(8):
                 now = step * scenario.dt
                 outcomes, _ = crew.decide(range(5), now)
@@ -241,7 +243,9 @@ class TestDetours:
         nothing.
         """
         place, goal = np.array([-2.0, 0.0]), np.array([2.0, 0.0])
-        longer = way_round(place, goal, np.array([(0, 0), (0, 1.5), (5, 0), (0, 0.5)]), np.array([1.0, 1.0, 1.0, 1.0]))
+        longer = detour_lengths(
+            place, goal, np.array([(0, 0), (0, 1.5), (5, 0), (0, 0.5)]), np.array([1.0, 1.0, 1.0, 1.0])
+        )
         assert longer[0] == pytest.approx(2 * np.sqrt(3) + np.pi / 3 - 4.0)
         assert longer[1] == longer[2] == 0.0
         assert 0.0 < longer[3] < longer[0]
@@ -263,7 +267,7 @@ class TestDetours:
         along = goal - place
         across = abs(along[0] * place[1] - along[1] * place[0]) / straight
         expected = best - straight if across < radius else 0.0
-        assert way_round(place, goal, np.zeros((1, 2)), np.array([radius]))[0] == pytest.approx(expected, abs=1e-9)
+        assert detour_lengths(place, goal, np.zeros((1, 2)), np.array([radius]))[0] == pytest.approx(expected, abs=1e-9)
 
 
 def tangent(point, radius, side):

@@ -34,7 +34,7 @@ from slalom import (
     Stationary,
     Trajectory,
 )
-from slalom.forecast import STRAIGHT, foreseen
+from slalom.forecast import STRAIGHT, predicted
 from slalom.peers import contender
 from slalom.tolerances import REST
 
@@ -105,7 +105,7 @@ def test_the_turn_is_that_of_the_acceleration_across_the_velocity(data: st.DataO
     truth, now = ConstantAcceleration(data.draw(vectors(d, 9.0)), v, a, 3.0), 3.0
     assumed = AtConstantTurn()(truth, now)
     assert isinstance(assumed, Circular)
-    np.testing.assert_allclose(assumed.position(now), truth.place, atol=ROUNDING)
+    np.testing.assert_allclose(assumed.position(now), truth.initial_position, atol=ROUNDING)
     np.testing.assert_allclose(assumed.velocity(now), v, atol=ROUNDING)
     np.testing.assert_allclose(assumed.acceleration(now), across, atol=ROUNDING)
     speeds = assumed.velocity(now + LATER)
@@ -262,7 +262,7 @@ def test_only_one_forecast_knows_who_will_appear(forecast: slalom.Forecast, fore
     method = replace(METHODS["nao"], forecast=forecast)
     robot = Navigator(method, Disc(0.5), Limits(2.0, 1.0))
     for now, expected in ((1.0, ["here", "later"] if foresees else ["here"]), (2.0, ["here", "later"])):
-        seen = robot.foresee([here, later], State((0.0, 0.0), (1.0, 0.0)), now)
+        seen = robot.predict([here, later], State((0.0, 0.0), (1.0, 0.0)), now)
         assert [o.name for o in seen.obstacles] == expected
 
 
@@ -272,7 +272,7 @@ def test_the_futures_of_those_who_are_there_are_their_futures(d: int) -> None:
         obstacle = Obstacle(slalom.shape.round_shape(1.0, d), track(d))
         for forecast in (Known(), Present()):
             assert forecast(obstacle.trajectory, 1.0) is obstacle.trajectory
-            assert foreseen(obstacle, forecast, 1.0) is obstacle
+            assert predicted(obstacle, forecast, 1.0) is obstacle
 
 
 @each_observing
@@ -281,7 +281,7 @@ def test_a_car_that_waits_is_seen_at_rest(name: str) -> None:
     places = [(0.7, 0.1), *[(2.7, 3.3)] * 5]
     car = Obstacle(Rectangle(4.0, 2.0), Sampled([0, 1, 2, 3, 4, 9], places), "car", "motion")
     for now in np.linspace(3.1, 8.9, 40):
-        waits = foreseen(car, FORESIGHTS[name], float(now))
+        waits = predicted(car, FORESIGHTS[name], float(now))
         assert not np.any(waits.trajectory.velocity(now + LATER))
         facing = np.tile(car.direction(float(now)), (len(LATER), 1))
         np.testing.assert_allclose(waits.direction(now + LATER), facing, atol=1e-12)

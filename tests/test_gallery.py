@@ -359,7 +359,7 @@ def test_on_the_curved_road_vo_flags_a_car_that_nlvo_does_not():
     flagged = {}
     for name in ("vo", "nlvo"):
         navigator = scenario.navigator(slalom.method(name))
-        traffic = navigator.foresee(scenario.obstacles, scenario.robot.state, scenario.start)
+        traffic = navigator.predict(scenario.obstacles, scenario.robot.state, scenario.start)
         blocked = slalom.ControlObstacle(slalom.Velocity(), scenario.robot.state, traffic, scenario.robot.shape)
         flagged[name] = bool(blocked.contains(straight_on))
     assert flagged == {"vo": True, "nlvo": False}

@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from slalom import Disc, Limits, State, Stationary
 from slalom.goal import Goal
-from slalom.kernels.decision.encounters import cut_rows, regain
+from slalom.kernels.decision.encounters import cut_piece, grow_margin
 from slalom.kernels.geometry.cubic import value
 from slalom.methods import METHODS
 from slalom.sim import Robot, Scenario, simulate
@@ -28,7 +28,7 @@ def value_at(row: int, t: float, when: np.ndarray, where: np.ndarray) -> np.ndar
 @given(times, widths, points, st.floats(0.1, 5.0))
 def test_rows_that_are_cut_are_the_piece(first, width, control, cut):
     piece, when, where = np.array(control).reshape(4, 3), np.empty((2, 2)), np.empty((2, 4, 2))
-    count = cut_rows(first, first + width, piece[None, None], 0, 0, cut, 0, when, where)
+    count = cut_piece(first, first + width, piece[None, None], 0, 0, cut, 0, when, where)
     assert count == (2 if first < cut < first + width else 1)
     assert when[0, 0] == first
     assert when[count - 1, 1] == first + width
@@ -45,7 +45,7 @@ def test_a_lost_margin_is_whole_again_in_time(lost, within, width):
     """In rows that are cut there, at all times: what is known of it at their ends and between."""
     when = np.array([[0.0, within], [within, within + width]])
     radius, growth, spare = np.full(2, 1.0), np.zeros(2), np.zeros((2, 2))
-    regain(lost, within, 0, 2, when, radius, growth, spare)
+    grow_margin(lost, within, 0, 2, when, radius, growth, spare)
     assert radius + growth == pytest.approx([1.0 + lost, 1.0 + lost])
     assert radius == pytest.approx([1.0, 1.0 + lost])
     assert spare[:, 0] == pytest.approx(radius - 1.0)

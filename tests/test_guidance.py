@@ -7,15 +7,15 @@ from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stati
 from slalom.kernels.guidance.grid_astar import (
     THROUGH,
     WALL,
-    downhill,
-    free_cells,
-    next_corner,
-    off_walls,
-    sees,
-    way_lengths,
+    cell_costs,
+    line_of_sight,
+    next_waypoint,
+    path_lengths,
+    shortest_path,
+    wall_costs,
 )
-from slalom.kernels.guidance.priority_inheritance import JAMMED
-from slalom.kernels.guidance.traffic_circle import around, head_for, ring_of
+from slalom.kernels.guidance.priority_inheritance import REQUEST_BESIDE_AFTER
+from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.run.guidance import Guidance
@@ -54,7 +54,7 @@ class TestWays:
                             other = (x + a // 2, y + b) if abs(a) == 2 else (x + a, y + b // 2)
                             each = max(each, cost[middle], cost[other])
                         slow[x, y] = min(slow[x, y], slow[u, v] + np.hypot(a, b) * each)
-        found, most = way_lengths(cost, *goal, -1, -1, np.inf)
+        found, most = path_lengths(cost, *goal, -1, -1, np.inf)
         assert all(found[cell] == pytest.approx(slow[cell]) for cell in cells)
         assert most == np.inf
 
@@ -71,13 +71,13 @@ class TestWays:
             a, b = rng.integers(0, n - 30, 2)
             cost[a : a + 30, b] = WALL
         ends = rng.integers(0, n, 4)
-        few, most = way_lengths(cost, *ends, 6.0)
-        every, _ = way_lengths(cost, *ends, np.inf)
+        few, most = path_lengths(cost, *ends, 6.0)
+        every, _ = path_lengths(cost, *ends, np.inf)
         known = every + np.hypot(x - ends[2], y - ends[3]) <= most
         np.testing.assert_array_equal(few[known], every[known])
         assert np.all(few >= every)
         assert np.isfinite(few).sum() < np.isfinite(every).sum()
-        whole, path = downhill(every, *ends[2:], np.inf), downhill(few, *ends[2:], most)
+        whole, path = shortest_path(every, *ends[2:], np.inf), shortest_path(few, *ends[2:], most)
         assert path == whole or not path
         assert whole[-1] == tuple(ends[:2])
 
@@ -85,14 +85,14 @@ class TestWays:
         clearance = np.full((41, 41), np.inf)
         clearance[20, 10:] = 0.0
         grid, places = np.array([0.0, 0.0, 0.1]), np.array([(1.0, 1.0, 0.0), (2.7, 3.0, 0.0)])
-        cost = free_cells(grid, off_walls(grid, clearance, 0.2), 0.2, places, np.array([0.2, 0.3]), np.array([1]), 0)
+        cost = cell_costs(grid, wall_costs(grid, clearance, 0.2), 0.2, places, np.array([0.2, 0.3]), np.array([1]), 0)
         assert cost[20, 30] == WALL
         assert cost[27, 30] == cost[31, 30] == THROUGH
         assert cost[27, 36] == cost[10, 10] == 1.0
         corner = np.zeros(3)
-        assert not next_corner(grid, cost, 1.0, 1.0, 1.5, 3.0, corner)
-        assert next_corner(grid, cost, 1.0, 3.0, 3.5, 3.0, corner)
-        assert sees(cost, 10.0, 30.0, corner[0] / 0.1, corner[1] / 0.1)
+        assert not next_waypoint(grid, cost, 1.0, 1.0, 1.5, 3.0, corner)
+        assert next_waypoint(grid, cost, 1.0, 3.0, 3.5, 3.0, corner)
+        assert line_of_sight(cost, 10.0, 30.0, corner[0] / 0.1, corner[1] / 0.1)
         assert corner[1] < 1.25
 
     def test_a_robot_finds_its_way_out_of_a_trap(self):
@@ -108,16 +108,16 @@ class TestRings:
         guidance = Guidance(scenario)
         guide = guidance.guide
         guide.velocity[:] = -2.0 * guide.position / 20.0
-        head_for(np.arange(len(guide.radius)), guide)
+        update_targets(np.arange(len(guide.radius)), guide)
         ahead = -guide.position
         towards = guide.target - guide.position
         turn = ahead[:, 0] * towards[:, 1] - ahead[:, 1] * towards[:, 0]
         assert np.all(turn < 0.0)
         assert np.ptp(np.linalg.norm(towards, axis=1)) < 1e-9
-        assert np.linalg.norm(guide.ring[:, :2], axis=1).max() < 2.0
+        assert np.linalg.norm(guide.circle[:, :2], axis=1).max() < 2.0
         # Twelve robots side by side on it, and some room.
-        assert np.all(2.0 * np.pi * guide.ring[:, 2] > 12 * 3.0)
-        assert not guide.halt.any()
+        assert np.all(2.0 * np.pi * guide.circle[:, 2] > 12 * 3.0)
+        assert not guide.stop.any()
 
     def test_who_is_not_guided_heads_straight_for_its_goal(self):
         """At every step of a run in which guided robots go around each other; 0.0 and 1.0 are what `--set` gives."""
@@ -127,7 +127,7 @@ class TestRings:
             for step in range(60):
                 guidance.update(0.1 * step, 0.1)
                 guide = guidance.guide
-                found.append(np.array_equal(guide.target, guide.goal) and bool(guide.halt.all()))
+                found.append(np.array_equal(guide.target, guide.goal) and bool(guide.stop.all()))
                 away = guide.target - guide.position
                 guide.velocity[:] = 2.0 * away / np.linalg.norm(away, axis=1, keepdims=True)
                 guidance.drive(np.zeros((4, 3)), 0.1)
@@ -136,22 +136,22 @@ class TestRings:
     def test_nobody_met_nobody_gone_around(self):
         guidance = Guidance(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)]))
         guidance.guide.velocity[:, 0] = 1.5
-        head_for(np.arange(2), guidance.guide)
+        update_targets(np.arange(2), guidance.guide)
         assert np.array_equal(guidance.guide.target, guidance.guide.goal)
 
     def test_a_ring_beside_the_way_is_left(self):
         guide = Guidance(fleet([(0.0, 0.0)], [(9.0, 0.0)])).guide
         place = np.zeros(3)
-        assert around(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), place)
+        assert tangent_target(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), place)
         assert place[1] < 0.0
         # The line to it touches the ring: its middle is one radius away.
         assert abs(5.0 * place[1]) == pytest.approx(np.linalg.norm(place))
         for ring in ([5.0, 2.0, 1.0, 2.0], [-3.0, 0.0, 1.0, 2.0], [8.8, 0.0, 1.0, 2.0]):
-            assert not around(0, guide, np.array(ring), place)
+            assert not tangent_target(0, guide, np.array(ring), place)
 
     def test_meetings_elsewhere_are_not_of_the_ring(self):
         found, ring = np.array([(1.0, 0.0, 0.0, 0.5), (2.0, 0.5, 0.0, 0.5), (3.0, 30.0, 0.0, 0.5)]), np.zeros(4)
-        ring_of(0.5, found, 3, ring)
+        circle_around(0.5, found, 3, ring)
         assert ring[3] == 2
         assert ring[0] == pytest.approx(0.25)
 
@@ -167,20 +167,20 @@ class TestGivingWay:
     def test_who_waits_longest_is_let_through_first(self):
         guidance = Guidance(fleet([(0.0, 0.0), (0.9, 0.0), (1.8, 0.0)], [(9.0, 0.0), (-9.0, 0.0), (1.8, 0.0)]))
         guide = guidance.guide
-        guide.waited[:] = (5.0, 3.0, 0.0)
+        guide.waiting_time[:] = (5.0, 3.0, 0.0)
         guidance.update(0.0, 0.1)
-        assert guide.aside[1, 2] > 0.0
-        assert np.array_equal(guide.target[1, :2], guide.aside[1, :2])
+        assert guide.yielding[1, 2] > 0.0
+        assert np.array_equal(guide.target[1, :2], guide.yielding[1, :2])
         assert abs(guide.target[1, 1]) > 0.5
-        assert np.array_equal(guide.target[0], guide.corner[0])
+        assert np.array_equal(guide.target[0], guide.waypoint[0])
 
-    @pytest.mark.parametrize("waited", [0.9 * JAMMED, JAMMED])
+    @pytest.mark.parametrize("waited", [0.9 * REQUEST_BESIDE_AFTER, REQUEST_BESIDE_AFTER])
     def test_who_has_waited_long_asks_those_beside_it_too(self, waited):
         guidance = Guidance(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)]))
         guide = guidance.guide
-        guide.waited[0] = waited
+        guide.waiting_time[0] = waited
         guidance.update(0.0, 0.1)
-        assert (guide.aside[1, 2] > 0.0) == (waited >= JAMMED)
+        assert (guide.yielding[1, 2] > 0.0) == (waited >= REQUEST_BESIDE_AFTER)
 
     @pytest.mark.parametrize("seed", [5, pytest.param(114, marks=pytest.mark.slow)])
     def test_an_arch_before_a_door_does_not_last(self, seed):

@@ -22,11 +22,11 @@ from matplotlib.figure import Figure
 import slalom
 from slalom import (
     METHODS,
-    AccelerateInTurn,
     AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
     Acceleration,
+    AccelerationSequence,
     Admissible,
     Aim,
     Arrive,
@@ -60,6 +60,7 @@ from slalom import (
     MostClearance,
     Navigator,
     Obstacle,
+    ObstacleTable,
     OutsideSpan,
     Polygon,
     Polyline,
@@ -70,7 +71,6 @@ from slalom import (
     SlalomError,
     State,
     Stationary,
-    Traffic,
     TurningRadius,
     Union,
     Velocity,
@@ -137,9 +137,9 @@ def look_ahead(**settings) -> LookAhead:
     return LookAhead(navigator("nao_ahead", **settings))
 
 
-def in_turn(*later: tuple[float, tuple[float, ...]]) -> AccelerateInTurn:
+def in_turn(*later: tuple[float, tuple[float, ...]]) -> AccelerationSequence:
     """An acceleration of half a second, and later ones."""
-    return AccelerateInTurn(0.5, later)
+    return AccelerationSequence(0.5, later)
 
 
 def scenario(**settings) -> Scenario:
@@ -149,7 +149,7 @@ def scenario(**settings) -> Scenario:
 
 def many(wishes, states, robot):
     """Choices among no obstacles."""
-    return select_many(wishes, states, Velocity(), Limits(2.0, 2.0), Traffic([], 0.0, 3.0), robot)
+    return select_many(wishes, states, Velocity(), Limits(2.0, 2.0), ObstacleTable([], 0.0, 3.0), robot)
 
 
 class Case(NamedTuple):
@@ -265,7 +265,7 @@ def paths_of(times, positions) -> object:
 def workspace(**settings) -> object:
     """A drawing of a moment."""
     ax = Figure().add_subplot()
-    return view.workspace(ax, traffic=Traffic([ROCK], 0, 5), state=FLAT, robot=Disc(1), **settings)
+    return view.workspace(ax, traffic=ObstacleTable([ROCK], 0, 5), state=FLAT, robot=Disc(1), **settings)
 
 
 def control_space(admissible=None, resolution: int = 5) -> object:
@@ -413,10 +413,10 @@ CASES = [
         lambda _: GaussianError(0.1, 0.1, 1.0),
     ),
     Case(
-        "Traffic._each",
+        "ObstacleTable._each",
         InvalidInput,
         r"horizons: expected 1 of at most 5 s, found 2 up to 9 s",
-        lambda _: Traffic([ROCK], 0.0, 5.0, [4.0, 9.0]),
+        lambda _: ObstacleTable([ROCK], 0.0, 5.0, [4.0, 9.0]),
     ),
     Case(
         "_grown",
@@ -426,7 +426,7 @@ CASES = [
             ControlObstacle(
                 Acceleration(),
                 SPACE,
-                Traffic([Obstacle(Capsule((0, 0, 0), (1, 0, 0), 0.1), Stationary((9, 0, 0)))], 0.0, 5.0),
+                ObstacleTable([Obstacle(Capsule((0, 0, 0), (1, 0, 0), 0.1), Stationary((9, 0, 0)))], 0.0, 5.0),
                 Capsule((0, 0, 0), (0, 1, 0), 0.1),
             ).segments
         ),
@@ -495,7 +495,7 @@ CASES = [
         lambda _: simulate(load("circle"), METHODS["nao_ahead"]),
     ),
     Case(
-        "Ending.__getattr__",
+        "RunSummary.__getattr__",
         InvalidInput,
         r"positions: expected a run that was recorded, found one with record=False",
         lambda _: path_length(simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False)),
@@ -507,7 +507,7 @@ CASES = [
         r"limits: expected no more than a largest speed and acceleration, found further bounds",
         lambda _: look_ahead(limits=Limits(2, 1, bounds=(TurningRadius(1),))),
     ),
-    Case("positive", InvalidInput, r"ahead: .* found 0", lambda _: replace(look_ahead(), ahead=0.0)),
+    Case("positive", InvalidInput, r"time_horizon: .* found 0", lambda _: replace(look_ahead(), time_horizon=0.0)),
     Case("positive", InvalidInput, r"budget: .* found -1", lambda _: replace(look_ahead(), budget=-1.0)),
     Case("not_negative", InvalidInput, r"improving: .* found -1", lambda _: replace(look_ahead(), improving=-1.0)),
     Case(
@@ -522,20 +522,20 @@ CASES = [
         r"goal: expected dimension 3 as of the state, found 2",
         lambda _: look_ahead(robot=Ball(1)).decide(SPACE, [BALLOON], GOAL),
     ),
-    Case("positive", InvalidInput, r"hold: .* found 0", lambda _: AccelerateInTurn(0.0)),
+    Case("positive", InvalidInput, r"hold: .* found 0", lambda _: AccelerationSequence(0.0)),
     Case("positive", InvalidInput, r"later\[1\]: .* found 0", lambda _: in_turn((1.0, (1, 0)), (0.0, (1, 0)))),
     Case("vector", InvalidInput, r"later\[0\]: expected 2 or 3 numbers", lambda _: in_turn((1.0, (1,)))),
     Case("array", InvalidInput, r"later\[0\]: expected finite", lambda _: in_turn((1.0, (1, NAN)))),
     Case(
-        "AccelerateInTurn.__post_init__",
+        "AccelerationSequence.__post_init__",
         InvalidInput,
-        r"later: expected accelerations of one dimension, found \[2, 3\]",
+        r"then: expected accelerations of one dimension, found \[2, 3\]",
         lambda _: in_turn((1.0, (1, 0)), (1.0, (1, 0, 0))),
     ),
     Case(
-        "AccelerateInTurn._pushes",
+        "AccelerationSequence._pushes",
         InvalidInput,
-        r"later: expected dimension 3 as of the state, found 2",
+        r"then: expected dimension 3 as of the state, found 2",
         lambda _: in_turn((1.0, (1, 0))).position(SPACE, 0.5),
     ),
     Case("positive", InvalidInput, r"seconds: .* found 0", lambda _: FromPast(AtConstantTurn(), 0.0)),
@@ -571,8 +571,8 @@ CASES = [
     Case("array", InvalidInput, r"acceleration: .* finite", lambda _: State((0, 0), (0, 0), (0, -INF))),
     Case("array", InvalidInput, r"radius: expected finite numbers, found \[nan\]", lambda _: Disc(NAN)),
     Case("array", InvalidInput, r"max_speed: expected finite", lambda _: Limits(INF, 1)),
-    Case("array", InvalidInput, r"horizon: expected finite", lambda _: Traffic([], 0, NAN)),
-    Case("array", InvalidInput, r"start: expected finite", lambda _: Traffic([], NAN, 1)),
+    Case("array", InvalidInput, r"horizon: expected finite", lambda _: ObstacleTable([], 0, NAN)),
+    Case("array", InvalidInput, r"start: expected finite", lambda _: ObstacleTable([], NAN, 1)),
     Case("array", InvalidInput, r"start: expected finite", lambda _: Manoeuvre(Acceleration(), FLAT, (0, 0), NAN)),
     Case("array", InvalidInput, r"times: expected finite", lambda _: Sampled([0, NAN], [(0, 0), (1, 0)])),
     Case("array", InvalidInput, r"positions: expected finite", lambda _: Sampled([0, 1], [(0, 0), (INF, 0)])),
@@ -636,7 +636,7 @@ CASES = [
     Case("positive", InvalidInput, r"radius: expected a number above 0, found 0", lambda _: Circular((0, 0), 0, 1)),
     Case("positive", InvalidInput, r"max_speed: expected a number above 0, found -1", lambda _: Limits(-1, 1)),
     Case("positive", InvalidInput, r"max_acceleration: .* found 0", lambda _: Limits(1, 0)),
-    Case("positive", InvalidInput, r"horizon: .* found -2", lambda _: Traffic([], 0, -2)),
+    Case("positive", InvalidInput, r"horizon: .* found -2", lambda _: ObstacleTable([], 0, -2)),
     Case("positive", InvalidInput, r"horizon: .* found -2", lambda _: replace(blocked(), horizon=-2)),
     Case("positive", InvalidInput, r"horizon: .* found 0", lambda _: navigator(horizon=0)),
     Case("positive", InvalidInput, r"period: .* found 0", lambda _: navigator(period=0)),
@@ -691,7 +691,7 @@ CASES = [
     ),
     Case("known", InvalidInput, r"scenario: expected one of empty, .*; found 'full'", lambda _: build("full")),
     Case("known", InvalidInput, r"method: .*; found 'best'", lambda _: compare("empty", ["best"], 1)),
-    Case("Checked.__get__", AttributeError, r"place", lambda _: Stationary.place),
+    Case("Checked.__get__", AttributeError, r"initial_position", lambda _: Stationary.initial_position),
     # Shapes, trajectories, obstacles, limits.
     Case(
         "Obstacle.__post_init__",
@@ -940,10 +940,10 @@ CASES = [
     ),
     # Decisions.
     Case(
-        "Traffic.__init__",
+        "ObstacleTable.__init__",
         InvalidInput,
         r"obstacles: expected one dimension, found \[2, 3\]",
-        lambda _: Traffic([ROCK, BALLOON], 0, 1),
+        lambda _: ObstacleTable([ROCK, BALLOON], 0, 1),
     ),
     Case(
         "ControlObstacle.__post_init__",
@@ -1038,12 +1038,12 @@ CASES = [
         r"goal: expected dimension 2 as of the state, found 3",
         lambda _: decide(goal=Goal(Stationary((0, 0, 0)))),
     ),
-    Case("__getattr__", AttributeError, r"no attribute 'nothing'", lambda _: kernels.nothing),
-    Case("Late.__getattr__", AttributeError, r"'slalom\.sim' has no attribute 'nothing'", lambda _: slalom.sim.nothing),
+    Case("__getattr__", AttributeError, r"No slalom.kernels attribute nothing", lambda _: kernels.nothing),
+    Case("Late.__getattr__", AttributeError, r"No slalom.sim attribute nothing", lambda _: slalom.sim.nothing),
     Case(
-        "Ending.__getattr__",
+        "RunSummary.__getattr__",
         AttributeError,
-        r"'Ending' object has no attribute 'nothing'",
+        r"'RunSummary' object has no attribute 'nothing'",
         lambda _: simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False).nothing,
     ),
     # Scenarios and files.
@@ -1245,7 +1245,7 @@ CASES = [
     Case(
         "Recording.load",
         InvalidFile,
-        r"a\.h5: expected a file of format 'slalom recording 1', found 'something else'",
+        r"a\.h5: expected a file of format 'slalom recording 2', found 'something else'",
         foreign_hdf5,
     ),
     Case("Recording.load", InvalidFile, r"a\.h5: expected .*, found ", empty_recording),
@@ -1490,19 +1490,19 @@ CASES = [
         lambda _: build("circle", {"robots": 4.5}),
     ),
     Case(
-        "spread",
+        "random_positions",
         InvalidInput,
         r"robots: expected room for 90, 1\.2 m apart, in 5 m x 5 m; found it for \d+",
         lambda _: build("random_goals", {"robots": 90, "side": 5}),
     ),
     Case(
-        "spread",
+        "random_positions",
         InvalidInput,
         r"robots of a group: expected room for 10, 0\.8 m apart, in 6\.66667 m x 0 m; found it for 0",
         lambda _: build("corridor_swap", {"width": 0.5}),
     ),
     Case(
-        "around",
+        "random_angles",
         InvalidInput,
         r"robots: expected at most 39, the circle's room; found 60",
         lambda _: build("circle_random", {"robots": 60}),
@@ -1866,10 +1866,10 @@ ANYWHERE = {
     "a hold that is not a number": lambda: decide(holds=(0.5, NAN)),
     "a margin below 0 in a scenario": lambda: scenario(margin=-1.0).navigator(METHODS["nao"]),
     "a margin below 0 for one of the obstacles": lambda: ControlObstacle(
-        Acceleration(), FLAT, Traffic([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, -0.1])
+        Acceleration(), FLAT, ObstacleTable([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, -0.1])
     ),
     "a margin that is not a number for one of the obstacles": lambda: ControlObstacle(
-        Acceleration(), FLAT, Traffic([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, NAN])
+        Acceleration(), FLAT, ObstacleTable([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, NAN])
     ),
     "a velocity to follow of another dimension": lambda: decide(objective=FollowVelocity((1, 0, 0))),
     "a bound on the velocity of another dimension": lambda: decide(
@@ -1904,7 +1904,7 @@ def test_inputs_are_copied_and_held_read_only() -> None:
     mine = np.array([1.0, 2.0])
     state, track = State(mine, mine), ConstantVelocity(mine, mine)
     mine[:] = 9.0
-    for held in (state.position, state.velocity, track.place, track.speed):
+    for held in (state.position, state.velocity, track.initial_position, track.initial_velocity):
         assert held.tolist() == [1.0, 2.0]
         with pytest.raises(ValueError, match="read-only"):
             held[0] = 5.0

@@ -47,12 +47,12 @@ from slalom import (
     Limits,
     Manoeuvre,
     Obstacle,
+    ObstacleTable,
     OutsideSpan,
     Response,
     Sampled,
     State,
     Status,
-    Traffic,
     Trajectory,
     Velocity,
     admissible_ball,
@@ -391,9 +391,9 @@ def test_forecast_agrees_with_the_truth_now(name: str, d: int) -> None:
 
 def gaps_along(blocked: ControlObstacle, index: int, u: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Signed distance of the surfaces of robot and obstacle at elapsed times, by its parts; no kernel is used."""
-    obstacle = blocked.traffic.obstacles[index]
+    obstacle = blocked.obstacles.obstacles[index]
     track = obstacle.trajectory
-    absolute = np.clip(blocked.traffic.start + times, *track.span)  # not outside by rounding
+    absolute = np.clip(blocked.obstacles.start + times, *track.span)  # not outside by rounding
     away = blocked.response.position(blocked.state, times)(u) - track.position(absolute)
     ahead = facing(obstacle, absolute)
     gaps = [
@@ -415,8 +415,8 @@ def facing(obstacle: Obstacle, times: np.ndarray) -> np.ndarray:
 def brute_clearance(blocked: ControlObstacle, u: np.ndarray, horizon: float | None = None) -> float:
     """Least gap over (0, horizon] by sampling, each of the lowest dips refined. Never below the truth."""
     least = np.inf
-    for index, obstacle in enumerate(blocked.traffic.obstacles):
-        start = blocked.traffic.start
+    for index, obstacle in enumerate(blocked.obstacles.obstacles):
+        start = blocked.obstacles.start
         begin = max(0.0, obstacle.trajectory.span[0] - start)
         end = min(horizon or blocked.horizon, obstacle.trajectory.span[1] - start)
         if begin >= end:
@@ -445,14 +445,14 @@ def brute_clearance(blocked: ControlObstacle, u: np.ndarray, horizon: float | No
 
 def telling_controls(blocked: ControlObstacle, drawn: np.ndarray) -> np.ndarray:
     """The drawn controls and others in, on the rim of and beside temporal elements, or the least balls about them."""
-    found, traffic = [drawn], blocked.traffic
+    found, traffic = [drawn], blocked.obstacles
     direction = (drawn[0] + 1e-3) / np.linalg.norm(drawn[0] + 1e-3)
     for share in (0.3, 0.6, 1.0):
         image, now = blocked.response.position(blocked.state, share * blocked.horizon), share * blocked.horizon
         for obstacle in traffic.obstacles:
             if obstacle.exists(traffic.start + now):
                 center = obstacle.trajectory.position(traffic.start + now)
-                room = obstacle.shape.reach + blocked.robot.reach + blocked.margin
+                room = obstacle.shape.bounding_radius + blocked.robot.bounding_radius + blocked.margin
                 found += [image.inverse(center + r * room * direction)[None] for r in (0.0, 0.8, 1.0, 1.05)]
     every = np.concatenate(found)
     return every[np.linalg.norm(every, axis=1) < 40.0]
@@ -500,7 +500,7 @@ def test_clearance_is_the_least_distance(response: Response, data: st.DataObject
 
 def least_rounding(blocked: ControlObstacle) -> float:
     """The least sum of radii of a part of an obstacle and one of the robot, and the margin."""
-    of_obstacles = [part.radius for obstacle in blocked.traffic.obstacles for part in obstacle.shape.parts]
+    of_obstacles = [part.radius for obstacle in blocked.obstacles.obstacles for part in obstacle.shape.parts]
     return min(of_obstacles) + min(part.radius for part in blocked.robot.parts) + blocked.margin
 
 
@@ -561,7 +561,9 @@ def test_nothing_added_frees_a_control(response: Response, data: st.DataObject) 
     tried = telling_controls(blocked, scene.controls)
     before = blocked.clearance(tried)
     share, extra = data.draw(numbers(0.1, 0.9)), data.draw(numbers(0.0, 0.5))
-    shorter = ControlObstacle(response, scene.state, blocked.traffic, scene.robot, scene.margin, share * scene.horizon)
+    shorter = ControlObstacle(
+        response, scene.state, blocked.obstacles, scene.robot, scene.margin, share * scene.horizon
+    )
     assert np.all(shorter.clearance(tried) >= before - CERTIFIED)
     assert np.all(shorter.time_to_collision(tried) >= blocked.time_to_collision(tried) - 1e-6)
     wider = scene.blocked(response, margin=scene.margin + extra)
@@ -799,7 +801,9 @@ def test_nlvo_of_a_line_is_the_classical_cone(data: st.DataObject) -> None:
     assume(np.linalg.norm(c) > radius + 0.1)
     obstacle = [Obstacle(disc_or_ball(1.0, d), track)]
     nlvo = control_obstacle(Velocity(), state, obstacle, disc_or_ball(0.3, d), horizon=7200.0)
-    vo = replace(nlvo, traffic=Traffic([replace(obstacle[0], trajectory=AtConstantVelocity()(track, 0.0))], 0, 7200.0))
+    vo = replace(
+        nlvo, traffic=ObstacleTable([replace(obstacle[0], trajectory=AtConstantVelocity()(track, 0.0))], 0, 7200.0)
+    )
     half_angle, apex = np.arcsin(radius / np.linalg.norm(c)), track.speed
     axis = c / np.linalg.norm(c)
     side = data.draw(directions(d))

@@ -17,8 +17,8 @@ from strategies import dimensions, numbers, states, vectors
 from slalom import (
     FORESIGHTS,
     METHODS,
-    AccelerateInTurn,
     AccelerateThenCoast,
+    AccelerationSequence,
     ConstantVelocity,
     Decision,
     Disc,
@@ -37,15 +37,15 @@ from slalom import (
     Stationary,
     method,
 )
-from slalom.lookahead.navigator import SQUEEZES
-from slalom.lookahead.spacetime_index import Timetable
-from slalom.obstacle_pieces import WIDENINGS
+from slalom.lookahead.navigator import MARGIN_SHARES
+from slalom.lookahead.spacetime_index import ForeseenObstacles
+from slalom.obstacle_pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.sim.run.plant import drive
 from slalom.sim.run.simulate import decision_at
-from slalom.tolerances import CERTIFIED, CONTACT, KEPT, METRIC, TOUCHING
+from slalom.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK, METRIC
 
 ROUNDING = 1e-9
 PERIOD = 0.1
@@ -60,7 +60,7 @@ each_dimension = pytest.mark.parametrize("d", [2, 3])
 def plans(draw: st.DrawFn, d: int) -> Manoeuvre:
     """Up to five accelerations, one after the other."""
     later = tuple((draw(numbers(0.1, 2.0)), tuple(draw(vectors(d, 2.0)))) for _ in range(draw(st.integers(0, 4))))
-    response = AccelerateInTurn(draw(numbers(0.1, 2.0)), later)
+    response = AccelerationSequence(draw(numbers(0.1, 2.0)), later)
     return Manoeuvre(response, draw(states(d)), draw(vectors(d, 2.0)), 0.0)
 
 
@@ -101,10 +101,10 @@ def test_only_the_first_acceleration_of_a_plan_is_a_control(data: st.DataObject,
     for what in ("position", "velocity", "acceleration"):
         ours, theirs = (getattr(response, what)(plan.state, times) for response in (plan.response, plain))
         np.testing.assert_array_equal(ours.gain, theirs.gain)
-        alone = getattr(AccelerateInTurn(plan.response.hold), what)(plan.state, times)
+        alone = getattr(AccelerationSequence(plan.response.hold), what)(plan.state, times)
         np.testing.assert_array_equal(alone.gain, theirs.gain)
         np.testing.assert_array_equal(alone.drift, theirs.drift)
-    alone = AccelerateInTurn(plan.response.hold)
+    alone = AccelerationSequence(plan.response.hold)
     np.testing.assert_array_equal(alone.knots(horizon, 9.0), plain.knots(horizon, 9.0))
     assert alone.settled(horizon) == plain.settled(horizon)
     for what in ("speed_peaks", "acceleration_peaks"):
@@ -140,9 +140,9 @@ def test_peaks_of_a_plan_bound_what_it_does(data: st.DataObject, d: int) -> None
 
 def test_a_plan_is_named_shortly() -> None:
     """It stands in recordings, once for each step."""
-    plan = AccelerateInTurn(0.123456789, [(1, [0.1, 0.2])] * 40)
+    plan = AccelerationSequence(0.123456789, [(1, [0.1, 0.2])] * 40)
     assert repr(plan) == "AccelerateInTurn(hold=0.123457, later=40 more)"
-    assert plan == AccelerateInTurn(0.123456789, ((1.0, (0.1, 0.2)),) * 40)
+    assert plan == AccelerationSequence(0.123456789, ((1.0, (0.1, 0.2)),) * 40)
     assert hash(plan) == hash(replace(plan))
 
 
@@ -162,14 +162,14 @@ def faults(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
         rooms = [*(rooms if now - last < 1.5 * j.period else ()), room]
         last = now
         if decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
-            promised = min(j.margin, room - TOUCHING)
+            promised = min(j.margin, room - CONTACT_SLACK)
         elif decision.outcome is not Outcome.KEPT:
-            promised = decision.search.quest.margin
-            fitting = [min(share * j.margin, then - TOUCHING) for share in SQUEEZES for then in rooms]
-            if min(abs(promised - share) for share in fitting) > KEPT + TOUCHING:
+            promised = decision.search.problem.margin
+            fitting = [min(share * j.margin, then - CONTACT_SLACK) for share in MARGIN_SHARES for then in rooms]
+            if min(abs(promised - share) for share in fitting) > COMMITTED_SLACK + CONTACT_SLACK:
                 yield f"{here}: margin {promised} is no share of {j.margin}"
         place, speed, _ = (value[0] for value in plan.at(np.array([now])))
-        if max(np.abs(place - state.position).max(), np.abs(speed - state.velocity).max()) > KEPT:
+        if max(np.abs(place - state.position).max(), np.abs(speed - state.velocity).max()) > COMMITTED_SLACK:
             yield f"{here}: the plan is elsewhere"
         if (decision.outcome is Outcome.KEPT) != (decision.manoeuvre is seen):
             yield f"{here}: kept is what is not new"
@@ -178,7 +178,7 @@ def faults(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
         seen = decision.manoeuvre
         until = max(end, now + 6.0) if decision.outcome is Outcome.BEGUN else end
         gap = least_gap(j, plan, now, until, now)
-        if gap < promised - KEPT:
+        if gap < promised - COMMITTED_SLACK:
             yield f"{here}: a clearance of {gap}, not {promised}"
         yield from (f"{here}: {fault}" for fault in unlawful(j, now, decision))
 
@@ -208,7 +208,7 @@ def missed(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
         if decision.outcome is Outcome.KEPT or not np.isfinite(decision.arrival):
             continue
         place, speed, _ = (value[0] for value in motion_of(decision.manoeuvre).at(np.array([decision.arrival])))
-        away = float(np.linalg.norm(place - j.goal.trajectory.place))
+        away = float(np.linalg.norm(place - j.goal.trajectory.initial_position))
         if away > j.goal.tolerance:
             yield f"at {now - j.start:g} s: {away} m from the goal, of which the tolerance is {j.goal.tolerance} m"
         if j.goal.stop and np.linalg.norm(speed) > ROUNDING:
@@ -333,13 +333,14 @@ def driven_alone(robot: LookAhead, state: State, goal: Goal, obstacles: Sequence
 def beyond_need(robot: LookAhead, state: State, goal: Goal) -> Iterator[str]:
     """What is wrong with the first decision of a robot alone: it needs one push, and with `stop` one that brakes."""
     decision = robot.decide(state, (), goal)
-    said = f"{state.velocity} m/s, to {goal.trajectory.place} within {goal.tolerance} m, {robot.navigator.limits}"
+    place = goal.trajectory.initial_position
+    said = f"{state.velocity} m/s, to {place} within {goal.tolerance} m, {robot.navigator.limits}"
     if decision.outcome is not Outcome.CLEAR:
         yield f"{said}: {decision.outcome.name}"
     pushes = np.count_nonzero(np.any(motion_of(decision.manoeuvre).pushes != 0.0, axis=1))
     if pushes > 1 + goal.stop:
         yield f"{said}: {pushes} pushes"
-    away = float(np.linalg.norm(decision.manoeuvre.position(decision.arrival) - goal.trajectory.place))
+    away = float(np.linalg.norm(decision.manoeuvre.position(decision.arrival) - goal.trajectory.initial_position))
     if away > goal.tolerance:
         yield f"{said}: {away} m away at its arrival"
 
@@ -349,13 +350,13 @@ def beyond_time(robot: LookAhead, state: State, goal: Goal) -> Iterator[str]:
     arrival, period = robot.decide(state, (), goal).arrival, robot.navigator.period
     soonest = goal.time_to_go(state.position, state.velocity, 0.0, robot.navigator.limits)
     if arrival > soonest + period:
-        yield f"{state.velocity} m/s, to {goal.trajectory.place}: at {arrival} s, not {soonest} s"
+        yield f"{state.velocity} m/s, to {goal.trajectory.initial_position}: at {arrival} s, not {soonest} s"
     # Whether a robot has arrived is asked at its steps: it should not pass by within one.
     if (
         goal.tolerance >= robot.navigator.limits.max_speed * period
         and driven_alone(robot, state, goal) > arrival + period
     ):
-        yield f"{state.velocity} m/s, to {goal.trajectory.place}: planned for {arrival} s, but not there"
+        yield f"{state.velocity} m/s, to {goal.trajectory.initial_position}: planned for {arrival} s, but not there"
 
 
 def turned_away(d: int) -> list[tuple[LookAhead, State, Goal]]:
@@ -417,7 +418,7 @@ def run(name: str, method_name: str, seed: int) -> Recording:
 
 def clear(recording: Recording, margin: float) -> bool:
     """Whether the margin was kept all the way, by code that shares nothing with the deciding kernels."""
-    return all(closest.clearance >= margin - KEPT - METRIC for closest in closest_approaches(recording))
+    return all(closest.clearance >= margin - COMMITTED_SLACK - METRIC for closest in closest_approaches(recording))
 
 
 def test_scenarios_of_one_robot_are_known() -> None:
@@ -600,7 +601,7 @@ def test_a_plan_is_kept_until_one_is_better_by_the_patience(d: int, first: int) 
         for before, after in pairwise(steps):
             if after.now - before.now > 1.5 * j.period:
                 continue  # in between the navigator decided
-            assert after.decision.search.timetable is before.decision.search.timetable
+            assert after.decision.search.obstacles is before.decision.search.obstacles
             if before.decision.search.ends <= after.now + 1e-6 * j.period:
                 continue
             kept = after.decision.manoeuvre is before.decision.manoeuvre
@@ -622,7 +623,7 @@ def test_one_table_serves_a_whole_run() -> None:
             now = scenario.start + k * scenario.dt
             decision = robot.decide(state, scenario.obstacles, scenario.robot.goal, now=now, previous=decision)
             assert isinstance(decision, Planned)
-            tables.append(decision.search.timetable)
+            tables.append(decision.search.obstacles)
             state = drive(state, decision.manoeuvre.mean_acceleration(now, scenario.dt), scenario.dt)
         assert all(table is tables[0] for table in tables)
 
@@ -667,7 +668,8 @@ def test_of_journeys_too_who_appears_later_changes_nothing_before(first: int) ->
     """Among many others, in the same bits."""
     for number in range(first, first + 10):
         j = journey(number, 2)
-        late = Obstacle(Disc(0.7), Sampled([j.start + 1.0, j.start + 40.0], [j.goal.trajectory.place] * 2), "late")
+        stay = Sampled([j.start + 1.0, j.start + 40.0], [j.goal.trajectory.initial_position] * 2)
+        late = Obstacle(Disc(0.7), stay, "late")
         seeing = replace(j.decider().navigator, method=METHODS["nao_ahead"].seeing("present"))
         robot = replace(j.decider(), navigator=seeing)
         for k, (one, other) in enumerate(both_driven(robot, j, (*j.obstacles, late), 5)):
@@ -722,7 +724,7 @@ def test_who_appears_in_the_way_ends_a_plan() -> None:
         plan.position(times) - late.trajectory.position(times) for plan in (found[0].manoeuvre, found[15].manoeuvre)
     )
     assert np.linalg.norm(before, axis=1).min() < 1.5
-    assert np.linalg.norm(after, axis=1).min() >= 1.55 - KEPT
+    assert np.linalg.norm(after, axis=1).min() >= 1.55 - COMMITTED_SLACK
 
 
 @pytest.mark.parametrize(("off", "kept"), [(0.0, True), (3e-6, True), (0.5, False)])
@@ -768,7 +770,7 @@ def test_without_a_sequence_the_navigator_decides() -> None:
         assert isinstance(robot.decide(after, [], goal, now=PERIOD, previous=decision), Planned)
 
 
-@pytest.mark.parametrize("gap", [2.0 * TOUCHING, 0.01, 0.05 - 1e-7])
+@pytest.mark.parametrize("gap", [2.0 * CONTACT_SLACK, 0.01, 0.05 - 1e-7])
 def test_within_the_margin_it_plans_away(gap: float) -> None:
     """With as much of the margin as it has, and comes no nearer."""
     stone = [Obstacle(Disc(2.0), Stationary((2.5 + gap, 0.0)), "stone")]
@@ -776,7 +778,7 @@ def test_within_the_margin_it_plans_away(gap: float) -> None:
     assert isinstance(decision, Planned)
     assert np.isfinite(decision.arrival)
     places = decision.manoeuvre.position(np.linspace(0.0, decision.arrival, 5000))
-    assert np.linalg.norm(places - (2.5 + gap, 0.0), axis=1).min() >= 2.5 + gap - TOUCHING - KEPT
+    assert np.linalg.norm(places - (2.5 + gap, 0.0), axis=1).min() >= 2.5 + gap - CONTACT_SLACK - COMMITTED_SLACK
 
 
 def test_touching_the_navigator_leads_away_first() -> None:
@@ -804,9 +806,9 @@ def test_to_wait_for_a_gap_comes_out_of_the_search(robot_radius: float) -> None:
 # Timetables.
 
 
-def table_of(j: Journey, *, everybody: bool = True, end: float = 20.0) -> Timetable:
+def table_of(j: Journey, *, everybody: bool = True, end: float = 20.0) -> ForeseenObstacles:
     """From the start of a journey on."""
-    return Timetable.of(j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, everybody=everybody)
+    return ForeseenObstacles.of(j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, everybody=everybody)
 
 
 @pytest.mark.parametrize("first", range(0, 40, 10))
@@ -822,9 +824,9 @@ def test_the_gap_is_the_least_distance(d: int, first: int) -> None:
         tables = [table_of(j, everybody=everybody) for everybody in (True, False)]
         times = j.start + np.array([0.0, 20.0, 1.7, 3.4, *rng.uniform(0.0, 20.0, 40)])
         shares = rng.uniform(0.0, 1.2, (len(times), 1))
-        places = j.state.position + shares * (j.goal.trajectory.place - j.state.position)
+        places = j.state.position + shares * (j.goal.trajectory.initial_position - j.state.position)
         gaps = [np.full(len(times), np.inf), *(body.gaps(j.robot, places, times, j.start) for body in j.bodies)]
-        chord = max((body.unsure[2] for body in j.bodies), default=0.0) * (20.0 / WIDENINGS) ** 2 / 8.0
+        chord = max((body.unsure[2] for body in j.bodies), default=0.0) * (20.0 / UNCERTAINTY_PIECES) ** 2 / 8.0
         for place, t, least in zip(places, times, np.min(gaps, axis=0)):
             for table in tables:
                 found = table.gap(place, float(t))
@@ -839,36 +841,36 @@ def test_what_is_not_there_has_no_gap() -> None:
     """Before it appears, after it has vanished, far beyond the table; and in an empty world."""
     brief = Obstacle(Disc(1.0), Sampled([2.0, 4.0], [(3.0, 0.0), (3.0, 1.0)]), "brief")
     robot, here = Disc(0.5), np.zeros(2)
-    table = Timetable.of([brief], [brief], robot, 0.0, 10.0, 1.0)
+    table = ForeseenObstacles.of([brief], [brief], robot, 0.0, 10.0, 1.0)
     for now, gap in ((0.0, np.inf), (1.99, np.inf), (2.0, 1.5), (4.0, np.sqrt(10.0) - 1.5), (4.01, np.inf)):
         assert table.gap(here, now) == pytest.approx(gap)
-    beyond = Timetable.of([brief], [brief], robot, 0.0, 3.0, 1.0)
+    beyond = ForeseenObstacles.of([brief], [brief], robot, 0.0, 3.0, 1.0)
     assert [beyond.gap(here, now) for now in (-1.0, 1.0, 50.0)] == [np.inf] * 3
-    empty = Timetable.of([], [], robot, 0.0, 10.0, 1.0)
+    empty = ForeseenObstacles.of([], [], robot, 0.0, 10.0, 1.0)
     assert [empty.gap(here, now) for now in (-5.0, 0.0, 5.0, 10.0, 20.0)] == [np.inf] * 5
-    never = Timetable.of([brief], [brief], robot, 5.0, 10.0, 1.0)
+    never = ForeseenObstacles.of([brief], [brief], robot, 5.0, 10.0, 1.0)
     assert [never.gap(here, now) for now in (5.0, 7.0)] == [np.inf] * 2
 
 
 def test_a_table_serves_for_what_it_was_made_of() -> None:
     """The very same obstacles, between its start and its end."""
     world = [rock()]
-    table = Timetable.of(world, world, Disc(0.5), 2.0, 10.0, 1.0)
+    table = ForeseenObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0)
     assert table.serves(world, 2.0, 10.0)
     assert not table.serves(list(world), 2.0, 10.0)
     assert not table.serves(world, 1.9, 10.0)
     assert not table.serves(world, 2.0, 10.1)
-    assert not Timetable.of(None, world, Disc(0.5), 2.0, 10.0, 1.0).serves(world, 2.0, 10.0)
+    assert not ForeseenObstacles.of(None, world, Disc(0.5), 2.0, 10.0, 1.0).serves(world, 2.0, 10.0)
     assert table.known_at(3.0) == np.inf
-    assert Timetable.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, everybody=False).known_at(3.0) == 3.0
+    assert ForeseenObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, everybody=False).known_at(3.0) == 3.0
 
 
 def test_arranging_before_the_first_decision_changes_nothing() -> None:
     world, goal = [rock(), *WALLS], Goal(Stationary((20.0, 0.0)), 0.5)
     robot = look_ahead()
-    prepared = robot.preparing(world, 0.0)
+    prepared = robot.prepared_for(world, 0.0)
     one, other = (r.decide(REST, world, goal) for r in (robot, prepared))
     assert told(one) == told(other)
-    assert other.search.timetable is prepared.prepared
+    assert other.search.obstacles is prepared.prepared
     elsewhere = prepared.decide(REST, [rock()], goal)
-    assert elsewhere.search.timetable is not prepared.prepared
+    assert elsewhere.search.obstacles is not prepared.prepared

@@ -11,12 +11,12 @@ from slalom.forecast import FORECASTS, AcceleratingBriefly
 from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import summary
-from slalom.sim.run.crew import Crew
+from slalom.sim.run.crew import FleetDecider
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.messages import Post, post_of
-from slalom.sim.run.pilots import Pilots
-from slalom.sim.run.response_tables import outlook
-from slalom.sim.run.sensing import Watch, watch_of
+from slalom.sim.run.messages import Messages, messages_of
+from slalom.sim.run.pilots import NavigatorDecider
+from slalom.sim.run.response_tables import linear_forecast
+from slalom.sim.run.sensing import Sensing, sensing_of
 from slalom.tolerances import METRIC
 from slalom.trajectory import ConstantAcceleration
 
@@ -38,14 +38,14 @@ def crowd(count: int, side: float, seed: int, **settings: float) -> Scenario:
     return Scenario("crowd", tuple(robots), holds=(0.5, 1.0, 2.0)).with_settings(settings)
 
 
-def holders(post: Post) -> np.ndarray:
+def holders(post: Messages) -> np.ndarray:
     return np.asarray(post.holds() & post.holds().T & ~np.eye(len(post.passed), dtype=bool))
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_never_do_both_hold_the_right_of_a_pair(seed):
     scenario = crowd(5, 3.0, seed, message_delay=1.0, message_loss=0.5)
-    post, rng = post_of(scenario, SHARED, seed), np.random.default_rng(seed)
+    post, rng = messages_of(scenario, SHARED, seed), np.random.default_rng(seed)
     places, present, decided = np.zeros((5, 3)), np.ones(5, bool), np.zeros(5)
     for _ in range(2000):
         post.deliver(places)
@@ -63,7 +63,7 @@ def test_never_do_both_hold_the_right_of_a_pair(seed):
 def test_who_decides_knows_what_all_near_it_are_committed_to(seed):
     """The claim on which the proof rests, with robots that walk at random and change whenever they may."""
     scenario = crowd(6, 25.0, seed, message_delay=0.7, message_loss=0.4)
-    post, rng = post_of(scenario, SHARED, seed), np.random.default_rng(seed)
+    post, rng = messages_of(scenario, SHARED, seed), np.random.default_rng(seed)
     places = np.zeros((6, 3))
     places[:, :2] = [robot.state.position for robot in scenario.robots]
     changed, by_news, by_distance, heading = np.full(6, -1), 0, 0, rng.normal(size=(6, 2))
@@ -134,7 +134,7 @@ def test_robots_that_may_not_change_say_so():
 def test_late_messages_are_the_same_for_crew_and_pilots():
     """Who may decide when depends on the messages alone."""
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
-    teams = [kind(scenario, SHARED, Guidance(scenario), 7) for kind in (Crew, Pilots)]
+    teams = [kind(scenario, SHARED, Guidance(scenario), 7) for kind in (FleetDecider, NavigatorDecider)]
     for step in range(60):
         waits = []
         for team in teams:
@@ -146,7 +146,7 @@ def test_late_messages_are_the_same_for_crew_and_pilots():
 
 def test_what_was_said_is_forgotten_once_all_have_heard_more():
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
-    for kind in (Crew, Pilots):
+    for kind in (FleetDecider, NavigatorDecider):
         team = kind(scenario, SHARED, Guidance(scenario), 7)
         for step in range(200):
             team.decide([0, 1, 2, 3], 0.1 * step)
@@ -157,18 +157,18 @@ def test_what_was_said_is_forgotten_once_all_have_heard_more():
 def test_post_and_watch_are_for_those_who_need_them():
     perfect, guidance = crowd(3, 3.0, 0), Guidance(crowd(3, 3.0, 0))
     late, blurred = replace(perfect, message_delay=0.5), replace(perfect, sight_noise=0.1)
-    assert post_of(perfect, SHARED, 0) is None
-    assert post_of(late, OBSERVED, 0) is None
-    assert watch_of(perfect, OBSERVED, guidance, 0) is None
-    assert watch_of(blurred, SHARED, guidance, 0) is None
-    assert post_of(late, SHARED, 0) is not None
-    assert watch_of(blurred, OBSERVED, guidance, 0) is not None
+    assert messages_of(perfect, SHARED, 0) is None
+    assert messages_of(late, OBSERVED, 0) is None
+    assert sensing_of(perfect, OBSERVED, guidance, 0) is None
+    assert sensing_of(blurred, SHARED, guidance, 0) is None
+    assert messages_of(late, SHARED, 0) is not None
+    assert sensing_of(blurred, OBSERVED, guidance, 0) is not None
 
 
 def test_sight_is_as_late_as_said():
     scenario = replace(crowd(3, 3.0, 0), sight_delay=0.3)
     states = np.zeros((3, 3, 3))
-    watch = Watch(scenario, states, 0)
+    watch = Sensing(scenario, states, 0)
     for step in range(10):
         now = 0.1 * step
         watch.look(states + step, now)
@@ -180,7 +180,7 @@ def test_sight_is_as_late_as_said():
 def test_sight_is_as_inexact_and_as_seldom_as_said():
     scenario = replace(crowd(3, 3.0, 0), sight_noise=0.2, sight_loss=0.25)
     states, errors, fresh = np.zeros((3, 3, 3)), [], []
-    watch = Watch(scenario, states, 0)
+    watch = Sensing(scenario, states, 0)
     for step in range(4000):
         before = watch.seen[0, :, 1].copy()
         watch.look(states, 0.1 * step)
@@ -201,7 +201,7 @@ def test_robots_that_see_badly_pass_each_other(seed):
 
 def test_pilots_watch_as_a_crew_does():
     scenario = replace(crowd(3, 3.0, 2), sight_noise=0.05, sight_delay=0.2, sight_loss=0.3)
-    crew, pilots = (kind(scenario, OBSERVED, Guidance(scenario), 3) for kind in (Crew, Pilots))
+    crew, pilots = (kind(scenario, OBSERVED, Guidance(scenario), 3) for kind in (FleetDecider, NavigatorDecider))
     for step in range(20):
         crew.decide([0, 1, 2], 0.1 * step)
         pilots.decide([0, 1, 2], 0.1 * step)
@@ -213,7 +213,7 @@ def test_pilots_watch_as_a_crew_does():
 @given(state=st.lists(st.floats(-5.0, 5.0), min_size=6, max_size=6))
 def test_forecasts_as_tables(name, state):
     forecast = FORECASTS[name]
-    table = outlook(forecast, 30.0)
+    table = linear_forecast(forecast, 30.0)
     rows = np.array(state).reshape(3, 2)
     path = forecast(ConstantAcceleration(*rows, 0.0), 0.0).path(0.0, 30.0)
     assert np.allclose(table.times, path.times)
@@ -235,8 +235,8 @@ def test_a_forecast_that_is_not_linear_is_no_table():
             place, speed = trajectory.position(now), trajectory.velocity(now)
             return Stationary(place + speed * np.linalg.norm(speed))
 
-    assert outlook(Stopping(), 30.0) is None
-    assert outlook(Curved(), 30.0) is None
+    assert linear_forecast(Stopping(), 30.0) is None
+    assert linear_forecast(Curved(), 30.0) is None
 
 
 def test_robots_with_a_forecast_that_is_no_table_run_too():

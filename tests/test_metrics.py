@@ -328,7 +328,7 @@ def brute(recording: Recording, obstacle: Obstacle, step: float = 1e-5) -> tuple
         j = int(np.argmin(distance))
         if distance[j] < best:
             best, when = float(distance[j]), float(t[j])
-    return best - obstacle.shape.reach - recording.shapes[0].reach, when
+    return best - obstacle.shape.bounding_radius - recording.shapes[0].bounding_radius, when
 
 
 def wild(rng: np.random.Generator, d: int) -> tuple[Trajectory, ...]:

@@ -43,7 +43,7 @@ from slalom.objective import Situation
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.sim.run.plant import drive
-from slalom.tolerances import ADJUSTMENT, COST, KEPT, WORTH
+from slalom.tolerances import ADJUSTMENT, COMMITTED_SLACK, COST_TIE, MIN_IMPROVEMENT
 
 PERIOD = 0.1
 PLANES = (2, 3)
@@ -291,7 +291,7 @@ def test_each_obstacle_counts_until_its_own_horizon() -> None:
     state, far = at(2, 6.0), Goal(Stationary((80.0, 0.0)), 1.0)
     by_name = HorizonByName({"wall": 1.5}, 9.0)
     for rule, expected in ((None, [6.0, 6.0]), (SafeTime(0.5), [2.0, 2.0]), (by_name, [6.0, 1.5])):
-        traffic = replace(robot, horizons=rule).foresee([rock, wall], state, 0.0)
+        traffic = replace(robot, horizons=rule).predict([rock, wall], state, 0.0)
         ends = [traffic.bodies(robot.robot).pieces.times[k, 1] for k in (0, 1)]
         assert ends == pytest.approx(expected)
     assert robot.decide(state, [wall], far).outcome is not Outcome.CLEAR
@@ -338,8 +338,8 @@ def test_who_sees_an_obstacle_that_appears_later(method: str, sees: bool) -> Non
     later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(place, 0.5)] * 2), "later")
     robot = navigator(method=method)
     alone, among = (robot.decide(at(2, speed), others, goal(2)) for others in ([], [later]))
-    assert len(robot.foresee([later], at(2, speed), 0.0).obstacles) == sees
-    assert len(robot.foresee([later], at(2, speed), 1.0).obstacles) == 1
+    assert len(robot.predict([later], at(2, speed), 0.0).obstacles) == sees
+    assert len(robot.predict([later], at(2, speed), 1.0).obstacles) == 1
     assert np.array_equal(alone.manoeuvre.control, among.manoeuvre.control) != sees
     assert among.outcome.safe
 
@@ -460,7 +460,7 @@ def test_nothing_is_hit_while_outcomes_are_safe(d: int, method: str) -> None:
         wholly_safe += len(part.outcomes) == len(recording.outcomes)
         chosen += sum(name == "CONSTRAINED" for (name,) in part.outcomes)
         least = min(closest.clearance for closest in closest_approaches(part))
-        assert least >= -KEPT, f"seed {seed}"
+        assert least >= -COMMITTED_SLACK, f"seed {seed}"
     assert wholly_safe >= 2
     assert chosen >= 8
 
@@ -471,7 +471,7 @@ def test_among_rocks_every_outcome_is_safe(d: int) -> None:
     for seed in range(2):
         recording = random_run(seed, d, "nao", still=True)
         assert {name for (name,) in recording.outcomes} <= {o.name for o in Outcome if o.safe}, f"seed {seed}"
-        assert min(closest.clearance for closest in closest_approaches(recording)) >= -KEPT
+        assert min(closest.clearance for closest in closest_approaches(recording)) >= -COMMITTED_SLACK
 
 
 BOUNDED = (HalfSpace((-1, 0), 0.2),), (HalfSpace((0, 1), 1.0),)
@@ -659,7 +659,7 @@ def wished(robot: Navigator, step: Step, manoeuvre: Manoeuvre, until: float) -> 
 
 def free_again(robot: Navigator, manoeuvre: Manoeuvre) -> float:
     """When a robot has carried out a manoeuvre's control."""
-    return manoeuvre.free_again(robot.period, robot.horizon)
+    return manoeuvre.settled_time(robot.period, robot.horizon)
 
 
 @pytest.mark.parametrize("patience", [0.0, 0.1, 1.0])
@@ -677,7 +677,7 @@ def test_regret_is_what_keeping_may_have_cost(patience: float) -> None:
             assert committed is before.decision.manoeuvre
             best, this = (wished(robot, step, m, until) for m in (fresh.manoeuvre, committed))
             assert before.decision.regret <= step.decision.regret <= patience
-            assert this - best <= patience + COST
+            assert this - best <= patience + COST_TIE
         elif step.decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
             assert step.decision.regret == 0.0
             assert np.array_equal(step.decision.manoeuvre.control, fresh.manoeuvre.control)
@@ -694,10 +694,10 @@ def test_no_response_that_is_left_out_is_better_by_much() -> None:
             alone = replace(robot, holds=(hold,)).decide(step.state, others, goal(2, 30.0), now=step.now)
             if alone.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
                 costs.append(
-                    wished(robot, step, alone.manoeuvre, alone.manoeuvre.free_again(robot.period, robot.horizon))
+                    wished(robot, step, alone.manoeuvre, alone.manoeuvre.settled_time(robot.period, robot.horizon))
                 )
         chosen = wished(robot, step, fresh.manoeuvre, free_again(robot, fresh.manoeuvre))
-        assert chosen <= min(costs) + WORTH * robot.patience + COST
+        assert chosen <= min(costs) + MIN_IMPROVEMENT * robot.patience + COST_TIE
 
 
 def test_patience_saves_adjustments() -> None:

@@ -68,7 +68,7 @@ def test_parts_cover_what_the_shape_says(name):
         covered = shapely.union_all([hull(corners).buffer(radius + GROWN, 64) for corners, radius in shape.parts])
         truth = drawn(shape)
         assert covered.symmetric_difference(truth).area <= 1e-3 * truth.area
-        assert shape.reach + GROWN == pytest.approx(truth.hausdorff_distance(shapely.Point(0, 0)), rel=1e-3)
+        assert shape.bounding_radius + GROWN == pytest.approx(truth.hausdorff_distance(shapely.Point(0, 0)), rel=1e-3)
         for corners, _ in shape.parts:
             # Counter-clockwise and convex.
             assert len(corners) < 3 or shapely.is_ccw(shapely.LinearRing(corners))
@@ -140,7 +140,7 @@ def still(shapes, headings, motions, robot=ROBOT, horizon=4.0):
 
 
 def line(place, speed):
-    return "constant_velocity", {"place": np.array(place), "speed": np.array(speed), "at": 0.0}
+    return "constant_velocity", {"initial_position": np.array(place), "initial_velocity": np.array(speed), "at": 0.0}
 
 
 def test_a_rectangle_passes_at_a_known_distance():

@@ -9,7 +9,7 @@ from killers import Job, begun, kept, recalled, work
 
 from slalom import InvalidInput
 from slalom.sim.sweep.case import Failure
-from slalom.sim.sweep.pool import KILLS, survive, working_with
+from slalom.sim.sweep.pool import KILLS, map_surviving_kills, working_with
 
 
 def jobs(folder: Path, count: int, **killers: tuple[int, float]) -> dict[str, Job]:
@@ -26,7 +26,7 @@ def nothing(items) -> dict[str, str]:
 @pytest.mark.parametrize("count", [1, 2])
 def test_every_item_is_worked_on_once(count: int, tmp_path: Path) -> None:
     items = jobs(tmp_path, 20)
-    results = list(survive(work, items, jobs=count, recall=nothing))
+    results = list(map_surviving_kills(work, items, jobs=count, recall=nothing))
     assert dict(results) == {name: 2 * name for name in items}
     assert len(results) == 20
     assert all(begun(job) == 1 for job in items.values())
@@ -35,7 +35,7 @@ def test_every_item_is_worked_on_once(count: int, tmp_path: Path) -> None:
 def test_a_killed_process_costs_what_it_was_at(tmp_path: Path) -> None:
     """Whoever else was at work is begun again too, as loky ends all; whatever is kept is not."""
     items = jobs(tmp_path, 12, e=(1, 0.0))
-    results = list(survive(kept, items, jobs=2, recall=recalled))
+    results = list(map_surviving_kills(kept, items, jobs=2, recall=recalled))
     assert dict(results) == {name: 2 * name for name in items}
     assert len(results) == 12
     assert begun(items["e"]) == 2
@@ -45,7 +45,7 @@ def test_a_killed_process_costs_what_it_was_at(tmp_path: Path) -> None:
 def test_who_kills_again_and_again_is_named(tmp_path: Path) -> None:
     """And nobody else, although the long one was at work each time that the others were together."""
     items = jobs(tmp_path, 8, a=(99, 0.2), b=(0, 0.6))
-    results = dict(survive(kept, items, jobs=2, recall=recalled))
+    results = dict(map_surviving_kills(kept, items, jobs=2, recall=recalled))
     failure = results.pop("a")
     assert isinstance(failure, Failure)
     assert failure.killed
@@ -56,7 +56,7 @@ def test_who_kills_again_and_again_is_named(tmp_path: Path) -> None:
 
 def test_it_ends_when_everything_kills(tmp_path: Path) -> None:
     items = {name: job._replace(kills=99) for name, job in jobs(tmp_path, 20).items()}
-    results = dict(survive(work, items, jobs=2, recall=nothing))
+    results = dict(map_surviving_kills(work, items, jobs=2, recall=nothing))
     assert set(results) == set(items)
     assert all(isinstance(result, Failure) and result.killed for result in results.values())
     assert {result.reason for result in results.values()} == {
@@ -67,21 +67,21 @@ def test_it_ends_when_everything_kills(tmp_path: Path) -> None:
 
 def test_a_mistake_in_the_work_is_raised(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
-        list(survive(work, {"a": Job("a", str(tmp_path / "none"))}, jobs=2, recall=nothing))
+        list(map_surviving_kills(work, {"a": Job("a", str(tmp_path / "none"))}, jobs=2, recall=nothing))
 
 
 @pytest.mark.parametrize("backend", ["threading", "sequential", "loky", None])
 def test_backends_of_joblib(backend: str | None, tmp_path: Path) -> None:
     items = jobs(tmp_path, 6)
     with working_with(backend):
-        assert dict(survive(work, items, jobs=2, recall=nothing)) == {name: 2 * name for name in items}
+        assert dict(map_surviving_kills(work, items, jobs=2, recall=nothing)) == {name: 2 * name for name in items}
 
 
 def test_what_joblib_is_set_to_is_used(tmp_path: Path) -> None:
     """Threads are in this process: no marks are made for it."""
     items = jobs(tmp_path, 3)
     with parallel_config(backend="threading"), working_with(None):
-        assert dict(survive(work, items, jobs=2, recall=nothing)) == {name: 2 * name for name in items}
+        assert dict(map_surviving_kills(work, items, jobs=2, recall=nothing)) == {name: 2 * name for name in items}
 
 
 @pytest.mark.parametrize(

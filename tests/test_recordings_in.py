@@ -22,7 +22,7 @@ from slalom.io.formats import FORMATS, WRITTEN, read_recording, write_recording
 from slalom.io.recorded import Agent, Tracks
 from slalom.io.tracks import sample_data
 from slalom.sim import Recording, Robot, Scenario, load, simulate
-from slalom.sim.files.recorded_traffic import RADII, Who, crossing, read_recorded
+from slalom.sim.files.recorded_traffic import RADII, AgentSelection, crossing, read_recorded
 from slalom.sim.files.scenario_yaml import files_of
 from slalom.sim.measure.export_tracks import as_tracks
 from slalom.sim.measure.metrics import min_clearance, summary
@@ -197,10 +197,10 @@ def test_how_large_agents_are(tmp_path: Path) -> None:
         "sizes.csv: size of agent 4 not known: radius 0.25 m, as of a pedestrian",
         "sizes.csv: size of agent 5 not known: radius 15 m, as of a van",
     )
-    given = read_recorded(path, Who(radius=0.5))
+    given = read_recorded(path, AgentSelection(radius=0.5))
     assert [o.shape for o in given.obstacles] == [Disc(r) for r in (0.7, 0.5, 0.5, 0.5, 0.5)]
     assert given.notes == ("sizes.csv: radius of agent 1 as in the file, not the 0.5 m given",)
-    assert read_recorded(path, Who(radius=0.7, agents=["1", "2"])).notes == ()
+    assert read_recorded(path, AgentSelection(radius=0.7, agents=["1", "2"])).notes == ()
     space = tmp_path / "space.csv"
     space.write_text("t,id,x,y,z\n0,1,0,0,0\n1,1,1,0,0\n")
     (drone,) = read_recorded(space).obstacles

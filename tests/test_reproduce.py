@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, State, Stationary, Traffic, Velocity
+from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, ObstacleTable, State, Stationary, Velocity
 from slalom.cli import BAD_INPUT, DONE, call
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.limits import admissible_ball
@@ -29,7 +29,7 @@ from slalom.paper import (
 )
 from slalom.paper.controller import RING, Rules, decide, hits, latest_collision, run
 from slalom.paper.entries import ENTRIES
-from slalom.paper.fleet import Fleet
+from slalom.paper.fleet import CarLanes
 from slalom.paper.page import page
 from slalom.paper.titles import TITLES
 from slalom.selection import select
@@ -174,8 +174,8 @@ def test_fleet_sees_what_forecasts_see(method: str, now: float) -> None:
     """Least clearances among all cars are those of the forecasts' own trajectories."""
     cars = build("roundabout_crossing", {"speed": 1.5}, seed=4).obstacles
     forecast = METHODS[method].forecast
-    seen = Traffic([replace(car, trajectory=forecast(car.trajectory, now)) for car in cars], now, 6.0)
-    fleet = Fleet(cars, known=method == "nao").traffic(now, 6.0, START.position)
+    seen = ObstacleTable([replace(car, trajectory=forecast(car.trajectory, now)) for car in cars], now, 6.0)
+    fleet = CarLanes(cars, known=method == "nao").traffic(now, 6.0, START.position)
     controls = np.random.default_rng(1).uniform(-4, 4, (50, 2))
     one, two = (ControlObstacle(controller.RESPONSE, START, t, Disc(1.0)).clearances(controls) for t in (seen, fleet))
     assert np.abs(one - two).max() < 1e-5
@@ -184,7 +184,7 @@ def test_fleet_sees_what_forecasts_see(method: str, now: float) -> None:
 def test_fleet_takes_the_nearest() -> None:
     cars = build("roundabout_crossing", seed=0).obstacles
     place = np.array([3.0, -11.0])
-    seen = Fleet(cars, known=True).traffic(2.0, 3.0, place, 5)
+    seen = CarLanes(cars, known=True).traffic(2.0, 3.0, place, 5)
     distances = sorted(float(np.linalg.norm(car.trajectory.position(2.0) - place)) for car in cars)
     found = sorted(float(np.linalg.norm(car.trajectory.position(2.0) - place)) for car in seen.obstacles)
     assert found == pytest.approx(distances[:5])
@@ -202,7 +202,7 @@ def test_alone_the_robot_drives_straight_to_the_other_side() -> None:
 
 def test_a_free_acceleration_is_kept_and_another_is_not() -> None:
     """The car stands on the straight way, so that straight on is not free and a turn is."""
-    traffic = Fleet([LONE], known=True).traffic(0.0, 6.0, START.position)
+    traffic = CarLanes([LONE], known=True).traffic(0.0, 6.0, START.position)
     wish = np.array([1.0, 0.0])
     turn, straight = np.array([0.5, 1.5]), np.array([0.5, 0.0])
     for keep, present, expected in (
@@ -240,7 +240,7 @@ def test_the_latest_collision_is_not_beaten_by_samples() -> None:
     """A wall of cars that no acceleration passes or escapes."""
     wall = [Obstacle(Disc(1.0), Circular((0.0, 0.0), 24.0, 1e-9, phase=np.pi + 0.08 * k)) for k in range(-2, 3)]
     state = State((-28.0, 0.3), (12.0, 0.0))
-    blocked = ControlObstacle(controller.RESPONSE, state, Traffic(wall, 0.0, 6.0), Disc(1.0))
+    blocked = ControlObstacle(controller.RESPONSE, state, ObstacleTable(wall, 0.0, 6.0), Disc(1.0))
     ball = admissible_ball((0.0, 0.0), 2.0)
     assert not select((0.0, 0.0), ball, blocked).safe
     chosen = latest_collision(np.zeros(2), ball, blocked)
@@ -331,7 +331,7 @@ def test_alarms_on_a_road_known_by_hand() -> None:
 
 def test_nobody_who_follows_the_lanes_collides() -> None:
     """So that every alarm is a false one."""
-    least = claims_road.LANE - claims_road.ROBOT.reach - claims_road.CAR.reach
+    least = claims_road.LANE - claims_road.ROBOT.bounding_radius - claims_road.CAR.bounding_radius
     assert least > 0.0
 
 

@@ -8,13 +8,13 @@ import pytest
 from slalom import METHODS, kernels
 from slalom.sim import gallery, simulate
 from slalom.sim.run import deciding
-from slalom.sim.run.crew import Crew
+from slalom.sim.run.crew import FleetDecider
 from slalom.sim.run.deciding import Tables, one_by_one
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.threads import in_parts
+from slalom.sim.run.threads import map_in_threads
 
 
-class Looking(Crew):
+class Looking(FleetDecider):
     """A crew that keeps what it decides from."""
 
     def _turns(self, due, terms):
@@ -41,8 +41,8 @@ def near(order, seen, fleet):
 @pytest.mark.parametrize(("robots", "side"), [(400, 900.0), (150, 60.0), (30, 10.0)])
 def test_rounds_keep_the_order_of_those_that_could_meet(robots, side):
     found, order = tables(robots, side), np.random.default_rng(1).permutation(robots)
-    seen = kernels.look_around(order, found.fleet, found.answers, found.terms)
-    turn = kernels.round_of(order, seen, found.fleet)
+    seen = kernels.build_cell_list(order, found.fleet, found.answers, found.terms)
+    turn = kernels.independent_rounds(order, seen, found.fleet)
     earlier = np.tri(robots, k=-1, dtype=bool)
     before = np.where(near(order, seen, found.fleet) & earlier, turn[None], -1).max(axis=1)
     np.testing.assert_array_equal(turn, before + 1)
@@ -66,7 +66,7 @@ def test_who_has_to_ask_is_waited_for(share, threads, monkeypatch):
     asked = one_by_one(order, found, lambda k: made.append(k) or f"asked {k}", threads)
     assert sorted(made) == list(range(400))
     assert asked == {k: f"asked {k}" for k in np.flatnonzero(lost).tolist()}
-    seen = kernels.look_around(order, found.fleet, found.answers, found.terms)
+    seen = kernels.build_cell_list(order, found.fleet, found.answers, found.terms)
     when = np.argsort(made)[order]
     earlier = np.tri(400, k=-1, dtype=bool)
     first, second = np.nonzero(near(order, seen, found.fleet) & earlier)
@@ -95,8 +95,8 @@ def test_rounds_have_the_bits_of_one_after_the_other(threads, monkeypatch):
 def test_parts_come_back_in_order_and_none_is_left_running():
     """Whatever happens to the first: the others work on arrays that whoever called owns."""
     rows, done = np.arange(100), []
-    assert in_parts(np.sum, rows, 4, 20) == [part.sum() for part in np.array_split(rows, 4)]
-    assert in_parts(np.sum, rows, 4, 60) == [rows.sum()]
+    assert map_in_threads(np.sum, rows, 4, 20) == [part.sum() for part in np.array_split(rows, 4)]
+    assert map_in_threads(np.sum, rows, 4, 60) == [rows.sum()]
 
     def work(part):
         if part[0] == 0:
@@ -105,5 +105,5 @@ def test_parts_come_back_in_order_and_none_is_left_running():
         done.append(part[0])
 
     with pytest.raises(ArithmeticError):
-        in_parts(work, rows, 4, 20)
+        map_in_threads(work, rows, 4, 20)
     assert sorted(done) == [25, 50, 75]

@@ -18,19 +18,19 @@ from slalom import (
     GaussianError,
     Limits,
     Obstacle,
+    ObstacleTable,
     Polygon,
     Polyline,
     Rectangle,
     Sampled,
     State,
     Stationary,
-    Traffic,
     Union,
     Velocity,
     control_obstacle,
     select,
 )
-from slalom.forecast import AtConstantVelocity, foreseen
+from slalom.forecast import AtConstantVelocity, predicted
 from slalom.trajectory.direction import direction_path
 from slalom.uncertainty import chi_quantile
 
@@ -88,9 +88,9 @@ def test_the_heading_stays_where_a_car_stops():
     for start, end in ((0.0, 4.0), (1.5, 3.5), (2.5, 4.0), (3.2, 3.3)):
         path = car.directions(start, end, 1e-6)
         np.testing.assert_allclose(along(path, np.linspace(start, end, 50))[0], np.tile(diagonal, (50, 1)), atol=1e-9)
-    seen = foreseen(car, AtConstantVelocity(), 3.5)
+    seen = predicted(car, AtConstantVelocity(), 3.5)
     assert seen.heading == pytest.approx(np.pi / 4)
-    assert foreseen(car, AtConstantVelocity(), 1.5).heading == "motion"
+    assert predicted(car, AtConstantVelocity(), 1.5).heading == "motion"
 
 
 @pytest.mark.parametrize("name", served(2))
@@ -102,13 +102,13 @@ def test_bodies_do_not_depend_on_how_traffic_was_asked_for(name):
     state, u = State((0, 0), (1, 0)), np.array([0.4, 0.1])
     for start in (0.0, 3.99, 4.01, 17.3):
         again = Obstacle(shape, path, heading="motion")
-        first = ControlObstacle(Acceleration(), state, Traffic([again], start, 4.0), Disc(0.3))
+        first = ControlObstacle(Acceleration(), state, ObstacleTable([again], start, 4.0), Disc(0.3))
         for before in (start - 7.0, start + 3.0, start):
-            Traffic([again], before, 4.0).bodies(Disc(0.3))
-        second = ControlObstacle(Acceleration(), state, Traffic([again], start, 4.0), Disc(0.3))
+            ObstacleTable([again], before, 4.0).bodies(Disc(0.3))
+        second = ControlObstacle(Acceleration(), state, ObstacleTable([again], start, 4.0), Disc(0.3))
         assert first.clearance(u) == second.clearance(u)
         fresh = Obstacle(shape, path, heading="motion")
-        third = ControlObstacle(Acceleration(), state, Traffic([fresh], start, 4.0), Disc(0.3))
+        third = ControlObstacle(Acceleration(), state, ObstacleTable([fresh], start, 4.0), Disc(0.3))
         assert first.clearance(u) == third.clearance(u)
 
 
@@ -116,7 +116,7 @@ def test_each_obstacle_may_have_its_own_horizon():
     near, far = (Obstacle(Disc(0.5), ConstantVelocity((x, 0), (-1, 0))) for x in (5.0, 9.0))
     state = State((0, 0), (1, 0))
     for until, blocked in (((6.0, 6.0), [True, True]), ((2.0, 6.0), [False, True]), ((6.0, 3.0), [True, False])):
-        traffic = Traffic([near, far], 0.0, 6.0, until)
+        traffic = ObstacleTable([near, far], 0.0, 6.0, until)
         times = ControlObstacle(Velocity(), state, traffic, Disc(0.5)).times_to_collision((1.0, 0.0))
         assert list(np.isfinite(times)) == blocked
 

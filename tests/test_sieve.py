@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from slalom.kernels.guidance.early_rejection import coarsen, listed, may_join, may_meet, room_for, side_by_side
+from slalom.kernels.guidance.early_rejection import (
+    listed,
+    may_encounter,
+    may_enter_circle,
+    room_for,
+    structure_of_arrays,
+    to_single_precision,
+)
 
 SIZES = st.integers(1, 70)
 
@@ -18,9 +25,9 @@ def crowd(n, size, seed, far=0.0, slow=(0.2, 0.2, 0.3, 0.1, 0.1, 0.1)):
     # Some rest, and some by rounding only.
     velocity[:, :2] = rng.uniform(-2.0, 2.0, (n, 2)) * rng.choice([1.0, 1.0, 1.0, 0.0, 1e-17, 1e-25], (n, 1), p=slow)
     present = rng.random(n) < 0.9
-    rows = side_by_side(position, velocity, rng.uniform(0.1, 2.0, n), present)
+    rows = structure_of_arrays(position, velocity, rng.uniform(0.1, 2.0, n), present)
     coarse, maybe, words, which = room_for(n)
-    off = coarsen(rows, far, -far, coarse)
+    off = to_single_precision(rows, far, -far, coarse)
     return rows, present, (coarse, off, maybe), lambda: list(which[: listed(maybe, words, which)])
 
 
@@ -50,7 +57,7 @@ def those_that_join(rows, present, ring):
 def test_all_that_come_near_come_through(n, size, seed, closer, end):
     rows, present, sieve, found = crowd(n, size, seed)
     place, velocity, reach = rows[:2, 0].copy(), np.array([1.0, -0.5]), rows[4, -1] if present[-1] else 0.3
-    may_meet(*place, *velocity, reach, end, closer, *sieve)
+    may_encounter(*place, *velocity, reach, end, closer, *sieve)
     assert set(those_met(rows, present, place, velocity, reach, end, closer)) <= set(found())
     assert present[found()].all()
 
@@ -59,7 +66,7 @@ def test_all_that_come_near_come_through(n, size, seed, closer, end):
 def test_all_that_join_a_ring_come_through(n, size, seed, radius):
     rows, present, sieve, found = crowd(n, size, seed)
     ring = np.array([0.3 * size, -0.1 * size, radius, 1.0])
-    may_join(ring, 0.0, 0.0, sieve[0], sieve[1][0], sieve[2])
+    may_enter_circle(ring, 0.0, 0.0, sieve[0], sieve[1][0], sieve[2])
     assert set(those_that_join(rows, present, ring)) <= set(found())
     assert present[found()].all()
 
@@ -71,8 +78,8 @@ def test_few_come_through_for_nothing(far):
     own = np.array([far, -far])
     for k in range(0, 3000, 100):
         place, velocity = rows[:2, k].copy(), np.array([1.2, 0.9])
-        may_meet(*(place - own), *velocity, 0.5, 300.0, 1.3, *sieve)
+        may_encounter(*(place - own), *velocity, 0.5, 300.0, 1.3, *sieve)
         assert len(found()) <= 1.05 * len(those_met(rows, present, place, velocity, 0.5, 300.0, 1.3)) + 2
         ring = np.array([*place, 10.0, 1.0])
-        may_join(ring, far, -far, sieve[0], sieve[1][0], sieve[2])
+        may_enter_circle(ring, far, -far, sieve[0], sieve[1][0], sieve[2])
         assert len(found()) <= 1.05 * len(those_that_join(rows, present, ring)) + 2

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, State, kernels
-from slalom.kernels.decision.encounters import in_reach, place_at
-from slalom.kernels.decision.neighbours import around, reachable, who_is_met
+from slalom.kernels.decision.encounters import in_reach, state_on_path
+from slalom.kernels.decision.neighbours import neighbours_in_cells, reachable_balls, reachable_neighbours
 from slalom.kernels.decision.tables import WINDOWS
 from slalom.sim import gallery
-from slalom.sim.run.crew import Crew
+from slalom.sim.run.crew import FleetDecider
 from slalom.sim.run.guidance import Guidance
 
 
-class Watched(Crew):
+class Watched(FleetDecider):
     """A crew that keeps what it looked at."""
 
     def _turns(self, due, terms):
@@ -50,7 +50,7 @@ def test_balls_hold_all_that_a_robot_may_do(name, scenario, settings):
     middle, spread = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
     navigator = crew.scenario.navigator(crew.method, 0)
     for i in some[:6]:
-        reachable(i, fleet, answers, terms, middle, spread)
+        reachable_balls(i, fleet, answers, terms, middle, spread)
         state = crew_state(crew, i)
         responses = crew.method.responses(crew.scenario.robots[i].limits, crew.period, crew.scenario.holds)
         for r, response in enumerate(responses):
@@ -58,7 +58,7 @@ def test_balls_hold_all_that_a_robot_may_do(name, scenario, settings):
             tried = admissible.centers[0] + rng.uniform(-1, 1, (400, d)) * admissible.radii[0]
             tried = tried[admissible.contains(tried)]
             assert len(tried)
-            own = state.velocity if answers.aim[r, 0] == 0.0 else state.acceleration
+            own = state.velocity if answers.settled_velocity[r, 0] == 0.0 else state.acceleration
             for share in {1.0, terms.share}:
                 for t in rng.uniform(0.0, terms.horizon, 20):
                     places = response.position(state, t)(own + (tried - own) / share)
@@ -69,7 +69,7 @@ def test_balls_hold_all_that_a_robot_may_do(name, scenario, settings):
 
 def crew_state(crew, i):
     d, fleet = crew.scenario.dimension, crew.fleet
-    return State(fleet.position[i, :d], fleet.velocity[i, :d], fleet.push[i, :d])
+    return State(fleet.position[i, :d], fleet.velocity[i, :d], fleet.acceleration[i, :d])
 
 
 @pytest.mark.parametrize(("name", "scenario", "settings"), CREWS)
@@ -78,21 +78,21 @@ def test_who_is_left_out_stays_away(name, scenario, settings):
     crew = started(name, scenario, settings)
     some, terms = crew.looked
     fleet, answers = crew.fleet, crew.answers
-    seen = kernels.look_around(some, fleet, answers, terms)
+    seen = kernels.build_cell_list(some, fleet, answers, terms)
     place, speed, left = np.empty(3), np.empty(3), 0
     for i in some:
         everybody = np.delete(np.arange(len(fleet.radius)), i)
         near = in_reach(i, everybody, fleet, terms)
-        np.testing.assert_array_equal(np.sort(in_reach(i, around(i, fleet, seen), fleet, terms)), near)
-        balls = seen.middle[i], seen.spread[i]
-        met = np.sort(who_is_met(i, around(i, fleet, seen), *balls, fleet, terms))
-        np.testing.assert_array_equal(who_is_met(i, everybody, *balls, fleet, terms), met)
-        middle, spread = seen.middle[i], seen.spread[i]
+        np.testing.assert_array_equal(np.sort(in_reach(i, neighbours_in_cells(i, fleet, seen), fleet, terms)), near)
+        balls = seen.reachable_centers[i], seen.reachable_radii[i]
+        met = np.sort(reachable_neighbours(i, neighbours_in_cells(i, fleet, seen), *balls, fleet, terms))
+        np.testing.assert_array_equal(reachable_neighbours(i, everybody, *balls, fleet, terms), met)
+        middle, spread = seen.reachable_centers[i], seen.reachable_radii[i]
         for k in np.setdiff1d(everybody, met):
             left += 1
             touch = fleet.radius[i] + fleet.radius[k] + terms.margin
             for t in np.linspace(0.0, terms.horizon, 61):
-                place_at(fleet.seen_begin, fleet.seen_points, k, terms.now + t, place, speed)
+                state_on_path(fleet.observed_times, fleet.observed_points, k, terms.now + t, place, speed)
                 for w in range(WINDOWS):
                     if w <= t / terms.horizon * WINDOWS <= w + 1:
                         assert np.linalg.norm(place - middle[w]) > touch + spread[w]

@@ -311,7 +311,13 @@ def clearest_and_many() -> Found:
     blocked, _, _ = blocked_in(2)
     states = np.random.default_rng(3).normal(size=(200, 2, 2)) * 3.0
     many = slalom.select_many(
-        np.zeros((200, 2)), states, blocked.response, slalom.Limits(4.0, 3.0), blocked.traffic, blocked.robot, threads=2
+        np.zeros((200, 2)),
+        states,
+        blocked.response,
+        slalom.Limits(4.0, 3.0),
+        blocked.obstacles,
+        blocked.robot,
+        threads=2,
     )
     return {"clearest and many": digest(*found, many.controls, " ".join(s.name for s in many.statuses))}
 

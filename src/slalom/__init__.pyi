@@ -73,7 +73,7 @@ from .objective import (
     preferred_control as preferred_control,
 )
 from .obstacle import Obstacle as Obstacle
-from .obstacle_table import Traffic as Traffic
+from .obstacle_table import ObstacleTable as ObstacleTable
 from .response import (
     AccelerateThenBrake as AccelerateThenBrake,
     AccelerateThenCoast as AccelerateThenCoast,
@@ -85,7 +85,7 @@ from .response import (
     Velocity as Velocity,
     advance as advance,
 )
-from .response.sequence import AccelerateInTurn as AccelerateInTurn
+from .response.sequence import AccelerationSequence as AccelerationSequence
 from .selection import (
     Choice as Choice,
     Choices as Choices,

@@ -18,11 +18,11 @@ from slalom.kernels.arrays import MaybeHulls
 from slalom.minkowski import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import Bodies
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.path import hermite
-from slalom.relative_motion import Segments
+from slalom.relative_motion import RelativeMotion
 from slalom.response import Response
-from slalom.response.time_invariant import FromVelocity
+from slalom.response.time_invariant import TimeInvariant
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import BOUNDARY, CONTACT
@@ -88,16 +88,16 @@ class ControlObstacle:
 
     response: Response
     state: State
-    traffic: Traffic
+    obstacles: ObstacleTable
     robot: Shape
     margin: float | Array = 0.0
     horizon: float = 0.0
 
     def __post_init__(self) -> None:
-        horizon = self.horizon or self.traffic.horizon
-        if positive(horizon, "horizon") > self.traffic.horizon:
+        horizon = self.horizon or self.obstacles.horizon
+        if positive(horizon, "horizon") > self.obstacles.horizon:
             raise InvalidInput(
-                f"horizon: expected at most the traffic's {self.traffic.horizon:g} s, found {horizon:g} s"
+                f"horizon: expected at most the traffic's {self.obstacles.horizon:g} s, found {horizon:g} s"
             )
         object.__setattr__(self, "horizon", horizon)
         if isinstance(self.margin, float):
@@ -105,7 +105,7 @@ class ControlObstacle:
         else:
             least = float(np.min(array(self.margin, "margin"), initial=np.inf))
             not_negative(min(least, 0.0), "margin")
-        for what, dimension in (("robot", self.robot.dimension), ("obstacles", self.traffic.dimension)):
+        for what, dimension in (("robot", self.robot.dimension), ("obstacles", self.obstacles.dimension)):
             if dimension not in (None, self.dimension):
                 raise InvalidInput(f"{what}: expected dimension {self.dimension} as of the state, found {dimension}")
 
@@ -116,12 +116,12 @@ class ControlObstacle:
 
     @cached_property
     def _bodies(self) -> Bodies:
-        return self.traffic.bodies(self.robot)
+        return self.obstacles.bodies(self.robot)
 
     @cached_property
-    def _gaps(self) -> Array:
+    def _distances(self) -> Array:
         """The distance of each body now, its radius not taken off [m], inf if it is not there: (b,)."""
-        return self.traffic.distances(self.robot, self.state.position)[0]
+        return self.obstacles.distances(self.robot, self.state.position)[0]
 
     @cached_property
     def _kept(self) -> tuple[Array, bool]:
@@ -129,11 +129,11 @@ class ControlObstacle:
 
         Contact is not overlap: from an obstacle that it is within TOUCHING of, the robot may still move away.
         """
-        margin, around = self.margin, self._bodies.around
+        margin, around = self.margin, self._bodies.radius
         if not isinstance(margin, float):
             each = np.asarray(margin)
             margin = each[self._bodies.owner] if each.ndim else each
-        return kernels.kept_radii(self._gaps, around + margin)
+        return kernels.kept_radii(self._distances, around + margin)
 
     @property
     def _radii(self) -> Array:
@@ -145,8 +145,8 @@ class ControlObstacle:
 
         At least 0 where the robot touches the obstacle, see TOUCHING.
         """
-        clearances = np.full(len(self.traffic.obstacles), np.inf)
-        np.minimum.at(clearances, self._bodies.owner, self._gaps - self._radii)
+        clearances = np.full(len(self.obstacles.obstacles), np.inf)
+        np.minimum.at(clearances, self._bodies.owner, self._distances - self._radii)
         return clearances
 
     @cached_property
@@ -159,37 +159,37 @@ class ControlObstacle:
         """Whether the robot (with its margin) overlaps any obstacle now."""
         return self._kept[1]
 
-    def way_out(self, index: int) -> Array:
+    def escape_direction(self, index: int) -> Array:
         """The unit vector (d,) along which the robot gets away soonest from the part of an obstacle that is nearest.
 
         For a robot inside it, the shortest way out. On top of a point every direction is as good.
         """
         bodies = np.flatnonzero(self._bodies.owner == index)
-        nearest = bodies[int(np.argmin(self._gaps[bodies] - self._radii[bodies]))]
-        return np.asarray(-self.traffic.distances(self.robot, self.state.position)[1][nearest])
+        nearest = bodies[int(np.argmin(self._distances[bodies] - self._radii[bodies]))]
+        return np.asarray(-self.obstacles.distances(self.robot, self.state.position)[1][nearest])
 
     @cached_property
-    def segments(self) -> Segments:
+    def segments(self) -> RelativeMotion:
         """The relative motion that everything else is computed from."""
         state, bodies = self.state, self._bodies
         rows = bodies.pieces
         knots, drift, gain = response_pieces(self.response, state, self.horizon)
         begin, end, points, gains, radius, growth, turned, reach, owner, hull = kernels.segments_of(
             *rows, knots, drift, gain, self.horizon, self.response.interpolation_error,
-            self._radii, bodies.spread, bodies.owner, bodies.hull,
+            self._radii, bodies.hull_radius, bodies.owner, bodies.hull,
         )  # fmt: skip
         if not bodies.turning:
-            turned = np.ascontiguousarray(_ahead(len(begin))) if bodies.solid else _ahead(len(begin))
-        return Segments(
+            turned = np.ascontiguousarray(_ahead(len(begin))) if bodies.has_hulls else _ahead(len(begin))
+        return RelativeMotion(
             begin, end, points, gains, radius, reach, owner, hull, turned, bodies.corners, bodies.first, growth,
-            bodies.mixed,
+            bodies.unordered,
         )  # fmt: skip
 
     @cached_property
     def table(self) -> "tuple[Array, Array, Array, Array, Array, MaybeHulls]":
         """Of the segments: points, gains, radius, growth, reach, hulls, as kernels take them."""
         s = self.segments
-        return s.points, s.gains, s.radius, s.growth, s.reach, s.hulls if self._bodies.solid else ()
+        return s.points, s.gains, s.radius, s.growth, s.bounding_radius, s.hulls if self._bodies.has_hulls else ()
 
     def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
         u = vectors(controls, "controls", self.dimension)
@@ -204,9 +204,9 @@ class ControlObstacle:
         CLEARANCE, below it by at most CERTIFIED, and by TOUCHING more where the robot touches the obstacle already.
         """
         flat, shape = self._controls(controls)
-        s, count = self.segments, len(self.traffic.obstacles)
+        s, count = self.segments, len(self.obstacles.obstacles)
         found = kernels.least_clearances(*self.table, s.owner, count, flat)
-        return found.reshape(*shape, len(self.traffic.obstacles))
+        return found.reshape(*shape, len(self.obstacles.obstacles))
 
     def clearance(self, controls: npt.ArrayLike) -> Array:
         """The least of `clearances`: (...) [m]; inf without obstacles."""
@@ -219,9 +219,9 @@ class ControlObstacle:
     def times_to_collision(self, controls: npt.ArrayLike) -> Array:
         """Time of the first contact for controls (..., d) with each obstacle: (..., n) [s], inf if there is none."""
         flat, shape = self._controls(controls)
-        s, count = self.segments, len(self.traffic.obstacles)
+        s, count = self.segments, len(self.obstacles.obstacles)
         found = kernels.contact_times(s.begin, s.end, *self.table, s.owner, count, flat)
-        return found.reshape(*shape, len(self.traffic.obstacles))
+        return found.reshape(*shape, len(self.obstacles.obstacles))
 
     def time_to_collision(self, controls: npt.ArrayLike) -> Array:
         """The least of `times_to_collision`: (...) [s]."""
@@ -235,11 +235,11 @@ class ControlObstacle:
         """
         if not 0.0 < number(t, "t") <= self.horizon:
             raise InvalidInput(f"t: expected a time in (0, {self.horizon:g}] s, found {t:g} s")
-        now = self.traffic.start + t
+        now = self.obstacles.start + t
         image = self.response.position(self.state, t)
         corners, radii, owners = [], [], []
-        margin = np.broadcast_to(np.asarray(self.margin), (len(self.traffic.obstacles),))
-        for index, obstacle in enumerate(self.traffic.obstacles):
+        margin = np.broadcast_to(np.asarray(self.margin), (len(self.obstacles.obstacles),))
+        for index, obstacle in enumerate(self.obstacles.obstacles):
             if not obstacle.exists(now):
                 continue
             unsure = obstacle.uncertainty
@@ -265,7 +265,7 @@ class ControlObstacle:
         middle, size = self._window(center, radius)
         regions = boundary(
             self.segments,
-            len(self.traffic.obstacles),
+            len(self.obstacles.obstacles),
             lambda controls: np.isfinite(self.times_to_collision(controls)),
             middle,
             size,
@@ -298,7 +298,7 @@ def response_pieces(response: Response, state: State, horizon: float) -> tuple[A
     """The position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) and gain (m, 4)."""
     # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
     reach = 2.0 * sqrt(state.velocity.dot(state.velocity)) + 100.0
-    if isinstance(response, FromVelocity):
+    if isinstance(response, TimeInvariant):
         return response.pieces(state, horizon, reach)
     knots = response.knots(horizon, reach)
     position, velocity = response.position(state, knots), response.velocity(state, knots)
@@ -317,4 +317,4 @@ def control_obstacle(
     margin: float = 0.0,
 ) -> ControlObstacle:
     """The control obstacle of `obstacles` from absolute time `start` [s], for a single decision."""
-    return ControlObstacle(response, state, Traffic(obstacles, start, horizon), robot, margin)
+    return ControlObstacle(response, state, ObstacleTable(obstacles, start, horizon), robot, margin)

@@ -11,13 +11,13 @@ from slalom.decision import Decision, Outcome
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.selection import select
 from slalom.shape import Shape
 
 
-def delay(
-    situations: Sequence[Situation], wishes: Sequence[Array], robot: Shape, period: float, traffic: Traffic
+def latest_collision(
+    situations: Sequence[Situation], wishes: Sequence[Array], robot: Shape, period: float, traffic: ObstacleTable
 ) -> Decision:
     """The latest collision; among equals (within one `period` [s]) the least impact speed.
 
@@ -39,7 +39,7 @@ def delay(
             options.append((low, speed, Manoeuvre(s.response, s.state, control, s.now), preferred, blocked))
     latest = max((option[0] for option in options), default=0.0)
     if latest < period:
-        return soften(situations[0], robot, period, traffic)
+        return least_impact(situations[0], robot, period, traffic)
     equal = [option for option in options if option[0] >= latest - period]
     _, _, manoeuvre, preferred, blocked = min(equal, key=lambda option: option[1])
     return Decision(manoeuvre, Outcome.DELAYED, preferred, blocked)
@@ -52,16 +52,16 @@ def impact_speed(blocked: ControlObstacle, control: Array) -> float:
     if not np.isfinite(times[first]):
         return 0.0
     own = blocked.response.velocity(blocked.state, times[first])(control)
-    other = blocked.traffic.obstacles[first].trajectory.velocity(blocked.traffic.start + float(times[first]))
+    other = blocked.obstacles.obstacles[first].trajectory.velocity(blocked.obstacles.start + float(times[first]))
     return float(np.linalg.norm(own - other))
 
 
-def soften(s: Situation, robot: Shape, period: float, traffic: Traffic) -> Decision:
+def least_impact(s: Situation, robot: Shape, period: float, traffic: ObstacleTable) -> Decision:
     """A collision within this period: approach the velocity of what will be hit first."""
     blocked = ControlObstacle(s.response, s.state, traffic, robot)
     times = blocked.times_to_collision(np.zeros(s.state.dimension))
     preferred, outcome = np.zeros(s.state.dimension), Outcome.INADMISSIBLE
-    alone = ControlObstacle(s.response, s.state, Traffic((), s.now, s.horizon), robot)
+    alone = ControlObstacle(s.response, s.state, ObstacleTable((), s.now, s.horizon), robot)
     if select(preferred, s.admissible, alone).safe:
         outcome = Outcome.IMPACT
     if np.any(np.isfinite(times)):
@@ -74,8 +74,8 @@ def soften(s: Situation, robot: Shape, period: float, traffic: Traffic) -> Decis
 
 def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) -> Decision:
     """Apart from what is overlapped, as fast as the limits allow, and clear of everything else if possible."""
-    overlapped = [blocked.traffic.obstacles[index].trajectory for index in blocked.overlapping]
-    aways = [blocked.way_out(int(index)) for index in blocked.overlapping]
+    overlapped = [blocked.obstacles.obstacles[index].trajectory for index in blocked.overlapping]
+    aways = [blocked.escape_direction(int(index)) for index in blocked.overlapping]
     away = np.mean(aways, axis=0)
     if np.linalg.norm(away) < 1e-6:
         # Squeezed from opposite sides: out sideways, where both grow more distant.
@@ -84,7 +84,7 @@ def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) 
     carried = np.mean([trajectory.velocity(s.now) for trajectory in overlapped], axis=0)
     wanted = carried + s.limits.max_speed * away / np.linalg.norm(away)
     preferred = s.response.velocity(s.state, period).inverse(wanted)
-    others = [o for i, o in enumerate(blocked.traffic.obstacles) if i not in blocked.overlapping]
+    others = [o for i, o in enumerate(blocked.obstacles.obstacles) if i not in blocked.overlapping]
     manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, others), s.now)
     return Decision(manoeuvre, Outcome.ESCAPING, preferred, blocked)
 
@@ -92,7 +92,7 @@ def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) 
 def nearest(preferred: Array, s: Situation, robot: Shape, others: Sequence[Obstacle]) -> Array:
     """The admissible control nearest to `preferred`, clear of `others` if possible; a compromise if none is."""
     for avoided in (others, ()):
-        blocked = ControlObstacle(s.response, s.state, Traffic(avoided, s.now, s.horizon), robot)
+        blocked = ControlObstacle(s.response, s.state, ObstacleTable(avoided, s.now, s.horizon), robot)
         choice = select(preferred, s.admissible, blocked)
         if choice.control is not None:
             return choice.control

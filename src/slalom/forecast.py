@@ -149,11 +149,11 @@ class FromPast:
 
     rule: Forecast
     seconds: float = 0.5
-    doubt: float = 0.0
+    growth: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self.seconds, "seconds")
-        not_negative(self.doubt, "doubt")
+        not_negative(self.growth, "doubt")
         if self.rule.foresees or isinstance(self.rule, Present):
             raise InvalidInput(f"rule: expected a forecast from what is seen, found {self.rule}")
 
@@ -199,9 +199,9 @@ FORECASTS: Final[dict[str, Forecast]] = {
 FORESIGHTS: Final[dict[str, Forecast]] = {
     "recorded": Known(),
     "present": Present(),
-    "observed": FromPast(AcceleratingBriefly(1.0), doubt=0.1),
-    "observed_velocity": FromPast(AtConstantVelocity(), doubt=0.2),
-    "observed_turn": FromPast(AtConstantTurn(), doubt=0.1),
+    "observed": FromPast(AcceleratingBriefly(1.0), growth=0.1),
+    "observed_velocity": FromPast(AtConstantVelocity(), growth=0.2),
+    "observed_turn": FromPast(AtConstantTurn(), growth=0.1),
 }
 """Levels of foresight: the futures of all, also of who will appear; the futures of those who are there; and what was
 seen until now, with accelerations that last a second, with constant velocity, or on circles. The doubts were tuned on
@@ -213,7 +213,7 @@ def foresight_of(forecast: Forecast) -> str:
     return "recorded" if forecast.foresees else "present" if isinstance(forecast, Present) else "observed"
 
 
-def foreseen(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
+def predicted(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
     """The obstacle as a forecast sees it at `now` [s]; the same object if the forecast changes nothing.
 
     One that is seen at rest keeps the heading that it stopped with.
@@ -221,9 +221,9 @@ def foreseen(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
     trajectory = forecast(obstacle.trajectory, now)
     if trajectory is obstacle.trajectory:
         return obstacle
-    if isinstance(forecast, FromPast) and forecast.doubt and obstacle.uncertainty is None:
+    if isinstance(forecast, FromPast) and forecast.growth and obstacle.uncertainty is None:
         speed = float(np.linalg.norm(trajectory.velocity(now)))
-        obstacle = replace(obstacle, uncertainty=BoundedError(velocity=forecast.doubt * speed))
+        obstacle = replace(obstacle, uncertainty=BoundedError(velocity=forecast.growth * speed))
     if obstacle.turns and not np.any(trajectory.velocity(now)) and not np.any(trajectory.acceleration(now)):
         x, y = obstacle.direction(now)
         return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))

@@ -82,7 +82,7 @@ class Manoeuvre:
         change = self.velocity(now + duration) - self.velocity(now)
         return np.asarray(change / duration)
 
-    def free_again(self, period: float, horizon: float) -> float:
+    def settled_time(self, period: float, horizon: float) -> float:
         """When its control has been carried out, if at the earliest one period after its start: absolute time [s]."""
         return self.start + max(period, self.response.settled(horizon))
 
@@ -101,8 +101,8 @@ class Continuation:
 
     manoeuvre: Manoeuvre
     now: float
-    off_place: Array
-    off_speed: Array
+    position_error: Array
+    velocity_error: Array
 
     @property
     def interpolation_error(self) -> float:
@@ -114,12 +114,12 @@ class Continuation:
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
         time = np.asarray(t, dtype=np.float64)
-        drift = self.manoeuvre.position(self.now + time) + self.off_place + time[..., None] * self.off_speed
+        drift = self.manoeuvre.position(self.now + time) + self.position_error + time[..., None] * self.velocity_error
         return Affine(drift, np.zeros_like(time))
 
     def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
         time = np.asarray(t, dtype=np.float64)
-        return Affine(self.manoeuvre.velocity(self.now + time) + self.off_speed, np.zeros_like(time))
+        return Affine(self.manoeuvre.velocity(self.now + time) + self.velocity_error, np.zeros_like(time))
 
     def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
         time = np.asarray(t, dtype=np.float64)

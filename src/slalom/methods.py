@@ -57,12 +57,12 @@ class Method:
     forecast: Forecast
     sentence: str
     source: str
-    of_robots: Forecast = field(default_factory=AtConstantVelocity)
-    among: Responses | None = None
+    robot_forecast: Forecast = field(default_factory=AtConstantVelocity)
+    responses_among: Responses | None = None
     share: float = 1.0
     regain: float | None = None
     shared: bool = False
-    ahead: bool = False
+    looks_ahead: bool = False
 
     @property
     def foresight(self) -> str:
@@ -72,7 +72,7 @@ class Method:
     @property
     def foresight_among(self) -> str:
         """What robots that meet each other know of each other: published manoeuvres, or what is observed."""
-        return "published" if self.shared else foresight_of(self.of_robots)
+        return "published" if self.shared else foresight_of(self.robot_forecast)
 
     def seeing(self, foresight: str) -> "Method":
         """The method with another level of foresight. Raises InvalidInput for one that there is not."""
@@ -81,7 +81,7 @@ class Method:
 
     def among_robots(self) -> "Method":
         """The method of robots that meet each other."""
-        return self if self.among is None else replace(self, responses=self.among)
+        return self if self.responses_among is None else replace(self, responses=self.responses_among)
 
 
 def _velocity(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
@@ -151,8 +151,8 @@ METHODS: Final[dict[str, Method]] = {
             AtConstantAcceleration(),
             "Acceleration obstacle: a new acceleration; obstacles keep theirs.",
             "Stern and Shiller, arXiv:2504.13637 and arXiv:2506.06255, 2025",
-            of_robots=AtConstantAcceleration(),
-            among=_braking,
+            robot_forecast=AtConstantAcceleration(),
+            responses_among=_braking,
         ),
         Method(
             "nao",
@@ -160,8 +160,8 @@ METHODS: Final[dict[str, Method]] = {
             Known(),
             "Nonlinear acceleration obstacle: a new acceleration; obstacles follow known trajectories.",
             "Stern and Shiller, arXiv:2506.06255, 2025",
-            of_robots=AcceleratingBriefly(0.1),
-            among=_braking,
+            robot_forecast=AcceleratingBriefly(0.1),
+            responses_among=_braking,
             share=0.5,
             regain=1.0,
         ),
@@ -171,7 +171,7 @@ METHODS: Final[dict[str, Method]] = {
             Known(),
             "As nao, and looks ahead: accelerate now, then otherwise, then otherwise again. One robot among obstacles.",
             "Sequences: docs/theory.md, 18; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
-            ahead=True,
+            looks_ahead=True,
         ),
         Method(
             "nao_shared",
@@ -179,7 +179,7 @@ METHODS: Final[dict[str, Method]] = {
             Known(),
             "As nao, and robots publish manoeuvres that end at rest, each of which avoids all published before it.",
             "The guarantee: docs/theory.md, 16; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
-            of_robots=Known(),
+            robot_forecast=Known(),
             shared=True,
         ),
     )

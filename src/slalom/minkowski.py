@@ -21,9 +21,9 @@ class Grown(NamedTuple):
     offsets: Array  # (b, d) [m] the body's origin from the obstacle's position
     counts: Indices  # (b,) corners
     corners: Array  # (c, 5) [m] from the body's origin, see `segments.Segments`
-    around: Array  # (b,) [m] radius
-    spread: Array  # (b,) [m] the largest distance of a corner from the body's origin
-    mixed: Flags  # (b,)
+    radius: Array  # (b,) [m] radius
+    hull_radius: Array  # (b,) [m] the largest distance of a corner from the body's origin
+    unordered: Flags  # (b,)
 
 
 def grown(obstacle: Obstacle, robot: Shape) -> Grown:

@@ -9,20 +9,20 @@ from slalom.checks import has, not_negative, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidInput
-from slalom.fallback import delay, escape
-from slalom.forecast import foreseen
+from slalom.fallback import escape, latest_collision
+from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.horizon import Horizon
 from slalom.limits import Limits
 from slalom.methods import HOLDS, Method
 from slalom.objective import Arrive, Objective, Situation, preferred_control
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
-from slalom.proposals import Proposal, Scene, Wish
+from slalom.obstacle_table import ObstacleTable
+from slalom.proposals import Candidate, DecisionProblem, Proposal
 from slalom.response import Response
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import ADMISSIBLE, COST, KEPT, TOUCHING, WORTH
+from slalom.tolerances import ADMISSIBLE, COMMITTED_SLACK, CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Navigator:
             raise InvalidInput(
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
-        traffic = self.foresee(obstacles, state, now)
+        traffic = self.predict(obstacles, state, now)
         responses = self.method.responses(self.limits, self.period, self.holds)
         if self._too_fast(state):
             # Held long, a weak push would obey the limit in the end; the speed must come down now.
@@ -101,66 +101,68 @@ class Navigator:
         bare = ControlObstacle(situations[0].response, state, traffic, self.robot)
         if len(bare.overlapping):
             return escape(situations[0], self.robot, self.period, bare)
-        margins = np.clip(bare.initial_clearances - TOUCHING, 0.0, self.margin)
-        scene = Scene(situations, traffic, self.robot, margins, self.margin, self.period, self.objective, self.detours)
+        margins = np.clip(bare.initial_clearances - CONTACT_SLACK, 0.0, self.margin)
+        scene = DecisionProblem(
+            situations, traffic, self.robot, margins, self.margin, self.period, self.objective, self.detours
+        )
         best = self._best(scene, previous)
         if isinstance(best, Decision):
             return best
         if best is not None:
             return Decision(best.manoeuvre, best.outcome, best.preferred, best.blocked)
-        if previous is not None and self._goes_on(scene, previous):
-            return self._on(scene, previous, Outcome.CONTINUED, previous.regret)
+        if previous is not None and self._committed_is_clear(scene, previous):
+            return self._continue(scene, previous, Outcome.CONTINUED, previous.regret)
         wishes = [preferred_control(self.objective.aims(s)) for s in situations]
         squeezed = [scene.propose(s, wish, 0.0) for s, wish in zip(situations, wishes)]
         softer = min((p for p in squeezed if p is not None), key=lambda p: p.cost, default=None)
         if softer is not None:
             return Decision(softer.manoeuvre, Outcome.SQUEEZED, softer.preferred, softer.blocked)
-        return delay(situations, wishes, self.robot, self.period, traffic)
+        return latest_collision(situations, wishes, self.robot, self.period, traffic)
 
-    def foresee(self, obstacles: Sequence[Obstacle], state: State, now: float) -> Traffic:
+    def predict(self, obstacles: Sequence[Obstacle], state: State, now: float) -> ObstacleTable:
         """The obstacles as the method's forecast sees them at `now`.
 
         An obstacle that does not exist yet is seen only by a forecast that foresees.
         """
         forecast = self.method.forecast
         seen = [
-            foreseen(obstacle, forecast, now) for obstacle in obstacles if forecast.foresees or obstacle.exists(now)
+            predicted(obstacle, forecast, now) for obstacle in obstacles if forecast.foresees or obstacle.exists(now)
         ]
         if self.horizons is None:
-            return Traffic(seen, now, self.horizon)
+            return ObstacleTable(seen, now, self.horizon)
         each = np.minimum(self.horizons(state, seen, self.limits, now), self.horizon)
-        return Traffic(seen, now, self.horizon, each)
+        return ObstacleTable(seen, now, self.horizon, each)
 
     def _situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
         admissible = self.limits.admissible(response, state, self.horizon)
         return Situation(response, state, goal, self.limits, admissible, now, self.horizon)
 
-    def _best(self, scene: Scene, previous: Decision | None) -> Proposal | Decision | None:
+    def _best(self, scene: DecisionProblem, previous: Decision | None) -> Proposal | Decision | None:
         """The proposal that costs least, if any; or the decision to go on with what the robot is committed to.
 
         Ways that are turned off the one to the goal are looked at where that is not clear. `kernels/crew.py` does the
         same for many robots.
         """
-        worth = WORTH * self.patience + COST
+        worth = MIN_IMPROVEMENT * self.patience + COST_TIE
         keep = previous is not None and not self._too_fast(scene.situations[0].state)
-        wishes = scene.wishes()
+        wishes = scene.candidates()
         best: Proposal | None = None
         clear, turned, failed = False, False, list[Situation]()
         while True:
             lowest = min((w.cost for w in wishes), default=np.inf)
-            wish = next((w for w in wishes if w.cost <= lowest + COST), None)
+            wish = next((w for w in wishes if w.cost <= lowest + COST_TIE), None)
             if wish is not None and best is not None and wish.cost >= best.cost - worth:
                 wish = None
             if wish is None and not (clear or turned):
-                turned, wishes = True, scene.turned(failed)
+                turned, wishes = True, scene.detour_candidates(failed)
                 continue
             least = wish or best
             if keep and previous is not None and least is not None:
                 regret = self._regret(scene, previous, least)
                 if regret <= self.patience:
-                    keep = self._goes_on(scene, previous)
+                    keep = self._committed_is_clear(scene, previous)
                     if keep:
-                        return self._on(scene, previous, Outcome.KEPT, regret)
+                        return self._continue(scene, previous, Outcome.KEPT, regret)
             if wish is None:
                 return best
             found = scene.propose(wish.situation, wish.preferred, scene.margins)
@@ -170,24 +172,24 @@ class Navigator:
                 found = found._replace(outcome=Outcome.CONSTRAINED)
             wishes = [w for w in wishes if w is not wish and w.situation not in failed]
             clear = clear or (found is not None and found.outcome is Outcome.CLEAR)
-            if found is not None and (best is None or found.cost < best.cost - COST):
+            if found is not None and (best is None or found.cost < best.cost - COST_TIE):
                 best = found
 
     def _too_fast(self, state: State) -> bool:
         """Whether the robot exceeds its speed limit by more than rounding."""
         return float(np.linalg.norm(state.velocity)) > self.limits.max_speed * (1.0 + 10.0 * ADMISSIBLE)
 
-    def _regret(self, scene: Scene, previous: Decision, least: Wish | Proposal) -> float:
+    def _regret(self, scene: DecisionProblem, previous: Decision, least: Candidate | Proposal) -> float:
         """What is lost [s] by keeping the committed manoeuvre, now too, when one could have `least`.
 
         Both are judged by where they lead until the new one is carried out. The loss of keeping is small at every
         single step, since afterwards one is free to change; it adds up.
         """
-        until = scene.free_again(least.manoeuvre)
+        until = scene.settled_time(least.manoeuvre)
         kept = scene.cost(previous.manoeuvre, scene.situations[0], until)
         return previous.regret + max(0.0, kept - least.cost)
 
-    def _goes_on(self, scene: Scene, previous: Decision) -> bool:
+    def _committed_is_clear(self, scene: DecisionProblem, previous: Decision) -> bool:
         """Whether the committed manoeuvre is safe, and the bounds of the robot's turned body still allow it."""
         s, committed = scene.situations[0], previous.manoeuvre
         if self.limits.bounds and not self.limits.allows(
@@ -196,9 +198,9 @@ class Navigator:
             return False
         rest = committed.continuation(s.state, s.now)
         blocked = ControlObstacle(rest, s.state, scene.traffic, self.robot, scene.margins)
-        return float(blocked.clearance(np.zeros(s.state.dimension))) >= -KEPT
+        return float(blocked.clearance(np.zeros(s.state.dimension))) >= -COMMITTED_SLACK
 
-    def _on(self, scene: Scene, previous: Decision, outcome: Outcome, regret: float) -> Decision:
+    def _continue(self, scene: DecisionProblem, previous: Decision, outcome: Outcome, regret: float) -> Decision:
         """The decision to go on with the committed manoeuvre."""
         s = scene.situations[0]
         blocked = ControlObstacle(s.response, s.state, scene.traffic, self.robot, scene.margins)

@@ -15,7 +15,7 @@ from slalom.shape import Shape
 from slalom.tolerances import INTERPOLATION
 from slalom.trajectory import Circular, Composite, Function, PiecewisePolynomial, Sampled
 
-WIDENINGS = 8
+UNCERTAINTY_PIECES = 8
 """Straight lines that stand for a growing radius over one window."""
 
 
@@ -36,18 +36,18 @@ class Bodies(NamedTuple):
     pieces: Pieces
     turning: bool
     owner: Indices  # (b,) the obstacle
-    around: Array  # (b,) [m] the body's own radius
-    spread: Array  # (b,) [m]
+    radius: Array  # (b,) [m] the body's own radius
+    hull_radius: Array  # (b,) [m]
     hull: Indices  # (b,) its own number, or -1 for a point
     corners: Array  # (c, 5)
     first: Indices  # (b + 1,)
-    mixed: Flags  # (b,)
-    unsure: Flags  # (b,) whether its obstacle has an uncertainty
+    unordered: Flags  # (b,)
+    uncertain: Flags  # (b,) whether its obstacle has an uncertainty
     heads: Indices  # rows with which bodies begin that are there when the window begins
-    solid: bool  # whether any of them is more than a point
+    has_hulls: bool  # whether any of them is more than a point
 
 
-def together(
+def joined(
     obstacles: Sequence[Obstacle],
     indices: list[int],
     shapes: list[Grown],
@@ -56,7 +56,7 @@ def together(
     start: float,
 ) -> Bodies:
     """The pieces `cuts` of the tables of obstacles `indices`, times from `start` on."""
-    sizes = np.array([len(shape.around) for shape in shapes])
+    sizes = np.array([len(shape.radius) for shape in shapes])
     owner, count = np.repeat(np.array(indices), sizes), int(sizes.sum())
     lengths = [cut.stop - cut.start for cut in cuts]
     turning = any(obstacles[index].turns for index in indices)
@@ -70,7 +70,7 @@ def together(
     )
     counts = np.concatenate([shape.counts for shape in shapes])
     plain = np.array([obstacles[index].uncertainty is None for index in indices])
-    spread = np.concatenate([shape.spread for shape in shapes])
+    spread = np.concatenate([shape.hull_radius for shape in shapes])
     point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
     heads = np.flatnonzero(np.diff(pieces.body, prepend=-1))
     hull = np.where(point, -1, np.arange(count))
@@ -78,15 +78,15 @@ def together(
         pieces,
         turning=turning,
         owner=owner,
-        around=np.concatenate([shape.around for shape in shapes]),
-        spread=spread,
+        radius=np.concatenate([shape.radius for shape in shapes]),
+        hull_radius=spread,
         hull=hull,
         corners=np.concatenate([shape.corners for shape in shapes]),
         first=np.concatenate([[0], np.cumsum(counts)]),
-        mixed=np.concatenate([shape.mixed for shape in shapes]),
-        unsure=~np.repeat(plain, sizes),
+        unordered=np.concatenate([shape.unordered for shape in shapes]),
+        uncertain=~np.repeat(plain, sizes),
         heads=heads[pieces.times[heads, 0] <= 0.0],
-        solid=bool(hull.max(initial=-1) >= 0),
+        has_hulls=bool(hull.max(initial=-1) >= 0),
     )
 
 
@@ -135,11 +135,11 @@ def rows_of(obstacle: Obstacle, shape: Grown, decided: float, begin: float, end:
     turns: Array | None = None
     radius, growth = path.error, np.zeros(len(path.error))
     if obstacle.uncertainty is not None:
-        path = path.cut(np.union1d(path.times, np.linspace(begin, end, WIDENINGS + 1)))
+        path = path.cut(np.union1d(path.times, np.linspace(begin, end, UNCERTAINTY_PIECES + 1)))
         widths = obstacle.uncertainty.radius(path.times - decided, obstacle.dimension)
         radius, growth = path.error + widths[:-1], np.diff(widths)
     if obstacle.turns:
-        largest = max(float(shape.spread.max()), 1e-3)
+        largest = max(float(shape.hull_radius.max()), 1e-3)
         course = obstacle.directions(begin, end, INTERPOLATION / largest)
         times = np.union1d(path.times, course.times)
         k = np.clip(np.searchsorted(path.times, times[:-1], side="right") - 1, 0, len(growth) - 1)
@@ -148,7 +148,7 @@ def rows_of(obstacle: Obstacle, shape: Grown, decided: float, begin: float, end:
         growth = growth[k] * np.diff(times) / width
         path, course = path.cut(times), course.cut(times)
         turns, radius = course.points, radius + course.error * largest
-    b, n = len(shape.around), len(path.points)
+    b, n = len(shape.radius), len(path.points)
     times = np.empty((n, 2))
     times[:, 0], times[:, 1] = path.times[:-1], path.times[1:]
     if b == 1 and turns is None:
@@ -174,7 +174,7 @@ _AHEAD = np.array([1.0, 0.0])
 NO_TURNS = np.empty((0, 4, 2))
 
 
-def nothing(d: int) -> Bodies:
+def no_bodies(d: int) -> Bodies:
     """No bodies, in dimension d."""
     none, no = np.empty(0), np.empty(0, np.int64)
     pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)

@@ -16,16 +16,16 @@ from slalom.obstacle_pieces import (
     TABULATED,
     Bodies,
     Pieces,
-    nothing,
+    joined,
+    no_bodies,
     overlapping,
     rows_of,
     tabulated,
-    together,
 )
 from slalom.shape import Shape
 
 
-class Traffic:
+class ObstacleTable:
     """Obstacles over a window of time as cubic pieces.
 
     Args:
@@ -81,11 +81,11 @@ class Traffic:
         bodies = self.bodies(robot)
         rows = bodies.pieces
         hulls: MaybeHulls = ()
-        if bodies.solid:
-            hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
+        if bodies.has_hulls:
+            hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.unordered)
         found = kernels.distances_now(
             rows.times, rows.points, rows.turns if bodies.turning else NO_TURNS, rows.radius, rows.growth, rows.body,
-            bodies.heads, bodies.unsure, bodies.hull, hulls, position,
+            bodies.heads, bodies.uncertain, bodies.hull, hulls, position,
         )  # fmt: skip
         return found[:, 0], found[:, 1 : 1 + position.size]
 
@@ -130,7 +130,7 @@ class Traffic:
             for obstacle, shape in zip(self.obstacles, shapes)
         ]
         cuts = [slice(0, len(table.body)) for table in tables]
-        return first, last, together(self.obstacles, list(range(len(shapes))), shapes, tables, cuts, 0.0)
+        return first, last, joined(self.obstacles, list(range(len(shapes))), shapes, tables, cuts, 0.0)
 
     def _anew(self, robot: Shape) -> Bodies:
         tables, shapes, cuts, indices = [], [], [], []
@@ -153,8 +153,8 @@ class Traffic:
             shapes.append(shape)
             indices.append(index)
         if not tables:
-            return nothing(self.dimension or 2)
-        return together(self.obstacles, indices, shapes, tables, cuts, self.start)
+            return no_bodies(self.dimension or 2)
+        return joined(self.obstacles, indices, shapes, tables, cuts, self.start)
 
 
 _JOINED: dict[tuple[tuple[Obstacle, ...], Shape, int, float], tuple[float, float, Bodies] | None] = {}

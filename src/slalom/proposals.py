@@ -15,12 +15,12 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Outcome
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Aim, Objective, Situation, preferred_control
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.selection import Status, select, select_clearest
 from slalom.shape import Shape
 
 
-class Wish(NamedTuple):
+class Candidate(NamedTuple):
     """A response, the control that is preferred, and what it promises: the manoeuvre if nothing is in the way."""
 
     cost: float
@@ -40,7 +40,7 @@ class Proposal(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class DecisionProblem:
     """What one decision is made from.
 
     Attributes:
@@ -51,7 +51,7 @@ class Scene:
     """
 
     situations: list[Situation]
-    traffic: Traffic
+    traffic: ObstacleTable
     robot: Shape
     margins: Array
     margin: float
@@ -59,11 +59,11 @@ class Scene:
     objective: Objective
     detours: tuple[float, ...]
 
-    def wishes(self) -> list[Wish]:
+    def candidates(self) -> list[Candidate]:
         """What each response is asked for on the way to the goal."""
-        return [self._wish(s, self.objective.aims(s)) for s in self.situations]
+        return [self._candidate(s, self.objective.aims(s)) for s in self.situations]
 
-    def turned(self, without: list[Situation]) -> list[Wish]:
+    def detour_candidates(self, without: list[Situation]) -> list[Candidate]:
         """Wishes for ways that are turned off the one to the goal, of all responses but some."""
         found, situations = [], [s for s in self.situations if s not in without]
         for angle in self.detours:
@@ -71,14 +71,14 @@ class Scene:
             for s in situations:
                 wanted = s.goal.desired_velocity(s.state.position, s.state.velocity, s.now, s.limits)
                 aim = Aim(s.response.velocity(s.state, s.response.settled(s.horizon)), turn @ wanted)
-                found.append(self._wish(s, (aim,)))
+                found.append(self._candidate(s, (aim,)))
         return found
 
-    def _wish(self, s: Situation, aims: tuple[Aim, ...]) -> Wish:
+    def _candidate(self, s: Situation, aims: tuple[Aim, ...]) -> Candidate:
         """What a response is asked for, and what it costs if nobody is in the way, on it or after it."""
         preferred = preferred_control(aims)
         manoeuvre = Manoeuvre(s.response, s.state, s.admissible.toward(preferred), s.now)
-        return Wish(self.objective.cost(manoeuvre, s, self.free_again(manoeuvre)), manoeuvre, preferred, s)
+        return Candidate(self.objective.cost(manoeuvre, s, self.settled_time(manoeuvre)), manoeuvre, preferred, s)
 
     def propose(self, s: Situation, preferred: Array, margin: float | Array) -> Proposal | None:
         """The exact choice for one response, or None when it has no safe control."""
@@ -92,18 +92,18 @@ class Scene:
             return None
         manoeuvre = Manoeuvre(s.response, s.state, choice.control, s.now)
         outcome = Outcome.CLEAR if choice.status is Status.CLEAR else Outcome.CONSTRAINED
-        return Proposal(self.cost(manoeuvre, s, self.free_again(manoeuvre)), manoeuvre, outcome, preferred, blocked)
+        return Proposal(self.cost(manoeuvre, s, self.settled_time(manoeuvre)), manoeuvre, outcome, preferred, blocked)
 
     def cost(self, motion: Manoeuvre, s: Situation, until: float) -> float:
         """How long the objective takes [s], and with detours how long it takes to go around what will be in the way."""
         cost = self.objective.cost(motion, s, until)
         if self.detours and self.traffic.obstacles:
-            longer = way_round(motion.position(until), s.goal.position(until), *self._in_the_end)
+            longer = detour_lengths(motion.position(until), s.goal.position(until), *self._end_positions)
             cost += float(longer.sum()) / s.limits.max_speed
         return cost
 
     @cached_property
-    def _in_the_end(self) -> tuple[Array, Array]:
+    def _end_positions(self) -> tuple[Array, Array]:
         """Where obstacles are at the horizon (n, d), and how near (n,) the robot may come to them.
 
         What has several parts, as walls have, is not gone around as a disc.
@@ -111,19 +111,19 @@ class Scene:
         end = self.traffic.start + self.traffic.horizon
         there = [o for o in self.traffic.obstacles if o.exists(end) and len(o.shape.parts) == 1]
         places = np.array([o.trajectory.position(end) for o in there])
-        radii = np.array([o.shape.reach for o in there]) + self.robot.reach + self.margin
+        radii = np.array([o.shape.bounding_radius for o in there]) + self.robot.bounding_radius + self.margin
         return places.reshape(-1, self.situations[0].state.dimension), radii
 
-    def free_again(self, manoeuvre: Manoeuvre) -> float:
+    def settled_time(self, manoeuvre: Manoeuvre) -> float:
         """When the robot is free to do something else: absolute time [s]."""
-        return manoeuvre.free_again(self.period, self.situations[0].horizon)
+        return manoeuvre.settled_time(self.period, self.situations[0].horizon)
 
 
-def way_round(place: Array, goal: Array, centers: Array, radii: Array) -> Array:
+def detour_lengths(place: Array, goal: Array, centers: Array, radii: Array) -> Array:
     """By how much [m] the shortest way from `place` to `goal` (2,) around each disc (n, 2), (n,) is longer than
     straight: (n,).
 
     Two tangents and an arc; 0 for a disc that is not in the way. A place or goal inside a disc counts as on its border.
     """
     centers = np.ascontiguousarray(centers, dtype=np.float64)
-    return kernels.longer_ways(np.asarray(place), np.asarray(goal), centers, np.asarray(radii))
+    return kernels.detour_lengths(np.asarray(place), np.asarray(goal), centers, np.asarray(radii))

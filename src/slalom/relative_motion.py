@@ -9,7 +9,7 @@ from slalom.checks import Array
 from slalom.kernels.arrays import MaybeHulls
 
 
-class Segments(NamedTuple):
+class RelativeMotion(NamedTuple):
     """One row for each cubic segment of each convex part of an obstacle, grown by a part of the robot.
 
     Over the elapsed times begin[s] to end[s], with x from 0 to 1, the position of the part's origin relative to
@@ -30,18 +30,18 @@ class Segments(NamedTuple):
     points: Array  # (4, 3, s) [m]
     gains: Array  # (4, s)
     radius: Array  # (s,) [m]
-    reach: Array  # (s,) [m]
+    bounding_radius: Array  # (s,) [m]
     owner: npt.NDArray[np.int64]  # (s,) index of the obstacle
     hull: npt.NDArray[np.int64]  # (s,) index of the hull, -1 for a point
     turns: Array  # (4, 2, s)
     corners: Array  # (c, 5) [m]
     first: npt.NDArray[np.int64]  # (h + 1,)
     growth: Array  # (s,) [m] change of the radius from begin to end
-    mixed: npt.NDArray[np.bool_]  # (h,) whether the corners lie in no order, some inside the hull
+    unordered: npt.NDArray[np.bool_]  # (h,) whether the corners lie in no order, some inside the hull
 
     @property
     def hulls(self) -> MaybeHulls:
         """hull, turns, corners, first, mixed: what kernels take as one argument; empty where all parts are points."""
         if self.hull.max(initial=-1) < 0:
             return ()
-        return self.hull, self.turns, self.corners, self.first, self.mixed
+        return self.hull, self.turns, self.corners, self.first, self.unordered

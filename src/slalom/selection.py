@@ -19,7 +19,7 @@ from slalom.control_obstacle import ControlObstacle, response_pieces
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import MaybeHulls
 from slalom.limits import Admissible, Limits
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.response import Response
 from slalom.shape import Shape
 from slalom.state import State
@@ -118,7 +118,7 @@ def select_clearest(
 
     def with_margin(extra: float) -> Choice:
         grown = ControlObstacle(
-            blocked.response, blocked.state, blocked.traffic, blocked.robot, blocked.margin + extra, blocked.horizon
+            blocked.response, blocked.state, blocked.obstacles, blocked.robot, blocked.margin + extra, blocked.horizon
         )
         return select(preferred, admissible, grown)
 
@@ -156,7 +156,7 @@ def select_many(
     states: Sequence[State] | npt.ArrayLike,
     response: Response,
     limits: Limits,
-    traffic: Traffic,
+    traffic: ObstacleTable,
     robot: Shape,
     *,
     margin: float = 0.0,
@@ -225,18 +225,18 @@ class _Group(NamedTuple):
 
 
 def _alike(
-    states: Sequence[State], response: Response, limits: Limits, traffic: Traffic, robot: Shape, margin: float
+    states: Sequence[State], response: Response, limits: Limits, traffic: ObstacleTable, robot: Shape, margin: float
 ) -> Iterator[tuple[npt.NDArray[np.int64], tuple[Any, ...]]]:
     """Groups of states, and what `_choose` needs of them but the wishes."""
     bodies = traffic.bodies(robot)
     solid: MaybeHulls = ()
-    if bodies.solid:
-        solid = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
+    if bodies.has_hulls:
+        solid = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.unordered)
     pieces = bodies.pieces
     turns = pieces.turns if bodies.turning else np.empty((0, 4, 2))
     shared = (
-        pieces.times, pieces.points, pieces.radius, pieces.growth, turns, pieces.body, bodies.heads, bodies.unsure,
-        bodies.around + margin, bodies.spread, bodies.hull, solid, response.interpolation_error,
+        pieces.times, pieces.points, pieces.radius, pieces.growth, turns, pieces.body, bodies.heads, bodies.uncertain,
+        bodies.radius + margin, bodies.hull_radius, bodies.hull, solid, response.interpolation_error,
         traffic.horizon, ELEMENTS, CANDIDATES,
     )  # fmt: skip
     groups: dict[tuple[bytes, bytes], _Group] = {}

@@ -37,7 +37,7 @@ class Shape(Protocol):
         """At least one."""
 
     @property
-    def reach(self) -> float:
+    def bounding_radius(self) -> float:
         """Radius [m] of the smallest ball around the position that holds the shape."""
 
 
@@ -51,7 +51,7 @@ class _Shaped:
         return int(self.parts[0].corners.shape[1])
 
     @cached_property
-    def reach(self) -> float:
+    def bounding_radius(self) -> float:
         return max(float(np.linalg.norm(part.corners, axis=1).max()) + part.radius for part in self.parts)
 
 
@@ -66,7 +66,7 @@ class _Round:
         return (Part(np.zeros((1, self.dimension)), self.radius),)
 
     @property
-    def reach(self) -> float:
+    def bounding_radius(self) -> float:
         return self.radius
 
 

@@ -11,7 +11,7 @@ an initial clearance between -CONTACT and +CONTACT counts as touching, not as ov
 Larger: fewer exchanges, a choice farther from the optimum. Smaller than about 1e-9 m: rounding decides.
 """
 
-TOUCHING: Final = 5e-6
+CONTACT_SLACK: Final = 5e-6
 """[m] A robot nearer than this to an obstacle touches it: the obstacle is taken as smaller by up to this much.
 
 More than the sum of CONTACT and CERTIFIED, so that a robot in contact may still move away although radii
@@ -108,7 +108,7 @@ ADJUSTMENT: Final = 0.05
 The paper counts adjustments without naming a threshold; 0.05 is the value of published comparisons.
 """
 
-KEPT: Final = CONTACT + CERTIFIED
+COMMITTED_SLACK: Final = CONTACT + CERTIFIED
 """[m] A committed manoeuvre counts as still safe down to minus this clearance.
 
 It was chosen with clearance >= 0 over other knots; the interpolation errors and one contact tolerance may
@@ -141,13 +141,13 @@ Larger: corners of the boundary are off by as much. Smaller: more points where a
 sharply.
 """
 
-COST: Final = 1e-9
+COST_TIE: Final = 1e-9
 """[s] Arrivals and promises of arrivals that differ by less are the same: the first response is taken.
 
 Larger: more are. Smaller: which one is taken is a matter of rounding.
 """
 
-WORTH: Final = 0.2
+MIN_IMPROVEMENT: Final = 0.2
 """[1] What a response must promise to be better by than the best one found, as a share of `patience`, to be looked at.
 
 Larger: fewer are, and arrivals are later by up to this. 0: all that promise to be better.

@@ -32,7 +32,7 @@ from slalom.limits import Limits
 from slalom.state import State
 from slalom.tolerances import REST
 
-WORST_SHARE = 1.5 + np.sqrt(3.0) / 18.0
+WORST_CASE_SHARE = 1.5 + np.sqrt(3.0) / 18.0
 """The largest error of position, in units of the displacement D of one period."""
 
 _GAUSS = np.polynomial.legendre.leggauss(10)
@@ -70,7 +70,7 @@ class Command(NamedTuple):
     turn: float
 
 
-class _Shares(NamedTuple):
+class _Coefficients(NamedTuple):
     """What bounds the motion in one period (docs/theory.md, section 15)."""
 
     displacement: float  # D [m]
@@ -87,7 +87,7 @@ class _Shares(NamedTuple):
         return self.displacement / dt
 
 
-def _shares(limits: Limits, dt: float, min_speed: float, along_arcs: bool) -> _Shares:
+def _shares(limits: Limits, dt: float, min_speed: float, along_arcs: bool) -> _Coefficients:
     """The least D that includes the feedback that D itself causes.
 
     For each share eta from a fine ladder: if feedback and error of velocity are at most eta of the acceleration limit
@@ -104,7 +104,7 @@ def _shares(limits: Limits, dt: float, min_speed: float, along_arcs: bool) -> _S
         turning = np.arcsin(0.5 * q) / (0.5 * q)
         front = turning * ((1.0 + q) / (1.0 + 0.5 * q) if along_arcs else 1.0)
         jerk = front * push**2 / least * weight**2 / (2.0 * np.sqrt(weight**2 - front**2 * (1.0 + q)))
-        found = _Shares(float(jerk * dt**3 / 12.0), float(push), float(least), float(turning))
+        found = _Coefficients(float(jerk * dt**3 / 12.0), float(push), float(least), float(turning))
         if found.feedback(dt) <= eta * most and found.off_speed(dt) <= eta * slowest:
             return found
     raise InvalidInput(
@@ -151,7 +151,7 @@ class Bicycle:
         Raises:
             InvalidInput: a speed so low, or a period so long, that the proof does not hold.
         """
-        return float(WORST_SHARE * _shares(limits, dt, min_speed, True).displacement)
+        return float(WORST_CASE_SHARE * _shares(limits, dt, min_speed, True).displacement)
 
     def turning_radius(self, limits: Limits, dt: float, min_speed: float) -> float:
         """The `least` [m] of a `TurningRadius` in the bounds of the reference with which the steering always suffices.
@@ -235,7 +235,7 @@ class DifferentialDrive:
                 f"max_wheel_speed: expected at least {wheels.max():g}, which tracking may need, "
                 f"found {self.max_wheel_speed:g}"
             )
-        return float(WORST_SHARE * shares.displacement)
+        return float(WORST_CASE_SHARE * shares.displacement)
 
     def command(self, me: Vehicle, reference: State, acceleration: Array, dt: float) -> Command:
         """What to do for `dt` [s] while the reference, now in `reference`, has `acceleration` (2,) [m/s^2].

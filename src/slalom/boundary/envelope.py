@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from slalom import kernels
 from slalom.checks import Array
-from slalom.relative_motion import Segments
+from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import CONTACT, DEPTH, JUMP, STILL
 
 Indices = npt.NDArray[np.int64]
@@ -205,7 +205,7 @@ def discs_bend(window: Window) -> Bends:
     return bends
 
 
-def linked_rows(segments: Segments) -> Mask:
+def linked_rows(segments: RelativeMotion) -> Mask:
     """Whether each row goes on where the one before it ends: (s,)."""
     linked = np.zeros(len(segments.begin), dtype=bool)
     linked[1:] = (
@@ -228,10 +228,10 @@ class Nodes(NamedTuple):
     time: Array  # (n,) [s]
 
 
-def point_nodes(segments: Segments, window: Window, rows: Indices, control: Array) -> Nodes:
+def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control: Array) -> Nodes:
     """The discs of the points in rows (k,) with control points (4, 4, k), where they may meet the window."""
     view = np.array([*window.center, window.radius, window.tolerance])
-    piece, (begin, end), points, sharp = kernels.grazing_discs(control, segments.reach[rows], view)
+    piece, (begin, end), points, sharp = kernels.grazing_discs(control, segments.bounding_radius[rows], view)
     spans = Spans(rows[piece], begin, end, np.ascontiguousarray(np.moveaxis(points, 0, 2)), sharp)
     same, joint = spans.continues(linked_rows(segments))
     before, length = segments.begin[spans.row], (segments.end - segments.begin)[spans.row]
@@ -252,7 +252,7 @@ def point_nodes(segments: Segments, window: Window, rows: Indices, control: Arra
     )
 
 
-def parts(segments: Segments, hull: int) -> tuple[Indices, Array]:
+def parts(segments: RelativeMotion, hull: int) -> tuple[Indices, Array]:
     """Rows (k,) of a hull, -1 for points, and their control points (4, 6, k): place, gain, radius, direction."""
     rows = np.flatnonzero(segments.hull == hull)
     radius = segments.radius[rows] + segments.growth[rows] * np.arange(4)[:, None] / 3.0
@@ -260,7 +260,7 @@ def parts(segments: Segments, hull: int) -> tuple[Indices, Array]:
     return rows, np.concatenate([place, gain, radius[:, None], segments.turns[:, :, rows]], axis=1)
 
 
-def corner_parts(segments: Segments) -> Iterator[tuple[Indices, Array]]:
+def corner_parts(segments: RelativeMotion) -> Iterator[tuple[Indices, Array]]:
     """Point parts, then each corner of each hull as one."""
     yield parts(segments, -1)
     for hull in np.unique(segments.hull[segments.hull >= 0]):
@@ -274,7 +274,7 @@ def corner_parts(segments: Segments) -> Iterator[tuple[Indices, Array]]:
 
 
 def grazing_curves(
-    segments: Segments, center: Array, radius: float, tolerance: float
+    segments: RelativeMotion, center: Array, radius: float, tolerance: float
 ) -> list[tuple[int, Array, Array]]:
     """The controls that graze point parts and corners of hulls, with the time of touching (theory.md section 6).
 

@@ -14,12 +14,12 @@ import shapely
 from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, parts, point_nodes
 from slalom.boundary.outline import outlines
 from slalom.checks import Array
-from slalom.relative_motion import Segments
+from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import GRID
 
 
 def boundary(
-    segments: Segments,
+    segments: RelativeMotion,
     owners: int,
     inside: Callable[[Array], npt.NDArray[np.bool_]],
     center: Array,
@@ -90,7 +90,7 @@ def _between(noded: Any) -> tuple[Any, bool]:
     return shapely.get_parts(faces), bool(shapely.is_empty(cuts) and shapely.is_empty(dangles))
 
 
-def rings(segments: Segments, window: Window) -> tuple[Any, Indices]:
+def rings(segments: RelativeMotion, window: Window) -> tuple[Any, Indices]:
     """Lines around the elements of point parts (n,), closed but for what they run along in both directions.
 
     And their owners (n,). Coarse beyond the window.

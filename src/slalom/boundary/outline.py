@@ -24,7 +24,7 @@ from slalom.boundary.envelope import (
     sample,
 )
 from slalom.checks import Array
-from slalom.relative_motion import Segments
+from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import STILL
 
 COARSE = 0.05  # [rad] between the normals of an outline beyond the window
@@ -123,13 +123,13 @@ def swept(control: Array, shape: Outline) -> Array:
     return np.asarray((place + _corner(np.stack([ex, ey]), shape.corners) + radius * normal) / gain)
 
 
-def outlines(segments: Segments, window: Window) -> list[tuple[Array, int]]:
+def outlines(segments: RelativeMotion, window: Window) -> list[tuple[Array, int]]:
     """Chords (n, 2, 2) that hold the boundary of the elements of hulls, with their owners; coarse beyond the window."""
     linked, result = linked_rows(segments), []
     for hull in np.unique(segments.hull[segments.hull >= 0]):
         rows, control = parts(segments, hull)
         shapes = polygons(segments.corners[segments.first[hull] : segments.first[hull + 1]])
-        meets = _hulls_meet(segments.reach[rows], shapes, window)
+        meets = _hulls_meet(segments.bounding_radius[rows], shapes, window)
         spans = sample(rows, control, window, meets, _hulls_bend(shapes, window))
         same, joint = spans.continues(linked)
         for run in np.split(np.arange(len(same)), np.flatnonzero(~(same | joint))[1:]):

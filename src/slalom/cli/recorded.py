@@ -11,7 +11,7 @@ from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.sim import Scenario
-    from slalom.sim.files.recorded_traffic import Who
+    from slalom.sim.files.recorded_traffic import AgentSelection
 
 Place = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 READING = Group("How a recording is read", help="Formats: `slalom list formats`.", sort_key=2)
@@ -80,11 +80,13 @@ class Reading:
         told["epoch"] = None if self.epoch is None else number_or_text(self.epoch)
         return {name: value for name, value in told.items() if value is not None}
 
-    def who(self, radius: float | None = None) -> "Who":
+    def who(self, radius: float | None = None) -> "AgentSelection":
         """Whom to choose, and how large [m] those are of which the file does not say it."""
-        from slalom.sim.files.recorded_traffic import Who
+        from slalom.sim.files.recorded_traffic import AgentSelection
 
-        return Who(radius, None if self.agents is None else _listed(self.agents), _listed(self.without or ""))
+        return AgentSelection(
+            radius, None if self.agents is None else _listed(self.agents), _listed(self.without or "")
+        )
 
 
 @Parameter(name="*", group=CROSSING)

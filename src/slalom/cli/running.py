@@ -150,7 +150,7 @@ def decide(
     around = loaded.around(robot.state, loaded.start, chosen)
     decision = loaded.decider(chosen).decide(robot.state, around, robot.goal, now=loaded.start)
     manoeuvre, blocked = decision.manoeuvre, decision.blocked
-    bare = ControlObstacle(manoeuvre.response, robot.state, blocked.traffic, robot.shape)
+    bare = ControlObstacle(manoeuvre.response, robot.state, blocked.obstacles, robot.shape)
     result = {
         "scenario": loaded.name,
         "method": chosen.name,

@@ -4,11 +4,11 @@ from .compile_notice import (
     compiling as compiling,
     when_compiling as when_compiling,
 )
-from .decision.manoeuvre_cost import longer_ways as longer_ways
-from .decision.neighbours import round_of as round_of
+from .decision.manoeuvre_cost import detour_lengths as detour_lengths
+from .decision.neighbours import independent_rounds as independent_rounds
 from .decision.policy import (
+    build_cell_list as build_cell_list,
     decide_all as decide_all,
-    look_around as look_around,
 )
 from .decision.time_to_go import (
     earliest_arrival as earliest_arrival,
@@ -20,9 +20,9 @@ from .geometry.envelope import grazing_discs as grazing_discs
 from .geometry.hulls import distances as distances
 from .guidance.priority_inheritance import give_way as give_way
 from .guidance.traffic_circle import (
-    find_corners as find_corners,
-    head_for as head_for,
-    pass_right as pass_right,
+    keep_right as keep_right,
+    update_targets as update_targets,
+    update_waypoints as update_waypoints,
 )
 from .jit import threads as threads
 from .relative_motion.clearance import (
@@ -39,6 +39,6 @@ from .relative_motion.window import (
 from .selection.batch import choose_many as choose_many
 from .selection.exchange import nearest_free as nearest_free
 from .sequence_search.search import (
-    explore as explore,
-    stays_free as stays_free,
+    grow_tree as grow_tree,
+    sequence_is_clear as sequence_is_clear,
 )

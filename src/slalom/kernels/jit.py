@@ -51,6 +51,10 @@ class _KernelCache(FunctionCache):
             codegen._library_class = PartLibrary
         try:
             return super()._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except (AttributeError, ImportError):
+            # The index was written by a version with classes that this one does not have.
+            self._cache_file.flush()
+            return None
         finally:
             codegen._library_class = usual
 

@@ -10,18 +10,18 @@ from slalom.checks import not_negative, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidInput
-from slalom.forecast import EXACT, foreseen
+from slalom.forecast import EXACT, predicted
 from slalom.goal import Goal
-from slalom.lookahead.search import SCALES, Search, begun, searched
-from slalom.lookahead.spacetime_index import Timetable
+from slalom.lookahead.search import SCALES, Search, new_search, run_searches
+from slalom.lookahead.spacetime_index import ForeseenObstacles
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.state import State
-from slalom.tolerances import JUMP, KEPT, TOUCHING
+from slalom.tolerances import COMMITTED_SLACK, CONTACT_SLACK, JUMP
 from slalom.trajectory import Stationary
 
-SQUEEZES = (1.0, 0.5, 0.25, 0.0)
+MARGIN_SHARES = (1.0, 0.5, 0.25, 0.0)
 """[1] Shares of the margin that are tried in turn."""
 WINDOWS = 2.0
 """[1] Timetables are made for so many times the foresight, so that they serve for many decisions."""
@@ -50,7 +50,7 @@ class _Scene(NamedTuple):
     goal: Goal
     now: float
     obstacles: Sequence[Obstacle]
-    timetable: Timetable
+    timetable: ForeseenObstacles
     previous: Planned | None
 
 
@@ -78,14 +78,14 @@ class LookAhead:
     """
 
     navigator: Navigator
-    ahead: float = 60.0
+    time_horizon: float = 60.0
     deadline: float = np.inf
     budget: float = 10000.0
     improving: float = 500.0
-    prepared: Timetable | None = None
+    prepared: ForeseenObstacles | None = None
 
     def __post_init__(self) -> None:
-        positive(self.ahead, "ahead")
+        positive(self.time_horizon, "time_horizon")
         positive(self.budget, "budget")
         not_negative(self.improving, "improving")
         limits = self.navigator.limits
@@ -116,12 +116,14 @@ class LookAhead:
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
         before = previous if isinstance(previous, Planned) else None
-        table = self._timetable(obstacles, now, self.prepared if before is None else before.search.timetable)
+        table = self._foreseen(obstacles, now, self.prepared if before is None else before.search.obstacles)
         scene = _Scene(state, goal, now, obstacles, table, before)
-        planned = self._on_the_way(scene) or self._planned(scene)
+        planned = self._keep_or_improve(scene) or self._planned(scene)
         return planned or self.navigator.decide(state, obstacles, goal, now=now, previous=previous)
 
-    def _timetable(self, obstacles: Sequence[Obstacle], now: float, known: Timetable | None) -> Timetable:
+    def _foreseen(
+        self, obstacles: Sequence[Obstacle], now: float, known: ForeseenObstacles | None
+    ) -> ForeseenObstacles:
         """What is foreseen now: the table of the decision before, if that still holds and reaches far enough."""
         n = self.navigator
         latest = max(self._latest(now), now + n.period)
@@ -129,19 +131,19 @@ class LookAhead:
             return known
         forecast, step = n.method.forecast, n.limits.max_speed / n.limits.max_acceleration
         if isinstance(forecast, EXACT):
-            end = max(min(self.deadline, now + WINDOWS * self.ahead), latest)
-            return Timetable.of(obstacles, obstacles, n.robot, now, end, step, everybody=forecast.foresees)
-        seen = [foreseen(obstacle, forecast, now) for obstacle in obstacles if obstacle.exists(now)]
-        return Timetable.of(None, seen, n.robot, now, latest, step)
+            end = max(min(self.deadline, now + WINDOWS * self.time_horizon), latest)
+            return ForeseenObstacles.of(obstacles, obstacles, n.robot, now, end, step, everybody=forecast.foresees)
+        seen = [predicted(obstacle, forecast, now) for obstacle in obstacles if obstacle.exists(now)]
+        return ForeseenObstacles.of(None, seen, n.robot, now, latest, step)
 
-    def preparing(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
+    def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
         """One that has arranged these very obstacles already, as is else done in its first decision."""
-        return replace(self, prepared=self._timetable(obstacles, now, None))
+        return replace(self, prepared=self._foreseen(obstacles, now, None))
 
     def _latest(self, now: float) -> float:
-        return min(self.deadline, now + self.ahead)
+        return min(self.deadline, now + self.time_horizon)
 
-    def _on_the_way(self, scene: _Scene) -> Planned | None:
+    def _keep_or_improve(self, scene: _Scene) -> Planned | None:
         """What was decided before, or what is better by the navigator's patience; None if it is not to be kept."""
         before, now = scene.previous, scene.now
         if before is None or now >= before.search.ends - 1e-6 * self.navigator.period:
@@ -149,7 +151,7 @@ class LookAhead:
         search, motion = before.search, before.manoeuvre
         off = float(np.abs(motion.position(now) - scene.state.position).max())
         off = max(off, float(np.abs(motion.velocity(now) - scene.state.velocity).max()))
-        same = search.timetable is scene.timetable and scene.timetable.everybody and off <= KEPT
+        same = search.obstacles is scene.timetable and scene.timetable.includes_future and off <= COMMITTED_SLACK
         if off > JUMP or not (same or self._still_free(scene, before)):
             return None
         if not search.complete:
@@ -161,13 +163,13 @@ class LookAhead:
 
     def _found(self, scene: _Scene, search: Search) -> Outcome:
         """What a sequence is that was found on the way: one that keeps less of the margin than it could is squeezed."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - TOUCHING
-        whole = search.quest.margin >= min(self.navigator.margin, gap) - KEPT
+        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
+        whole = search.problem.margin >= min(self.navigator.margin, gap) - COMMITTED_SLACK
         return Outcome.CONSTRAINED if whole else Outcome.SQUEEZED
 
     def _further(self, scene: _Scene, search: Search) -> Planned | None:
         """What comes of more of a search that has not found an arrival yet."""
-        found = search.gone_on(scene.now, self.budget, self.improving)
+        found = search.resumed(scene.now, self.budget, self.improving)
         if found.complete:
             return self._decision(scene, found, self._found(scene, found))
         found = found.stopped(scene.now, self.navigator.horizon)
@@ -177,7 +179,7 @@ class LookAhead:
         """A little more of the search for what arrives earlier; begun again where it can not be gone on with."""
         latest = before.arrival - self.navigator.patience
         if not same:
-            return self._search(scene, before.search.quest.margin, self.improving, SCALES[:1], latest)[0]
+            return self._search(scene, before.search.problem.margin, self.improving, SCALES[:1], latest)[0]
         better = before.better
         if better is None or not better.starts_after(scene.now):
             better = before.search.refined(scene.state, scene.now, SCALES[-1], latest)
@@ -185,17 +187,19 @@ class LookAhead:
 
     def _still_free(self, scene: _Scene, before: Planned) -> bool:
         """Whether the rest of what was decided before meets nothing that is foreseen now."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - TOUCHING
-        margin = min(before.search.quest.margin, gap)
-        return margin >= 0.0 and before.search.is_free(scene.state, scene.now, scene.timetable, margin - KEPT)
+        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
+        margin = min(before.search.problem.margin, gap)
+        return margin >= 0.0 and before.search.is_free(
+            scene.state, scene.now, scene.timetable, margin - COMMITTED_SLACK
+        )
 
     def _planned(self, scene: _Scene) -> Planned | None:
         """A new sequence, with as much of the margin as can be kept; None if there is none."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - TOUCHING
+        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
         if gap < 0.0:
             return None
         start, budget = None, self.budget
-        for share in SQUEEZES if self.navigator.margin > 0.0 else SQUEEZES[:1]:
+        for share in MARGIN_SHARES if self.navigator.margin > 0.0 else MARGIN_SHARES[:1]:
             margin = min(gap, share * self.navigator.margin)
             found, spent = self._search(scene, margin, budget, SCALES)
             budget -= spent
@@ -215,7 +219,7 @@ class LookAhead:
         """A new search for arrivals until `latest` [s], and what it took [us]."""
         n = self.navigator
         searches = [
-            begun(
+            new_search(
                 scene.state,
                 scene.goal,
                 n.limits,
@@ -228,14 +232,14 @@ class LookAhead:
             )
             for scale in scales
         ]
-        return searched(searches, budget, min(self.improving, budget))
+        return run_searches(searches, budget, min(self.improving, budget))
 
     def _decision(self, scene: _Scene, search: Search, outcome: Outcome) -> Planned:
         motion = search.manoeuvre(scene.state, scene.now)
         forecast, now, horizon = self.navigator.method.forecast, scene.now, self.navigator.horizon
         there = [o for o in scene.obstacles if forecast.foresees or o.exists(now)]
-        traffic = Traffic([foreseen(o, forecast, now) for o in there], now, horizon)
-        blocked = ControlObstacle(motion.response, scene.state, traffic, self.navigator.robot, search.quest.margin)
+        traffic = ObstacleTable([predicted(o, forecast, now) for o in there], now, horizon)
+        blocked = ControlObstacle(motion.response, scene.state, traffic, self.navigator.robot, search.problem.margin)
         return Planned(
             motion,
             outcome,

@@ -8,16 +8,16 @@ import numpy as np
 from slalom import kernels
 from slalom.checks import Array
 from slalom.goal import Goal
-from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, Quest, Tree
+from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, SearchProblem, SearchTree
 from slalom.limits import Limits
-from slalom.lookahead.spacetime_index import Timetable
+from slalom.lookahead.spacetime_index import ForeseenObstacles
 from slalom.manoeuvre import Manoeuvre
-from slalom.response.sequence import AccelerateInTurn
+from slalom.response.sequence import AccelerationSequence
 from slalom.state import State
 
 SCALES = (1.0, 0.5)
 """[1] Steps, in times from rest to top speed; the finer one is tried where the coarser finds nothing."""
-GREED = 2.0
+HEURISTIC_WEIGHT = 2.0
 """[1] How much more the time to go counts than the time gone: larger is quicker and finds later arrivals."""
 DIRECTIONS = 8
 """[1] Directions of pushes in the plane; in space there are 26."""
@@ -41,9 +41,9 @@ class Search:
         cut: whether the budget ended the search.
     """
 
-    timetable: Timetable
-    quest: Quest
-    tree: Tree
+    obstacles: ForeseenObstacles
+    problem: SearchProblem
+    tree: SearchTree
     root: int = 0
     node: int = -1
     cut: bool = False
@@ -75,11 +75,11 @@ class Search:
 
     def grown(self, root: int, budget: float, improving: float) -> tuple["Search", float]:
         """After more work on what descends from node `root`, and how much work that was [us]."""
-        schedule = self.timetable.schedule
-        node, cut, spent = kernels.explore(self.tree, root, schedule, self.quest, budget, improving)
+        schedule = self.obstacles.index
+        node, cut, spent = kernels.grow_tree(self.tree, root, schedule, self.problem, budget, improving)
         return replace(self, root=root, node=node, cut=cut), spent
 
-    def gone_on(self, now: float, budget: float, improving: float) -> "Search":
+    def resumed(self, now: float, budget: float, improving: float) -> "Search":
         """The search at a later time, at which the robot is on the sequence; without a node once the tree is full."""
         if self.full:
             return replace(self, node=-1, cut=True)
@@ -91,15 +91,16 @@ class Search:
         The robot can go on until then, and so can the search.
         """
         node = self._after(now)[0]
-        start, push = float(self.tree.time[node]), self.tree.push[node]
-        quest = self.quest._replace(
-            step=_step(self.quest.top, self.quest.push, self.quest.period, scale), deadline=before
+        start, push = float(self.tree.time[node]), self.tree.acceleration[node]
+        quest = self.problem._replace(
+            step=_step(self.problem.max_speed, self.problem.max_acceleration, self.problem.period, scale),
+            deadline=before,
         )
         tree = _planted(state, now)
-        tree.mark[0] = CLOSED
-        place, speed = self.tree.place[node], self.tree.speed[node]
+        tree.status[0] = CLOSED
+        place, speed = self.tree.position[node], self.tree.velocity[node]
         _append(tree, 0, start, place, speed, push, OPEN)
-        return Search(self.timetable, quest, tree, root=1)
+        return Search(self.obstacles, quest, tree, root=1)
 
     def starts_after(self, now: float) -> bool:
         """Whether the robot has not yet come to the node that all sequences of this search have in common."""
@@ -110,9 +111,9 @@ class Search:
         lengths, pushes = self._left(now)
         d = state.dimension
         later = tuple((float(t), tuple(map(float, u[:d]))) for t, u in zip(lengths[1:], pushes[1:], strict=True))
-        return Manoeuvre(AccelerateInTurn(float(lengths[0]), later), state, pushes[0, :d], now)
+        return Manoeuvre(AccelerationSequence(float(lengths[0]), later), state, pushes[0, :d], now)
 
-    def is_free(self, state: State, now: float, timetable: Timetable, margin: float) -> bool:
+    def is_free(self, state: State, now: float, timetable: ForeseenObstacles, margin: float) -> bool:
         """Whether a robot that goes on from `state` with what is left meets nothing of a timetable."""
         lengths, pushes = self._left(now)
         places, speeds = np.zeros((2, len(lengths) + 1, 3))
@@ -121,8 +122,8 @@ class Search:
             places[k + 1] = places[k] + h * (speeds[k] + 0.5 * h * u)
             speeds[k + 1] = speeds[k] + h * u
         times = now + np.concatenate([[0.0], np.cumsum(lengths)])
-        quest = self.quest._replace(margin=margin, now=timetable.known_at(now))
-        return bool(kernels.stays_free(times, places[:-1], speeds[:-1], pushes, timetable.schedule, quest))
+        quest = self.problem._replace(margin=margin, now=timetable.known_at(now))
+        return bool(kernels.sequence_is_clear(times, places[:-1], speeds[:-1], pushes, timetable.index, quest))
 
     def _way(self) -> list[int]:
         """The nodes of the sequence after the root of the tree."""
@@ -135,30 +136,30 @@ class Search:
     def _after(self, now: float) -> list[int]:
         """The nodes of the sequence that are yet to come; the last one if none is."""
         way = self._way()
-        return [k for k in way if self.tree.time[k] > now + 1e-6 * self.quest.period] or way[-1:]
+        return [k for k in way if self.tree.time[k] > now + 1e-6 * self.problem.period] or way[-1:]
 
     def _left(self, now: float) -> tuple[Array, Array]:
         """How long (n,) [s] and with which accelerations (n, 3) [m/s^2] the sequence goes on from `now`."""
         after = self._after(now)
         times = self.tree.time[after]
-        return np.maximum(np.diff(times, prepend=now), 1e-6 * self.quest.period), self.tree.push[after]
+        return np.maximum(np.diff(times, prepend=now), 1e-6 * self.problem.period), self.tree.acceleration[after]
 
     def stopped(self, now: float, horizon: float) -> "Search":
         """The search with the most promising open sequence after which the robot can brake and rest until the horizon.
 
         No node if none of the best does. `horizon`: [s] from `now`.
         """
-        count, tree, quest = self.tree.counts[NODES], self.tree, self.quest
-        nodes = np.flatnonzero(tree.mark[:count] == OPEN) if not self.full else np.empty(0, np.int64)
+        count, tree, quest = self.tree.counts[NODES], self.tree, self.problem
+        nodes = np.flatnonzero(tree.status[:count] == OPEN) if not self.full else np.empty(0, np.int64)
         nodes = nodes[np.argsort(tree.cost[nodes], kind="stable")]
         for node in [int(k) for k in nodes if self._descends(int(k))][:TRIED]:
-            place, speed, start = tree.place[node], tree.speed[node], float(tree.time[node])
+            place, speed, start = tree.position[node], tree.velocity[node], float(tree.time[node])
             fast = float(np.linalg.norm(speed))
-            brake = max(1, int(np.ceil(fast / quest.push / quest.period - 1e-9))) * quest.period
+            brake = max(1, int(np.ceil(fast / quest.max_acceleration / quest.period - 1e-9))) * quest.period
             push, end = -speed / brake, place + 0.5 * brake * speed
             times = np.array([start, start + brake, max(start + brake, now + horizon)])
             ways = np.stack([place, end]), np.stack([speed, 0.0 * speed]), np.stack([push, 0.0 * push])
-            if kernels.stays_free(times, *ways, self.timetable.schedule, quest):
+            if kernels.sequence_is_clear(times, *ways, self.obstacles.index, quest):
                 last = _append(tree, node, start + brake, end, 0.0 * speed, push, CLOSED)
                 return replace(self, node=last)
         return replace(self, node=-1)
@@ -171,11 +172,11 @@ class Search:
         return k == self.root and node != self.root
 
 
-def begun(
+def new_search(
     state: State,
     goal: Goal,
     limits: Limits,
-    timetable: Timetable,
+    timetable: ForeseenObstacles,
     *,
     now: float,
     period: float,
@@ -185,20 +186,20 @@ def begun(
 ) -> Search:
     """A search from a state that has not looked at anything yet."""
     d = state.dimension
-    quest = Quest(
+    quest = SearchProblem(
         dimension=d,
         goal=_three(goal.position(now)),
-        near=AIM * goal.tolerance,
+        tolerance=AIM * goal.tolerance,
         stop=goal.stop,
-        push=limits.max_acceleration,
-        top=limits.max_speed,
+        max_acceleration=limits.max_acceleration,
+        max_speed=limits.max_speed,
         step=_step(limits.max_speed, limits.max_acceleration, period, scale),
         period=period,
         deadline=deadline,
         margin=margin,
         now=timetable.known_at(now),
-        turns=directions(d),
-        greed=GREED,
+        directions=directions(d),
+        heuristic_weight=HEURISTIC_WEIGHT,
     )
     return Search(timetable, quest, _planted(state, now))
 
@@ -208,35 +209,35 @@ def _step(top: float, push: float, period: float, scale: float) -> float:
     return max(1, round(scale * top / push / period)) * period
 
 
-def _planted(state: State, now: float) -> Tree:
+def _planted(state: State, now: float) -> SearchTree:
     """A tree of one open node."""
     cells = 1 << int(np.ceil(np.log2(2.0 * ROOM)))
-    tree = Tree(
+    tree = SearchTree(
         time=np.empty(ROOM),
-        place=np.empty((ROOM, 3)),
-        speed=np.empty((ROOM, 3)),
-        push=np.empty((ROOM, 3)),
+        position=np.empty((ROOM, 3)),
+        velocity=np.empty((ROOM, 3)),
+        acceleration=np.empty((ROOM, 3)),
         parent=np.zeros(ROOM, np.int64),
         cost=np.empty(ROOM),
-        mark=np.zeros(ROOM, np.int64),
+        status=np.zeros(ROOM, np.int64),
         cells=np.zeros(cells, np.int64),
         counts=np.array([1, -1]),
     )
-    tree.time[0], tree.cost[0], tree.mark[0], tree.push[0] = now, 0.0, OPEN, 0.0
-    tree.place[0], tree.speed[0] = _three(state.position), _three(state.velocity)
+    tree.time[0], tree.cost[0], tree.status[0], tree.acceleration[0] = now, 0.0, OPEN, 0.0
+    tree.position[0], tree.velocity[0] = _three(state.position), _three(state.velocity)
     return tree
 
 
-def _append(tree: Tree, parent: int, time: float, place: Array, speed: Array, push: Array, mark: int) -> int:
+def _append(tree: SearchTree, parent: int, time: float, place: Array, speed: Array, push: Array, mark: int) -> int:
     """A node after `parent`; its number."""
     k = int(tree.counts[NODES])
-    tree.time[k], tree.parent[k], tree.cost[k], tree.mark[k] = time, parent, 0.0, mark
-    tree.place[k], tree.speed[k], tree.push[k] = place, speed, push
+    tree.time[k], tree.parent[k], tree.cost[k], tree.status[k] = time, parent, 0.0, mark
+    tree.position[k], tree.velocity[k], tree.acceleration[k] = place, speed, push
     tree.counts[NODES] = k + 1
     return k
 
 
-def searched(searches: Sequence[Search], budget: float, improving: float) -> tuple[Search, float]:
+def run_searches(searches: Sequence[Search], budget: float, improving: float) -> tuple[Search, float]:
     """The first of several new searches, tried in turn, that finds an arrival or is cut; else the last. What it took.
 
     `budget` is for all of them together, `improving` for what comes after the first arrival, both in [us].

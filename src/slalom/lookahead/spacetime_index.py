@@ -8,15 +8,15 @@ import numpy as np
 from slalom import kernels
 from slalom.checks import Array
 from slalom.kernels.arrays import Indices, MaybeHulls
-from slalom.kernels.sequence_search.tables import Schedule
+from slalom.kernels.sequence_search.tables import SpacetimeIndex
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import Bodies
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.shape import Shape
 
 
 @dataclass(frozen=True, eq=False)
-class Timetable:
+class ForeseenObstacles:
     """The pieces of all obstacles, grown by a robot's shape, from `start` to `end`, absolute times [s].
 
     Attributes:
@@ -25,10 +25,10 @@ class Timetable:
     """
 
     obstacles: Sequence[Obstacle] | None
-    everybody: bool
+    includes_future: bool
     start: float
     end: float
-    schedule: Schedule
+    index: SpacetimeIndex
 
     @classmethod
     def of(
@@ -41,13 +41,13 @@ class Timetable:
         width: float,
         *,
         everybody: bool = True,
-    ) -> "Timetable":
+    ) -> "ForeseenObstacles":
         """The table of `seen`, the obstacles as they are foreseen, listed in intervals of `width` [s].
 
         Raises:
             InvalidInput: different dimensions, an end that is not after the start.
         """
-        bodies = Traffic(seen, start, end - start).bodies(robot)
+        bodies = ObstacleTable(seen, start, end - start).bodies(robot)
         since = np.array([obstacle.trajectory.span[0] for obstacle in seen], dtype=np.float64)
         return cls(obstacles, everybody, start, end, _schedule(bodies, since, start, end, width))
 
@@ -57,14 +57,14 @@ class Timetable:
 
     def known_at(self, now: float) -> float:
         """Up to when [s] bodies must have appeared to be known of at `now`."""
-        return np.inf if self.everybody else now
+        return np.inf if self.includes_future else now
 
     def gap(self, place: Array, now: float) -> float:
         """How far [m] a robot at `place` (d,) is from the nearest body at `now` [s]; inf without any."""
-        s = self.schedule
-        k = min(max(int((now - s.start) / s.width), 0), len(s.begin) - 2)
-        rows = s.row[s.begin[k] : s.begin[k + 1]]
-        there = (s.times[rows, 0] <= now) & (s.times[rows, 1] >= now) & (s.since[rows] <= now)
+        s = self.index
+        k = min(max(int((now - s.start) / s.width), 0), len(s.first) - 2)
+        rows = s.row[s.first[k] : s.first[k + 1]]
+        there = (s.times[rows, 0] <= now) & (s.times[rows, 1] >= now) & (s.appears[rows] <= now)
         rows = rows[there]
         if not len(rows):
             return np.inf
@@ -80,30 +80,30 @@ class Timetable:
         return float((found[:, 0] - s.radius[rows] - s.growth[rows] * x).min())
 
 
-def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: float) -> Schedule:
+def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: float) -> SpacetimeIndex:
     rows = bodies.pieces
     times, which = rows.times + start, rows.body
-    around = rows.radius + bodies.around[which]
+    around = rows.radius + bodies.radius[which]
     middle = rows.points.mean(axis=1)
     bends = np.linalg.norm(rows.points - middle[:, None], axis=2).max(axis=1, initial=0.0)
     begin, row = _listed(times, start, end, width)
     hulls: MaybeHulls = ()
     if bodies.hull.max(initial=-1) >= 0:
-        hulls = (bodies.hull[which], np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.mixed)
-    return Schedule(
+        hulls = (bodies.hull[which], np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.unordered)
+    return SpacetimeIndex(
         times=times,
         points=np.ascontiguousarray(rows.points),
         radius=around,
         growth=np.ascontiguousarray(rows.growth),
         turns=np.ascontiguousarray(rows.turns) if bodies.turning else np.empty((0, 4, 2)),
-        middle=middle,
-        span=bends + around + np.maximum(rows.growth, 0.0) + bodies.spread[which],
-        spread=bodies.spread[which],
-        since=since[bodies.owner[which]],
+        centers=middle,
+        bounding_radius=bends + around + np.maximum(rows.growth, 0.0) + bodies.hull_radius[which],
+        hull_radius=bodies.hull_radius[which],
+        appears=since[bodies.owner[which]],
         hulls=hulls,
         start=float(start),
         width=float(width),
-        begin=begin,
+        first=begin,
         row=row,
     )
 

@@ -11,7 +11,7 @@ from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.limits import admissible_ball
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.paper.controller import RESPONSE, RING, ROBOT, Rules, hits, preferred_acceleration, run
 from slalom.selection import select
 from slalom.sim.gallery import build
@@ -62,7 +62,7 @@ def crossing(accelerations: Array, start: State = START) -> npt.NDArray[np.bool_
 
 def clearances(obstacles: Sequence[Obstacle], accelerations: Array, start: State = START) -> Array:
     """Least clearance (n,) [m] to cars on their lanes within HORIZON under constant accelerations (n, 2)."""
-    blocked = ControlObstacle(RESPONSE, start, Traffic(obstacles, 0.0, HORIZON), ROBOT)
+    blocked = ControlObstacle(RESPONSE, start, ObstacleTable(obstacles, 0.0, HORIZON), ROBOT)
     return np.asarray(blocked.clearance(accelerations))
 
 
@@ -97,7 +97,7 @@ def between(way: Crossings, blocked: ControlObstacle, limit: float) -> bool:
 def one_seed(seed: int, speed: float, ways: Sequence[Crossings]) -> dict[str, Any]:
     """What exists for the cars of one seed, and whether the first choice by NAO or AO, held, is hit."""
     obstacles = build("roundabout_crossing", {"speed": speed}, seed=seed).obstacles
-    traffic = Traffic(obstacles, 0.0, HORIZON)
+    traffic = ObstacleTable(obstacles, 0.0, HORIZON)
     result: dict[str, Any] = {"free": {}, "exists": {}}
     for way in ways:
         blocked = ControlObstacle(RESPONSE, way.start, traffic, ROBOT)

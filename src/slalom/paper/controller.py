@@ -18,8 +18,8 @@ from slalom.goal import Goal
 from slalom.limits import Admissible, Limits, admissible_ball
 from slalom.methods import METHODS
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
-from slalom.paper.fleet import Fleet
+from slalom.obstacle_table import ObstacleTable
+from slalom.paper.fleet import CarLanes
 from slalom.response import Acceleration
 from slalom.selection import select
 from slalom.shape import Disc
@@ -30,7 +30,7 @@ from slalom.sim.measure.metrics import adjustments, mean_acceleration, mean_jerk
 from slalom.sim.measure.recording import Step
 from slalom.sim.run.plant import drive
 from slalom.state import State
-from slalom.tolerances import COLLISION, KEPT, TOUCHING
+from slalom.tolerances import COLLISION, COMMITTED_SLACK, CONTACT_SLACK
 from slalom.trajectory import Stationary
 
 RESPONSE: Final = Acceleration()
@@ -84,14 +84,18 @@ def preferred_acceleration(state: State, goal: Array, most: float) -> Array:
     return np.asarray(wish * min(1.0, most / max(float(np.linalg.norm(wish)), 1e-300)))
 
 
-def decide(state: State, traffic: Traffic, rules: Rules, preferred: Array, present: Array | None) -> tuple[Array, str]:
+def decide(
+    state: State, traffic: ObstacleTable, rules: Rules, preferred: Array, present: Array | None
+) -> tuple[Array, str]:
     """The acceleration (2,) for the next interval and how it came about; `present` is the one in force."""
     ball = admissible_ball((0.0, 0.0), rules.max_acceleration)
     bare = ControlObstacle(RESPONSE, state, traffic, ROBOT)
     if len(bare.overlapping):
         return (np.zeros(2) if present is None else present), "OVERLAPPING"
-    blocked = ControlObstacle(RESPONSE, state, traffic, ROBOT, np.clip(bare.initial_clearances - TOUCHING, 0.0, MARGIN))
-    if rules.keep and present is not None and float(blocked.clearance(present)) >= -KEPT:
+    blocked = ControlObstacle(
+        RESPONSE, state, traffic, ROBOT, np.clip(bare.initial_clearances - CONTACT_SLACK, 0.0, MARGIN)
+    )
+    if rules.keep and present is not None and float(blocked.clearance(present)) >= -COMMITTED_SLACK:
         return present, "KEPT"
     choice = select(preferred, ball, blocked)
     if choice.control is None:
@@ -116,7 +120,7 @@ def latest_collision(preferred: Array, ball: Admissible, blocked: ControlObstacl
 
 def run(rules: Rules, obstacles: Sequence[Obstacle], start: State, goal: Array, longest: float = LONGEST) -> Run:
     """Drive from `start` until the robot is RING away from the centre again, or `longest` [s] is over."""
-    fleet = Fleet(obstacles, known=METHODS[rules.method].forecast == Known())
+    fleet = CarLanes(obstacles, known=METHODS[rules.method].forecast == Known())
     state, present, steps, out = start, None, [], False
     for k in range(round(longest / rules.replan)):
         now = k * rules.replan
@@ -163,7 +167,7 @@ def _bounds(recording: Recording, longest: float = 0.1) -> tuple[Array, Array]:
         share = -np.einsum("kd,kd->k", here, along) / np.maximum(np.einsum("kd,kd->k", along, along), 1e-300)
         chord = here + np.clip(share, 0.0, 1.0)[:, None] * along
         bend = (push + obstacle.trajectory.acceleration_bound(0.0, end)) * (times[1] - times[0]) ** 2 / 8.0
-        touch = obstacle.shape.reach + ROBOT.reach
+        touch = obstacle.shape.bounding_radius + ROBOT.bounding_radius
         low[k] = np.sqrt(np.einsum("kd,kd->k", chord, chord).min()) - bend - touch
         high[k] = np.sqrt(np.einsum("kd,kd->k", away, away).min()) - touch
     return low, high

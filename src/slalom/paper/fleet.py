@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.path import Path, hermite_step
 from slalom.tolerances import INTERPOLATION
 from slalom.trajectory import Circular
@@ -50,7 +50,7 @@ class Assumed(Endless):
         return self.lane.path(start, end) if self.assumed is None else self.assumed
 
 
-class Fleet:
+class CarLanes:
     """Cars on circles about the origin.
 
     Args:
@@ -69,7 +69,7 @@ class Fleet:
         fourth = self.radius * np.abs(self.rate) ** 4
         self.fourth, self.longest = fourth, min((hermite_step(f, INTERPOLATION) for f in fourth), default=np.inf)
 
-    def traffic(self, now: float, horizon: float, place: Array, neighbours: int = 0) -> Traffic:
+    def traffic(self, now: float, horizon: float, place: Array, neighbours: int = 0) -> ObstacleTable:
         """The cars as assumed at `now` [s] over `horizon` [s]; only those nearest to `place` (2,), all for 0."""
         angle = self.phase + self.rate * now
         chosen = np.arange(len(self.cars))
@@ -81,7 +81,7 @@ class Fleet:
             assumed = self.cars[index].trajectory
             assert isinstance(assumed, Assumed)
             assumed.assumed = Path(times, points[k], error[k])
-        return Traffic([self.cars[index] for index in chosen], now, horizon)
+        return ObstacleTable([self.cars[index] for index in chosen], now, horizon)
 
     def _lanes(self, angle: Array, chosen: Indices, now: float, horizon: float) -> tuple[Array, Array, Array]:
         """Cubic pieces of the circles (k, n, 4, 2) between common times (n + 1,), and their errors (k, n)."""

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from slalom.control_obstacle import ControlObstacle
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.paper import drawing
 from slalom.paper.drawing import DASHES
 from slalom.response import Acceleration, Response, Velocity
@@ -44,7 +44,7 @@ def obstacle_of(
     radius: float = RADIUS,
 ) -> ControlObstacle:
     """The control obstacle of one obstacle for a robot at the origin."""
-    traffic = Traffic([Obstacle(Disc(radius - NEVER), trajectory)], 0.0, horizon)
+    traffic = ObstacleTable([Obstacle(Disc(radius - NEVER), trajectory)], 0.0, horizon)
     return ControlObstacle(response, State((0.0, 0.0), velocity), traffic, Disc(NEVER))
 
 
@@ -84,10 +84,12 @@ def linear_vo() -> Figure:
         figure, (place, ax) = drawing.page([(-1.5, 16.5, -9.5, 8.5), (-1.0, 10.0, -3.0, 8.0)])
         _straight_scene(place)
         _velocities(ax, STRAIGHT, TIMES, "VO")
-        drawing.point(ax, STRAIGHT.speed, r"$v_B$", away=(-4, -8), colour=INK)
-        far = STRAIGHT.speed + 1.6 * (STRAIGHT.place + _sides(STRAIGHT.place))
+        drawing.point(ax, STRAIGHT.initial_velocity, r"$v_B$", away=(-4, -8), colour=INK)
+        far = STRAIGHT.initial_velocity + 1.6 * (STRAIGHT.initial_position + _sides(STRAIGHT.initial_position))
         for end in far:
-            ax.plot(*np.array([STRAIGHT.speed, end]).T, color=INK, linewidth=0.7, linestyle=DASHES, zorder=1.2)
+            ax.plot(
+                *np.array([STRAIGHT.initial_velocity, end]).T, color=INK, linewidth=0.7, linestyle=DASHES, zorder=1.2
+            )
         drawing.time_bar(ax, HORIZON)
     return figure
 
@@ -103,7 +105,7 @@ def _sides(centre: np.ndarray) -> np.ndarray:
 def _straight_scene(ax: Axes) -> None:
     drawing.path(ax, STRAIGHT, HORIZON)
     drawing.positions(ax, STRAIGHT, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
-    start, speed = STRAIGHT.place, STRAIGHT.speed
+    start, speed = STRAIGHT.initial_position, STRAIGHT.initial_velocity
     drawing.arrow(ax, start, start + speed, INK, "obstacle-velocity")
     drawing.label(ax, start, r"$B(t_0)$", away=(2, 6))
     drawing.label(ax, start + speed, r"$v_B$", away=(9, 2))

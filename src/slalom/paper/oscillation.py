@@ -72,7 +72,7 @@ def _paths(ax: Axes, cell: Cell, result: Mapping[str, Any]) -> None:
     recording = run(cell, 0, result["duration"])
     nearest = int(np.argmin(np.linalg.norm(recording.positions, axis=2).max(axis=1)))
     for k, colour in enumerate(COLOURS[: cell.robots]):
-        places, radius = recording.positions[:, k], recording.shapes[k].reach
+        places, radius = recording.positions[:, k], recording.shapes[k].bounding_radius
         disc(ax, places[nearest], radius, f"robot-{k}", fc=to_rgba(colour, 0.12), ec=colour, lw=0.6, zorder=2)
         ax.plot(*places.T, color=colour, linewidth=0.8, zorder=3, gid=f"path-{k}")
     ax.set(xlim=(-MIDDLE, MIDDLE), ylim=(-MIDDLE, MIDDLE), xticks=(-5, 0, 5), yticks=(-5, 0, 5))

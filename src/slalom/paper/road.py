@@ -11,7 +11,7 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.limits import admissible_ball
 from slalom.methods import METHODS
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.paper import drawing
 from slalom.response import Velocity
 from slalom.sim import Scenario
@@ -31,7 +31,7 @@ def seen(scenario: Scenario, method: str) -> ControlObstacle:
     """The VO or NLVO of all cars for the robot at the beginning."""
     forecast = METHODS[method].forecast
     cars = [Obstacle(car.shape, forecast(car.trajectory, 0.0)) for car in scenario.obstacles]
-    return ControlObstacle(Velocity(), scenario.robot.state, Traffic(cars, 0.0, HORIZON), scenario.robot.shape)
+    return ControlObstacle(Velocity(), scenario.robot.state, ObstacleTable(cars, 0.0, HORIZON), scenario.robot.shape)
 
 
 def curved_road() -> Figure:
@@ -78,8 +78,17 @@ def _lanes(ax: Axes, scenario: Scenario) -> None:
     for k, car in enumerate(scenario.obstacles):
         for t in (1.0, 2.0):
             look = {"facecolor": "none", "edgecolor": colour_at(scale, t), "linewidth": 0.8}
-            disc(ax, car.trajectory.position(t), car.shape.reach, f"car-{k}-{t:g}", zorder=2, **look)
-        disc(ax, car.trajectory.position(0.0), car.shape.reach, f"car-{k}", fc=NEUTRAL, ec=INK, lw=0.7, zorder=3)
+            disc(ax, car.trajectory.position(t), car.shape.bounding_radius, f"car-{k}-{t:g}", zorder=2, **look)
+        disc(
+            ax,
+            car.trajectory.position(0.0),
+            car.shape.bounding_radius,
+            f"car-{k}",
+            fc=NEUTRAL,
+            ec=INK,
+            lw=0.7,
+            zorder=3,
+        )
         velocity = car.trajectory.velocity(0.0)
         drawing.arrow(ax, car.trajectory.position(0.0), car.trajectory.position(0.0) + velocity, INK, f"velocity-{k}")
         drawing.label(ax, car.trajectory.position(0.0), f"{k + 1}", size=7)
@@ -87,7 +96,7 @@ def _lanes(ax: Axes, scenario: Scenario) -> None:
     disc(
         ax,
         state.position,
-        scenario.robot.shape.reach,
+        scenario.robot.shape.bounding_radius,
         "robot",
         facecolor=ROBOT,
         edgecolor=INK,

@@ -13,7 +13,7 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.goal import Goal
 from slalom.limits import admissible_ball
 from slalom.manoeuvre import Manoeuvre
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.paper import drawing
 from slalom.paper.claims_crossing import START, clearances, crossing, exits, grid
 from slalom.paper.controller import MARGIN, RESPONSE, RING, Rules, preferred_acceleration, run
@@ -100,7 +100,7 @@ def _drawn(
     with style():
         figure, above, below = _columns(len(moments))
         for upper, lower, moment in zip(above, below, moments):
-            traffic = Traffic(scenario.obstacles, moment.now, HORIZON)
+            traffic = ObstacleTable(scenario.obstacles, moment.now, HORIZON)
             blocked = ControlObstacle(RESPONSE, moment.state, traffic, Disc(1.0), MARGIN)
             past = None if track is None else track(moment.now)
             _everybody(upper, blocked, moment, goal, past)
@@ -140,7 +140,7 @@ def _columns(count: int) -> tuple[Figure, list[Axes], list[Axes]]:
 
 def _everybody(ax: Axes, blocked: ControlObstacle, moment: Moment, goal: Array, track: Array | None) -> None:
     """The workspace at one moment, without a legend."""
-    traffic, state = blocked.traffic, moment.state
+    traffic, state = blocked.obstacles, moment.state
     workspace(
         ax,
         traffic=traffic,

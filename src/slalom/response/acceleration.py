@@ -7,12 +7,12 @@ import numpy as np
 from slalom.affine import Affine
 from slalom.checks import Array, positive
 from slalom.response.protocol import ramp, with_break
-from slalom.response.time_invariant import FromVelocity, Shares
+from slalom.response.time_invariant import Coefficients, TimeInvariant
 from slalom.state import State
 
 
 @dataclass(frozen=True)
-class Acceleration(FromVelocity):
+class Acceleration(TimeInvariant):
     """u is an acceleration [m/s^2], held for ever: gain t^2 / 2 (Stern and Shiller 2025, AO and NAO)."""
 
     @property
@@ -23,13 +23,13 @@ class Acceleration(FromVelocity):
     def restartable(self) -> bool:
         return True
 
-    def place_shares(self, time: Array) -> Shares:
+    def place_shares(self, time: Array) -> Coefficients:
         return time, 0.5 * time * time
 
-    def speed_shares(self, time: Array) -> Shares:
+    def speed_shares(self, time: Array) -> Coefficients:
         return np.ones_like(time), time
 
-    def push_shares(self, time: Array) -> Shares:
+    def push_shares(self, time: Array) -> Coefficients:
         return np.zeros_like(time), np.ones_like(time)
 
     def knots(self, horizon: float, reach: float) -> Array:
@@ -46,7 +46,7 @@ class Acceleration(FromVelocity):
 
 
 @dataclass(frozen=True)
-class AccelerateThenCoast(FromVelocity):
+class AccelerateThenCoast(TimeInvariant):
     """u is an acceleration [m/s^2], held for `hold` seconds; then the velocity stays.
 
     Gain t^2 / 2, then hold (t - hold / 2). A vehicle's speed does not grow for ever; this one's does not.
@@ -65,13 +65,13 @@ class AccelerateThenCoast(FromVelocity):
     def restartable(self) -> bool:
         return False
 
-    def place_shares(self, time: Array) -> Shares:
+    def place_shares(self, time: Array) -> Coefficients:
         return time, ramp(time, self.hold)
 
-    def speed_shares(self, time: Array) -> Shares:
+    def speed_shares(self, time: Array) -> Coefficients:
         return np.ones_like(time), np.minimum(time, self.hold)
 
-    def push_shares(self, time: Array) -> Shares:
+    def push_shares(self, time: Array) -> Coefficients:
         return np.zeros_like(time), np.where(time < self.hold, 1.0, 0.0)
 
     def knots(self, horizon: float, reach: float) -> Array:

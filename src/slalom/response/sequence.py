@@ -13,29 +13,29 @@ from slalom.state import State
 
 
 @dataclass(frozen=True, repr=False)
-class AccelerateInTurn:
-    """u is an acceleration [m/s^2], held for `hold` seconds; `later` follows, then the velocity stays.
+class AccelerationSequence:
+    """u is an acceleration [m/s^2], held for `hold` seconds; `then` follows, then the velocity stays.
 
-    The gain is that of `AccelerateThenCoast`; what follows is the same whatever u is. `later` holds the further
+    The gain is that of `AccelerateThenCoast`; what follows is the same whatever u is. `then` holds the further
     accelerations in their order, each with the time for which it is held: ((seconds, (ax, ay)), ...).
     """
 
     hold: float
-    later: tuple[tuple[float, tuple[float, ...]], ...] = ()
+    then: tuple[tuple[float, tuple[float, ...]], ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "hold", positive(self.hold, "hold"))
-        dimensions = {len(push) for _, push in self.later}
+        dimensions = {len(push) for _, push in self.then}
         if len(dimensions) > 1:
-            raise InvalidInput(f"later: expected accelerations of one dimension, found {sorted(dimensions)}")
-        later = tuple(
-            (positive(seconds, f"later[{k}]"), tuple(float(x) for x in vector(push, f"later[{k}]")))
-            for k, (seconds, push) in enumerate(self.later)
+            raise InvalidInput(f"then: expected accelerations of one dimension, found {sorted(dimensions)}")
+        then = tuple(
+            (positive(seconds, f"then[{k}]"), tuple(float(x) for x in vector(push, f"then[{k}]")))
+            for k, (seconds, push) in enumerate(self.then)
         )
-        object.__setattr__(self, "later", later)
+        object.__setattr__(self, "then", then)
 
     def __repr__(self) -> str:
-        return f"AccelerateInTurn(hold={self.hold:g}, later={len(self.later)} more)"
+        return f"AccelerationSequence(hold={self.hold:g}, then={len(self.then)} more)"
 
     @property
     def interpolation_error(self) -> float:
@@ -48,13 +48,13 @@ class AccelerateInTurn:
     @property
     def ends(self) -> Array:
         """When each acceleration ends (1 + n,) [s]."""
-        return np.cumsum([self.hold, *(seconds for seconds, _ in self.later)])
+        return np.cumsum([self.hold, *(seconds for seconds, _ in self.then)])
 
     def _pushes(self, dimension: int) -> Array:
         """The further accelerations (n, d) [m/s^2]. Raises InvalidInput for those of another dimension."""
-        if self.later and len(self.later[0][1]) != dimension:
-            raise InvalidInput(f"later: expected dimension {dimension} as of the state, found {len(self.later[0][1])}")
-        return np.array([push for _, push in self.later]).reshape(-1, dimension)
+        if self.then and len(self.then[0][1]) != dimension:
+            raise InvalidInput(f"then: expected dimension {dimension} as of the state, found {len(self.then[0][1])}")
+        return np.array([push for _, push in self.then]).reshape(-1, dimension)
 
     def _since(self, time: Array) -> tuple[Array, Array]:
         """How long each of the further accelerations is past its begin (..., n) [s], and how long it is held (n,)."""

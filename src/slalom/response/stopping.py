@@ -7,11 +7,11 @@ import numpy as np
 
 from slalom.affine import Affine
 from slalom.checks import Array, positive
-from slalom.response.time_invariant import FromVelocity, Shares
+from slalom.response.time_invariant import Coefficients, TimeInvariant
 from slalom.state import State
 
 
-class _Stopping(FromVelocity):
+class _Stopping(TimeInvariant):
     """Held for `hold` seconds, then a braking that is proportional to the speed at which it begins."""
 
     hold: float
@@ -28,15 +28,15 @@ class _Stopping(FromVelocity):
     def restartable(self) -> bool:
         return False
 
-    def place_shares(self, time: Array) -> Shares:
+    def place_shares(self, time: Array) -> Coefficients:
         held, (distance, _, _) = np.minimum(time, self.hold), self._braking(time)
         return held + distance, 0.5 * held * held + self.hold * distance
 
-    def speed_shares(self, time: Array) -> Shares:
+    def speed_shares(self, time: Array) -> Coefficients:
         held, (_, speed, _) = np.minimum(time, self.hold), self._braking(time)
         return speed, np.where(time < self.hold, held, self.hold * speed)
 
-    def push_shares(self, time: Array) -> Shares:
+    def push_shares(self, time: Array) -> Coefficients:
         _, _, braking = self._braking(time)
         return braking, np.where(time < self.hold, 1.0, self.hold * braking)
 

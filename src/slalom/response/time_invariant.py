@@ -12,7 +12,7 @@ from slalom.checks import Array
 from slalom.path import hermite_weights
 from slalom.state import State
 
-Shares: TypeAlias = tuple[Array, Array]
+Coefficients: TypeAlias = tuple[Array, Array]
 """How much of the present velocity and of the control there is in something, at times (...): two arrays (...)."""
 
 
@@ -26,7 +26,7 @@ class Cubic(NamedTuple):
     gain: Array  # (m, 4)
 
 
-class FromVelocity(ABC):
+class TimeInvariant(ABC):
     """Position p + share * v + gain * u, velocity and acceleration share * v + gain * u.
 
     Shares and gains are functions of time: where times are asked for again and again they are computed once. Responses
@@ -34,15 +34,15 @@ class FromVelocity(ABC):
     """
 
     @abstractmethod
-    def place_shares(self, time: Array) -> Shares:
+    def place_shares(self, time: Array) -> Coefficients:
         """Of the position, [s] and of the gain's unit, beyond p."""
 
     @abstractmethod
-    def speed_shares(self, time: Array) -> Shares:
+    def speed_shares(self, time: Array) -> Coefficients:
         """Of the velocity."""
 
     @abstractmethod
-    def push_shares(self, time: Array) -> Shares:
+    def push_shares(self, time: Array) -> Coefficients:
         """Of the acceleration."""
 
     @property
@@ -85,23 +85,23 @@ class FromVelocity(ABC):
 
 
 @lru_cache(maxsize=256)
-def _speed_shares(response: FromVelocity, t: float) -> tuple[float, Array]:
+def _speed_shares(response: TimeInvariant, t: float) -> tuple[float, Array]:
     share, gain = response.speed_shares(np.asarray(t, dtype=np.float64))
     return float(share), _fixed(np.asarray(gain))
 
 
 @lru_cache(maxsize=256)
-def _push_shares(response: FromVelocity, t: float) -> tuple[float, Array]:
+def _push_shares(response: TimeInvariant, t: float) -> tuple[float, Array]:
     share, gain = response.push_shares(np.asarray(t, dtype=np.float64))
     return float(share), _fixed(np.asarray(gain))
 
 
 @lru_cache(maxsize=64)
-def _exact(response: FromVelocity, horizon: float) -> Cubic:
+def _exact(response: TimeInvariant, horizon: float) -> Cubic:
     return _cubic(response, horizon, 0.0)
 
 
-def _cubic(response: FromVelocity, horizon: float, reach: float) -> Cubic:
+def _cubic(response: TimeInvariant, horizon: float, reach: float) -> Cubic:
     knots = response.knots(horizon, reach)
     (place, gain), (speed, rise) = response.place_shares(knots), response.speed_shares(knots)
     ends, steps = np.array([0, 0, 1, 1]), hermite_weights(knots)

@@ -8,13 +8,13 @@ from slalom.affine import Affine
 from slalom.checks import Array, not_negative, positive
 from slalom.path import hermite_step
 from slalom.response.protocol import affine, ramp, with_break
-from slalom.response.time_invariant import FromVelocity, Shares
+from slalom.response.time_invariant import Coefficients, TimeInvariant
 from slalom.state import State
 from slalom.tolerances import INTERPOLATION
 
 
 @dataclass(frozen=True)
-class Velocity(FromVelocity):
+class Velocity(TimeInvariant):
     """u is a velocity [m/s], reached by a constant acceleration over `ramp` seconds and then kept.
 
     ramp = 0 is the classical velocity obstacle's assumption, an instant change: gain t (Fiorini and Shiller
@@ -35,15 +35,15 @@ class Velocity(FromVelocity):
     def restartable(self) -> bool:
         return self.ramp == 0.0
 
-    def place_shares(self, time: Array) -> Shares:
+    def place_shares(self, time: Array) -> Coefficients:
         gain = time if self.ramp == 0 else ramp(time, self.ramp) / self.ramp
         return time - gain, gain
 
-    def speed_shares(self, time: Array) -> Shares:
+    def speed_shares(self, time: Array) -> Coefficients:
         gain = np.ones_like(time) if self.ramp == 0 else np.minimum(time, self.ramp) / self.ramp
         return 1.0 - gain, gain
 
-    def push_shares(self, time: Array) -> Shares:
+    def push_shares(self, time: Array) -> Coefficients:
         gain = np.zeros_like(time) if self.ramp == 0 else (time < self.ramp) / self.ramp
         return -gain, gain
 
@@ -61,7 +61,7 @@ class Velocity(FromVelocity):
 
 
 @dataclass(frozen=True)
-class LaggedVelocity(FromVelocity):
+class LaggedVelocity(TimeInvariant):
     """u is a velocity [m/s] that is approached as by a proportional controller: dv/dt = (u - v) / lag.
 
     Gain t - lag (1 - e^(-t/lag)) (van den Berg, Snape, Guy and Manocha 2011, the AVO).
@@ -80,17 +80,17 @@ class LaggedVelocity(FromVelocity):
     def restartable(self) -> bool:
         return True
 
-    def place_shares(self, time: Array) -> Shares:
+    def place_shares(self, time: Array) -> Coefficients:
         x = time / self.lag
         spent = -np.expm1(-x) * self.lag
         # t - lag (1 - e^-x) loses all digits for small x; there its series is exact to rounding.
         series = time * x * (0.5 - x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x / 720))))
         return spent, np.where(x < 1e-2, series, time - spent)
 
-    def speed_shares(self, time: Array) -> Shares:
+    def speed_shares(self, time: Array) -> Coefficients:
         return np.exp(-time / self.lag), -np.expm1(-time / self.lag)
 
-    def push_shares(self, time: Array) -> Shares:
+    def push_shares(self, time: Array) -> Coefficients:
         left = np.exp(-time / self.lag) / self.lag
         return -left, left
 

@@ -4,7 +4,7 @@ from . import gallery as gallery
 from .files.scenario_yaml import read_scenario as read_scenario
 from .measure import metrics as metrics
 from .measure.recording import Recording as Recording
-from .measure.run_summary import Ending as Ending
+from .measure.run_summary import RunSummary as RunSummary
 from .run.simulate import (
     decision_at as decision_at,
     simulate as simulate,

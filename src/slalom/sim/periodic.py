@@ -136,7 +136,7 @@ def moved(trajectory: Trajectory, by: Array) -> Trajectory:
     if not np.any(by):
         return trajectory
     if isinstance(trajectory, Stationary):
-        return Stationary(trajectory.place + by)
+        return Stationary(trajectory.initial_position + by)
     return Displaced(trajectory, by)
 
 
@@ -164,7 +164,7 @@ def in_box(
         if begin >= end:
             continue
         points = obstacle.trajectory.path(begin, end).points.reshape(-1, obstacle.dimension)
-        reach = obstacle.shape.reach + INTERPOLATION
+        reach = obstacle.shape.bounding_radius + INTERPOLATION
         if obstacle.uncertainty is not None:
             reach += float(obstacle.uncertainty.radius(horizon, obstacle.dimension))
         for by in between(low - points.max(axis=0) - reach, high - points.min(axis=0) + reach, period):

@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom.checks import Array, not_negative, number, positive, share
 from slalom.errors import InvalidInput
-from slalom.forecast import foreseen
+from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
@@ -106,7 +106,7 @@ class Scenario:
             share(getattr(self, name), name)
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
         if self.period is not None:
-            wide = 2.0 * max(robot.shape.reach for robot in self.robots) + self.margin
+            wide = 2.0 * max(robot.shape.bounding_radius for robot in self.robots) + self.margin
             refuse_no_period(self.period, self.dimension, wide)
         if self.recorded is not None and not self.recorded[0] <= self.start < self.recorded[1]:
             first, last = self.recorded
@@ -126,7 +126,7 @@ class Scenario:
         """A goal that a resting obstacle covers for ever is a mistake; one that a moving obstacle passes is not."""
         goal = robot.goal
         if isinstance(goal.trajectory, Stationary) and isinstance(obstacle.trajectory, Stationary):
-            place, reach = goal.trajectory.place, robot.shape.reach
+            place, reach = goal.trajectory.initial_position, robot.shape.bounding_radius
             seen = [obstacle] if self.period is None else self._images([obstacle], place, reach)
             gaps = [float(clearances(one, robot.shape, np.zeros(1), place[None])[0]) for one in seen]
             gap = min(gaps, default=np.inf)
@@ -150,9 +150,9 @@ class Scenario:
             return self.obstacles
         me, forecast = self.robots[robot], method.forecast
         speed = max(me.limits.max_speed, float(np.linalg.norm(state.velocity)))
-        reach = speed * self.horizon + me.shape.reach + (self.margin if margin is None else margin)
+        reach = speed * self.horizon + me.shape.bounding_radius + (self.margin if margin is None else margin)
         there = [o for o in self.obstacles if forecast.foresees or o.exists(now)]
-        seen = [foreseen(obstacle, forecast, now) for obstacle in there]
+        seen = [predicted(obstacle, forecast, now) for obstacle in there]
         low, high = state.position - reach, state.position + reach
         return [displaced(there[k], by) for k, by in in_box(seen, self.period, now, self.horizon, low, high)]
 
@@ -182,14 +182,14 @@ class Scenario:
     def decider(self, method: Method) -> Navigator | LookAhead:
         """What decides for the only robot."""
         navigator = self.navigator(method)
-        if not method.ahead:
+        if not method.looks_ahead:
             return navigator
         if self.period is not None:
             raise InvalidInput(
                 f"method: expected one that does not look ahead in a world that repeats, found {method.name}"
             )
-        ahead = LookAhead(navigator, ahead=self.duration, deadline=self.start + self.duration)
-        return ahead.preparing(self.obstacles, self.start)
+        ahead = LookAhead(navigator, time_horizon=self.duration, deadline=self.start + self.duration)
+        return ahead.prepared_for(self.obstacles, self.start)
 
     def navigator(self, method: Method, robot: int = 0) -> Navigator:
         """The navigator of a robot."""

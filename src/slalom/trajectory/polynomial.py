@@ -14,14 +14,14 @@ from slalom.trajectory.protocol import Endless, Trajectory
 class Stationary(Endless):
     """At rest at `place` (d,) [m]."""
 
-    place: Checked = Checked(vector)
+    initial_position: Checked = Checked(vector)
 
     @property
     def dimension(self) -> int:
-        return self.place.size
+        return self.initial_position.size
 
     def position(self, t: npt.ArrayLike) -> Array:
-        return self.place + 0.0 * np.asarray(t, dtype=np.float64)[..., None]
+        return self.initial_position + 0.0 * np.asarray(t, dtype=np.float64)[..., None]
 
     def velocity(self, t: npt.ArrayLike) -> Array:
         return np.zeros((*np.shape(t), self.dimension))
@@ -43,29 +43,29 @@ class Stationary(Endless):
 class ConstantVelocity(Endless):
     """At `place` (d,) [m] at time `at` [s], moving with `speed` (d,) [m/s] for ever."""
 
-    place: Checked = Checked(vector)
-    speed: Checked = Checked(vector)
+    initial_position: Checked = Checked(vector)
+    initial_velocity: Checked = Checked(vector)
     at: float = 0.0
 
     def __post_init__(self) -> None:
-        vector(self.speed, "speed", self.place.size)
+        vector(self.initial_velocity, "speed", self.initial_position.size)
         object.__setattr__(self, "at", number(self.at, "at"))
 
     @property
     def dimension(self) -> int:
-        return self.place.size
+        return self.initial_position.size
 
     def position(self, t: npt.ArrayLike) -> Array:
-        return self.place + (np.asarray(t, dtype=np.float64) - self.at)[..., None] * self.speed
+        return self.initial_position + (np.asarray(t, dtype=np.float64) - self.at)[..., None] * self.initial_velocity
 
     def velocity(self, t: npt.ArrayLike) -> Array:
-        return np.broadcast_to(self.speed, (*np.shape(t), self.dimension))
+        return np.broadcast_to(self.initial_velocity, (*np.shape(t), self.dimension))
 
     def acceleration(self, t: npt.ArrayLike) -> Array:
         return np.zeros((*np.shape(t), self.dimension))
 
     def speed_bound(self, start: float, end: float) -> float:
-        return float(np.linalg.norm(self.speed))
+        return float(np.linalg.norm(self.initial_velocity))
 
     def acceleration_bound(self, start: float, end: float) -> float:
         return 0.0
@@ -78,35 +78,37 @@ class ConstantVelocity(Endless):
 class ConstantAcceleration(Endless):
     """At `place` [m] at time `at` [s] with velocity `speed` [m/s], accelerating with `push` [m/s^2] for ever."""
 
-    place: Checked = Checked(vector)
-    speed: Checked = Checked(vector)
-    push: Checked = Checked(vector)
+    initial_position: Checked = Checked(vector)
+    initial_velocity: Checked = Checked(vector)
+    initial_acceleration: Checked = Checked(vector)
     at: float = 0.0
 
     def __post_init__(self) -> None:
-        vector(self.speed, "speed", self.place.size)
-        vector(self.push, "push", self.place.size)
+        vector(self.initial_velocity, "speed", self.initial_position.size)
+        vector(self.initial_acceleration, "push", self.initial_position.size)
         object.__setattr__(self, "at", number(self.at, "at"))
 
     @property
     def dimension(self) -> int:
-        return self.place.size
+        return self.initial_position.size
 
     def position(self, t: npt.ArrayLike) -> Array:
         elapsed = (np.asarray(t, dtype=np.float64) - self.at)[..., None]
-        return self.place + elapsed * (self.speed + 0.5 * elapsed * self.push)
+        return self.initial_position + elapsed * (self.initial_velocity + 0.5 * elapsed * self.initial_acceleration)
 
     def velocity(self, t: npt.ArrayLike) -> Array:
-        return self.speed + (np.asarray(t, dtype=np.float64) - self.at)[..., None] * self.push
+        return (
+            self.initial_velocity + (np.asarray(t, dtype=np.float64) - self.at)[..., None] * self.initial_acceleration
+        )
 
     def acceleration(self, t: npt.ArrayLike) -> Array:
-        return np.broadcast_to(self.push, (*np.shape(t), self.dimension))
+        return np.broadcast_to(self.initial_acceleration, (*np.shape(t), self.dimension))
 
     def speed_bound(self, start: float, end: float) -> float:
         return float(np.linalg.norm(self.velocity(np.array([start, end])), axis=-1).max())
 
     def acceleration_bound(self, start: float, end: float) -> float:
-        return float(np.linalg.norm(self.push))
+        return float(np.linalg.norm(self.initial_acceleration))
 
     def path(self, start: float, end: float) -> Path:
         return _quadratic_path(self, start, end)

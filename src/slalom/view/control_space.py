@@ -17,7 +17,7 @@ from slalom.checks import Array, vector
 from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
 from slalom.limits import Admissible
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.shape import Part
 from slalom.view.bodies import body, outline
 from slalom.view.style import (
@@ -153,12 +153,12 @@ def _field(blocked: ControlObstacle, index: int, horizon: float, plane: Plane, c
         for columns in (slice(None, -1), slice(1, None)):
             border[rows, columns] |= mixed
     if border.any():
-        traffic = blocked.traffic
+        traffic = blocked.obstacles
         margin = np.broadcast_to(np.asarray(blocked.margin), (len(traffic.obstacles),))[index]
         alone = ControlObstacle(
             blocked.response,
             blocked.state,
-            Traffic([traffic.obstacles[index]], traffic.start, traffic.horizon),
+            ObstacleTable([traffic.obstacles[index]], traffic.start, traffic.horizon),
             blocked.robot,
             float(margin),
             horizon,

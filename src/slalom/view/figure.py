@@ -79,7 +79,7 @@ def decision(
         resolution: points of the grid of controls along each axis.
     """
     blocked = decision.blocked
-    state, traffic = blocked.state, blocked.traffic
+    state, traffic = blocked.state, blocked.obstacles
     reading = _read(decision, navigator, goal)
     alone = Manoeuvre(blocked.response, state, reading.preferred, traffic.start)
     with style():
@@ -129,7 +129,7 @@ def _panels(rows: int) -> tuple[Axes, Axes]:
 
 def _read(decision: Decision, navigator: Navigator, goal: Goal) -> _Reading:
     blocked, manoeuvre = decision.blocked, decision.manoeuvre
-    response, state, now = blocked.response, blocked.state, blocked.traffic.start
+    response, state, now = blocked.response, blocked.state, blocked.obstacles.start
     admissible = navigator.limits.admissible(response, state, navigator.horizon)
     preferred = decision.preferred
     if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED):
@@ -288,7 +288,7 @@ def _snapshots(ax: Axes, run: Array, shots: Array, robot: Shape, scale: ScalarMa
         above, below = (place[:2], below) if up else (above, place[:2])
         text = ax.annotate(
             f"{t:.1f} s" + (f"\nz {place[2]:.1f}".replace("-", "−") if len(place) == 3 else ""),
-            (place[0], place[1] + (robot.reach if up else -robot.reach)),
+            (place[0], place[1] + (robot.bounding_radius if up else -robot.bounding_radius)),
             xytext=(0, 2 if up else -2),
             textcoords="offset points",
             ha="center",

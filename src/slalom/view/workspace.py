@@ -13,7 +13,7 @@ from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre
 from slalom.minkowski import outline_parts
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.trajectory import Trajectory
@@ -43,7 +43,7 @@ _MOST_HEIGHTS: Final = 12
 def workspace(
     ax: Axes,
     *,
-    traffic: Traffic,
+    traffic: ObstacleTable,
     state: State,
     robot: Shape,
     goal: Goal | None = None,
@@ -93,7 +93,7 @@ def workspace(
     return ax
 
 
-def _contact_times(contact_times: npt.ArrayLike | None, traffic: Traffic) -> Array:
+def _contact_times(contact_times: npt.ArrayLike | None, traffic: ObstacleTable) -> Array:
     count = len(traffic.obstacles)
     if contact_times is None:
         return np.full(count, np.inf)
@@ -130,7 +130,7 @@ def write_height(ax: Axes, place: Array, radius: float) -> None:
     text.set_path_effects(halo(1.6))
 
 
-def _obstacles(ax: Axes, traffic: Traffic, times: Array) -> list[Line2D]:
+def _obstacles(ax: Axes, traffic: ObstacleTable, times: Array) -> list[Line2D]:
     """Discs now and paths to come, coloured by time to collision; those met first on top."""
     scale = time_scale(traffic.horizon)
     here = [i for i, obstacle in enumerate(traffic.obstacles) if obstacle.exists(traffic.start)]
@@ -148,7 +148,7 @@ def _obstacles(ax: Axes, traffic: Traffic, times: Array) -> list[Line2D]:
             look = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6 if met else 0.4}
             body(ax, outline_parts(obstacle, traffic.start), f"obstacle-{index}", zorder=z, **look)
             if obstacle.dimension == 3 and index in named:
-                write_height(ax, obstacle.trajectory.position(traffic.start), obstacle.shape.reach)
+                write_height(ax, obstacle.trajectory.position(traffic.start), obstacle.shape.bounding_radius)
     handles = []
     if np.any(np.isfinite(times)):
         handles.append(_dot(colour_at(scale, float(times.min())), INK, "hit if preferred (colour: when)"))
@@ -166,7 +166,7 @@ def _dot(face: Any, edge: Any, label: str) -> Line2D:
 
 def _past_and_future(
     ax: Axes,
-    traffic: Traffic,
+    traffic: ObstacleTable,
     manoeuvre: Manoeuvre | None,
     preferred: Manoeuvre | None,
     track: Array | None,
@@ -198,7 +198,7 @@ def _past_and_future(
     return handles
 
 
-def _contact(ax: Axes, traffic: Traffic, robot: Shape, preferred: Manoeuvre, times: Array) -> None:
+def _contact(ax: Axes, traffic: ObstacleTable, robot: Shape, preferred: Manoeuvre, times: Array) -> None:
     """Outlines of the robot and of what it would hit first under the preferred control, when they touch."""
     if not np.isfinite(times.min(initial=np.inf)):
         return
@@ -219,7 +219,7 @@ def _robot(ax: Axes, state: State, robot: Shape) -> Line2D:
     """The robot now, with an arrow as long as it moves in one second."""
     body(ax, placed(robot, state.position), "robot", facecolor=ROBOT, edgecolor=INK, linewidth=0.7, zorder=5)
     if state.dimension == 3:
-        write_height(ax, state.position, robot.reach)
+        write_height(ax, state.position, robot.bounding_radius)
     if np.linalg.norm(state.velocity[:2]) > 0.0:
         x, y = (float(c) for c in state.position[:2])
         arrow = FancyArrowPatch(
@@ -263,7 +263,7 @@ def around(place: Array, radius: float) -> Array:
     return np.array([place[:2] - radius, place[:2] + radius])
 
 
-def _extent(traffic: Traffic, state: State, robot: Shape, goal: Goal | None, track: Array | None) -> Extent:
+def _extent(traffic: ObstacleTable, state: State, robot: Shape, goal: Goal | None, track: Array | None) -> Extent:
     """Everybody now, the velocity arrow, the track and the goal; a square."""
     points = [box_of(placed(robot, state.position)), state.position[None, :2] + state.velocity[:2]]
     for obstacle in traffic.obstacles:

@@ -3,10 +3,17 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.decision.encounters import course, place_at
-from slalom.kernels.decision.neighbours import smallest_limit
-from slalom.kernels.decision.tables import WINDOWS, Answers, Draft, Fleet, Terms, World
-from slalom.kernels.decision.time_to_go import no_sooner, time_to_go
+from slalom.kernels.decision.encounters import response_path, state_on_path
+from slalom.kernels.decision.neighbours import smallest_control_ball
+from slalom.kernels.decision.tables import (
+    WINDOWS,
+    DecisionSettings,
+    PassiveObstacles,
+    ResponseTable,
+    RobotTable,
+    Scratch,
+)
+from slalom.kernels.decision.time_to_go import earliest_on_line, time_to_go
 from slalom.kernels.geometry.cubic import new_stack
 from slalom.kernels.jit import kernel
 
@@ -22,9 +29,9 @@ def arrives(place: Array, speed: Array, goal: Array, stop: bool, tolerance: floa
 
 
 @kernel
-def new_draft(pieces: int, dimension: int) -> Draft:
+def new_scratch(pieces: int, dimension: int) -> Scratch:
     """Room for courses of so many pieces."""
-    return Draft(
+    return Scratch(
         np.empty((2, pieces + 1)),
         np.empty((2, pieces, 4, 3)),
         np.empty((WINDOWS, 3)),
@@ -39,66 +46,89 @@ def new_draft(pieces: int, dimension: int) -> Draft:
 
 
 @kernel
-def soon(
-    i: int, until: float, begin: Array, points: Array, row: int, fleet: Fleet, terms: Terms, place: Array, speed: Array
+def arrival_within(
+    i: int,
+    until: float,
+    begin: Array,
+    points: Array,
+    row: int,
+    fleet: RobotTable,
+    terms: DecisionSettings,
+    place: Array,
+    speed: Array,
 ) -> float:
     """When robot i arrives that follows a course of a table [s], if that is until `until`; -1 if not.
 
     Into `place` and `speed` where it is then, and how fast.
     """
-    goal, stop, tolerance = fleet.target[i], fleet.halt[i], fleet.near[i]
-    away, fast = 0.0, fleet.top[i]
+    goal, stop, tolerance = fleet.target[i], fleet.stop[i], fleet.tolerance[i]
+    away, fast = 0.0, fleet.max_speed[i]
     for axis in range(terms.dimension):
         away += (goal[axis] - fleet.position[i, axis]) ** 2
         fast += abs(fleet.velocity[i, axis])
     if away <= (tolerance + fast * until) ** 2:
         # Farther away it cannot arrive until then.
         for step in range(8):
-            place_at(begin, points, row, terms.now + until * step / 8.0, place, speed)
+            state_on_path(begin, points, row, terms.now + until * step / 8.0, place, speed)
             if arrives(place, speed, goal, stop, tolerance):
                 return until * step / 8.0
-    place_at(begin, points, row, terms.now + until, place, speed)
+    state_on_path(begin, points, row, terms.now + until, place, speed)
     return -1.0
 
 
 @kernel
-def cost_of(
+def manoeuvre_cost(
     i: int,
     until: float,
     begin: Array,
     points: Array,
     row: int,
     near: Indices,
-    fleet: Fleet,
-    world: World,
-    terms: Terms,
-    draft: Draft,
+    fleet: RobotTable,
+    world: PassiveObstacles,
+    terms: DecisionSettings,
+    draft: Scratch,
 ) -> float:
     """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
     d, goal = terms.dimension, fleet.target[i]
-    place, speed, left = draft.place, draft.speed, draft.left
-    there = soon(i, until, begin, points, row, fleet, terms, place, speed)
+    place, speed, left = draft.position, draft.velocity, draft.displacement
+    there = arrival_within(i, until, begin, points, row, fleet, terms, place, speed)
     if there >= 0.0:
         return there
     for axis in range(d):
         left[axis] = goal[axis] - place[axis]
-    cost = until + time_to_go(left, speed, fleet.most[i], fleet.top[i], fleet.near[i], fleet.halt[i], draft.wanted)
-    if d == 2 and len(terms.angles) > 0:
+    cost = until + time_to_go(
+        left,
+        speed,
+        fleet.max_acceleration[i],
+        fleet.max_speed[i],
+        fleet.tolerance[i],
+        fleet.stop[i],
+        draft.desired_velocity,
+    )
+    if d == 2 and len(terms.detours) > 0:
         longer = 0.0
         for k in near:
             reach = fleet.radius[i] + fleet.radius[k] + terms.margin
-            if in_the_way(place, goal, fleet.later[k, 0], fleet.later[k, 1], reach):
-                longer += longer_way(place, goal, fleet.later[k, 0], fleet.later[k, 1], reach)
-        for e in range(len(world.reach)):
-            reach = world.reach[e] + fleet.radius[i] + terms.margin
-            longer += longer_way(place, goal, world.ends[e, 0], world.ends[e, 1], reach)
-        cost += longer / fleet.top[i]
+            if may_block(place, goal, fleet.end_position[k, 0], fleet.end_position[k, 1], reach):
+                longer += detour_length(place, goal, fleet.end_position[k, 0], fleet.end_position[k, 1], reach)
+        for e in range(len(world.end_radii)):
+            reach = world.end_radii[e] + fleet.radius[i] + terms.margin
+            longer += detour_length(place, goal, world.end_positions[e, 0], world.end_positions[e, 1], reach)
+        cost += longer / fleet.max_speed[i]
     return float(cost)
 
 
 @kernel
-def promise(
-    i: int, r: int, until: float, u: Array, fleet: Fleet, answers: Answers, terms: Terms, draft: Draft
+def optimistic_cost(
+    i: int,
+    r: int,
+    until: float,
+    u: Array,
+    fleet: RobotTable,
+    answers: ResponseTable,
+    terms: DecisionSettings,
+    draft: Scratch,
 ) -> float:
     """What response r costs robot i [s] that prefers the control u, if nothing is in its way.
 
@@ -106,8 +136,8 @@ def promise(
     goal it is given the time of a straight line, which is no more than it needs.
     """
     d, goal = terms.dimension, fleet.target[i]
-    place, speed, left, inside = draft.place, draft.speed, draft.left, draft.control
-    share, radius = smallest_limit(i, r, fleet, answers)
+    place, speed, left, inside = draft.position, draft.velocity, draft.displacement, draft.control
+    share, radius = smallest_control_ball(i, r, fleet, answers)
     square = 0.0
     for axis in range(d):
         inside[axis] = u[axis]
@@ -116,8 +146,8 @@ def promise(
         for axis in range(d):
             middle = -share * fleet.velocity[i, axis]
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
-    course(i, r, inside, fleet, answers, terms, draft.begin, draft.points, 0)
-    there = soon(i, until, draft.begin, draft.points, 0, fleet, terms, place, speed)
+    response_path(i, r, inside, fleet, answers, terms, draft.times, draft.points, 0)
+    there = arrival_within(i, until, draft.times, draft.points, 0, fleet, terms, place, speed)
     if there >= 0.0:
         return there
     square, along, fast = 0.0, 0.0, 0.0
@@ -126,14 +156,18 @@ def promise(
         square += left[axis] ** 2
         along += left[axis] * speed[axis]
         fast += speed[axis] ** 2
-    if fleet.halt[i]:
-        return until + time_to_go(left, speed, fleet.most[i], fleet.top[i], fleet.near[i], True, draft.wanted)
-    distance, quick = max(np.sqrt(square), 1e-12), max(fleet.top[i], np.sqrt(fast))
-    return until + no_sooner(distance - 0.5 * fleet.near[i], along / distance, fleet.most[i], quick)
+    if fleet.stop[i]:
+        return until + time_to_go(
+            left, speed, fleet.max_acceleration[i], fleet.max_speed[i], fleet.tolerance[i], True, draft.desired_velocity
+        )
+    distance, quick = max(np.sqrt(square), 1e-12), max(fleet.max_speed[i], np.sqrt(fast))
+    return until + earliest_on_line(
+        distance - 0.5 * fleet.tolerance[i], along / distance, fleet.max_acceleration[i], quick
+    )
 
 
 @kernel
-def longer_way(place: Array, goal: Array, x: float, y: float, radius: float) -> float:
+def detour_length(place: Array, goal: Array, x: float, y: float, radius: float) -> float:
     """By how much [m] the way from `place` to `goal` in the plane around a disc is longer than straight."""
     ax, ay, bx, by = place[0] - x, place[1] - y, goal[0] - x, goal[1] - y
     first, second = np.sqrt(ax * ax + ay * ay), np.sqrt(bx * bx + by * by)
@@ -148,7 +182,7 @@ def longer_way(place: Array, goal: Array, x: float, y: float, radius: float) -> 
 
 
 @kernel
-def in_the_way(place: Array, goal: Array, x: float, y: float, radius: float) -> bool:
+def may_block(place: Array, goal: Array, x: float, y: float, radius: float) -> bool:
     """Whether a disc may lie on the straight way from `place` to `goal`; if not, `longer_way` around it is 0."""
     dx, dy, tx, ty = goal[0] - place[0], goal[1] - place[1], x - place[0], y - place[1]
     along = min(1.0, max(0.0, (tx * dx + ty * dy) / (dx * dx + dy * dy + 1e-300)))
@@ -156,9 +190,9 @@ def in_the_way(place: Array, goal: Array, x: float, y: float, radius: float) -> 
 
 
 @kernel
-def longer_ways(place: Array, goal: Array, centers: Array, radii: Array) -> Array:
+def detour_lengths(place: Array, goal: Array, centers: Array, radii: Array) -> Array:
     """`longer_way` around each of the discs (n, 2), (n,): (n,)."""
     longer = np.empty(len(radii))
     for k in range(len(radii)):
-        longer[k] = longer_way(place, goal, centers[k, 0], centers[k, 1], radii[k])
+        longer[k] = detour_length(place, goal, centers[k, 0], centers[k, 1], radii[k])
     return longer

@@ -7,16 +7,16 @@ table of segments under all controls.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices
-from slalom.kernels.decision.encounters import course, limits_of
-from slalom.kernels.decision.neighbours import whereabouts, who_is_met
-from slalom.kernels.decision.tables import Answers, Draft, Fleet, Rows, Terms
+from slalom.kernels.decision.encounters import limits_of, response_path
+from slalom.kernels.decision.neighbours import bounding_balls, reachable_neighbours
+from slalom.kernels.decision.tables import DecisionSettings, ObstaclePieces, ResponseTable, RobotTable, Scratch
 from slalom.kernels.geometry.cubic import below, put_gap, restrict
 from slalom.kernels.jit import kernel
 from slalom.kernels.selection.exchange import nearest_admissible
 
 
 @kernel
-def chord_gap(p: Array) -> float:
+def chord_distance(p: Array) -> float:
     """A lower bound of the distance to the origin along the cubic p (4, 3): that of `segments.chord_gaps`."""
     square, along = 1e-300, 0.0
     for axis in range(3):
@@ -33,7 +33,7 @@ def chord_gap(p: Array) -> float:
 
 
 @kernel
-def stays_out(p: Array, radius: float, stack: Array) -> bool:
+def keeps_distance(p: Array, radius: float, stack: Array) -> bool:
     """Whether the cubic p (4, 3) stays at least `radius` away from the origin, up to rounding."""
     put_gap(
         stack,
@@ -45,8 +45,8 @@ def stays_out(p: Array, radius: float, stack: Array) -> bool:
 
 
 @kernel
-def passes(
-    rows: Rows,
+def path_is_clear(
+    rows: ObstaclePieces,
     unmet: Flags,
     begin: Array,
     points: Array,
@@ -66,7 +66,11 @@ def passes(
         body = rows.body[s]
         if unmet[body]:
             continue
-        own, first, width = halved if rows.partner[body] else row, rows.times[s, 0], rows.times[s, 1] - rows.times[s, 0]
+        own, first, width = (
+            halved if rows.cooperates[body] else row,
+            rows.times[s, 0],
+            rows.times[s, 1] - rows.times[s, 0],
+        )
         t0, t1, k = max(first, 0.0), min(rows.times[s, 1], horizon), 0
         while t0 < t1:
             # As in `gather.place_at`: the last piece that has a length goes on.
@@ -83,24 +87,26 @@ def passes(
                 o0, o1, o2, o3 = restrict(o[0], o[1], o[2], o[3], e, f)
                 p[0, axis], p[1, axis], p[2, axis], p[3, axis] = q0 - o0, q1 - o1, q2 - o2, q3 - o3
             radius = rows.radius[s] + rows.growth[s] * a + max(rows.growth[s] * (b - a), 0.0)
-            if chord_gap(p) < radius + rows.spread[body] and not (rows.hull[body] < 0 and stays_out(p, radius, stack)):
+            if chord_distance(p) < radius + rows.hull_radius[body] and not (
+                rows.hull[body] < 0 and keeps_distance(p, radius, stack)
+            ):
                 return False
             t0 = stop
     return True
 
 
 @kernel
-def directly(
+def preferred_is_free(
     i: int,
     r: int,
     wanted: Array,
     own: Array,
     met: Indices,
-    rows: Rows,
-    fleet: Fleet,
-    answers: Answers,
-    terms: Terms,
-    draft: Draft,
+    rows: ObstaclePieces,
+    fleet: RobotTable,
+    answers: ResponseTable,
+    terms: DecisionSettings,
+    draft: Scratch,
     u: Array,
 ) -> bool:
     """Whether the control of response r nearest to `wanted`, that limits allow, is free for certain; it goes into u.
@@ -116,11 +122,13 @@ def directly(
     for part in range(2 if halves else 1):
         for axis in range(3):
             w[axis] = u[axis] if part == 0 else own[axis] + (u[axis] - own[axis]) / terms.share
-        course(i, r, w, fleet, answers, terms, draft.begin, draft.points, part)
-        whereabouts(draft.begin[part], draft.points[part], terms, draft.middle, draft.spread)
+        response_path(i, r, w, fleet, answers, terms, draft.times, draft.points, part)
+        bounding_balls(draft.times[part], draft.points[part], terms, draft.centers, draft.radii)
         j = 0
-        for k in who_is_met(i, met, draft.middle, draft.spread, fleet, terms):
+        for k in reachable_neighbours(i, met, draft.centers, draft.radii, fleet, terms):
             while met[j] != k:
                 j += 1
             unmet[bodies + j] = False
-    return passes(rows, unmet, draft.begin, draft.points, 0, 1 if halves else 0, terms.now, terms.horizon, draft.stack)
+    return path_is_clear(
+        rows, unmet, draft.times, draft.points, 0, 1 if halves else 0, terms.now, terms.horizon, draft.stack
+    )

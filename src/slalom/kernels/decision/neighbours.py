@@ -10,8 +10,8 @@ Robots that cannot meet decide at the same time, each after all before it that i
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.decision.tables import WINDOWS, Answers, Fleet, Survey, Terms
-from slalom.kernels.geometry.cubic import fill, restrict
+from slalom.kernels.decision.tables import WINDOWS, CellList, DecisionSettings, ResponseTable, RobotTable
+from slalom.kernels.geometry.cubic import copy_into, restrict
 from slalom.kernels.jit import kernel
 
 ROUNDING = 1e-9
@@ -29,7 +29,7 @@ def ball_of(low: Array, high: Array, middle: Array) -> float:
 
 
 @kernel
-def whereabouts(begin: Array, points: Array, terms: Terms, middle: Array, spread: Array) -> None:
+def bounding_balls(begin: Array, points: Array, terms: DecisionSettings, middle: Array, spread: Array) -> None:
     """Balls that hold a course, pieces `begin` (n + 1,), `points` (n, 4, 3): middle (w, 3) and spread (w,), its radius.
 
     Where the course has no piece, -inf.
@@ -55,50 +55,55 @@ def whereabouts(begin: Array, points: Array, terms: Terms, middle: Array, spread
 
 
 @kernel
-def smallest_limit(i: int, r: int, fleet: Fleet, answers: Answers) -> tuple[float, float]:
+def smallest_control_ball(i: int, r: int, fleet: RobotTable, answers: ResponseTable) -> tuple[float, float]:
     """The smallest ball that all admissible controls of response r lie in: -share of the velocity, radius.
 
     See `limits.Limits.admissible`.
     """
     square = fleet.velocity[i, 0] ** 2 + fleet.velocity[i, 1] ** 2 + fleet.velocity[i, 2] ** 2
-    fastest = max(fleet.top[i], np.sqrt(square) - 0.5 * fleet.most[i] * answers.settled[r])
+    fastest = max(fleet.max_speed[i], np.sqrt(square) - 0.5 * fleet.max_acceleration[i] * answers.settled[r])
     share, radius = 0.0, np.inf
     for p in range(len(answers.peaks)):
         if answers.peaks[p, 0] != r:
             continue
-        size = (fastest if answers.peaks[p, 1] == 0.0 else fleet.most[i]) / abs(answers.peaks[p, 3])
+        size = (fastest if answers.peaks[p, 1] == 0.0 else fleet.max_acceleration[i]) / abs(answers.peaks[p, 3])
         if size < radius:
             share, radius = answers.peaks[p, 2] / answers.peaks[p, 3], size
     return share, radius
 
 
 @kernel
-def reachable(i: int, fleet: Fleet, answers: Answers, terms: Terms, middle: Array, spread: Array) -> None:
+def reachable_balls(
+    i: int, fleet: RobotTable, answers: ResponseTable, terms: DecisionSettings, middle: Array, spread: Array
+) -> None:
     """Balls that hold all that robot i may do, in middle (w, 3) and spread (w,).
 
     All admissible controls of all its responses, what is tested in their stead where avoidance is shared, and what it
     is committed to.
     """
     low, high = np.full((WINDOWS, 3), np.inf), np.full((WINDOWS, 3), -np.inf)
-    whereabouts(fleet.begin[i], fleet.points[i], terms, middle, spread)
+    bounding_balls(fleet.committed_times[i], fleet.committed_points[i], terms, middle, spread)
     for w in range(WINDOWS):
         if spread[w] >= 0.0:
             for axis in range(3):
                 low[w, axis], high[w, axis] = middle[w, axis] - spread[w], middle[w, axis] + spread[w]
     for r in range(answers.kinds[fleet.kind[i]], answers.kinds[fleet.kind[i] + 1]):
-        share, radius = smallest_limit(i, r, fleet, answers)
+        share, radius = smallest_control_ball(i, r, fleet, answers)
         for part in range(2 if terms.share < 1.0 else 1):
             scale = 1.0 if part == 0 else 1.0 / terms.share
             for axis in range(terms.dimension):
                 place, speed = fleet.position[i, axis], fleet.velocity[i, axis]
                 # The control that changes nothing now, see `crew.own_control`.
-                own = speed if answers.aim[r, 0] == 0.0 else fleet.push[i, axis]
+                own = speed if answers.settled_velocity[r, 0] == 0.0 else fleet.acceleration[i, axis]
                 control = own * (1.0 - scale) - scale * share * speed
                 for c in range(answers.cuts[r], answers.cuts[r + 1]):
                     w = answers.window[c]
                     for j in range(4):
                         gain = answers.cut_gain[c, j]
-                        x, wide = place + answers.cut_place[c, j] * speed + gain * control, radius * scale * abs(gain)
+                        x, wide = (
+                            place + answers.cut_velocity_gain[c, j] * speed + gain * control,
+                            radius * scale * abs(gain),
+                        )
                         low[w, axis], high[w, axis] = min(low[w, axis], x - wide), max(high[w, axis], x + wide)
     for w in range(WINDOWS):
         for axis in range(terms.dimension, 3):
@@ -107,7 +112,7 @@ def reachable(i: int, fleet: Fleet, answers: Answers, terms: Terms, middle: Arra
 
 
 @kernel
-def farthest(place: Array, middle: Array, spread: Array) -> float:
+def farthest_distance(place: Array, middle: Array, spread: Array) -> float:
     """How far from `place` (3,) anything in balls (w, 3), (w,) is, at most."""
     far = 0.0
     for w in range(len(spread)):
@@ -119,7 +124,7 @@ def farthest(place: Array, middle: Array, spread: Array) -> float:
 
 
 @kernel
-def survey(order: Indices, fleet: Fleet, answers: Answers, terms: Terms) -> Survey:
+def cell_list(order: Indices, fleet: RobotTable, answers: ResponseTable, terms: DecisionSettings) -> CellList:
     """All robots in cells, so wide that none of those in `order` can meet one that is not in a cell about its own."""
     n, d = len(fleet.radius), terms.dimension
     middle, spread = np.empty((n, WINDOWS, 3)), np.empty((n, WINDOWS))
@@ -128,14 +133,14 @@ def survey(order: Indices, fleet: Fleet, answers: Answers, terms: Terms) -> Surv
     for k in range(n):
         if not fleet.present[k]:
             continue
-        other = max(other, farthest(fleet.position[k], fleet.middle[k], fleet.spread[k]))
-        size, speed = max(size, fleet.radius[k]), max(speed, fleet.top[k])
+        other = max(other, farthest_distance(fleet.position[k], fleet.ball_centers[k], fleet.ball_radii[k]))
+        size, speed = max(size, fleet.radius[k]), max(speed, fleet.max_speed[k])
         for axis in range(d):
             low[axis] = min(low[axis], fleet.position[k, axis])
             high[axis] = max(high[axis], fleet.position[k, axis])
     for i in order:
-        reachable(i, fleet, answers, terms, middle[i], spread[i])
-        own = max(own, farthest(fleet.position[i], middle[i], spread[i]))
+        reachable_balls(i, fleet, answers, terms, middle[i], spread[i])
+        own = max(own, farthest_distance(fleet.position[i], middle[i], spread[i]))
     # In shared mode what a robot decides is seen at once: all that it may do counts as seen. Straight ways at top
     # speed count for the costs.
     far = max(own + max(own, other), 2.0 * speed * terms.horizon) + 2.0 * size + terms.margin
@@ -160,7 +165,7 @@ def survey(order: Indices, fleet: Fleet, answers: Answers, terms: Terms) -> Surv
         if fleet.present[k]:
             member[free[cell[k]]] = k
             free[cell[k]] += 1
-    return Survey(low, width, counts, first, member, middle, spread)
+    return CellList(low, width, counts, first, member, middle, spread)
 
 
 @kernel
@@ -174,7 +179,7 @@ def cell_at(place: Array, low: Array, width: Array, counts: Indices) -> int:
 
 
 @kernel
-def around(i: int, fleet: Fleet, seen: Survey) -> Indices:
+def neighbours_in_cells(i: int, fleet: RobotTable, seen: CellList) -> Indices:
     """All robots but i in the cells about it."""
     d = len(seen.counts)
     index, count = np.empty(len(seen.member), np.int64), 0
@@ -198,13 +203,15 @@ def around(i: int, fleet: Fleet, seen: Survey) -> Indices:
 
 
 @kernel
-def who_is_met(i: int, near: Indices, middle: Array, spread: Array, fleet: Fleet, terms: Terms) -> Indices:
+def reachable_neighbours(
+    i: int, near: Indices, middle: Array, spread: Array, fleet: RobotTable, terms: DecisionSettings
+) -> Indices:
     """Those of the robots `near` that robot i, whose doings the balls (w, 3), (w,) hold, may come nearer to than the
     margin within the horizon.
     """
     met, count = np.empty(len(near), np.int64), 0
     # Without slices and calls: this is asked of all that are near.
-    theirs, wide = fleet.middle, fleet.spread
+    theirs, wide = fleet.ball_centers, fleet.ball_radii
     for k in near:
         room = fleet.radius[i] + fleet.radius[k] + terms.margin
         for w in range(WINDOWS - 1, -1, -1):
@@ -218,14 +225,14 @@ def who_is_met(i: int, near: Indices, middle: Array, spread: Array, fleet: Fleet
 
 
 @kernel
-def round_of(order: Indices, seen: Survey, fleet: Fleet) -> Indices:
+def independent_rounds(order: Indices, seen: CellList, fleet: RobotTable) -> Indices:
     """The round in which each of `order` decides: one more than the last of those before it in the cells about it.
 
     Two robots of one round are never in neighbouring cells, and so neither knows what the other does in it.
     """
     latest, found = np.full(len(seen.first) - 1, -1), np.empty(len(order), np.int64)
     sides = np.ones(3, np.int64)
-    fill(sides, seen.counts)
+    copy_into(sides, seen.counts)
     for n in range(len(order)):
         # Cells are numbered as if there were three axes, the last ones of length 1.
         c = cell_at(fleet.position[order[n]], seen.low, seen.width, seen.counts)

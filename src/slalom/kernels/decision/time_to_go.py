@@ -8,7 +8,7 @@ import numpy as np
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
 
-LATE = np.multiply.accumulate(np.concatenate([[1e-3], np.full(424, 1.05)]))
+ARRIVAL_TIMES = np.multiply.accumulate(np.concatenate([[1e-3], np.full(424, 1.05)]))
 """[s] Times up to 1e6 between which the earliest one is sought."""
 
 
@@ -20,7 +20,7 @@ SECANTS = 6
 
 
 @kernel
-def excess(away: Array, v: Array, push: float, top: float, tolerance: float, t: float) -> float:
+def speed_excess(away: Array, v: Array, push: float, top: float, tolerance: float, t: float) -> float:
     """By how much [m^2/s^2] the square of the speed is too large after a full push in one direction that leads, with
     coasting then, to within `tolerance` of the point at time t; inf if no push does, not positive if it arrives.
 
@@ -44,7 +44,7 @@ def excess(away: Array, v: Array, push: float, top: float, tolerance: float, t: 
 
 
 @kernel
-def no_sooner(left: float, along: float, push: float, fast: float) -> float:
+def earliest_on_line(left: float, along: float, push: float, fast: float) -> float:
     """The least time [s] to get `left` [m] ahead for who has the speed `along` in that direction, at most `fast`."""
     if left <= 0.0:
         return 0.0
@@ -58,7 +58,7 @@ def no_sooner(left: float, along: float, push: float, fast: float) -> float:
 
 
 @kernel
-def by_secants(away: Array, v: Array, push: float, top: float, tolerance: float) -> float:
+def arrival_by_secants(away: Array, v: Array, push: float, top: float, tolerance: float) -> float:
     """About the earliest arrival where the speed limits it, or -1: nothing is promised of it."""
     square, speed, along = 0.0, 0.0, 0.0
     for axis in range(len(away)):
@@ -70,10 +70,10 @@ def by_secants(away: Array, v: Array, push: float, top: float, tolerance: float)
     # Straight on at the largest speed, and what is lost until it points there.
     turn = np.sqrt(max(fast * fast - 2.0 * fast * along + speed, 0.0)) / push
     t = (np.sqrt(square) - tolerance) / fast + turn * (fast - along) / (2.0 * fast)
-    before, f = t, excess(away, v, push, top, tolerance, t)
+    before, f = t, speed_excess(away, v, push, top, tolerance, t)
     t *= 1.0 + 1e-4
     for _ in range(SECANTS):
-        g = excess(away, v, push, top, tolerance, t)
+        g = speed_excess(away, v, push, top, tolerance, t)
         if not (np.isfinite(f) and np.isfinite(g)) or f == g:
             return -1.0
         t, before, f = t - g * (t - before) / (g - f), t, g
@@ -94,27 +94,27 @@ def earliest_arrival(away: Array, v: Array, push: float, top: float, tolerance: 
         return 0.0
     # On the way it is never faster than at its begin or end.
     least = (distance - tolerance) / max(top, np.sqrt(speed)) * (1.0 - 1e-6)
-    first = k = np.searchsorted(LATE, least)
-    root = by_secants(away, v, push, top, tolerance)
+    first = k = np.searchsorted(ARRIVAL_TIMES, least)
+    root = arrival_by_secants(away, v, push, top, tolerance)
     never, surely = root * (1.0 - NARROW), root * (1.0 + NARROW)
-    while k < len(LATE) and LATE[k] < surely:
+    while k < len(ARRIVAL_TIMES) and ARRIVAL_TIMES[k] < surely:
         k += 1
     if not (
         root > 0.0
-        and (k == first or LATE[k - 1] <= never)
-        and excess(away, v, push, top, tolerance, surely) <= 0.0
-        and excess(away, v, push, top, tolerance, never) > 0.0
+        and (k == first or ARRIVAL_TIMES[k - 1] <= never)
+        and speed_excess(away, v, push, top, tolerance, surely) <= 0.0
+        and speed_excess(away, v, push, top, tolerance, never) > 0.0
     ):
         never, surely, k = -np.inf, np.inf, first
-        while k < len(LATE) and excess(away, v, push, top, tolerance, LATE[k]) > 0.0:
+        while k < len(ARRIVAL_TIMES) and speed_excess(away, v, push, top, tolerance, ARRIVAL_TIMES[k]) > 0.0:
             k += 1
-    if k == len(LATE):
+    if k == len(ARRIVAL_TIMES):
         return np.inf
-    early, late = float(LATE[k] / 1.05), float(LATE[k])
+    early, late = float(ARRIVAL_TIMES[k] / 1.05), float(ARRIVAL_TIMES[k])
     for _ in range(30):
         middle = 0.5 * (early + late)
         # The root tells all but the last steps.
-        if middle >= surely or (middle > never and excess(away, v, push, top, tolerance, middle) <= 0.0):
+        if middle >= surely or (middle > never and speed_excess(away, v, push, top, tolerance, middle) <= 0.0):
             late = middle
         else:
             early = middle

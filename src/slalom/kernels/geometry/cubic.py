@@ -194,7 +194,7 @@ def least(stack: Array, ceiling: float, accuracy: float) -> tuple[float, float]:
 
 
 @kernel
-def fill(into: npt.NDArray[Any], what: npt.NDArray[Any]) -> None:
+def copy_into(into: npt.NDArray[Any], what: npt.NDArray[Any]) -> None:
     """Put `what` into the first rows of an array, which has as many dimensions."""
     for index in np.ndindex(what.shape):
         into[index] = what[index]

@@ -20,7 +20,7 @@ from slalom.tolerances import CLEARANCE, DEPTH
 
 
 @kernel
-def new_course(hulls: MaybeHulls) -> tuple[Array, Array]:
+def new_path(hulls: MaybeHulls) -> tuple[Array, Array]:
     """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
     most = 1
     if len(hulls) > 0:
@@ -30,7 +30,7 @@ def new_course(hulls: MaybeHulls) -> tuple[Array, Array]:
 
 
 @kernel
-def load(points: Array, gains: Array, hulls: Hulls, s: int, u: Array, course: Array) -> None:
+def load_path(points: Array, gains: Array, hulls: Hulls, s: int, u: Array, course: Array) -> None:
     """The course of segment s under control u."""
     turns = hulls[1]
     for j in range(4):
@@ -56,7 +56,7 @@ def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
 
 
 @kernel
-def excess(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x: float, q: Array) -> Direction:
+def hull_distance(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x: float, q: Array) -> Direction:
     """Signed distance to the rounded hull at x, and the direction that attains it."""
     n = corners_at(course, hulls, h, x, q)
     if hulls[4][h]:
@@ -66,7 +66,7 @@ def excess(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x:
 
 
 @kernel
-def bound(
+def distance_bound(
     course: Array,
     hulls: Hulls,
     h: int,
@@ -126,17 +126,20 @@ def bound(
 def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array) -> float:
     """Some x at which the origin is inside the rounded hull, or -1 if it nowhere is by more than CLEARANCE."""
     for end in (0.0, 1.0):
-        if excess(course, hulls, h, radius, growth, end, q)[0] < 0.0:
+        if hull_distance(course, hulls, h, radius, growth, end, q)[0] < 0.0:
             return end
     stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
     while top >= 0:
         a, width = stack[top, 0], stack[top, 1]
         top -= 1
         middle = a + 0.5 * width
-        gap, vx, vy, vz = excess(course, hulls, h, radius, growth, middle, q)
+        gap, vx, vy, vz = hull_distance(course, hulls, h, radius, growth, middle, q)
         if gap < 0.0:
             return float(middle)
-        if width < 0.5**DEPTH or bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE:
+        if (
+            width < 0.5**DEPTH
+            or distance_bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE
+        ):
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -154,12 +157,12 @@ def hull_first_below(
         a, width = stack[top, 0], stack[top, 1]
         top -= 1
         middle = a + 0.5 * width
-        _, vx, vy, vz = excess(course, hulls, h, radius, growth, middle, q)
-        if bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE:
+        _, vx, vy, vz = hull_distance(course, hulls, h, radius, growth, middle, q)
+        if distance_bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE:
             continue
-        if excess(course, hulls, h, radius, growth, a, q)[0] < 0.0:
+        if hull_distance(course, hulls, h, radius, growth, a, q)[0] < 0.0:
             return float(a)
-        if width < least and excess(course, hulls, h, radius, growth, a + width, q)[0] < 0.0:
+        if width < least and hull_distance(course, hulls, h, radius, growth, a + width, q)[0] < 0.0:
             return float(a)
         if width < 0.5**DEPTH:
             continue
@@ -186,15 +189,18 @@ def hull_least(
     """
     best = ceiling
     for end in (0.0, 1.0):
-        best = min(best, excess(course, hulls, h, radius, growth, end, q)[0])
+        best = min(best, hull_distance(course, hulls, h, radius, growth, end, q)[0])
     stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
     while top >= 0:
         a, width = stack[top, 0], stack[top, 1]
         top -= 1
         middle = a + 0.5 * width
-        gap, vx, vy, vz = excess(course, hulls, h, radius, growth, middle, q)
+        gap, vx, vy, vz = hull_distance(course, hulls, h, radius, growth, middle, q)
         best = min(best, gap)
-        if width < 0.5**DEPTH or bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= best - accuracy:
+        if (
+            width < 0.5**DEPTH
+            or distance_bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= best - accuracy
+        ):
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -203,7 +209,7 @@ def hull_least(
 
 
 @kernel
-def hull_sink(
+def deepest_time(
     course: Array,
     gain: Array,
     hulls: Hulls,
@@ -221,15 +227,15 @@ def hull_sink(
     for k in range(10):
         x = witness if k == 9 else step * k
         g = value(gain[0], gain[1], gain[2], gain[3], x)
-        gap = excess(course, hulls, h, radius, growth, x, q)[0]
+        gap = hull_distance(course, hulls, h, radius, growth, x, q)[0]
         if gap < 0.0 and gap < best * g:
             best, place = gap / g, x
     low, high = max(0.0, place - step), min(1.0, place + step)
     share = 0.3819660112501051
     for _ in range(18):
         left, right = low + share * (high - low), high - share * (high - low)
-        a = excess(course, hulls, h, radius, growth, left, q)[0]
-        b = excess(course, hulls, h, radius, growth, right, q)[0]
+        a = hull_distance(course, hulls, h, radius, growth, left, q)[0]
+        b = hull_distance(course, hulls, h, radius, growth, right, q)[0]
         a /= value(gain[0], gain[1], gain[2], gain[3], left)
         b /= value(gain[0], gain[1], gain[2], gain[3], right)
         if a < b:
@@ -249,7 +255,7 @@ def distances(places: Array, directions: Array, which: Indices, hulls: MaybeHull
     The hulls are at places (k, 3), their bodies along directions (k, 2).
     """
     result = np.empty((len(places), 4))
-    course, q = new_course(hulls)
+    course, q = new_path(hulls)
     for i in range(len(places)):
         if len(hulls) == 0 or which[i] < 0:
             n = 1

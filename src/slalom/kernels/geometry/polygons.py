@@ -35,18 +35,18 @@ def new_boundaries(limits: Array) -> Array:
     for b in range(len(limits)):
         for column in range(5):
             boundaries[b, column] = limits[b, column]
-        of_none(boundaries, b)
+        without_polygon(boundaries, b)
     return boundaries
 
 
 @kernel
-def of_none(boundaries: Array, b: int) -> None:
+def without_polygon(boundaries: Array, b: int) -> None:
     """Boundary b belongs to no polygon, and matters everywhere."""
     boundaries[b, 5], boundaries[b, 6], boundaries[b, 7], boundaries[b, 8] = -1.0, 0.0, 0.0, np.inf
 
 
 @kernel
-def with_room(boundaries: Array, count: int) -> Array:
+def with_capacity(boundaries: Array, count: int) -> Array:
     """The boundaries, moved to a larger array if there are fewer than `count` rows."""
     if count <= len(boundaries):
         return boundaries
@@ -149,7 +149,7 @@ def add_rounded(
     boundaries: Array, admissible: int, count: int, which: int, q: Array, n: int, r: float
 ) -> tuple[Array, int]:
     """The circles and lines of rounded polygon `which` that reach into the admissible set, as boundaries."""
-    boundaries = with_room(boundaries, count + 2 * n)
+    boundaries = with_capacity(boundaries, count + 2 * n)
     smallest = smallest_ball(boundaries, admissible)
     x, y, most = boundaries[smallest, 1], boundaries[smallest, 2], boundaries[smallest, 4]
     for j in range(n):

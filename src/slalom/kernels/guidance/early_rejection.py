@@ -20,7 +20,7 @@ rounding counts for more, and near the origin of their velocities more others co
 
 
 @kernel
-def side_by_side(position: Array, velocity: Array, radius: Array, present: Flags) -> Array:
+def structure_of_arrays(position: Array, velocity: Array, radius: Array, present: Flags) -> Array:
     """Places, velocities, speeds and radii of all robots, (6, n); a radius of -inf for those that nobody meets.
 
     Each in a row of its own, for loops that processors do several at a time.
@@ -43,7 +43,7 @@ def room_for(n: int) -> tuple[Singles, Flags, Words, Indices]:
 
 
 @kernel
-def coarsen(all_of: Array, x: float, y: float, coarse: Singles) -> tuple[float, float]:
+def to_single_precision(all_of: Array, x: float, y: float, coarse: Singles) -> tuple[float, float]:
     """Places from (x, y) on, velocities and radii into `coarse`; how much [m], [m/s] they are off by at most.
 
     Where nobody is who could be met there is no place, and nothing is ever true of it.
@@ -61,7 +61,7 @@ def coarsen(all_of: Array, x: float, y: float, coarse: Singles) -> tuple[float, 
 
 
 @kernel
-def may_meet(
+def may_encounter(
     px: float,
     py: float,
     wx: float,
@@ -96,7 +96,7 @@ def may_meet(
 
 
 @kernel
-def may_join(ring: Array, x0: float, y0: float, coarse: Singles, off: float, maybe: Flags) -> None:
+def may_enter_circle(ring: Array, x0: float, y0: float, coarse: Singles, off: float, maybe: Flags) -> None:
     """Whether each may be on the ring or on its way into it. No division, no branch."""
     x, y, vx, vy, radius = coarse[0], coarse[1], coarse[2], coarse[3], coarse[4]
     px, py = ring[0] - x0, ring[1] - y0

@@ -16,7 +16,7 @@ cells. Less: more often all cells are looked at."""
 
 
 @kernel
-def off_walls(grid: Array, clearance: Array, reach: float) -> Array:
+def wall_costs(grid: Array, clearance: Array, reach: float) -> Array:
     """What one metre costs in each cell for a robot of radius `reach` (margin included): 1 where it is free of walls.
 
     grid: x, y of cell (0, 0), and the width of a cell. clearance (nx, ny) to walls.
@@ -31,7 +31,7 @@ def off_walls(grid: Array, clearance: Array, reach: float) -> Array:
 
 
 @kernel
-def free_cells(grid: Array, walls: Array, reach: float, places: Array, radii: Array, parked: Indices, i: int) -> Array:
+def cell_costs(grid: Array, walls: Array, reach: float, places: Array, radii: Array, parked: Indices, i: int) -> Array:
     """The same for robot i, off those that are parked too; walls: of `off_walls`."""
     cost = walls.copy()
     nx, ny = cost.shape
@@ -61,7 +61,7 @@ def apart(x: int, y: int, c: int, d: int) -> float:
 
 
 @kernel
-def way_lengths(cost: Array, a: int, b: int, c: int, d: int, around: float) -> tuple[Array, float]:
+def path_lengths(cost: Array, a: int, b: int, c: int, d: int, around: float) -> tuple[Array, float]:
     """Lengths of the ways from each cell to (a, b), in cells; and how long the way from (c, d) by way of a cell may be
     at most for its length to be known: as long as the shortest one and `around` more.
 
@@ -102,7 +102,7 @@ def way_lengths(cost: Array, a: int, b: int, c: int, d: int, around: float) -> t
 
 
 @kernel
-def downhill(length: Array, c: int, d: int, most: float) -> list[tuple[int, int]]:
+def shortest_path(length: Array, c: int, d: int, most: float) -> list[tuple[int, int]]:
     """The cells on the way from (c, d) to where the length is 0; none if it comes to where lengths are not known."""
     at, path = (c, d), [(c, d)]
     while length[c, d] > 0.0 and len(path) < 4096:
@@ -125,7 +125,7 @@ def downhill(length: Array, c: int, d: int, most: float) -> list[tuple[int, int]
 
 
 @kernel
-def sees(cost: Array, x0: float, y0: float, x1: float, y1: float) -> bool:
+def line_of_sight(cost: Array, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Whether all cells on the line between two places, in cells, are free but for the first ones.
 
     Where it begins in a narrow one, others will do.
@@ -145,7 +145,7 @@ def sees(cost: Array, x0: float, y0: float, x1: float, y1: float) -> bool:
 
 
 @kernel
-def straight(
+def goal_in_sight(
     grid: Array, clearance: Array, reach: float, places: Array, radii: Array, parked: Indices, i: int, goal: Array
 ) -> bool:
     """Whether robot i `sees` its goal, without the map of all cells: for most robots at most times that is enough."""
@@ -183,7 +183,7 @@ def straight(
 
 
 @kernel
-def next_corner(grid: Array, cost: Array, px: float, py: float, gx: float, gy: float, corner: Array) -> bool:
+def next_waypoint(grid: Array, cost: Array, px: float, py: float, gx: float, gy: float, corner: Array) -> bool:
     """Whether the straight way to a goal is not free; then the farthest place on the shortest way that is seen."""
     shape = cost.shape
     x0, y0, x1, y1 = (
@@ -192,19 +192,19 @@ def next_corner(grid: Array, cost: Array, px: float, py: float, gx: float, gy: f
         (gx - grid[0]) / grid[2],
         (gy - grid[1]) / grid[2],
     )
-    if sees(cost, x0, y0, x1, y1):
+    if line_of_sight(cost, x0, y0, x1, y1):
         return False
     a, b = cell_of(grid, shape, gx, gy)
     c, d = cell_of(grid, shape, px, py)
     # Few cells besides those on the way are needed; all of them where that was too few.
-    length, most = way_lengths(cost, a, b, c, d, AROUND)
-    path = downhill(length, c, d, most)
+    length, most = path_lengths(cost, a, b, c, d, AROUND)
+    path = shortest_path(length, c, d, most)
     if len(path) == 0:
-        length, most = way_lengths(cost, a, b, c, d, np.inf)
-        path = downhill(length, c, d, most)
+        length, most = path_lengths(cost, a, b, c, d, np.inf)
+        path = shortest_path(length, c, d, most)
     chosen = min(len(path) - 1, 2)
     for k in range(len(path) - 1, chosen, -1):
-        if sees(cost, x0, y0, float(path[k][0]), float(path[k][1])):
+        if line_of_sight(cost, x0, y0, float(path[k][0]), float(path[k][1])):
             chosen = k
             break
     corner[0], corner[1] = grid[0] + grid[2] * path[chosen][0], grid[1] + grid[2] * path[chosen][1]

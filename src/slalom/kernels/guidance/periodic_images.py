@@ -3,12 +3,12 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.guidance.tables import Guide
+from slalom.kernels.guidance.tables import GuidanceState
 from slalom.kernels.jit import kernel
 
 
 @kernel
-def apart(j: int, k: int, guide: Guide) -> tuple[float, float]:
+def apart(j: int, k: int, guide: GuidanceState) -> tuple[float, float]:
     """Where robot k is from robot j: that of its images which is nearest."""
     x, y = guide.position[k, 0] - guide.position[j, 0], guide.position[k, 1] - guide.position[j, 1]
     if guide.period[0] > 0.0:
@@ -19,7 +19,7 @@ def apart(j: int, k: int, guide: Guide) -> tuple[float, float]:
 
 
 @kernel
-def is_free(x: float, y: float, reach: float, guide: Guide, grid: Array, clearance: Array) -> bool:
+def is_free(x: float, y: float, reach: float, guide: GuidanceState, grid: Array, clearance: Array) -> bool:
     """Whether what rests is at least `reach` from a place, of which the grid may hold an image."""
     if guide.period[0] > 0.0:
         x -= guide.period[0] * np.floor((x - grid[0]) / guide.period[0])

@@ -5,11 +5,18 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices, Singles, Words
-from slalom.kernels.geometry.cubic import fill
-from slalom.kernels.guidance.early_rejection import coarsen, listed, may_join, may_meet, room_for, side_by_side
-from slalom.kernels.guidance.grid_astar import free_cells, next_corner, off_walls, straight
+from slalom.kernels.geometry.cubic import copy_into
+from slalom.kernels.guidance.early_rejection import (
+    listed,
+    may_encounter,
+    may_enter_circle,
+    room_for,
+    structure_of_arrays,
+    to_single_precision,
+)
+from slalom.kernels.guidance.grid_astar import cell_costs, goal_in_sight, next_waypoint, wall_costs
 from slalom.kernels.guidance.periodic_images import apart
-from slalom.kernels.guidance.tables import Guide
+from slalom.kernels.guidance.tables import GuidanceState
 from slalom.kernels.jit import kernel
 
 CLOSE = 1.3
@@ -38,7 +45,7 @@ PATIENCE = 1.0
 """[s] Who has waited for longer gives up going around."""
 
 
-class Others(NamedTuple):
+class RobotRows(NamedTuple):
     """All robots as the sieve needs them, and room for its answers: see `sieve`."""
 
     all_of: Array  # (6, n)
@@ -51,41 +58,43 @@ class Others(NamedTuple):
 
 
 @kernel
-def look_at(guide: Guide) -> Others:
+def robot_rows(guide: GuidanceState) -> RobotRows:
     """All robots, those that are not present as nobody who could be met."""
-    all_of = side_by_side(guide.position, guide.velocity, guide.radius, guide.present)
+    all_of = structure_of_arrays(guide.position, guide.velocity, guide.radius, guide.present)
     coarse, maybe, words, which = room_for(len(guide.radius))
     origin = guide.position[0]
-    return Others(all_of, coarse, origin, coarsen(all_of, origin[0], origin[1], coarse), maybe, words, which)
+    return RobotRows(
+        all_of, coarse, origin, to_single_precision(all_of, origin[0], origin[1], coarse), maybe, words, which
+    )
 
 
 @kernel
-def about(i: int, guide: Guide, others: Others) -> Others:
+def nearest_image_rows(i: int, guide: GuidanceState, others: RobotRows) -> RobotRows:
     """All robots at those of their images that are nearest to robot i."""
     all_of, origin = others.all_of, guide.position[i]
     for k in range(len(guide.radius)):
         x, y = apart(i, k, guide)
         all_of[0, k], all_of[1, k] = origin[0] + x, origin[1] + y
-    off = coarsen(all_of, origin[0], origin[1], others.coarse)
-    return Others(all_of, others.coarse, origin, off, others.maybe, others.words, others.which)
+    off = to_single_precision(all_of, origin[0], origin[1], others.coarse)
+    return RobotRows(all_of, others.coarse, origin, off, others.maybe, others.words, others.which)
 
 
 @kernel
-def meetings(i: int, frontal: float, guide: Guide, others: Others, found: Array) -> int:
+def predicted_encounters(i: int, frontal: float, guide: GuidanceState, others: RobotRows, found: Array) -> int:
     """When and where robot i, straight to its goal at top speed, meets others at their present velocities.
 
     Rows (when, x, y, radius of the other) in the order of time into found; their number. Only those that it sees
     come from ahead, the cosine of the angle at least `frontal`.
     """
     px, py = guide.position[i, 0], guide.position[i, 1]
-    dx, dy = guide.corner[i, 0] - px, guide.corner[i, 1] - py
-    distance, speed, reach = np.sqrt(dx * dx + dy * dy), guide.top[i], guide.radius[i]
+    dx, dy = guide.waypoint[i, 0] - px, guide.waypoint[i, 1] - py
+    distance, speed, reach = np.sqrt(dx * dx + dy * dy), guide.max_speed[i], guide.radius[i]
     if distance < reach:
         return 0
     dx, dy = dx / distance, dy / distance
     count, end, all_of, at = 0, 0.999 * distance / speed, others.all_of, others.origin
     vx, vy = speed * dx, speed * dy
-    may_meet(px - at[0], py - at[1], vx, vy, reach, end, CLOSE, others.coarse, others.off, others.maybe)
+    may_encounter(px - at[0], py - at[1], vx, vy, reach, end, CLOSE, others.coarse, others.off, others.maybe)
     for j in range(listed(others.maybe, others.words, others.which)):
         k = others.which[j]
         # Who has arrived is no meeting, however it moves about its place.
@@ -115,12 +124,12 @@ def meetings(i: int, frontal: float, guide: Guide, others: Others, found: Array)
         rows = found[:count].copy()
         order = np.argsort(rows[:, 0].copy())
         for j in range(count):
-            fill(found[j], rows[order[j]])
+            copy_into(found[j], rows[order[j]])
     return count
 
 
 @kernel
-def ring_of(radius: float, found: Array, count: int, ring: Array) -> None:
+def circle_around(radius: float, found: Array, count: int, ring: Array) -> None:
     """The ring around the first meeting and all that are near it, into `ring`."""
     x, y, reaches, n = found[0, 1], found[0, 2], found[0, 3], 1
     size = max(radius + found[0, 3], 2.2 * (radius + reaches) / (2.0 * np.pi))
@@ -134,9 +143,9 @@ def ring_of(radius: float, found: Array, count: int, ring: Array) -> None:
 
 
 @kernel
-def around(i: int, guide: Guide, ring: Array, place: Array) -> bool:
+def tangent_target(i: int, guide: GuidanceState, ring: Array, place: Array) -> bool:
     """Whether the ring lies between robot i and its goal; then a place on the tangent to its right, into `place`."""
-    px, py, gx, gy = guide.position[i, 0], guide.position[i, 1], guide.corner[i, 0], guide.corner[i, 1]
+    px, py, gx, gy = guide.position[i, 0], guide.position[i, 1], guide.waypoint[i, 0], guide.waypoint[i, 1]
     x, y, size = ring[0], ring[1], ring[2]
     dx, dy = gx - px, gy - py
     distance = max(np.sqrt(dx * dx + dy * dy), 1e-9)
@@ -156,11 +165,11 @@ def around(i: int, guide: Guide, ring: Array, place: Array) -> bool:
 
 
 @kernel
-def members(i: int, guide: Guide, others: Others, ring: Array) -> int:
+def fit_circle(i: int, guide: GuidanceState, others: RobotRows, ring: Array) -> int:
     """Fit the ring to robot i and the robots that are on it or on their way into it: middle, radius, number."""
     count, x, y, reaches = 0, 0.0, 0.0, guide.radius[i]
     largest, all_of, at = 0.0, others.all_of, others.origin
-    may_join(ring, at[0], at[1], others.coarse, others.off[0], others.maybe)
+    may_enter_circle(ring, at[0], at[1], others.coarse, others.off[0], others.maybe)
     for j in range(listed(others.maybe, others.words, others.which)):
         k = others.which[j]
         if k == i:
@@ -173,7 +182,7 @@ def members(i: int, guide: Guide, others: Others, ring: Array) -> int:
             count += 1
             x += all_of[0, k] + along * vx / speed
             y += all_of[1, k] + along * vy / speed
-        elif np.sqrt(tx * tx + ty * ty) < size and speed > 0.1 * guide.top[k]:
+        elif np.sqrt(tx * tx + ty * ty) < size and speed > 0.1 * guide.max_speed[k]:
             count += 1
             x += all_of[0, k]
             y += all_of[1, k]
@@ -191,63 +200,71 @@ def members(i: int, guide: Guide, others: Others, ring: Array) -> int:
 
 
 @kernel
-def head_for(order: Indices, guide: Guide) -> None:
+def update_targets(order: Indices, guide: GuidanceState) -> None:
     """Where robots `order` head for: the next place on their way, or one beside the meetings that they are in for."""
     found, fresh = np.empty((len(guide.radius), 4)), np.zeros(4)
-    others = look_at(guide)
+    others = robot_rows(guide)
     for i in order:
-        last = guide.corner[i, 0] == guide.goal[i, 0] and guide.corner[i, 1] == guide.goal[i, 1]
-        fill(guide.target[i], guide.corner[i])
-        guide.halt[i] = guide.stop[i] and last
+        last = guide.waypoint[i, 0] == guide.goal[i, 0] and guide.waypoint[i, 1] == guide.goal[i, 1]
+        copy_into(guide.target[i], guide.waypoint[i])
+        guide.stop[i] = guide.goal_stop[i] and last
         # A corner is driven to, not only seen near: there it goes on to the next one.
-        guide.near[i] = guide.tolerance[i] if last else CORNER * guide.radius[i]
-        ring = guide.ring[i]
-        if guide.waited[i] >= PATIENCE:
+        guide.tolerance[i] = guide.goal_tolerance[i] if last else CORNER * guide.radius[i]
+        ring = guide.circle[i]
+        if guide.waiting_time[i] >= PATIENCE:
             # Going around has led nowhere.
             ring[:] = 0.0
             continue
-        count = meetings(i, -1.0, guide, others, found)
+        count = predicted_encounters(i, -1.0, guide, others, found)
         if count > 0:
-            ring_of(guide.radius[i], found, count, fresh)
+            circle_around(guide.radius[i], found, count, fresh)
             x, y = fresh[0] - guide.position[i, 0], fresh[1] - guide.position[i, 1]
             # Who is inside is too late to go around.
             if fresh[3] > ring[3] and (ring[2] > 0.0 or x * x + y * y > fresh[2] * fresh[2]):
-                fill(ring, fresh)
+                copy_into(ring, fresh)
         if ring[2] > 0.0:
-            if members(i, guide, others, ring) > 0 and around(i, guide, ring, guide.target[i]):
-                guide.near[i], guide.halt[i] = 0.5, False
+            if fit_circle(i, guide, others, ring) > 0 and tangent_target(i, guide, ring, guide.target[i]):
+                guide.tolerance[i], guide.stop[i] = 0.5, False
             else:
-                fill(guide.target[i], guide.corner[i])
+                copy_into(guide.target[i], guide.waypoint[i])
                 ring[:] = 0.0
 
 
 @kernel
-def pass_right(guide: Guide) -> None:
+def keep_right(guide: GuidanceState) -> None:
     """Where the world repeats there are always more to come: all pass those that come towards them on the right."""
     n = len(guide.radius)
-    found, ring, others = np.empty((n, 4)), np.zeros(4), look_at(guide)
+    found, ring, others = np.empty((n, 4)), np.zeros(4), robot_rows(guide)
     for i in range(n):
-        fill(guide.target[i], guide.goal[i])
-        others = about(i, guide, others)
-        if meetings(i, FRONTAL, guide, others, found) > 0 and found[0, 0] < SOON:
-            ring_of(guide.radius[i], found, 1, ring)
-            around(i, guide, ring, guide.target[i])
+        copy_into(guide.target[i], guide.goal[i])
+        others = nearest_image_rows(i, guide, others)
+        if predicted_encounters(i, FRONTAL, guide, others, found) > 0 and found[0, 0] < SOON:
+            circle_around(guide.radius[i], found, 1, ring)
+            tangent_target(i, guide, ring, guide.target[i])
 
 
 @kernel
-def find_corners(guide: Guide, grid: Array, clearance: Array, margin: float, parked: Indices, due: Indices) -> None:
+def update_waypoints(
+    guide: GuidanceState, grid: Array, clearance: Array, margin: float, parked: Indices, due: Indices
+) -> None:
     """The next place on the way of each robot in `due`."""
     walls, of = np.empty((0, 0)), np.nan
     for i in due:
         reach = guide.radius[i] + margin
-        if straight(grid, clearance, reach, guide.position, guide.radius, parked, i, guide.goal[i]):
-            fill(guide.corner[i], guide.goal[i])
+        if goal_in_sight(grid, clearance, reach, guide.position, guide.radius, parked, i, guide.goal[i]):
+            copy_into(guide.waypoint[i], guide.goal[i])
             continue
         if reach != of:
             # One for all robots of a size.
-            walls, of = off_walls(grid, clearance, reach), reach
-        cost = free_cells(grid, walls, reach, guide.position, guide.radius, parked, i)
-        fill(guide.corner[i], guide.goal[i])
-        next_corner(
-            grid, cost, guide.position[i, 0], guide.position[i, 1], guide.goal[i, 0], guide.goal[i, 1], guide.corner[i]
+            walls, of = wall_costs(grid, clearance, reach), reach
+        cost = cell_costs(grid, walls, reach, guide.position, guide.radius, parked, i)
+        copy_into(guide.waypoint[i], guide.goal[i])
+        next_waypoint(
+            grid,
+            cost,
+            guide.position[i, 0],
+            guide.position[i, 1],
+            guide.goal[i, 0],
+            guide.goal[i, 1],
+            guide.waypoint[i],
         )

@@ -10,9 +10,9 @@ from typing import TypeAlias
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
-from slalom.kernels.geometry.hulls import bound, excess, load
+from slalom.kernels.geometry.hulls import distance_bound, hull_distance, load_path
 from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.relative_motion.segments import chord_gaps
+from slalom.kernels.relative_motion.segments import chord_distances
 
 Table: TypeAlias = tuple[Array, Array, Array, Array, Array]
 """points, gains, radius, growth, reach: see `slalom.relative_motion`; their hulls go apart."""
@@ -21,7 +21,7 @@ Table: TypeAlias = tuple[Array, Array, Array, Array, Array]
 @inlined
 def is_clear(points: Array, gains: Array, reach: Array, u: Array, gaps: Array) -> bool:
     """Whether the chord test alone shows that control u is free; the chord test's distances go into gaps."""
-    chord_gaps(points, gains, u[0], u[1], u[2], gaps)
+    chord_distances(points, gains, u[0], u[1], u[2], gaps)
     near = 0
     for s in range(len(gaps)):
         near += gaps[s] < reach[s]
@@ -29,7 +29,7 @@ def is_clear(points: Array, gains: Array, reach: Array, u: Array, gaps: Array) -
 
 
 @inlined
-def within(gains: Array, reach: Array, gaps: Array, farthest: float, which: Indices) -> int:
+def cull(gains: Array, reach: Array, gaps: Array, farthest: float, which: Indices) -> int:
     """How many segments controls within `farthest` may collide on; their numbers go into which, and into the first
     rows of gaps how far away these controls are at least. `gaps` holds the distances of the chord test."""
     count = 0
@@ -42,14 +42,14 @@ def within(gains: Array, reach: Array, gaps: Array, farthest: float, which: Indi
 
 
 @kernel
-def room_for(count: int, hulls: MaybeHulls) -> tuple[Table, MaybeHulls]:
+def new_table(count: int, hulls: MaybeHulls) -> tuple[Table, MaybeHulls]:
     """A table with room for so many segments, and their hulls."""
     points, gains, around = np.empty((4, 3, count)), np.empty((4, count)), np.empty((3, count))
-    return (points, gains, around[0], around[1], around[2]), room_for_hulls(count, hulls)
+    return (points, gains, around[0], around[1], around[2]), new_hulls(count, hulls)
 
 
 @kernel
-def room_for_hulls(count: int, hulls: MaybeHulls) -> MaybeHulls:
+def new_hulls(count: int, hulls: MaybeHulls) -> MaybeHulls:
     """The hulls of that table; nothing where there are none."""
     if len(hulls) == 0:
         return ()
@@ -58,7 +58,7 @@ def room_for_hulls(count: int, hulls: MaybeHulls) -> MaybeHulls:
 
 
 @inlined
-def gather(
+def copy_near(
     table: Table,
     hulls: MaybeHulls,
     which: Indices,
@@ -83,10 +83,10 @@ def gather(
         if len(hulls) > 0 and hulls[0][s] >= 0:
             # A long wall may be out of reach although the disc about it is not.
             h = hulls[0][s]
-            load(points, gains, hulls, s, center, course)
-            _, vx, vy, vz = excess(course, hulls, h, radius[s], growth[s], 0.5, q)
+            load_path(points, gains, hulls, s, center, course)
+            _, vx, vy, vz = hull_distance(course, hulls, h, radius[s], growth[s], 0.5, q)
             gain = max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
-            away[c] = max(away[c], bound(course, hulls, h, radius[s], growth[s], 0.0, 1.0, vx, vy, vz) / gain)
+            away[c] = max(away[c], distance_bound(course, hulls, h, radius[s], growth[s], 0.0, 1.0, vx, vy, vz) / gain)
             if not away[c] < limit:
                 continue
         copy_row(table, hulls, s, near, near_hulls, count)

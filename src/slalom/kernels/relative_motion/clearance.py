@@ -7,9 +7,9 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
 from slalom.kernels.geometry.cubic import curvature, first_below, least, new_stack, put_gap, slope, value
-from slalom.kernels.geometry.hulls import hull_first_below, hull_least, load, new_course
+from slalom.kernels.geometry.hulls import hull_first_below, hull_least, load_path, new_path
 from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.segments import chord_gaps
+from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.tolerances import CLEARANCE, TIME
 
 
@@ -47,16 +47,16 @@ def least_clearances(
     """
     result = np.full((len(controls), owners), np.inf)
     stack, gaps = new_stack(), np.empty(len(radius))
-    course, q = new_course(hulls)
+    course, q = new_path(hulls)
     for c in range(len(controls)):
         u = controls[c]
-        chord_gaps(points, gains, u[0], u[1], u[2], gaps)
+        chord_distances(points, gains, u[0], u[1], u[2], gaps)
         for s in range(len(radius)):
             best = result[c, owner[s]]
             if gaps[s] - reach[s] >= best:
                 continue
             if len(hulls) > 0 and hulls[0][s] >= 0:
-                load(points, gains, hulls, s, u, course)
+                load_path(points, gains, hulls, s, u, course)
                 result[c, owner[s]] = hull_least(
                     course, hulls, hulls[0][s], radius[s], growth[s], stack, q, best, CLEARANCE
                 )
@@ -89,15 +89,15 @@ def contact_times(
     """Elapsed time [s] of the first contact with each owner for each control, (k, owners); inf if there is none."""
     result = np.full((len(controls), owners), np.inf)
     stack, gaps = new_stack(), np.empty(len(radius))
-    course, q = new_course(hulls)
+    course, q = new_path(hulls)
     for c in range(len(controls)):
         u = controls[c]
-        chord_gaps(points, gains, u[0], u[1], u[2], gaps)
+        chord_distances(points, gains, u[0], u[1], u[2], gaps)
         for s in range(len(radius)):
             if begin[s] >= result[c, owner[s]] or gaps[s] >= reach[s]:
                 continue
             if len(hulls) > 0 and hulls[0][s] >= 0:
-                load(points, gains, hulls, s, u, course)
+                load_path(points, gains, hulls, s, u, course)
                 place = hull_first_below(course, hulls, hulls[0][s], radius[s], growth[s], stack, q, TIME)
             else:
                 put_segment(stack, points, gains, s, u[0], u[1], u[2], radius[s] * radius[s])
@@ -132,7 +132,7 @@ def depth_at(points: Array, gains: Array, k: int, u: Array, radius: float, s: fl
 
 
 @kernel
-def sink(points: Array, gains: Array, k: int, u: Array, radius: float, s: float) -> float:
+def deepen(points: Array, gains: Array, k: int, u: Array, radius: float, s: float) -> float:
     """A place near s in [0, 1] at which u is no less deep inside the element of segment k, see `depth_at`.
 
     By a few steps of Newton's method on (radius - |p - g u|) / g. The element of that place holds all controls that are

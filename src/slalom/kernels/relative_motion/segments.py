@@ -10,7 +10,7 @@ from slalom.kernels.arrays import Array, Indices, MaybeHulls
 from slalom.kernels.geometry.cubic import restrict
 from slalom.kernels.jit import kernel
 
-SAME = 8
+ROBOT_MOTIONS = 8
 """Bodies are often cut at the same times; of so many of the parts of one, what the robot does itself is kept for the
 next body. More: lists that are hardly ever so long are looked after."""
 
@@ -42,7 +42,7 @@ def relative_segments(
     """
     n, m, d = len(times), len(drift), points.shape[2]
     turning = len(turns) > 0
-    room = number_of(times, body, knots, m, horizon)
+    room = segment_count(times, body, knots, m, horizon)
     lines = np.empty((4, room))
     begin, end, around, widening = lines[0], lines[1], lines[2], lines[3]
     rel, gains, turned = np.empty((4, 3, room)), np.empty((4, room)), np.empty((4, 2, room if turning else 0))
@@ -52,7 +52,7 @@ def relative_segments(
             for i in range(room):
                 rel[c, axis, i] = 0.0
     k, piece, part = 0, 0, 0
-    own = np.empty((SAME, 2 + 4 * (d + 1)))
+    own = np.empty((ROBOT_MOTIONS, 2 + 4 * (d + 1)))
     own[:, 0] = np.nan
     for s in range(n):
         t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
@@ -66,7 +66,7 @@ def relative_segments(
             a, b = (t0 - times[s, 0]) / width, (stop - times[s, 0]) / width
             cut = a > 0.0 or b < 1.0
             if own[part, 0] != t0 or own[part, 1] != stop:
-                own_part(knots, drift, gain, piece, t0, stop, own[part])
+                robot_motion(knots, drift, gain, piece, t0, stop, own[part])
             for axis in range(d):
                 p0, p1, p2, p3 = points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis]
                 if cut:
@@ -75,7 +75,7 @@ def relative_segments(
                 rel[0, axis, k], rel[1, axis, k] = p0 - own[part, q], p1 - own[part, q + 1]
                 rel[2, axis, k], rel[3, axis, k] = p2 - own[part, q + 2], p3 - own[part, q + 3]
             gains[0, k], gains[1, k], gains[2, k], gains[3, k] = own[part, 2], own[part, 3], own[part, 4], own[part, 5]
-            part = min(part + 1, SAME - 1)
+            part = min(part + 1, ROBOT_MOTIONS - 1)
             if turning:
                 for axis in range(2):
                     turned[0, axis, k], turned[1, axis, k], turned[2, axis, k], turned[3, axis, k] = restrict(
@@ -89,7 +89,7 @@ def relative_segments(
 
 
 @kernel
-def own_part(knots: Array, drift: Array, gain: Array, piece: int, t0: float, stop: float, own: Array) -> None:
+def robot_motion(knots: Array, drift: Array, gain: Array, piece: int, t0: float, stop: float, own: Array) -> None:
     """What the robot itself does from t0 to stop, on one piece: these times, the gain and the drift, into `own`."""
     span = knots[piece + 1] - knots[piece]
     e, f = (t0 - knots[piece]) / span, (stop - knots[piece]) / span
@@ -103,7 +103,7 @@ def own_part(knots: Array, drift: Array, gain: Array, piece: int, t0: float, sto
 
 
 @kernel
-def number_of(times: Array, body: Indices, knots: Array, m: int, horizon: float) -> int:
+def segment_count(times: Array, body: Indices, knots: Array, m: int, horizon: float) -> int:
     """How many segments these pieces are cut into: memory that is never filled would cost more than this count."""
     count, piece = 0, 0
     for s in range(len(times)):
@@ -119,7 +119,7 @@ def number_of(times: Array, body: Indices, knots: Array, m: int, horizon: float)
 
 
 @kernel
-def chord_gaps(points: Array, gains: Array, ux: float, uy: float, uz: float, gaps: Array) -> None:
+def chord_distances(points: Array, gains: Array, ux: float, uy: float, uz: float, gaps: Array) -> None:
     """Lower bounds of the distance to the origin along every segment under control (ux, uy, uz), into gaps.
 
     The distance of the chord, less how far the cubic may bend away from it: with e, f the distances of the inner

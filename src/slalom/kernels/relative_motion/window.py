@@ -12,7 +12,7 @@ from slalom.kernels.geometry.cubic import value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import relative_segments
-from slalom.tolerances import CONTACT, TOUCHING
+from slalom.tolerances import CONTACT, CONTACT_SLACK
 
 
 @kernel
@@ -54,8 +54,8 @@ def kept_radii(gaps: Array, wider: Array) -> tuple[Array, bool]:
     for b in range(len(wider)):
         gap, own[b] = gaps[b], wider[b]
         # Contact is not overlap: from a body that it is within TOUCHING of, the robot may still move away.
-        if gap - wider[b] >= -CONTACT and gap - wider[b] < TOUCHING:
-            own[b] = max(gap - TOUCHING, 0.0)
+        if gap - wider[b] >= -CONTACT and gap - wider[b] < CONTACT_SLACK:
+            own[b] = max(gap - CONTACT_SLACK, 0.0)
         overlaps = overlaps or gap - own[b] < -CONTACT
     return own, overlaps
 

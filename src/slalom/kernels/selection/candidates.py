@@ -27,7 +27,7 @@ from slalom.kernels.geometry.boundaries import (
 from slalom.kernels.geometry.polygons import MaybePolygons, outside_polygons
 from slalom.kernels.jit import inlined, kernel
 
-CLOSER = 1e-7
+SQUARED_DISTANCE_SLACK = 1e-7
 """[1] Share by which a squared distance may be too small by rounding, as that of a nearly tangent intersection."""
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from slalom.kernels.arrays import Array, Hulls
 from slalom.kernels.geometry.convex import order, signed_distance, to_segment
 from slalom.kernels.geometry.cubic import restrict, value
-from slalom.kernels.geometry.hulls import corners_at, excess, load
+from slalom.kernels.geometry.hulls import corners_at, hull_distance, load_path
 from slalom.kernels.geometry.polygons import smallest_ball
 from slalom.kernels.jit import kernel
 from slalom.tolerances import CONTACT
@@ -33,11 +33,11 @@ def hull_element(
     at `place`. Both are grown by CONTACT.
     """
     h = hulls[0][s]
-    load(points, gains, hulls, s, u, course)
+    load_path(points, gains, hulls, s, u, course)
     gain = gains[:, s]
     n = hulls[3][h + 1] - hulls[3][h]
     if n > 1 and dimension == 2:
-        depth = -excess(course, hulls, h, radius[s], growth[s], place, q)[0]
+        depth = -hull_distance(course, hulls, h, radius[s], growth[s], place, q)[0]
         depth /= value(gain[0], gain[1], gain[2], gain[3], place)
         turning = abs(course[0, 3] - course[3, 3]) + abs(course[0, 4] - course[3, 4]) > 0.0
         smallest = smallest_ball(limits, len(limits))

@@ -17,27 +17,27 @@ import numpy as np
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
 from slalom.kernels.geometry.boundaries import meets, project
 from slalom.kernels.geometry.cubic import below, new_stack, value
-from slalom.kernels.geometry.hulls import excess, hull_below, hull_sink, load, new_course
+from slalom.kernels.geometry.hulls import deepest_time, hull_below, hull_distance, load_path, new_path
 from slalom.kernels.geometry.polygons import (
     MaybePolygons,
     add_polygon,
     add_rounded,
     new_boundaries,
     new_polygons,
-    of_none,
     smallest_ball,
-    with_room,
+    with_capacity,
     within_polygon,
+    without_polygon,
 )
 from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.relative_motion.broad_phase import Table, copy_row, distance, gather, is_clear, room_for, within
-from slalom.kernels.relative_motion.clearance import depth_at, nearest_on_chord, put_segment, sink
-from slalom.kernels.relative_motion.segments import chord_gaps
-from slalom.kernels.selection.candidates import CLOSER, new_queue, propose, put, take
+from slalom.kernels.relative_motion.broad_phase import Table, copy_near, copy_row, cull, distance, is_clear, new_table
+from slalom.kernels.relative_motion.clearance import deepen, depth_at, nearest_on_chord, put_segment
+from slalom.kernels.relative_motion.segments import chord_distances
+from slalom.kernels.selection.candidates import SQUARED_DISTANCE_SLACK, new_queue, propose, put, take
 from slalom.kernels.selection.elements import hull_element, nearest_ball
 from slalom.tolerances import CONTACT, SMALLEST_GAIN
 
-WIDER, NARROWEST = 1.3, 0.06
+CULLING_FACTOR, CULLING_SHARE = 1.3, 0.06
 """[1] Segments are looked at that controls within so many times the candidate's distance may collide on, and this share
 of the farthest control's more: smaller, fewer are copied and tested; larger, more at a time."""
 SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
@@ -65,17 +65,17 @@ def deepest_violation(
     correctness, a deep one makes the exchange short.
     """
     worst, deepest, place = -1, 0.0, 0.0
-    chord_gaps(points, gains, u[0], u[1], u[2], gaps)
+    chord_distances(points, gains, u[0], u[1], u[2], gaps)
     for s in range(len(gaps)):
         if gaps[s] >= reach[s]:
             continue
         if len(hulls) > 0 and hulls[0][s] >= 0:
-            load(points, gains, hulls, s, u, course)
+            load_path(points, gains, hulls, s, u, course)
             there = hull_below(course, hulls, hulls[0][s], radius[s], growth[s], stack, q)
             if there < 0.0:
                 continue
             g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], there)
-            depth = -excess(course, hulls, hulls[0][s], radius[s], growth[s], there, q)[0] / g
+            depth = -hull_distance(course, hulls, hulls[0][s], radius[s], growth[s], there, q)[0] / g
         else:
             there = nearest_on_chord(points, gains, s, u)
             depth, g = depth_at(points, gains, s, u, radius[s], there)
@@ -98,7 +98,7 @@ def deepest_violation(
     if worst < 0:
         return -1
     if len(hulls) == 0 or hulls[0][worst] < 0:
-        place = sink(points, gains, worst, u, radius[worst], place)
+        place = deepen(points, gains, worst, u, radius[worst], place)
         g = value(gains[0, worst], gains[1, worst], gains[2, worst], gains[3, worst], place)
         if g < SMALLEST_GAIN:
             return -2
@@ -109,14 +109,14 @@ def deepest_violation(
     element[0] = place
     if len(hulls) > 0 and worst >= 0 and hulls[0][worst] >= 0:
         # Costly, and therefore done for one only.
-        load(points, gains, hulls, worst, u, course)
+        load_path(points, gains, hulls, worst, u, course)
         h, r, more = hulls[0][worst], radius[worst], growth[worst]
-        element[0] = hull_sink(course, gains[:, worst], hulls, h, r, more, q, element[0])
+        element[0] = deepest_time(course, gains[:, worst], hulls, h, r, more, q, element[0])
     return worst
 
 
 @kernel
-def within_reach(
+def segments_in_reach(
     limits: Array, points: Array, gains: Array, radius: Array, growth: Array, reach: Array, hulls: MaybeHulls
 ) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
     """The segments that some admissible control can collide on, as copies of their rows.
@@ -125,13 +125,13 @@ def within_reach(
     """
     smallest = smallest_ball(limits, len(limits))
     center, gaps, which = limits[smallest, 1:4], np.empty(len(radius)), np.empty(len(radius), np.int64)
-    chord_gaps(points, gains, center[0], center[1], center[2], gaps)
-    which = which[: within(gains, reach, gaps, limits[smallest, 4], which)]
-    table, (near, solid) = (points, gains, radius, growth, reach), room_for(len(which), hulls)
-    course, q = new_course(hulls)
-    count = gather(table, hulls, which, gaps, limits[smallest, 4], center, near, solid, 0, course, q)
+    chord_distances(points, gains, center[0], center[1], center[2], gaps)
+    which = which[: cull(gains, reach, gaps, limits[smallest, 4], which)]
+    table, (near, solid) = (points, gains, radius, growth, reach), new_table(len(which), hulls)
+    course, q = new_path(hulls)
+    count = copy_near(table, hulls, which, gaps, limits[smallest, 4], center, near, solid, 0, course, q)
     if count < len(which):
-        table, hulls, (near, solid) = near, solid, room_for(count, hulls)
+        table, hulls, (near, solid) = near, solid, new_table(count, hulls)
         for s in range(count):
             copy_row(table, hulls, s, near, solid, s)
     return near[0], near[1], near[2], near[3], near[4], solid
@@ -181,7 +181,7 @@ def nearest_free(
     smallest = smallest_ball(limits, len(limits))
     farthest = limits[smallest, 4] + apart_by(limits, smallest, center)
     which = np.empty(len(radius), np.int64)
-    which = which[: within(gains, reach, gaps, farthest, which)]
+    which = which[: cull(gains, reach, gaps, farthest, which)]
     table = (points, gains, radius, growth, reach)
     code, elements, examined = exchanged(
         u, dimension, limits, table, hulls, which, gaps, center, farthest, allowed, most_elements, most_candidates
@@ -216,8 +216,8 @@ def exchanged(
     """
     boundaries, polygons, queue = new_boundaries(limits), new_polygons(hulls), new_queue()
     stack, element, found, preferred = new_stack(), np.zeros(5), np.zeros((4, 3)), u.copy()
-    course, q = new_course(hulls)
-    (near, solid), known, limit, gaps = room_for(len(which), hulls), 0, -1.0, np.empty(len(which))
+    course, q = new_path(hulls)
+    (near, solid), known, limit, gaps = new_table(len(which), hulls), 0, -1.0, np.empty(len(which))
     admissible = len(limits)
     count, elements, proposed, examined, last, floor = admissible, 0, 0, 0, 0, 0.0
     if allowed:
@@ -236,7 +236,7 @@ def exchanged(
             return UNDECIDED, elements, examined
         u[0], u[1], u[2] = queue[n, 1], queue[n, 2], queue[n, 3]
         # All that is nearer was rejected: a new candidate there lies in some element of the working set.
-        floor = queue[n, 0] * (1.0 - CLOSER)
+        floor = queue[n, 0] * (1.0 - SQUARED_DISTANCE_SLACK)
         rejects = within_polygon(polygons, last, u[0], u[1])
         if rejects >= 0:
             last = rejects
@@ -247,8 +247,8 @@ def exchanged(
             continue
         moved = distance(u, center)
         if moved > limit:
-            limit = WIDER * moved + NARROWEST * farthest
-            known = gather(table, hulls, which, away, limit, center, near, solid, known, course, q)
+            limit = CULLING_FACTOR * moved + CULLING_SHARE * farthest
+            known = copy_near(table, hulls, which, away, limit, center, near, solid, known, course, q)
         points, gains, radius, growth, reach = near
         segment = deepest_violation(
             points, gains, radius, growth, reach, solid, gaps[:known], stack, course, q, u, element
@@ -291,9 +291,9 @@ def cut_off(
             boundaries, count = add_rounded(boundaries, len(limits), count, polygons[1][0] - 1, q, n, r)
             return boundaries, polygons, count
         element[1], element[2], element[3], element[4] = q[0, 0], q[0, 1], q[0, 2], r
-    boundaries = with_room(boundaries, count + 1)
+    boundaries = with_capacity(boundaries, count + 1)
     boundaries[count, 0] = 1.0
     for column in range(1, 5):
         boundaries[count, column] = element[column]
-    of_none(boundaries, count)
+    without_polygon(boundaries, count)
     return boundaries, polygons, count + 1

@@ -3,19 +3,19 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.geometry.hulls import new_course
+from slalom.kernels.geometry.hulls import new_path
 from slalom.kernels.jit import kernel
 from slalom.kernels.selection.exchange import deepest_violation
-from slalom.kernels.sequence_search.spacetime_index import meeting_rows, near
-from slalom.kernels.sequence_search.tables import ARRIVED, BEST, CLOSED, Quest, Schedule, Tree
-from slalom.kernels.sequence_search.tree import add, to_go
+from slalom.kernels.sequence_search.spacetime_index import relative_rows, rows_near
+from slalom.kernels.sequence_search.tables import ARRIVED, BEST, CLOSED, SearchProblem, SearchTree, SpacetimeIndex
+from slalom.kernels.sequence_search.tree import add_node, time_to_goal
 
 PER_NODE, PER_ROW, PER_WISH, PER_CHOICE, PER_STRETCH = 8.0, 0.3, 0.6, 8.0, 3.0
 """[us] What the parts of the work take on a usual machine (benchmarks/crossings.py tells how well that holds)."""
 
 
 @kernel
-def moved(place: Array, speed: Array, push: Array, t: float, then: Array, fast: Array) -> None:
+def advance(place: Array, speed: Array, push: Array, t: float, then: Array, fast: Array) -> None:
     """Where a robot is after t under a constant push, and how fast, into then and fast."""
     for axis in range(3):
         then[axis] = place[axis] + t * (speed[axis] + 0.5 * t * push[axis])
@@ -23,9 +23,9 @@ def moved(place: Array, speed: Array, push: Array, t: float, then: Array, fast: 
 
 
 @kernel
-def is_free(
-    schedule: Schedule,
-    quest: Quest,
+def motion_is_clear(
+    schedule: SpacetimeIndex,
+    quest: SearchProblem,
     t: float,
     place: Array,
     speed: Array,
@@ -45,7 +45,7 @@ def is_free(
     h = length / stretches
     for k in range(stretches):
         work[0] += PER_STRETCH
-        moved(place, speed, push, h * k, p, v)
+        advance(place, speed, push, h * k, p, v)
         fast, pushed = 0.0, 0.0
         for axis in range(d):
             middle[axis] = p[axis] + 0.5 * h * (v[axis] + 0.25 * h * push[axis])
@@ -56,14 +56,14 @@ def is_free(
             drift[0, 2, axis] = p[axis] + 2.0 * h / 3.0 * v[axis] + h * h / 6.0 * push[axis]
             drift[0, 3, axis] = p[axis] + h * v[axis] + 0.5 * h * h * push[axis]
         reach = 0.5 * h * np.sqrt(fast) + 0.125 * h * h * np.sqrt(pushed) + quest.margin
-        n = near(schedule, t + h * k, h, middle, reach, quest.now, found)
+        n = rows_near(schedule, t + h * k, h, middle, reach, quest.now, found)
         if n == 0:
             continue
         work[0] += PER_ROW * n
-        points, gains, radius, growth, far, hulls = meeting_rows(
+        points, gains, radius, growth, far, hulls = relative_rows(
             schedule, found[:n], t + h * k, h, quest.margin, drift, gain
         )
-        motion, q = new_course(hulls)
+        motion, q = new_path(hulls)
         gaps = np.empty(len(radius))
         if deepest_violation(points, gains, radius, growth, far, hulls, gaps, stack, motion, q, u, element) != -1:
             return False
@@ -71,12 +71,12 @@ def is_free(
 
 
 @kernel
-def through(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[float, float]:
+def through(quest: SearchProblem, place: Array, speed: Array, push: Array) -> tuple[float, float]:
     """How long to push (into `push`), and when the robot is then near the goal, which it passes; -1: never.
 
     The earliest arrival of one push and coasting, with a push of whole periods.
     """
-    d, time = quest.dimension, to_go(quest, place, speed)
+    d, time = quest.dimension, time_to_goal(quest, place, speed)
     push[:] = 0.0
     for _ in range(100):
         square = 0.0
@@ -84,11 +84,11 @@ def through(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[floa
             push[axis] = quest.goal[axis] - place[axis] - speed[axis] * time
             square += push[axis] ** 2
         length = np.sqrt(square)
-        if length <= quest.near:
+        if length <= quest.tolerance:
             push[:] = 0.0
             return 0.0, time
-        need = length - quest.near
-        hold = time - np.sqrt(max(time * time - 2.0 * need / quest.push, 0.0))
+        need = length - quest.tolerance
+        hold = time - np.sqrt(max(time * time - 2.0 * need / quest.max_acceleration, 0.0))
         hold = np.ceil(hold / quest.period - 1e-9) * quest.period
         if hold > time:
             # The way to go is another one at a later time.
@@ -100,14 +100,14 @@ def through(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[floa
             push[axis] *= size / length
             fast += (speed[axis] + hold * push[axis]) ** 2
             now += speed[axis] ** 2
-        if size <= quest.push * (1.0 + 1e-9) and fast <= max(quest.top**2, now) * (1.0 + 1e-9):
+        if size <= quest.max_acceleration * (1.0 + 1e-9) and fast <= max(quest.max_speed**2, now) * (1.0 + 1e-9):
             return hold, time
         time += 0.25 * quest.period
     return -1.0, -1.0
 
 
 @kernel
-def to_rest(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[float, float]:
+def to_rest(quest: SearchProblem, place: Array, speed: Array, push: Array) -> tuple[float, float]:
     """How long to push (into `push`), and how long to brake evenly then, to come to rest at the goal; -1: not so.
 
     Whole periods both; of all pairs within twice the step for each, one that ends first.
@@ -122,13 +122,18 @@ def to_rest(quest: Quest, place: Array, speed: Array, push: Array) -> tuple[floa
                 push[axis] = away / (0.5 * hold * (hold + brake))
                 square += push[axis] ** 2
                 fast += (speed[axis] + hold * push[axis]) ** 2
-            if square <= quest.push**2 and fast <= min(quest.top, quest.push * brake) ** 2:
+            if (
+                square <= quest.max_acceleration**2
+                and fast <= min(quest.max_speed, quest.max_acceleration * brake) ** 2
+            ):
                 return hold, brake
     return -1.0, -1.0
 
 
 @kernel
-def finish(tree: Tree, i: int, schedule: Schedule, quest: Quest, found: Indices, stack: Array, work: Array) -> int:
+def steer_to_goal(
+    tree: SearchTree, i: int, schedule: SpacetimeIndex, quest: SearchProblem, found: Indices, stack: Array, work: Array
+) -> int:
     """To the goal at once by a push and a second part, coasting or braking: the node there, or -1 if it is not free.
 
     Nor is it looked at if it does not arrive before the best node so far.
@@ -139,28 +144,28 @@ def finish(tree: Tree, i: int, schedule: Schedule, quest: Quest, found: Indices,
     push, then = np.zeros(3), np.zeros(3)
     p, v = np.empty(3), np.empty(3)
     if quest.stop:
-        hold, rest = to_rest(quest, tree.place[i], tree.speed[i], push)
+        hold, rest = to_rest(quest, tree.position[i], tree.velocity[i], push)
     else:
-        hold, time = through(quest, tree.place[i], tree.speed[i], push)
+        hold, time = through(quest, tree.position[i], tree.velocity[i], push)
         rest = time - hold
     work[0] += PER_CHOICE
     if hold < 0.0 or tree.time[i] + hold + rest > latest:
         return -1
-    free = hold == 0.0 or is_free(
-        schedule, quest, tree.time[i], tree.place[i], tree.speed[i], push, hold, found, stack, work
+    free = hold == 0.0 or motion_is_clear(
+        schedule, quest, tree.time[i], tree.position[i], tree.velocity[i], push, hold, found, stack, work
     )
     if not free:
         return -1
-    moved(tree.place[i], tree.speed[i], push, hold, p, v)
+    advance(tree.position[i], tree.velocity[i], push, hold, p, v)
     if quest.stop:
         for axis in range(3):
             then[axis] = -v[axis] / rest
     # A robot that passes the goal is seen there at the end of a period.
     later = rest if quest.stop else np.ceil(rest / quest.period) * quest.period
-    if not is_free(schedule, quest, tree.time[i] + hold, p, v, then, later, found, stack, work):
+    if not motion_is_clear(schedule, quest, tree.time[i] + hold, p, v, then, later, found, stack, work):
         return -1
     j, end, fast = i, np.empty(3), np.empty(3)
     if hold > 0.0:
-        j = add(tree, i, tree.time[i] + hold, p, v, push, 0.0, CLOSED)
-    moved(p, v, then, rest, end, fast)
-    return add(tree, j, tree.time[i] + hold + rest, end, fast, then, 0.0, ARRIVED)
+        j = add_node(tree, i, tree.time[i] + hold, p, v, push, 0.0, CLOSED)
+    advance(p, v, then, rest, end, fast)
+    return add_node(tree, j, tree.time[i] + hold + rest, end, fast, then, 0.0, ARRIVED)

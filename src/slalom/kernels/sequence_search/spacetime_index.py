@@ -5,32 +5,34 @@ import numpy as np
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import hulls_of, relative_segments
-from slalom.kernels.sequence_search.tables import Schedule
+from slalom.kernels.sequence_search.tables import SpacetimeIndex
 
 
 @kernel
-def near(schedule: Schedule, t: float, length: float, place: Array, reach: float, now: float, found: Indices) -> int:
+def rows_near(
+    schedule: SpacetimeIndex, t: float, length: float, place: Array, reach: float, now: float, found: Indices
+) -> int:
     """How many rows may be within `reach` of `place` at some time from t to t + length; they go into found.
 
     Bodies that appear after `now` are not known.
     """
-    last, count = len(schedule.begin) - 2, 0
+    last, count = len(schedule.first) - 2, 0
     k0 = max(0, int(np.floor((t - schedule.start) / schedule.width)))
     k1 = min(last, int(np.floor((t + length - schedule.start) / schedule.width)))
     for k in range(k0, k1 + 1):
-        for j in range(schedule.begin[k], schedule.begin[k + 1]):
+        for j in range(schedule.first[k], schedule.first[k + 1]):
             s = schedule.row[j]
             # As rows are cut afterwards: one is not to vanish by rounding in between.
             begin, end = max(schedule.times[s, 0] - t, 0.0), min(schedule.times[s, 1] - t, length)
-            if not begin < end or schedule.since[s] > now:
+            if not begin < end or schedule.appears[s] > now:
                 continue
             # Rows of several intervals are taken from the first.
             if k > k0 and schedule.times[s, 0] < schedule.start + k * schedule.width:
                 continue
             square = 0.0
-            for axis in range(schedule.middle.shape[1]):
-                square += (schedule.middle[s, axis] - place[axis]) ** 2
-            far = reach + schedule.span[s]
+            for axis in range(schedule.centers.shape[1]):
+                square += (schedule.centers[s, axis] - place[axis]) ** 2
+            far = reach + schedule.bounding_radius[s]
             if square < far * far:
                 found[count] = s
                 count += 1
@@ -38,8 +40,8 @@ def near(schedule: Schedule, t: float, length: float, place: Array, reach: float
 
 
 @kernel
-def meeting_rows(
-    schedule: Schedule, rows: Indices, t: float, length: float, margin: float, drift: Array, gain: Array
+def relative_rows(
+    schedule: SpacetimeIndex, rows: Indices, t: float, length: float, margin: float, drift: Array, gain: Array
 ) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
     """The relative motion of some rows and a robot from t to t + length: points, gains, radius, growth, reach, hulls.
 
@@ -59,7 +61,7 @@ def meeting_rows(
             if turning:
                 turns[i, c, 0], turns[i, c, 1] = schedule.turns[s, c, 0], schedule.turns[s, c, 1]
         radius[i], growth[i] = schedule.radius[s] + margin, schedule.growth[s]
-        spread[i] = schedule.spread[s]
+        spread[i] = schedule.hull_radius[s]
     knots = np.array([0.0, length])
     _, _, rel, gains, around, widening, turned, _ = relative_segments(
         times, points, radius, growth, turns, np.zeros(n, np.int64), knots, drift, gain, length

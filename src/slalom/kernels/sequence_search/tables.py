@@ -8,11 +8,11 @@ OPEN, CLOSED, ARRIVED = 0, 1, 2
 """Marks of nodes: yet to be looked at, looked at, at the goal."""
 NODES, BEST = 0, 1
 """Counts of a tree: how many nodes it has, and which of them arrives first, or -1."""
-PLACES, SPEEDS = 4.0, 5.0
+CELLS_PER_STEP, CELLS_PER_SPEED = 4.0, 5.0
 """[1] Cells are top speed times step over PLACES wide, and top speed over SPEEDS fast; one node for each is enough."""
 
 
-class Schedule(NamedTuple):
+class SpacetimeIndex(NamedTuple):
     """Bodies grown by a robot, see `traffic.Bodies`, with times that are absolute, and what finds them."""
 
     times: Array  # (n, 2) [s]
@@ -20,44 +20,44 @@ class Schedule(NamedTuple):
     radius: Array  # (n,) [m] all of it, but the margin
     growth: Array  # (n,)
     turns: Array  # (n, 4, 2), or (0, 4, 2) if nothing turns
-    middle: Array  # (n, d) middle of each piece
-    span: Array  # (n,) [m] how far any point of the body is from there at most, within the piece
-    spread: Array  # (n,)
-    since: Array  # (n,) [s] when the body appears
+    centers: Array  # (n, d) middle of each piece
+    bounding_radius: Array  # (n,) [m] how far any point of the body is from there at most, within the piece
+    hull_radius: Array  # (n,)
+    appears: Array  # (n,) [s] when the body appears
     hulls: MaybeHulls  # the first (n,), the second empty: see `compiled.MaybeHulls`
     start: float  # [s] of the first interval
     width: float  # [s] of all intervals
-    begin: Indices  # (m + 1,) interval k has the rows row[begin[k]] to row[begin[k + 1]]
+    first: Indices  # (m + 1,) interval k has the rows row[begin[k]] to row[begin[k + 1]]
     row: Indices
 
 
-class Quest(NamedTuple):
+class SearchProblem(NamedTuple):
     """Who wants where, and how it is sought."""
 
     dimension: int
     goal: Array  # (3,)
-    near: float  # [m] how near is enough
+    tolerance: float  # [m] how near is enough
     stop: bool  # whether to be at rest there
-    push: float  # [m/s^2] the largest
-    top: float  # [m/s]
+    max_acceleration: float  # [m/s^2] the largest
+    max_speed: float  # [m/s]
     step: float  # [s] between the nodes of a sequence, a multiple of `period`
     period: float  # [s] pushes change at multiples of it only
     deadline: float  # [s] nothing later counts
     margin: float  # [m]
     now: float  # [s] bodies that appear later are not known
-    turns: Array  # (k, 3) unit vectors: directions of pushes, the first axis to the goal
-    greed: float  # [1] how much more the time to go counts than the time gone
+    directions: Array  # (k, 3) unit vectors: directions of pushes, the first axis to the goal
+    heuristic_weight: float  # [1] how much more the time to go counts than the time gone
 
 
-class Tree(NamedTuple):
+class SearchTree(NamedTuple):
     """Sequences of pushes that keep clear: nodes, each after its parent, from which it is reached by one push."""
 
     time: Array  # (c,) [s]
-    place: Array  # (c, 3)
-    speed: Array  # (c, 3)
-    push: Array  # (c, 3) that led there
+    position: Array  # (c, 3)
+    velocity: Array  # (c, 3)
+    acceleration: Array  # (c, 3) that led there
     parent: Indices  # (c,) the root has itself
     cost: Array  # (c,)
-    mark: Indices  # (c,)
+    status: Indices  # (c,)
     cells: Indices  # (2^k,) keys of the cells that are taken; 0: free
     counts: Indices  # (2,)

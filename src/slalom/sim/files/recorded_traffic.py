@@ -68,7 +68,7 @@ class Recorded(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Who:
+class AgentSelection:
     """Who of a recording is an obstacle, and how large.
 
     Attributes:
@@ -80,7 +80,7 @@ class Who:
     without: Sequence[str] = ()
 
 
-def read_recorded(path: Path | str, who: Who | None = None, **reading: Any) -> Recorded:
+def read_recorded(path: Path | str, who: AgentSelection | None = None, **reading: Any) -> Recorded:
     """The agents of a recording of any format as discs, or balls in space.
 
     The radius of an agent is its own if the file has one; else that of `who`; else half the diagonal of its length and
@@ -93,7 +93,7 @@ def read_recorded(path: Path | str, who: Who | None = None, **reading: Any) -> R
         InvalidFile: no such file, or rows that make no tracks. InvalidInput: settings that the format does not have, an
             id that there is not.
     """
-    path, who = Path(path), who or Who()
+    path, who = Path(path), who or AgentSelection()
     tracks = read_recording(path, **reading)
     spans = np.array([agent.trajectory.span for agent in tracks.agents.values()])
     agents = chosen(tracks, who, path.name).agents
@@ -104,7 +104,7 @@ def read_recorded(path: Path | str, who: Who | None = None, **reading: Any) -> R
     return Recorded(path.stem, tuple(obstacles), (float(spans[:, 0].min()), float(spans[:, 1].max())), d, said)
 
 
-def chosen(tracks: Tracks, who: Who, name: str) -> Tracks:
+def chosen(tracks: Tracks, who: AgentSelection, name: str) -> Tracks:
     """Those agents of the tracks of a file of that name, with all parts of a track that was split.
 
     Raises:

@@ -13,7 +13,7 @@ from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.io import formats
 from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
-from slalom.sim.files.recorded_traffic import Recorded, Who, read_recorded
+from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec, keys_at
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.files.yaml_errors import compose, dotted, message, where
@@ -184,7 +184,7 @@ class _Parts:
         try:
             found = read_recorded(
                 file,
-                Who(spec.radius, spec.agents, spec.without),
+                AgentSelection(spec.radius, spec.agents, spec.without),
                 format=name,
                 gap=spec.gap,
                 max_speed=spec.jump_speed,

@@ -11,7 +11,7 @@ from slalom.goal import Goal
 from slalom.io.cadrl import Case
 from slalom.limits import Limits
 from slalom.shape import Disc
-from slalom.sim.gallery.placement import around, on_circle, refuse_overlap, spread, team
+from slalom.sim.gallery.placement import on_circle, random_angles, random_positions, refuse_overlap, team
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
 from slalom.trajectory import Stationary
@@ -42,7 +42,7 @@ def circle_random(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     count, radius = whole(p["robots"], "robots", 1), positive(p["radius"], "radius")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
     least = 2.0 * np.arcsin(min(1.0, (shape.radius + 0.1) / radius))
-    starts = on_circle(around(count, float(least), rng, "robots"), radius)
+    starts = on_circle(random_angles(count, float(least), rng, "robots"), radius)
     robots = team(starts, -starts, shape, limits, 0.5)
     return Scenario("circle_random", robots, duration=_long(2.0 * radius, limits), horizon=6.0, holds=HOLDS)
 
@@ -65,7 +65,9 @@ def random_goals(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """Robots at random places of a square with goals at other random places, none of which overlap."""
     count, half = whole(p["robots"], "robots", 1), 0.5 * positive(p["side"], "side")
     shape = Disc(p["robot_radius"])
-    starts, goals = (spread(count, (-half, -half), (half, half), 2.0 * shape.radius + 0.2, rng) for _ in range(2))
+    starts, goals = (
+        random_positions(count, (-half, -half), (half, half), 2.0 * shape.radius + 0.2, rng) for _ in range(2)
+    )
     robots = team(starts, goals, shape, Limits(p["max_speed"], p["max_acceleration"]), 0.3)
     return Scenario("random_goals", robots, duration=120.0, horizon=6.0, holds=HOLDS)
 
@@ -113,7 +115,9 @@ def navground_cross(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
     starts, goals = [], []
     for quarter in range(4):
         low, high = (-0.5 * side, -0.15 * side), (-0.3 * side, 0.15 * side)
-        places = spread((count + 3 - quarter) // 4, low, high, 2.0 * shape.radius + 0.1, rng, "robots of a side")
+        places = random_positions(
+            (count + 3 - quarter) // 4, low, high, 2.0 * shape.radius + 0.1, rng, "robots of a side"
+        )
         cosine, sine = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter]
         turn = np.array([[cosine, sine], [-sine, cosine]])
         starts.append(places @ turn)
@@ -133,7 +137,7 @@ def navground_cross_torus(p: Mapping[str, float], rng: np.random.Generator) -> S
     count, side = whole(p["robots"], "robots", 1), positive(p["side"], "side")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
     period = (side, side)
-    starts = spread(count, (0.0, 0.0), period, 2.0 * shape.radius + 0.12, rng, period=period)
+    starts = random_positions(count, (0.0, 0.0), period, 2.0 * shape.radius + 0.12, rng, period=period)
     along = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])[np.arange(count) % 4]
     robots = ahead_for_ever(starts, along, shape, limits, 100.0)
     return Scenario(

@@ -17,7 +17,7 @@ TRIES = 10_000
 """Places drawn in vain before a room counts as full; it is then full to about half of its area."""
 
 
-def spread(
+def random_positions(
     count: int,
     low: npt.ArrayLike,
     high: npt.ArrayLike,
@@ -49,7 +49,7 @@ def spread(
     return places
 
 
-def around(count: int, least: float, rng: np.random.Generator, what: str) -> Array:
+def random_angles(count: int, least: float, rng: np.random.Generator, what: str) -> Array:
     """`count` angles [rad], uniform among those at least `least` [rad] apart on the whole circle.
 
     Raises:

@@ -10,7 +10,7 @@ from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import Disc, Polyline, Union
 from slalom.sim.gallery.open_space import HOLDS, ahead_for_ever
-from slalom.sim.gallery.placement import spread, team
+from slalom.sim.gallery.placement import random_positions, team
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import Stationary
 
@@ -25,8 +25,8 @@ def corridor_swap(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     apart, side = 2.0 * shape.radius + 0.2, 0.5 * positive(p["width"], "width")
     low, high = np.array([-half, shape.radius + 0.1 - side]), np.array([-half / 3.0, side - shape.radius - 0.1])
     many, few = (count + 1) // 2, count // 2
-    left, right = (spread(many, low, high, apart, rng, "robots of a group") for _ in range(2))
-    back, forth = (spread(few, low, high, apart, rng, "robots of a group") for _ in range(2))
+    left, right = (random_positions(many, low, high, apart, rng, "robots of a group") for _ in range(2))
+    back, forth = (random_positions(few, low, high, apart, rng, "robots of a group") for _ in range(2))
     robots = team([*left, *-back], [*-right, *forth], shape, limits, 0.3)
     end, y = half + 4.0, side + WALL
     walls = Union((Polyline([(-end, y), (end, y)], WALL), Polyline([(-end, -y), (end, -y)], WALL)))
@@ -45,7 +45,7 @@ def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scen
     count, length = whole(p["robots"], "robots", 1), positive(p["length"], "length")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
     width, edge, period = positive(p["width"], "width"), shape.radius + 0.02, (length, np.inf)
-    starts = spread(count, (0.0, edge), (length, width - edge), 2.0 * shape.radius + 0.12, rng, period=period)
+    starts = random_positions(count, (0.0, edge), (length, width - edge), 2.0 * shape.radius + 0.12, rng, period=period)
     along = np.array([(1.0, 0.0), (-1.0, 0.0)])[np.arange(count) % 2]
     robots = ahead_for_ever(starts, along, shape, limits, 100.0)
     sides = (-WALL, width + WALL)
@@ -70,8 +70,8 @@ def doorway(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     edge, y, jamb = shape.radius + 0.1, 0.5 * room + WALL, 0.5 * door + WALL
     # Nobody starts or stops in front of the doorway.
     low, high = np.array([edge - room, edge - 0.5 * room]), np.array([-door - shape.radius, 0.5 * room - edge])
-    here = spread(count, low, high, least, rng)
-    there = spread(count, low, high, least, rng) * (-1.0, 1.0)
+    here = random_positions(count, low, high, least, rng)
+    there = random_positions(count, low, high, least, rng) * (-1.0, 1.0)
     swap = (np.arange(count) % 2 == 1)[:, None] & bool(p["both"])
     robots = team(np.where(swap, there, here), np.where(swap, here, there), shape, limits, 0.3)
     x = room + WALL

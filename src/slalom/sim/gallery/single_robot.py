@@ -12,7 +12,7 @@ from slalom.io.tracks import read_tracks, sample_data
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import Ball, Disc, Polyline, Union
-from slalom.sim.gallery.placement import around
+from slalom.sim.gallery.placement import random_angles
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
 from slalom.trajectory import Circular, Composite, ConstantVelocity, PiecewisePolynomial, Sampled, Stationary
@@ -56,7 +56,7 @@ def lanes_of_cars(p: Mapping[str, float], rng: np.random.Generator) -> tuple[Obs
     """Thirty vehicles in three circular lanes, one speed per lane, random phases at least 4.5 m apart."""
     cars: list[Obstacle] = []
     for lane, (radius, speed) in enumerate(((12.0, 5.0), (16.0, 6.5), (20.0, 8.0))):
-        phases = around(10, 4.5 / radius, rng, "cars of a lane")
+        phases = random_angles(10, 4.5 / radius, rng, "cars of a lane")
         for phase in phases:
             path = Circular((0.0, 0.0), radius, speed * p["speed"], phase)
             cars.append(Obstacle(Disc(1.0), path, f"lane {lane + 1} car {len(cars)}"))

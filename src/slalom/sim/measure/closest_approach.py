@@ -59,7 +59,7 @@ def images_met(recording: Recording, robot: int, obstacle: Obstacle) -> list[Obs
     # Between two steps nobody goes farther than this.
     speed = float(np.linalg.norm(recording.velocities[:, robot], axis=1).max())
     step = recording.dt * (speed + (obstacle.trajectory.speed_bound(start, end) if start < end else 0.0))
-    far = float(nearest) + 2.0 * (obstacle.shape.reach + recording.shapes[robot].reach) + 2.0 * step
+    far = float(nearest) + 2.0 * (obstacle.shape.bounding_radius + recording.shapes[robot].bounding_radius) + 2.0 * step
     return [
         displaced(obstacle, by) for by in between(-far - apart.max(axis=0), far - apart.min(axis=0), recording.period)
     ]

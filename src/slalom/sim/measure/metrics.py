@@ -17,7 +17,7 @@ from slalom.obstacle import Obstacle
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches, images_met, positions_at
 from slalom.sim.measure.oscillation import changed_choices, heading_variation, side_flips
 from slalom.sim.measure.recording import Recording
-from slalom.sim.measure.run_summary import Ending
+from slalom.sim.measure.run_summary import RunSummary
 from slalom.sim.shape_distance import clearances
 from slalom.tolerances import ADJUSTMENT, COLLISION
 
@@ -32,7 +32,7 @@ PERSONAL: Final = 0.5
 """[m] Clearance below which space is not complied with (Francis et al.)."""
 
 
-def arrived(recording: Recording | Ending) -> float:
+def arrived(recording: Recording | RunSummary) -> float:
     """1 if the robot reached its goal within the duration, else 0."""
     return float(np.isfinite(recording.arrived[0]))
 
@@ -52,7 +52,7 @@ def success(recording: Recording) -> float:
     return float(arrived(recording) and not collisions(recording))
 
 
-def time(recording: Recording | Ending) -> float:
+def time(recording: Recording | RunSummary) -> float:
     """Time to the goal [s]; of the whole run if it was not reached."""
     return float(recording.times[-1] - recording.times[0])
 

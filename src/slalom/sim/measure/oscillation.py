@@ -85,7 +85,9 @@ def side_flips(recording: Recording) -> float:
         times = recording.times[there]
         place = obstacle.trajectory.position(times) - recording.positions[there, 0]
         velocity = recording.velocities[there, 0] - obstacle.trajectory.velocity(times)
-        total += _flips(passing_sides(place, velocity, recording.shapes[0].reach + obstacle.shape.reach))
+        total += _flips(
+            passing_sides(place, velocity, recording.shapes[0].bounding_radius + obstacle.shape.bounding_radius)
+        )
     return float(total)
 
 
@@ -97,7 +99,7 @@ def flips_between(recording: Recording, rule: Passing = PASSING) -> tuple[Counts
         for j in range(i):
             place = recording.positions[:, j] - recording.positions[:, i]
             velocity = recording.velocities[:, i] - recording.velocities[:, j]
-            touch = recording.shapes[i].reach + recording.shapes[j].reach
+            touch = recording.shapes[i].bounding_radius + recording.shapes[j].bounding_radius
             for by in _images(recording, place, velocity, rule):
                 sides = passing_sides(place + by, velocity, touch, rule)
                 flips[i, j] += _flips(sides)

@@ -23,7 +23,10 @@ from slalom.sim.scenario import Scenario
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import UNCERTAINTIES
 
-FORMAT = "slalom recording 1"
+FORMAT, READ = "slalom recording 2", ("slalom recording 1", "slalom recording 2")
+"""The format that is written, and those that are read."""
+FORMER_NAMES = {"place": "initial_position", "speed": "initial_velocity", "push": "initial_acceleration"}
+"""Fields of trajectories in format 1, by which `_load_part` reads them where the class has no such field."""
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """What takes the place of an `Outcome` with a peer: it chose a velocity, or answered with something that is none."""
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
@@ -207,7 +210,7 @@ class Recording:
         """Read what `save` wrote. Raises InvalidFile for anything else."""
         try:
             with h5py.File(path) as file:
-                if file.attrs.get("format") != FORMAT:
+                if file.attrs.get("format") not in READ:
                     found = file.attrs.get("format", "no format")
                     raise InvalidFile([f"{path}: expected a file of format {FORMAT!r}, found {found!r}"])
                 return cls._from_group(file["run_0"])
@@ -319,4 +322,6 @@ def _as_polynomial(path: Path) -> PiecewisePolynomial:
 def _load_part(group: Any, kinds: Mapping[str, type]) -> Any:
     values = {name: value for name, value in group.attrs.items() if name != "kind"}
     values.update({name: group[name][:] for name in group})
-    return kinds[str(group.attrs["kind"])](**values)
+    kind = kinds[str(group.attrs["kind"])]
+    known = {item.name for item in fields(kind)}
+    return kind(**{name if name in known else FORMER_NAMES.get(name, name): value for name, value in values.items()})

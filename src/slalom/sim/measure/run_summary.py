@@ -13,7 +13,7 @@ from slalom.sim.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)
-class Ending:
+class RunSummary:
     """The end of a run of N robots: as large after an hour as after a second.
 
     Of the metrics `arrived` and `time` need no more. All others are of what happened in between, also collisions: an
@@ -52,7 +52,7 @@ class Ending:
         statuses: Mapping[str, int],
         *,
         foresight: str,
-    ) -> "Ending":
+    ) -> "RunSummary":
         """The end of a run of so many steps that ended in the states `last` (N)."""
         return cls(
             scenario=scenario.name,

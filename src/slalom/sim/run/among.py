@@ -14,7 +14,7 @@ from slalom.sim.scenario import Scenario
 from slalom.state import State
 
 
-class Deciders(Protocol):
+class Decider(Protocol):
     """Those who decide for all robots of a run; `guidance` holds the robots' states and where they head for."""
 
     def decide(self, order: Sequence[int], now: float) -> tuple[dict[int, str], dict[int, float]]:

@@ -9,24 +9,24 @@ import numpy as np
 from slalom import kernels
 from slalom.checks import Array
 from slalom.decision import Decision, Outcome
-from slalom.forecast import foreseen
+from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import FOR_EVER, WINDOWS, Fleet, Terms, World
+from slalom.kernels.decision.tables import REST_DURATION, WINDOWS, DecisionSettings, PassiveObstacles, RobotTable
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import Traffic
+from slalom.obstacle_table import ObstacleTable
 from slalom.response import AccelerateThenBrake
 from slalom.shape import Ball, Disc
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
 from slalom.sim.run.among import first_manoeuvre, margin_among
 from slalom.sim.run.deciding import Tables, at_once, one_by_one
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.messages import Post, post_of
-from slalom.sim.run.response_tables import curve, outlook, tabulated
-from slalom.sim.run.sensing import watch_of
+from slalom.sim.run.messages import Messages, messages_of
+from slalom.sim.run.response_tables import linear_forecast, piecewise_polynomial, response_table
+from slalom.sim.run.sensing import sensing_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.state import State
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
@@ -34,13 +34,13 @@ from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 BY_NUMBER = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED, Outcome.WAITING)
 OUTCOMES = tuple(outcome.name for outcome in BY_NUMBER)
 """What the kernel's numbers mean; it knows nothing of the last."""
-WAIT, ASK = 5, -1
+WAIT, FALL_BACK = 5, -1
 """The numbers of a robot that may not decide, and of one that the kernel has no answer for: it asks its navigator."""
-OUTLOOK = 10.0
+FORECAST_HORIZONS = 10.0
 """[1] Forecasts of robots are tables over so many horizons: sight is seldom older."""
 
 
-def suits(scenario: Scenario) -> bool:
+def is_disc_fleet(scenario: Scenario) -> bool:
     """Whether a crew can decide for the robots of a scenario."""
     return all(
         isinstance(robot.shape, (Disc, Ball))
@@ -50,7 +50,7 @@ def suits(scenario: Scenario) -> bool:
     )
 
 
-class Crew:
+class FleetDecider:
     """Discs or balls with goals at rest: one kernel decides for all, the navigator for a robot that has no safe choice.
 
     What a robot commits to is kept as cubic pieces over two horizons, or for ever where it ends at rest.
@@ -61,38 +61,40 @@ class Crew:
     ) -> None:
         self.threads = kernels.threads() if threads is None else threads
         self.scenario, self.method, self.guidance = scenario, method, guidance
-        self.post, self.watch = post_of(scenario, method, seed), watch_of(scenario, method, guidance, seed)
+        self.post, self.watch = messages_of(scenario, method, seed), sensing_of(scenario, method, guidance, seed)
         robots, guide = scenario.robots, guidance.guide
         self.period, self.span = scenario.dt * scenario.steps_per_decision, 2.0 * scenario.horizon
         self.margin = margin_among(scenario, method)
         distinct: dict[Limits, int] = {}
         kind = np.array([distinct.setdefault(robot.limits, len(distinct)) for robot in robots])
         kinds = [method.responses(limits, self.period, scenario.holds) for limits in distinct]
-        self.answers = tabulated(kinds, scenario.horizon, self.span, scenario.dimension)
+        self.answers = response_table(kinds, scenario.horizon, self.span, scenario.dimension)
         self.texts = [repr(response) for kind_of in kinds for response in kind_of]
         n, pieces = len(robots), max(3, int(np.diff(self.answers.first).max()))
         # What others see of a robot that they observe.
-        self._outlook = None if method.shared else outlook(method.of_robots, OUTLOOK * scenario.horizon)
+        self._outlook = (
+            None if method.shared else linear_forecast(method.robot_forecast, FORECAST_HORIZONS * scenario.horizon)
+        )
         seen = pieces if self._outlook is None else len(self._outlook.shares)
-        self.fleet = Fleet(
+        self.fleet = RobotTable(
             position=guide.position,
             velocity=guide.velocity,
-            push=np.zeros((n, 3)),
+            acceleration=np.zeros((n, 3)),
             kind=kind,
             radius=guide.radius,
-            top=guide.top,
-            most=np.array([robot.limits.max_acceleration for robot in robots]),
+            max_speed=guide.max_speed,
+            max_acceleration=np.array([robot.limits.max_acceleration for robot in robots]),
             target=guide.target,
-            near=guide.near,
-            halt=guide.halt,
+            tolerance=guide.tolerance,
+            stop=guide.stop,
             present=guide.present,
-            begin=np.zeros((n, pieces + 1)),
-            points=np.zeros((n, pieces, 4, 3)),
-            seen_begin=np.zeros((n, seen + 1)),
-            seen_points=np.zeros((n, seen, 4, 3)),
-            middle=np.zeros((n, WINDOWS, 3)),
-            spread=np.zeros((n, WINDOWS)),
-            later=np.zeros((n, 3)),
+            committed_times=np.zeros((n, pieces + 1)),
+            committed_points=np.zeros((n, pieces, 4, 3)),
+            observed_times=np.zeros((n, seen + 1)),
+            observed_points=np.zeros((n, seen, 4, 3)),
+            ball_centers=np.zeros((n, WINDOWS, 3)),
+            ball_radii=np.zeros((n, WINDOWS)),
+            end_position=np.zeros((n, 3)),
             # Shared manoeuvres are promises from the begin; seen robots are free to change their first.
             regret=np.zeros(n) if method.shared else np.full(n, np.inf),
             response=np.full(n, -1),
@@ -109,11 +111,11 @@ class Crew:
         before = perf_counter()
         s, due = self.scenario, np.array(order, dtype=np.int64)
         regain = np.inf if self.method.regain is None else self.method.regain
-        usual = Terms(
+        usual = DecisionSettings(
             s.dimension, now, self.period, s.horizon, self.margin, regain, s.patience, self.method.share,
             self.method.shared, np.array(DETOURS),
         )  # fmt: skip
-        self.fleet.push[:] = self.guidance.push
+        self.fleet.acceleration[:] = self.guidance.push
         everywhere, outcomes = self._world(now) if self._empty is None else self._empty, {}
         all_decide = one_by_one if self.method.shared else at_once
         for together, terms in self._turns(due, usual):
@@ -121,17 +123,17 @@ class Crew:
                 tables = Tables(self.fleet, world, self.answers, terms)
                 outcomes.update(all_decide(some, tables, lambda k: self._ask(k, now).outcome.name, self.threads))
         found = self.fleet.outcome.tolist()
-        outcomes.update({k: OUTCOMES[found[k]] for k in order if found[k] != ASK})
+        outcomes.update({k: OUTCOMES[found[k]] for k in order if found[k] != FALL_BACK})
         spent = (perf_counter() - before) / max(len(order), 1)
         return outcomes, dict.fromkeys(order, spent)
 
-    def _turns(self, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:
+    def _turns(self, due: Indices, terms: DecisionSettings) -> Iterator[tuple[Indices, DecisionSettings]]:
         """Those who decide one after the other from the same knowledge of the others, which is in `fleet` then."""
         fleet = self.fleet
         if self.post is not None:
             yield from self._by_post(self.post, due, terms)
         elif self.watch is not None:
-            self.watch.look(np.array([fleet.position, fleet.velocity, fleet.push]), terms.now)
+            self.watch.look(np.array([fleet.position, fleet.velocity, fleet.acceleration]), terms.now)
             for k in due:
                 self._look(terms.now, int(k))
                 yield due[due == k], terms
@@ -140,7 +142,7 @@ class Crew:
                 self._look(terms.now)
             yield due, terms
 
-    def _among_images(self, some: Indices, world: World) -> Iterator[tuple[Indices, World]]:
+    def _among_images(self, some: Indices, world: PassiveObstacles) -> Iterator[tuple[Indices, PassiveObstacles]]:
         """Where the world repeats each alone, with all images of the others that it could meet in `fleet`; not with its
         own, which go as it goes.
         """
@@ -148,28 +150,30 @@ class Crew:
         if period is None:
             yield some, world
             return
-        fast = np.maximum(whole.top, np.linalg.norm(whole.velocity, axis=1))
+        fast = np.maximum(whole.max_speed, np.linalg.norm(whole.velocity, axis=1))
         reach = fast * self.scenario.horizon + whole.radius
         for k in some:
             self._who, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
             # The world is that of the first cell, about the origin, into which this brings the robot.
             home = to_nearest(whole.position[k], period)[:d]
-            self.fleet = own = Fleet._make(of_all[self._who] for of_all in whole)
+            self.fleet = own = RobotTable._make(of_all[self._who] for of_all in whole)
             own.position[:] += by
-            own.seen_points[:] += by[:, None, None]
-            yield np.array([k]), world._replace(points=world.points - home, ends=world.ends - home)
+            own.observed_points[:] += by[:, None, None]
+            yield np.array([k]), world._replace(points=world.points - home, end_positions=world.end_positions - home)
             for of_all, seen in zip(whole, own, strict=True):
                 of_all[k] = seen[k]
             self.fleet, self._who = whole, np.arange(len(whole.radius))
 
-    def _by_post(self, post: Post, due: Indices, terms: Terms) -> Iterator[tuple[Indices, Terms]]:
+    def _by_post(
+        self, post: Messages, due: Indices, terms: DecisionSettings
+    ) -> Iterator[tuple[Indices, DecisionSettings]]:
         """Each of those who may decide, with what it has heard in `fleet`; the others go on as they are committed.
 
         It expects to decide again after as long as it has waited now.
         """
         fleet, rows = self.fleet, np.arange(len(self.fleet.radius))
         if not self._said:
-            self._said[-1] = fleet.begin.copy(), fleet.points.copy()
+            self._said[-1] = fleet.committed_times.copy(), fleet.committed_points.copy()
         post.deliver(fleet.position)
         for k in due:
             if not post.may_decide(int(k), fleet.present):
@@ -177,20 +181,20 @@ class Crew:
                 continue
             for j in rows[rows != k]:
                 begin, points = self._said[int(post.heard[k, j])]
-                fleet.seen_begin[j], fleet.seen_points[j] = begin[j], points[j]
+                fleet.observed_times[j], fleet.observed_points[j] = begin[j], points[j]
             yield due[due == k], terms._replace(period=max(self.period, post.waited(int(k))))
-        self._said[post.step] = fleet.begin.copy(), fleet.points.copy()
+        self._said[post.step] = fleet.committed_times.copy(), fleet.committed_points.copy()
         post.send()
         for step in [step for step in self._said if step < post.oldest]:
             del self._said[step]
 
     def push(self, now: float, dt: float) -> Array:
         fleet, t = self.fleet, now + dt
-        rows = np.arange(len(fleet.begin))
-        piece = np.minimum((fleet.begin[:, 1:] < t).sum(axis=1), fleet.points.shape[1] - 1)
-        width = (fleet.begin[rows, piece + 1] - fleet.begin[rows, piece])[:, None]
-        x = (t - fleet.begin[rows, piece])[:, None] / width
-        p = fleet.points[rows, piece]
+        rows = np.arange(len(fleet.committed_times))
+        piece = np.minimum((fleet.committed_times[:, 1:] < t).sum(axis=1), fleet.committed_points.shape[1] - 1)
+        width = (fleet.committed_times[rows, piece + 1] - fleet.committed_times[rows, piece])[:, None]
+        x = (t - fleet.committed_times[rows, piece])[:, None] / width
+        p = fleet.committed_points[rows, piece]
         bends = (1 - x) ** 2 * (p[:, 1] - p[:, 0]) + 2 * x * (1 - x) * (p[:, 2] - p[:, 1]) + x * x * (p[:, 3] - p[:, 2])
         return np.asarray((3.0 * bends / width - fleet.velocity) / dt)
 
@@ -202,93 +206,95 @@ class Crew:
     def _look(self, now: float, who: int = -1) -> None:
         """What is seen of each robot, by all alike or by robot `who` as it watches: a forecast from its state."""
         fleet, d = self.fleet, self.scenario.dimension
-        states = np.stack([fleet.position, fleet.velocity, fleet.push], axis=1)
+        states = np.stack([fleet.position, fleet.velocity, fleet.acceleration], axis=1)
         when = np.full(len(states), now)
         if self.watch is not None:
             states, when = np.moveaxis(self.watch.seen[who], 0, 1), self.watch.when[who]
         if self._outlook is not None and when.min() + self._outlook.times[-1] >= now + self.scenario.horizon:
-            fleet.seen_begin[:] = when[:, None] + self._outlook.times
-            fleet.seen_points[:] = self._outlook.points(states)
+            fleet.observed_times[:] = when[:, None] + self._outlook.times
+            fleet.observed_points[:] = self._outlook.points(states)
             return
         for k in np.flatnonzero(fleet.present):
             place, speed, push = states[k, :, :d]
             seen = ConstantAcceleration(place, speed, push, float(when[k]))
-            self._show(int(k), self.method.of_robots(seen, float(when[k])), now)
+            self._show(int(k), self.method.robot_forecast(seen, float(when[k])), now)
 
     def _show(self, k: int, path: Trajectory, now: float) -> None:
         """Robot k is seen to follow a path of at most as many pieces as there is room for."""
         fleet, d = self.fleet, self.scenario.dimension
         pieces = path.path(now, now + self.scenario.horizon)
         count = len(pieces.points)
-        fleet.seen_begin[k] = pieces.times[-1]
-        fleet.seen_begin[k, : count + 1] = pieces.times
-        fleet.seen_points[k, :count, :, :d] = pieces.points
+        fleet.observed_times[k] = pieces.times[-1]
+        fleet.observed_times[k, : count + 1] = pieces.times
+        fleet.observed_points[k, :count, :, :d] = pieces.points
 
     def _commit(self, k: int, manoeuvre: Manoeuvre, now: float) -> None:
         """Robot k follows a manoeuvre that is none of the tables'."""
         fleet, d = self.fleet, self.scenario.dimension
         path = manoeuvre.path(now, now + self.span)
         count = len(path.points)
-        fleet.begin[k] = path.times[-1]
-        fleet.begin[k, :count] = path.times[:-1]
-        fleet.points[k, :count, :, :d] = path.points
+        fleet.committed_times[k] = path.times[-1]
+        fleet.committed_times[k, :count] = path.times[:-1]
+        fleet.committed_points[k, :count, :, :d] = path.points
         if isinstance(manoeuvre.response, AccelerateThenBrake):
-            fleet.begin[k, count:] = now + FOR_EVER
+            fleet.committed_times[k, count:] = now + REST_DURATION
         if self.method.shared:
-            fleet.seen_begin[k], fleet.seen_points[k] = fleet.begin[k], fleet.points[k]
+            fleet.observed_times[k], fleet.observed_points[k] = fleet.committed_times[k], fleet.committed_points[k]
         fleet.response[k], self._others[k] = -1, repr(manoeuvre.response)
         fleet.control[k, :d] = manoeuvre.control
 
     def _ask(self, k: int, now: float) -> Decision:
         """What the navigator of robot k says, and what it commits to by it."""
         fleet, d, scenario = self.fleet, self.scenario.dimension, self.scenario
-        state = State(fleet.position[k, :d], fleet.velocity[k, :d], fleet.push[k, :d])
+        state = State(fleet.position[k, :d], fleet.velocity[k, :d], fleet.acceleration[k, :d])
         others = [
             Obstacle(scenario.robots[self._who[j]].shape, self._seen(int(j)), scenario.robots[self._who[j]].name)
             for j in np.flatnonzero(fleet.present)
             if j != k
         ]
-        goal = Goal(Stationary(fleet.target[k, :d]), float(fleet.near[k]), bool(fleet.halt[k]))
+        goal = Goal(Stationary(fleet.target[k, :d]), float(fleet.tolerance[k]), bool(fleet.stop[k]))
         navigator = replace(scenario.navigator(self.method, k), margin=self.margin)
         passive = scenario.around(state, now, self.method, k, self.margin)
         decision = navigator.decide(state, [*passive, *others], goal, now=now)
         self._commit(k, decision.manoeuvre, now)
-        fleet.outcome[k], fleet.regret[k] = ASK, 0.0
+        fleet.outcome[k], fleet.regret[k] = FALL_BACK, 0.0
         return decision
 
     def _seen(self, k: int) -> Trajectory:
         """The course that the others see of robot k."""
-        return curve(self.fleet.seen_begin[k], self.fleet.seen_points[k, ..., : self.scenario.dimension])
+        return piecewise_polynomial(
+            self.fleet.observed_times[k], self.fleet.observed_points[k, ..., : self.scenario.dimension]
+        )
 
-    def _world(self, now: float) -> World:
+    def _world(self, now: float) -> PassiveObstacles:
         """The passive obstacles as foreseen, or their images that could be met in the first cell, grown by the first
         robot's shape.
         """
         d, horizon, shape = self.scenario.dimension, self.scenario.horizon, self.scenario.robot.shape
         forecast = self.method.forecast
         there = [o for o in self.scenario.obstacles if forecast.foresees or o.exists(now)]
-        seen = [foreseen(obstacle, forecast, now) for obstacle in there]
+        seen = [predicted(obstacle, forecast, now) for obstacle in there]
         if self.scenario.period is not None:
             # No response makes a robot that is faster than its top speed faster still.
-            fast = max(self.fleet.top.max(), np.linalg.norm(self.fleet.velocity, axis=1).max())
+            fast = max(self.fleet.max_speed.max(), np.linalg.norm(self.fleet.velocity, axis=1).max())
             far = 0.5 * np.array(self.scenario.period) + fast * horizon + self.fleet.radius.max() + self.margin
             found = in_box(seen, self.scenario.period, now, horizon, -far, far)
             seen = [displaced(seen[k], by) for k, by in found]
-        bodies = Traffic(seen, now, horizon).bodies(shape)
+        bodies = ObstacleTable(seen, now, horizon).bodies(shape)
         stay = [o for o in seen if o.exists(now + horizon) and len(o.shape.parts) == 1]
-        return World(
+        return PassiveObstacles(
             times=bodies.pieces.times,
             points=bodies.pieces.points,
             radius=bodies.pieces.radius,
             growth=bodies.pieces.growth,
             turns=bodies.pieces.turns if bodies.turning else np.empty((0, 4, 2)),
             body=bodies.pieces.body,
-            around=bodies.around,
-            spread=bodies.spread,
+            body_radius=bodies.radius,
+            hull_radius=bodies.hull_radius,
             hull=bodies.hull,
-            solid=(bodies.corners, bodies.first, bodies.mixed) if len(bodies.mixed) else (),
+            corners=(bodies.corners, bodies.first, bodies.unordered) if len(bodies.unordered) else (),
             heads=bodies.heads,
-            ends=np.array([o.trajectory.position(now + horizon) for o in stay]).reshape(-1, d),
-            reach=np.array([o.shape.reach for o in stay]),
-            grown=shape.reach,
+            end_positions=np.array([o.trajectory.position(now + horizon) for o in stay]).reshape(-1, d),
+            end_radii=np.array([o.shape.bounding_radius for o in stay]),
+            robot_radius=shape.bounding_radius,
         )

@@ -9,8 +9,8 @@ import numpy as np
 
 from slalom import kernels
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import Answers, Fleet, Survey, Terms, World
-from slalom.sim.run.threads import in_parts
+from slalom.kernels.decision.tables import CellList, DecisionSettings, PassiveObstacles, ResponseTable, RobotTable
+from slalom.sim.run.threads import map_in_threads
 
 FEWEST = 20
 """Robots that are worth a thread."""
@@ -19,15 +19,15 @@ FEWEST = 20
 class Tables(NamedTuple):
     """What decisions are made from: see `kernels.tables`."""
 
-    fleet: Fleet
-    world: World
-    answers: Answers
-    terms: Terms
+    fleet: RobotTable
+    world: PassiveObstacles
+    answers: ResponseTable
+    terms: DecisionSettings
 
 
 def at_once(some: Indices, tables: Tables, ask: Callable[[int], str], threads: int) -> dict[int, str]:
     """All see the same, whoever decides first. The outcomes of robots that the kernel has no answer for: they `ask`."""
-    seen = kernels.look_around(some, tables.fleet, tables.answers, tables.terms)
+    seen = kernels.build_cell_list(some, tables.fleet, tables.answers, tables.terms)
     return {k: ask(k) for k in _asking(some, seen, tables, threads)}
 
 
@@ -39,8 +39,8 @@ def one_by_one(some: Indices, tables: Tables, ask: Callable[[int], str], threads
     """
     outcomes: dict[int, str] = {}
     while len(some):
-        seen = kernels.look_around(some, tables.fleet, tables.answers, tables.terms)
-        turn = kernels.round_of(some, seen, tables.fleet)
+        seen = kernels.build_cell_list(some, tables.fleet, tables.answers, tables.terms)
+        turn = kernels.independent_rounds(some, seen, tables.fleet)
         if len(some) < 2 * FEWEST * (turn.max() + 1):
             done = kernels.decide_all(some, seen, tables.fleet, tables.world, tables.answers, tables.terms)
             asking, some = some[done : done + 1].tolist(), some[done + 1 :]
@@ -51,7 +51,7 @@ def one_by_one(some: Indices, tables: Tables, ask: Callable[[int], str], threads
     return outcomes
 
 
-def _in_rounds(some: Indices, turn: Indices, seen: Survey, tables: Tables, threads: int) -> tuple[list[int], int]:
+def _in_rounds(some: Indices, turn: Indices, seen: CellList, tables: Tables, threads: int) -> tuple[list[int], int]:
     """Those of the first round in which any has to ask, and its number; or nobody and the last."""
     rounds = int(turn.max()) + 1
     ends = np.cumsum(np.bincount(turn, minlength=rounds))
@@ -62,12 +62,12 @@ def _in_rounds(some: Indices, turn: Indices, seen: Survey, tables: Tables, threa
     return [], rounds - 1
 
 
-def _asking(some: Indices, seen: Survey, tables: Tables, threads: int) -> Iterator[int]:
+def _asking(some: Indices, seen: CellList, tables: Tables, threads: int) -> Iterator[int]:
     """Robots that decide without waiting for each other, in threads; those that have to ask."""
-    return chain.from_iterable(in_parts(lambda part: _those_that_ask(part, seen, tables), some, threads, FEWEST))
+    return chain.from_iterable(map_in_threads(lambda part: _those_that_ask(part, seen, tables), some, threads, FEWEST))
 
 
-def _those_that_ask(part: Indices, seen: Survey, tables: Tables) -> list[int]:
+def _those_that_ask(part: Indices, seen: CellList, tables: Tables) -> list[int]:
     """The decisions of robots one after the other, but of those that the kernel has no answer for."""
     found, done = [], 0
     while done < len(part):

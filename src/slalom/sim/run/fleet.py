@@ -11,11 +11,11 @@ from slalom.errors import InvalidInput
 from slalom.methods import Method
 from slalom.sim.measure.closest_approach import driven
 from slalom.sim.measure.recording import Recording
-from slalom.sim.measure.run_summary import Ending
-from slalom.sim.run.among import Deciders
-from slalom.sim.run.crew import Crew, suits
+from slalom.sim.measure.run_summary import RunSummary
+from slalom.sim.run.among import Decider
+from slalom.sim.run.crew import FleetDecider, is_disc_fleet
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.pilots import Pilots
+from slalom.sim.run.pilots import NavigatorDecider
 from slalom.sim.scenario import Scenario
 from slalom.state import State
 
@@ -28,7 +28,7 @@ def simulate_fleet(
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
     record: bool = True,
-) -> Recording | Ending:
+) -> Recording | RunSummary:
     """Run a scenario of several robots until all have arrived or its time is over.
 
     At every step all robots see the same past: each sees the others as `method.of_robots` says, from their states at
@@ -51,7 +51,7 @@ def simulate_fleet(
     order = sorted(range(len(names)), key=lambda k: names[k])
     # Robots are always handled in the order of their names, so that sums over them have the same bits.
     sorted_scenario = replace(scenario, robots=tuple(scenario.robots[k] for k in order))
-    if method.ahead:
+    if method.looks_ahead:
         raise InvalidInput(f"method: expected one for several robots, found {method.name}, for a robot alone")
     method = method.among_robots()
     if method.shared:
@@ -80,10 +80,10 @@ class _Run:
         self.scenario, self.record, self.steps = scenario, record, 0
         self.statuses: Counter[str] = Counter()
         self.guidance = Guidance(scenario, threads)
-        self.deciders: Deciders = (
-            Crew(scenario, method, self.guidance, seed, threads)
-            if suits(scenario)
-            else Pilots(scenario, method, self.guidance, seed)
+        self.deciders: Decider = (
+            FleetDecider(scenario, method, self.guidance, seed, threads)
+            if is_disc_fleet(scenario)
+            else NavigatorDecider(scenario, method, self.guidance, seed)
         )
         self.states: list[tuple[Array, Array]] = []
         self.pushes: list[Array] = []
@@ -133,10 +133,10 @@ class _Run:
         self.outcomes.append(tuple(outcomes.get(k, "") for k in range(n)))
         self.times.append(np.array([spent.get(k, 0.0) for k in range(n)]))
 
-    def ending(self, scenario: Scenario, method: Method, seed: int, where: list[int]) -> Ending:
+    def ending(self, scenario: Scenario, method: Method, seed: int, where: list[int]) -> RunSummary:
         """How the run ended of which robot k stands in row where[k]."""
         (position, velocity), d = self.states[-1], scenario.dimension
-        return Ending.of(
+        return RunSummary.of(
             scenario,
             method.name,
             seed,

@@ -6,14 +6,14 @@ from shapely.affinity import translate
 
 from slalom import kernels
 from slalom.checks import Array
-from slalom.kernels.guidance.tables import Guide
+from slalom.kernels.guidance.tables import GuidanceState
 from slalom.minkowski import outline_parts
 from slalom.sim.periodic import between
-from slalom.sim.run.threads import in_parts
+from slalom.sim.run.threads import map_in_threads
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import Stationary
 
-WAYS = 5
+WAYPOINT_INTERVAL = 5
 """[decisions] after which the way around what rests is looked for again; each robot at another one."""
 CELL, CELLS = 0.7, 400
 """[1] A cell of the grid is this share of the smallest radius wide, or the side over the largest number of cells."""
@@ -39,25 +39,25 @@ class Guidance:
         self.arrived = np.full(n, np.inf)
         self.push = np.zeros((n, 3))
         goals = self._three(np.array([robot.goal.position(scenario.start) for robot in robots]))
-        self.guide = Guide(
+        self.guide = GuidanceState(
             position=self._three(np.array([robot.state.position for robot in robots])),
             velocity=self._three(np.array([robot.state.velocity for robot in robots])),
-            radius=np.array([robot.shape.reach for robot in robots]),
-            top=np.array([robot.limits.max_speed for robot in robots]),
+            radius=np.array([robot.shape.bounding_radius for robot in robots]),
+            max_speed=np.array([robot.limits.max_speed for robot in robots]),
             goal=goals,
+            goal_tolerance=np.array([robot.goal.tolerance for robot in robots]),
+            goal_stop=np.array([robot.goal.stop for robot in robots]),
+            present=np.ones(n, np.bool_),
+            waypoint=goals.copy(),
+            target=goals.copy(),
             tolerance=np.array([robot.goal.tolerance for robot in robots]),
             stop=np.array([robot.goal.stop for robot in robots]),
-            present=np.ones(n, np.bool_),
-            corner=goals.copy(),
-            target=goals.copy(),
-            near=np.array([robot.goal.tolerance for robot in robots]),
-            halt=np.array([robot.goal.stop for robot in robots]),
-            waited=np.zeros(n),
-            aside=np.zeros((n, 4)),
+            waiting_time=np.zeros(n),
+            yielding=np.zeros((n, 4)),
             arrived=np.zeros(n, np.bool_),
             visited=np.zeros(n, np.bool_),
             period=_repeats(scenario),
-            ring=np.zeros((n, 4)),
+            circle=np.zeros((n, 4)),
         )
         self._steps = 0
         self._moving = [k for k, robot in enumerate(robots) if not isinstance(robot.goal.trajectory, Stationary)]
@@ -75,12 +75,12 @@ class Guidance:
         guide, d = self.guide, self.dimension
         away = np.linalg.norm(self.goals(now) - guide.position, axis=1)
         # Whether each is near enough says its goal; here only who is worth asking, or has left.
-        for k in np.flatnonzero(guide.present & (away <= 1.1 * guide.tolerance)):
+        for k in np.flatnonzero(guide.present & (away <= 1.1 * guide.goal_tolerance)):
             goal = self.robots[k].goal
             if goal.reached(guide.position[k, :d], guide.velocity[k, :d], now) and not np.isfinite(self.arrived[k]):
                 self.arrived[k] = now
                 guide.present[k] = goal.stop
-        self.arrived[guide.present & (away > 2.0 * guide.tolerance)] = np.inf
+        self.arrived[guide.present & (away > 2.0 * guide.goal_tolerance)] = np.inf
 
     def goals(self, now: float) -> Array:
         """Where the goals are: (n, 3)."""
@@ -94,24 +94,24 @@ class Guidance:
         self.goals(now)
         guide.arrived[:] = np.isfinite(self.arrived)
         guide.visited[:] |= guide.arrived
-        guide.near[:], guide.halt[:] = guide.tolerance, guide.stop
+        guide.tolerance[:], guide.stop[:] = guide.goal_tolerance, guide.goal_stop
         if not self.guided:
             guide.target[:] = guide.goal
             return
         if guide.period.any():
-            guide.corner[:] = guide.goal
-            kernels.pass_right(guide)
+            guide.waypoint[:] = guide.goal
+            kernels.keep_right(guide)
             kernels.give_way(guide, self.grid, self.clearance, self.margin, now, period)
             return
         rests = np.isfinite(self.arrived) & (np.linalg.norm(guide.velocity, axis=1) < PARKED)
         parked = np.flatnonzero(guide.present & rests)
-        moves = (guide.corner == guide.goal).all(axis=1)
-        turn = (np.arange(len(self.robots)) + self._steps) % WAYS == 0
+        moves = (guide.waypoint == guide.goal).all(axis=1)
+        turn = (np.arange(len(self.robots)) + self._steps) % WAYPOINT_INTERVAL == 0
         due = np.flatnonzero(guide.present & ~np.isfinite(self.arrived) & turn)
-        guide.corner[moves] = guide.goal[moves]
-        kernels.find_corners(guide, self.grid, self.clearance, self.margin, parked, due)
+        guide.waypoint[moves] = guide.goal[moves]
+        kernels.update_waypoints(guide, self.grid, self.clearance, self.margin, parked, due)
         everyone = np.arange(len(self.robots))
-        in_parts(lambda part: kernels.head_for(part, guide), everyone, self.threads, FEWEST)
+        map_in_threads(lambda part: kernels.update_targets(part, guide), everyone, self.threads, FEWEST)
         kernels.give_way(guide, self.grid, self.clearance, self.margin, now, period)
         self._steps += 1
 
@@ -129,7 +129,7 @@ def _repeats(scenario: Scenario) -> Array:
     return np.where(np.isfinite(period), period, 0.0) if len(period) else np.zeros(2)
 
 
-def _grid(scenario: Scenario, guide: Guide) -> tuple[Array, Array]:
+def _grid(scenario: Scenario, guide: GuidanceState) -> tuple[Array, Array]:
     """x, y of the first cell, the width of cells; and the distance of each cell to the nearest obstacle that rests."""
     at_rest = [o for o in scenario.obstacles if isinstance(o.trajectory, Stationary)]
     parts = [part for obstacle in at_rest for part in outline_parts(obstacle, scenario.start)]

@@ -11,7 +11,7 @@ from slalom.sim.periodic import to_nearest
 from slalom.sim.scenario import Scenario
 
 
-class Letters(NamedTuple):
+class Message(NamedTuple):
     """Messages that arrive at the same step, and what they say beside what their senders are committed to."""
 
     step: Indices  # at which they were sent
@@ -25,7 +25,7 @@ FRESH = 3.0
 """[1] News of up to so many times the largest delay never make a robot wait for newer ones."""
 
 
-class Post:
+class Messages:
     """Who has heard what of whom, and who may change its manoeuvre (docs/theory.md, 17).
 
     Of each pair of robots one holds the right to change. With every message a robot says what it is committed to and
@@ -46,7 +46,7 @@ class Post:
         self.random = np.random.default_rng([seed, n])
         fast = [max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in robots]
         ends = [longest(scenario, method, k) for k in range(n)]
-        ranges = np.array([v * end + r.shape.reach for v, end, r in zip(fast, ends, robots, strict=True)])
+        ranges = np.array([v * end + r.shape.bounding_radius for v, end, r in zip(fast, ends, robots, strict=True)])
         self.top, self.world = np.array(fast), scenario.period
         self.apart = ranges[:, None] + ranges[None, :] + scenario.margin
         # Who is not apart by news of at most this age has not been far since.
@@ -59,7 +59,7 @@ class Post:
         self.news = np.full((n, n), -1)
         self.step, self.sent = -1, 0
         self._places: dict[int, Array] = {}
-        self._on_the_way: dict[int, list[Letters]] = {}
+        self._on_the_way: dict[int, list[Message]] = {}
 
     def holds(self) -> Flags:
         """Whether robot i, as far as it knows, holds the right of the pair (i, j); (n, n)."""
@@ -112,7 +112,7 @@ class Post:
         for wait in np.unique(steps[sender, receiver]):
             some = steps[sender, receiver] == wait
             i, j = sender[some], receiver[some]
-            letters = Letters(np.full(len(i), self.step), i, j, self.passed[i, j], self.decided[i])
+            letters = Message(np.full(len(i), self.step), i, j, self.passed[i, j], self.decided[i])
             self._on_the_way.setdefault(self.step + int(wait), []).append(letters)
         for step in [step for step in self._places if step < self.oldest]:
             del self._places[step]
@@ -142,7 +142,7 @@ def longest(scenario: Scenario, method: Method, robot: int) -> float:
     return max(float(response.knots(1e6, 1.0)[-2]) for response in responses)
 
 
-def post_of(scenario: Scenario, method: Method, seed: int) -> Post | None:
+def messages_of(scenario: Scenario, method: Method, seed: int) -> Messages | None:
     """The post of a run, if there is one: of a method that shares manoeuvres, where messages are late or lost."""
     needed = method.shared and (scenario.message_delay > 0.0 or scenario.message_loss > 0.0)
-    return Post(scenario, method, seed) if needed else None
+    return Messages(scenario, method, seed) if needed else None

@@ -12,7 +12,7 @@ from slalom.errors import InvalidInput
 from slalom.peers import Crowd, Peer, discs, outlines
 from slalom.shape import Disc
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED, Recording, Step
-from slalom.sim.measure.run_summary import Ending
+from slalom.sim.measure.run_summary import RunSummary
 from slalom.sim.run.plant import drive
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
@@ -57,7 +57,7 @@ def simulate_peer(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     record: bool = True,
-) -> Recording | Ending:
+) -> Recording | RunSummary:
     """Run a scenario with a peer until all robots have arrived or its time is over.
 
     The robots are those of every run, double integrators with the same goals. A robot prefers its goal's
@@ -115,7 +115,7 @@ def simulate_peer(
         member.note_arrival(scenario.start + dt * done)
     ends, arrived = [member.state for member in members], [member.arrived for member in members]
     if not record:
-        return Ending.of(scenario, peer.name, seed, done, ends, arrived, statuses, foresight=peer.foresight)
+        return RunSummary.of(scenario, peer.name, seed, done, ends, arrived, statuses, foresight=peer.foresight)
     return Recording.of_many(scenario, peer.name, seed, rows, ends, arrived, foresight=peer.foresight)
 
 
@@ -132,7 +132,7 @@ def _refuse(robot: Robot, peer: Peer) -> None:
 
 def _begin(scenario: Scenario, peer: Peer, here: Sequence[Member], walls: tuple[Array, ...]) -> Crowd:
     """The crowd of the robots that are in the scene."""
-    radii = np.array([member.robot.shape.reach for member in here])
+    radii = np.array([member.robot.shape.bounding_radius for member in here])
     speeds = np.array([member.robot.limits.max_speed for member in here])
     return peer.begin(radii, speeds, scenario.dt * scenario.steps_per_decision, walls)
 

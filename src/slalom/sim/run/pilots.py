@@ -15,19 +15,19 @@ from slalom.obstacle import Obstacle
 from slalom.sim.periodic import images_within, moved
 from slalom.sim.run.among import first_manoeuvre, margin_among
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.messages import post_of
-from slalom.sim.run.sensing import watch_of
+from slalom.sim.run.messages import messages_of
+from slalom.sim.run.sensing import sensing_of
 from slalom.sim.scenario import Scenario
 from slalom.state import State
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
 
-class Pilots:
+class NavigatorDecider:
     """See `crew.Deciders`."""
 
     def __init__(self, scenario: Scenario, method: Method, guidance: Guidance, seed: int = 0) -> None:
         self.scenario, self.method, self.guidance = scenario, method, guidance
-        self.post, self.watch = post_of(scenario, method, seed), watch_of(scenario, method, guidance, seed)
+        self.post, self.watch = messages_of(scenario, method, seed), sensing_of(scenario, method, guidance, seed)
         period = scenario.dt * scenario.steps_per_decision
         margin = margin_among(scenario, method)
         self._navigators = [replace(scenario.navigator(method, k), margin=margin) for k in range(len(scenario.robots))]
@@ -105,14 +105,14 @@ class Pilots:
     def _foreseen(self, state: State, when: float) -> Trajectory:
         """The path of a robot that was seen in a state at `when` [s]."""
         seen = ConstantAcceleration(state.position, state.velocity, state.acceleration, when)
-        return self.method.of_robots(seen, when)
+        return self.method.robot_forecast(seen, when)
 
     def _goal(self, k: int) -> Goal:
         """Its own, or the place that it is guided to."""
         d, guide, own = self.scenario.dimension, self.guidance.guide, self.scenario.robots[k].goal
         if np.array_equal(guide.target[k], guide.goal[k]):
             return own
-        return Goal(Stationary(guide.target[k, :d]), float(guide.near[k]), bool(guide.halt[k]))
+        return Goal(Stationary(guide.target[k, :d]), float(guide.tolerance[k]), bool(guide.stop[k]))
 
     def _others(self, k: int, paths: Sequence[Trajectory]) -> list[Obstacle]:
         """All robots that robot k could meet within the horizon, as it sees them."""
@@ -128,5 +128,5 @@ class Pilots:
     def _reach(self, k: int) -> float:
         """How far [m] any point of the robot can get within the horizon."""
         guide = self.guidance.guide
-        speed = max(float(guide.top[k]), float(np.linalg.norm(guide.velocity[k])))
+        speed = max(float(guide.max_speed[k]), float(np.linalg.norm(guide.velocity[k])))
         return speed * self.scenario.horizon + float(guide.radius[k])

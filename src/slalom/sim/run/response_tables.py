@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.forecast import Forecast
-from slalom.kernels.decision.tables import WINDOWS, Answers
+from slalom.kernels.decision.tables import WINDOWS, ResponseTable
 from slalom.path import Path, hermite
 from slalom.response import Response
 from slalom.state import State
@@ -17,7 +17,7 @@ FASTEST = 100.0
 """[m/s] Cubic pieces of responses that are not cubic themselves are fine enough up to this speed."""
 
 
-def tabulated(kinds: Sequence[Sequence[Response]], horizon: float, span: float, dimension: int) -> Answers:
+def response_table(kinds: Sequence[Sequence[Response]], horizon: float, span: float, dimension: int) -> ResponseTable:
     """The responses of each kind of robot as tables over `span` [s].
 
     What a response does to a robot is affine in its velocity as in the control, so one state stands for all.
@@ -39,23 +39,23 @@ def tabulated(kinds: Sequence[Sequence[Response]], horizon: float, span: float, 
         both = (response.speed_peaks(unit, horizon), response.acceleration_peaks(unit, horizon))
         for which, maps in enumerate(both):
             peaks += [(r, which, float(peak.drift[0]), float(peak.gain)) for peak in maps if float(peak.gain)]
-    return Answers(
+    return ResponseTable(
         kinds=np.cumsum([0, *(len(kind) for kind in kinds)]),
         first=np.cumsum([0, *(len(pieces) for pieces in place)]),
         knots=np.concatenate(knots),
-        place=np.concatenate(place),
+        velocity_gain=np.concatenate(place),
         gain=np.concatenate(gain),
         settled=np.array(settled),
-        aim=np.array(aim),
+        settled_velocity=np.array(aim),
         peaks=np.array(peaks, dtype=np.float64),
         cuts=np.cumsum([0, *(len(part.points) for part in parts)]),
         window=np.concatenate([np.searchsorted(windows, part.times[:-1], side="right") - 1 for part in parts]),
-        cut_place=np.concatenate([part.points[..., 0] for part in parts]),
+        cut_velocity_gain=np.concatenate([part.points[..., 0] for part in parts]),
         cut_gain=np.concatenate([part.points[..., 1] for part in parts]),
     )
 
 
-class Outlook(NamedTuple):
+class LinearForecast(NamedTuple):
     """A forecast that is linear in the position, velocity and acceleration seen: cubic pieces from that time on."""
 
     times: Array  # (q + 1,) [s]
@@ -69,7 +69,7 @@ class Outlook(NamedTuple):
         return np.asarray(near + share[..., 2, :] * of[..., 2, :])
 
 
-def outlook(forecast: Forecast, span: float) -> Outlook | None:
+def linear_forecast(forecast: Forecast, span: float) -> LinearForecast | None:
     """A forecast as a table over `span` [s], or None for one that is not linear in what was seen."""
     units = np.zeros((3, 3, 2))
     units[[0, 1, 2], [0, 1, 2], 0] = 1.0
@@ -78,7 +78,7 @@ def outlook(forecast: Forecast, span: float) -> Outlook | None:
     real = _path(forecast, probe, span)
     if any(path.times.shape != real.times.shape or not np.allclose(path.times, real.times) for path in seen):
         return None
-    table = Outlook(real.times, np.stack([path.points[..., 0] for path in seen], axis=-1))
+    table = LinearForecast(real.times, np.stack([path.points[..., 0] for path in seen], axis=-1))
     return table if np.allclose(table.points(probe), real.points) else None
 
 
@@ -87,7 +87,7 @@ def _path(forecast: Forecast, state: Array, span: float) -> Path:
     return forecast(ConstantAcceleration(place, speed, push, 0.0), 0.0).path(0.0, span)
 
 
-def curve(begin: Array, points: Array) -> PiecewisePolynomial:
+def piecewise_polynomial(begin: Array, points: Array) -> PiecewisePolynomial:
     """The trajectory of cubic pieces, `begin` (q + 1,) [s], `points` (q, 4, d) [m]; those of no length left out."""
     real = np.flatnonzero(np.diff(begin) > 0.0)
     h = np.diff(begin)[real]

@@ -9,7 +9,7 @@ from slalom.sim.scenario import Scenario
 from slalom.state import State
 
 
-class Watch:
+class Sensing:
     """What each robot has last seen of each other one.
 
     At every decision each robot looks at each other one: at its position, velocity and acceleration of `sight_delay`
@@ -48,9 +48,9 @@ class Watch:
         return State(place, speed, push), float(self.when[i, j])
 
 
-def watch_of(scenario: Scenario, method: Method, guidance: Guidance, seed: int) -> Watch | None:
+def sensing_of(scenario: Scenario, method: Method, guidance: Guidance, seed: int) -> Sensing | None:
     """The watch of a run, if there is one: of a method that observes, where sight is late, inexact or lost."""
     if method.shared or not (scenario.sight_noise or scenario.sight_delay or scenario.sight_loss):
         return None
     guide = guidance.guide
-    return Watch(scenario, np.array([guide.position, guide.velocity, guidance.push]), seed)
+    return Sensing(scenario, np.array([guide.position, guide.velocity, guidance.push]), seed)

@@ -12,7 +12,7 @@ from slalom.decision import Decision
 from slalom.methods import Method
 from slalom.peers import Peer
 from slalom.sim.measure.recording import Recording, Step
-from slalom.sim.measure.run_summary import Ending
+from slalom.sim.measure.run_summary import RunSummary
 from slalom.sim.run.fleet import simulate_fleet
 from slalom.sim.run.peer_run import simulate_peer
 from slalom.sim.run.plant import drive
@@ -41,7 +41,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
     record: Literal[False],
-) -> Ending: ...
+) -> RunSummary: ...
 
 
 def simulate(
@@ -52,7 +52,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
     record: bool = True,
-) -> Recording | Ending:
+) -> Recording | RunSummary:
     """Run a scenario until the robot has arrived or its time is over; of several robots, see `fleet.simulate_fleet`,
     with another project's method `peer_run.simulate_peer`.
 
@@ -77,7 +77,7 @@ def simulate(
 
 def _alone(
     scenario: Scenario, method: Method, seed: int, progress: Callable[[float], None] | None, record: bool
-) -> Recording | Ending:
+) -> Recording | RunSummary:
     """The run of one robot."""
     navigator, goal, dt = scenario.decider(method), scenario.robot.goal, scenario.dt
     state, decision, now = scenario.robot.state, None, scenario.start
@@ -107,7 +107,7 @@ def _alone(
     if record:
         return Recording.of(scenario, method.name, seed, steps, state, foresight=method.foresight)
     end = [now if arrived else np.inf]
-    return Ending.of(scenario, method.name, seed, done, [state], end, statuses, foresight=method.foresight)
+    return RunSummary.of(scenario, method.name, seed, done, [state], end, statuses, foresight=method.foresight)
 
 
 def decision_at(recording: Recording, scenario: Scenario, method: Method, step: int) -> Decision:

@@ -13,7 +13,7 @@ from slalom.kernels.arrays import Indices
 T = TypeVar("T")
 
 
-def in_parts(work: Callable[[Indices], T], rows: Indices, threads: int, fewest: int) -> list[T]:
+def map_in_threads(work: Callable[[Indices], T], rows: Indices, threads: int, fewest: int) -> list[T]:
     """What `work` returns for equal parts of `rows` of at least `fewest`, in their order.
 
     The first here, a thread for each of the others.

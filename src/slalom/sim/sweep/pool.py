@@ -63,7 +63,7 @@ def _dask() -> AbstractContextManager[Any]:
         return client
 
 
-def survive(
+def map_surviving_kills(
     work: Callable[[Item], Result],
     items: Mapping[str, Item],
     *,

@@ -24,7 +24,7 @@ from slalom.sim.sweep.case import (
     versions,
 )
 from slalom.sim.sweep.case_file import is_cases, refuse_more
-from slalom.sim.sweep.pool import survive, working_with
+from slalom.sim.sweep.pool import map_surviving_kills, working_with
 from slalom.sim.sweep.store import Store
 
 METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
@@ -108,7 +108,9 @@ def compare_all(
         if progress and results:
             progress(len(results), len(cases))
         missing = {key: case for key, case in cases.items() if key not in results}
-        for key, result in survive(partial(_kept, kept), missing, jobs=jobs, recall=partial(_recalled, kept)):
+        for key, result in map_surviving_kills(
+            partial(_kept, kept), missing, jobs=jobs, recall=partial(_recalled, kept)
+        ):
             results[key] = result
             if progress:
                 progress(len(results), len(cases))
