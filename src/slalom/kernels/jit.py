@@ -53,7 +53,7 @@ class _KernelCache(FunctionCache):
             return super()._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except (AttributeError, ImportError):
             # The index was written by a version with classes that this one does not have.
-            self._cache_file.flush()
+            self._cache_file.flush()  # type: ignore[no-untyped-call]
             return None
         finally:
             codegen._library_class = usual
