@@ -53,7 +53,7 @@ def one_by_one(wishes, states, response, traffic, robot, margin):
 
 
 @pytest.mark.parametrize("response", [AccelerateThenCoast(1.0), Velocity(), LaggedVelocity(0.5), Jerk()])
-@pytest.mark.parametrize("shapes", [(Disc(0.8),), (Disc(0.5), Rectangle(2.0, 1.0))])
+@pytest.mark.parametrize("shapes", [(Disc(0.8),), (Disc(0.5), Rectangle(2.0, 1.0)), (Rectangle(2.0, 1.0), Disc(0.5))])
 def test_many_are_one_by_one(response, shapes):
     """Whatever responds, with and without corners, overlapping or not; for any number of threads."""
     rng = np.random.default_rng(4)

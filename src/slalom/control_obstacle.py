@@ -14,7 +14,7 @@ from slalom import kernels
 from slalom.boundary import boundary, grazing_curves
 from slalom.checks import Array, array, not_negative, number, positive, vector, vectors
 from slalom.errors import InvalidInput
-from slalom.kernels.arrays import MaybeHulls
+from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments as Table
 from slalom.minkowski import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import Bodies
@@ -171,25 +171,34 @@ class ControlObstacle:
     @cached_property
     def segments(self) -> RelativeMotion:
         """The relative motion that everything else is computed from."""
-        state, bodies = self.state, self._bodies
-        rows = bodies.pieces
-        knots, drift, gain = response_pieces(self.response, state, self.horizon)
-        begin, end, points, gains, radius, growth, turned, reach, owner, hull = kernels.segments_of(
-            *rows, knots, drift, gain, self.horizon, self.response.interpolation_error,
-            self._radii, bodies.hull_radius, bodies.owner, bodies.hull,
-        )  # fmt: skip
+        bodies = self._bodies
+        motion = PositionMap(*response_pieces(self.response, self.state, self.horizon))
+        table = BodyTable(self._radii, bodies.hull_radius, bodies.owner, bodies.hull)
+        error = self.response.interpolation_error
+        cut, bounding_radius, owner, hull = kernels.segments_of(bodies.pieces, motion, table, self.horizon, error)
+        turns = cut.turns
         if not bodies.turning:
-            turned = np.ascontiguousarray(_ahead(len(begin))) if bodies.has_hulls else _ahead(len(begin))
+            turns = np.ascontiguousarray(_ahead(len(owner))) if bodies.has_hulls else _ahead(len(owner))
         return RelativeMotion(
-            begin, end, points, gains, radius, reach, owner, hull, turned, bodies.corners, bodies.first, growth,
-            bodies.unordered,
-        )  # fmt: skip
+            begin=cut.begin,
+            end=cut.end,
+            points=cut.points,
+            gains=cut.gains,
+            radius=cut.radius,
+            bounding_radius=bounding_radius,
+            owner=owner,
+            hull=hull,
+            turns=turns,
+            corners=bodies.corners,
+            first=bodies.first,
+            growth=cut.growth,
+            unordered=bodies.unordered,
+        )
 
     @cached_property
-    def table(self) -> "tuple[Array, Array, Array, Array, Array, MaybeHulls]":
-        """Of the segments: points, gains, radius, growth, reach, hulls, as kernels take them."""
-        s = self.segments
-        return s.points, s.gains, s.radius, s.growth, s.bounding_radius, s.hulls if self._bodies.has_hulls else ()
+    def table(self) -> tuple[Table, MaybeHulls]:
+        """The segments and their hulls as kernels take them."""
+        return self.segments.table, self.segments.hulls if self._bodies.has_hulls else ()
 
     def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
         u = vectors(controls, "controls", self.dimension)

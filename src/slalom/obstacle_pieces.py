@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from slalom.checks import Array
-from slalom.kernels.arrays import Flags, Indices
+from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
 from slalom.minkowski import Grown
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
@@ -19,32 +19,38 @@ UNCERTAINTY_PIECES = 8
 """Straight lines that stand for a growing radius over one window."""
 
 
-class Pieces(NamedTuple):
-    """Rows for pieces of bodies."""
-
-    times: Array  # (n, 2) elapsed [s]
-    points: Array  # (n, 4, d)
-    radius: Array  # (n,) [m] to add to that of the body: errors and uncertainty
-    growth: Array  # (n,) [m] how much that changes over the piece
-    turns: Array  # (n, 4, 2); in `Bodies` none if nothing turns
-    body: Indices  # (n,)
-
-
 class Bodies(NamedTuple):
-    """All pieces of all bodies, and the bodies: what relative motion is made of, see `segments.Segments`."""
+    """All pieces of all bodies, and the bodies: what relative motion is made of."""
 
-    pieces: Pieces
-    turning: bool
+    pieces: Pieces  # times elapsed [s]; radius [m] to add to that of the body: errors and uncertainty
+    turning: bool  # whether any body turns; if not, the pieces have no directions
     owner: Indices  # (b,) the obstacle
-    radius: Array  # (b,) [m] the body's own radius
+    radius: Array  # (b,) [m] of the body itself
     hull_radius: Array  # (b,) [m]
     hull: Indices  # (b,) its own number, or -1 for a point
-    corners: Array  # (c, 5)
+    corners: Array  # (c, 5) see `kernels.arrays.Corners`
     first: Indices  # (b + 1,)
     unordered: Flags  # (b,)
     uncertain: Flags  # (b,) whether its obstacle has an uncertainty
-    heads: Indices  # rows with which bodies begin that are there when the window begins
+    heads: Indices  # rows with which bodies begin that exist when the window begins
     has_hulls: bool  # whether any of them is more than a point
+
+    @property
+    def maybe_corners(self) -> MaybeCorners:
+        """The corners of the hulls; empty where all bodies are points."""
+        return Corners(self.corners, self.first, self.unordered) if self.has_hulls else ()
+
+    @property
+    def hulls(self) -> MaybeHulls:
+        """The hulls of the bodies, without directions; empty where all bodies are points."""
+        if not self.has_hulls:
+            return ()
+        return Hulls(self.hull, np.empty((4, 2, 0)), self.corners, self.first, self.unordered)
+
+    def hulls_of(self, rows: Indices) -> MaybeHulls:
+        """The hulls of bodies by number (n,), without directions; empty where all bodies are points."""
+        hulls = self.hulls
+        return hulls._replace(hull=self.hull[rows]) if isinstance(hulls, Hulls) else ()
 
 
 def joined(

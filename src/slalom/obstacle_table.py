@@ -8,14 +8,12 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.checks import Array, number, positive
 from slalom.errors import InvalidInput
-from slalom.kernels.arrays import MaybeHulls
+from slalom.kernels.arrays import Snapshot
 from slalom.minkowski import grown
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import (
-    NO_TURNS,
     TABULATED,
     Bodies,
-    Pieces,
     joined,
     no_bodies,
     overlapping,
@@ -79,14 +77,8 @@ class ObstacleTable:
 
     def _measure(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         bodies = self.bodies(robot)
-        rows = bodies.pieces
-        hulls: MaybeHulls = ()
-        if bodies.has_hulls:
-            hulls = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.unordered)
-        found = kernels.distances_now(
-            rows.times, rows.points, rows.turns if bodies.turning else NO_TURNS, rows.radius, rows.growth, rows.body,
-            bodies.heads, bodies.uncertain, bodies.hull, hulls, position,
-        )  # fmt: skip
+        now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
+        found = kernels.distances_now(now, bodies.hulls, position)
         return found[:, 0], found[:, 1 : 1 + position.size]
 
     def _grow(self, robot: Shape) -> Bodies:
@@ -113,8 +105,8 @@ class ObstacleTable:
         start, end = self.start, self.start + self.horizon
         if not (first < end and last > start):
             return None
-        found = kernels.pieces_within(*all_pieces.pieces, start, end)
-        return all_pieces._replace(pieces=Pieces(*found[:6]), heads=found[6])
+        pieces, heads = kernels.pieces_within(all_pieces.pieces, start, end)
+        return all_pieces._replace(pieces=pieces, heads=heads)
 
     def _joined(self, robot: Shape) -> tuple[float, float, Bodies] | None:
         """When the last obstacle appears and the first one vanishes, and the pieces of all over a stretch of time."""

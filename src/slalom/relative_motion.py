@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.checks import Array
-from slalom.kernels.arrays import MaybeHulls
+from slalom.kernels.arrays import Hulls, MaybeHulls, Segments as Table
 
 
 class RelativeMotion(NamedTuple):
@@ -41,7 +41,12 @@ class RelativeMotion(NamedTuple):
 
     @property
     def hulls(self) -> MaybeHulls:
-        """hull, turns, corners, first, mixed: what kernels take as one argument; empty where all parts are points."""
+        """The hulls as kernels take them; empty where all bodies are points."""
         if self.hull.max(initial=-1) < 0:
             return ()
-        return self.hull, self.turns, self.corners, self.first, self.unordered
+        return Hulls(self.hull, self.turns, self.corners, self.first, self.unordered)
+
+    @property
+    def table(self) -> Table:
+        """The segments as kernels take them."""
+        return Table(self.points, self.gains, self.radius, self.growth, self.bounding_radius)

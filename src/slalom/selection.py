@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import Enum
 from math import sqrt
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,8 @@ from slalom import kernels
 from slalom.checks import Array, array, not_negative, vector, vectors, whole
 from slalom.control_obstacle import ControlObstacle, response_pieces
 from slalom.errors import InvalidInput
-from slalom.kernels.arrays import MaybeHulls
+from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Snapshot
+from slalom.kernels.selection.tables import Scene, States
 from slalom.limits import Admissible, Limits
 from slalom.obstacle_table import ObstacleTable
 from slalom.response import Response
@@ -193,9 +194,9 @@ def select_many(
     wanted = np.zeros((count, 3))
     wanted[:, :dimension] = wishes
     with ThreadPoolExecutor(parts) as pool:
-        for rows, arguments in _alike(states, response, limits, traffic, robot, more):
+        for rows, found, scene, hulls in _alike(states, response, limits, traffic, robot, more):
             shares = [share for share in np.array_split(np.arange(len(rows)), parts) if len(share)]
-            running = [pool.submit(_choose, wanted[rows[share]], share, *arguments) for share in shares]
+            running = [pool.submit(_choose, wanted[rows[share]], share, found, scene, hulls) for share in shares]
             for share, done in zip(shares, running):
                 controls[rows[share]], codes[rows[share]] = done.result()
     statuses = np.array([STATUSES[code] for code in codes], dtype=object)
@@ -226,19 +227,15 @@ class _Group(NamedTuple):
 
 def _alike(
     states: Sequence[State], response: Response, limits: Limits, traffic: ObstacleTable, robot: Shape, margin: float
-) -> Iterator[tuple[npt.NDArray[np.int64], tuple[Any, ...]]]:
-    """Groups of states, and what `_choose` needs of them but the wishes."""
+) -> Iterator[tuple[Indices, States, Scene, MaybeHulls]]:
+    """Groups of states whose responses have the same knots: their rows (m,), and the arguments of `_choose`."""
     bodies = traffic.bodies(robot)
-    solid: MaybeHulls = ()
-    if bodies.has_hulls:
-        solid = (bodies.hull, np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.unordered)
-    pieces = bodies.pieces
-    turns = pieces.turns if bodies.turning else np.empty((0, 4, 2))
-    shared = (
-        pieces.times, pieces.points, pieces.radius, pieces.growth, turns, pieces.body, bodies.heads, bodies.uncertain,
-        bodies.radius + margin, bodies.hull_radius, bodies.hull, solid, response.interpolation_error,
-        traffic.horizon, ELEMENTS, CANDIDATES,
-    )  # fmt: skip
+    scene = Scene(
+        Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull),
+        BodyTable(bodies.radius + margin, bodies.hull_radius, bodies.owner, bodies.hull),
+        response.interpolation_error,
+        traffic.horizon,
+    )
     groups: dict[tuple[bytes, bytes], _Group] = {}
     for k, state in enumerate(states):
         knots, drift, gain = response_pieces(response, state, traffic.horizon)
@@ -251,19 +248,17 @@ def _alike(
         table = np.zeros((len(counts), counts.max(), 5))
         for row, rows in zip(table, group.limits):
             row[: len(rows)] = rows
-        places = np.array([states[k].position for k in group.rows])
-        yield np.array(group.rows), (table, counts, places, group.knots, np.array(group.drifts), group.gain, shared)
+        positions = np.array([states[k].position for k in group.rows])
+        alike = States(table, counts, positions, group.knots, np.array(group.drifts), group.gain)
+        yield np.array(group.rows), alike, scene, bodies.hulls
 
 
-def _choose(
-    wanted: Array,
-    share: npt.NDArray[np.int64],
-    table: Array,
-    counts: npt.NDArray[np.int64],
-    places: Array,
-    knots: Array,
-    drifts: Array,
-    gain: Array,
-    shared: tuple[Any, ...],
-) -> tuple[Array, npt.NDArray[np.int64]]:
-    return kernels.choose_many(wanted, table[share], counts[share], places[share], knots, drifts[share], gain, *shared)
+def _choose(preferred: Array, share: Indices, states: States, scene: Scene, hulls: MaybeHulls) -> tuple[Array, Indices]:
+    """The controls and statuses of the states with numbers `share` (m,)."""
+    some = states._replace(
+        limits=states.limits[share],
+        counts=states.counts[share],
+        position=states.position[share],
+        drift=states.drift[share],
+    )
+    return kernels.choose_many(preferred, some, scene, hulls, ELEMENTS, CANDIDATES)

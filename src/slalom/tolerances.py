@@ -152,3 +152,85 @@ MIN_IMPROVEMENT: Final = 0.2
 
 Larger: fewer are, and arrivals are later by up to this. 0: all that promise to be better.
 """
+
+# Selection
+
+KEPT_ROBOT_MOTIONS: Final = 8
+"""[1] Parts of a robot's own motion that are kept from one body to the next, since bodies are often cut at equal times.
+
+Larger: longer lists are searched, most of them in vain. Smaller: the same parts are computed again.
+"""
+
+CULLING_FACTOR: Final = 1.3
+"""[1] Segments are copied on which controls within this many times the candidate's distance may collide.
+
+Smaller: fewer segments are copied and tested, and copying happens more often. Results do not depend on it.
+"""
+
+CULLING_SHARE: Final = 0.06
+"""[1] To that radius this share of the distance of the farthest admissible control is added.
+
+Smaller: as for CULLING_FACTOR, for candidates near the centre. Results do not depend on it.
+"""
+
+SQUARED_DISTANCE_SLACK: Final = 1e-7
+"""[1] Share by which a squared distance may be too small by rounding, as that of a nearly tangent intersection.
+
+Larger: more candidates that were rejected already are examined again. Smaller: rounding loses a candidate.
+"""
+
+# Decisions
+
+ARRIVAL_ROOT: Final = 5e-10
+"""[1] Relative distance from the earliest arrival at which a root found by secants is believed.
+
+Larger: more steps of the bisection are computed. Smaller: more roots are not believed, and all steps are computed.
+"""
+
+ARRIVAL_STEPS: Final = 6
+"""[1] Most secant steps towards the earliest arrival; more than four are seldom needed.
+
+Larger: time lost where secants do not converge. Smaller: bisection more often.
+"""
+
+ARRIVAL_SAMPLES: Final = 8
+"""[1] Times at which a manoeuvre is tested for an arrival before its control has been carried out.
+
+Larger: an arrival on the way is noticed earlier. Smaller: a robot may pass its goal unnoticed in the cost.
+"""
+
+BRAKING_SHARE: Final = 0.7
+"""[1] A robot that stops at its goal approaches no faster than this share of its largest acceleration brakes.
+
+Larger: later arrivals are avoided, but small disturbances make it overshoot. Smaller: it approaches more slowly.
+"""
+
+BALL_ROUNDING: Final = 1e-9
+"""[1] Share (and [m]) by which bounding balls are larger than computed, for rounding.
+
+Smaller than the rounding of a few operations: a robot that can be met might be left out.
+"""
+
+COOPERATION_RANGE: Final = 0.3
+"""[1] Robots nearer to each other than this share of the sum of their radii avoid each other in full, not in part.
+
+Larger: less use is made of reciprocity. Smaller: two robots that misjudge each other touch.
+"""
+
+REST_DURATION: Final = 1e6
+"""[s] How long a robot at rest is predicted to stay: longer than any run.
+
+Larger: times lose digits. Smaller: a long run would see it move on.
+"""
+
+DIRECT_TEST_ROWS: Final = 30
+"""[1] With fewer pieces a table of segments is made as quickly as the preferred control is tested alone.
+
+Larger: the direct test is used more seldom. Results do not depend on it.
+"""
+
+MARGIN_STEPS: Final = 4
+"""[1] Number of margins that are tried, each half of the one before; then the fallback decides.
+
+Larger: a robot in a narrow gap keeps more of its margin at more cost. Smaller: it falls back earlier.
+"""

@@ -1,6 +1,9 @@
-"""Types of the arrays that kernels take; importing them does not import numba."""
+"""Types of the arrays that kernels take. Importing them does not import numba.
 
-from typing import TypeAlias
+A group of arrays that belong together is a NamedTuple: kernels take it as one argument.
+"""
+
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +15,102 @@ Singles: TypeAlias = npt.NDArray[np.float32]
 Words: TypeAlias = npt.NDArray[np.uint64]
 Plane: TypeAlias = tuple[bool, float, float, float, float]
 Direction: TypeAlias = tuple[float, float, float, float]
-Hulls: TypeAlias = tuple[Indices, Array, Array, Indices, Flags]
-"""hull, turns, corners, first, mixed: see `slalom.relative_motion`."""
+
+
+class Corners(NamedTuple):
+    """The corners of all hulls of a table: those of hull h are the rows first[h] to first[h + 1]."""
+
+    corners: Array  # (c, 5) [m]: x, y, z do not turn; X, Y turn with the body
+    first: Indices  # (h + 1,)
+    unordered: Flags  # (h,) whether the corners lie in no order, some inside the hull
+
+
+class Hulls(NamedTuple):
+    """The hulls of the rows of a table, see `slalom.relative_motion.RelativeMotion`."""
+
+    hull: Indices  # (n,) number of the hull, -1 for a point
+    turns: Array  # (4, 2, n) control points of the body's direction; (4, 2, 0) where none is needed
+    corners: Array  # as in `Corners`
+    first: Indices
+    unordered: Flags
+
+
 MaybeHulls: TypeAlias = Hulls | tuple[()]
 """Empty where all bodies are points: numba drops branches that the length of an argument decides, so that kernels are
-compiled without what only hulls need."""
+compiled without the parts that only hulls need. It must be an argument itself: of a field numba does not know it."""
+MaybeCorners: TypeAlias = Corners | tuple[()]
+"""The same without numbers and directions."""
+
+
+class Pieces(NamedTuple):
+    """Cubic pieces of bodies: one row for each piece, the pieces of a body in the order of time."""
+
+    times: Array  # (n, 2) [s] begin and end
+    points: Array  # (n, 4, d) [m] control points of the body's origin
+    radius: Array  # (n,) [m] at the begin of the piece
+    growth: Array  # (n,) [m] change of the radius over the piece
+    turns: Array  # (n, 4, 2) control points of the body's direction, or (0, 4, 2) if no body turns
+    body: Indices  # (n,) number of the body
+
+
+class PositionMap(NamedTuple):
+    """The position of a robot as an affine map of its control, drift + gain u, in cubic pieces over elapsed time."""
+
+    knots: Array  # (m + 1,) [s] from 0 to the horizon or later
+    drift: Array  # (m, 4, d) [m] control points
+    gain: Array  # (m, 4) control points [unit of position over unit of the control]
+
+
+class Segments(NamedTuple):
+    """Segments of the motion of bodies relative to a robot, see `slalom.relative_motion.RelativeMotion`.
+
+    Segments lie along the last axis, so that one pass over all of them runs on vector registers. Their hulls are an
+    argument of their own, see `MaybeHulls`.
+    """
+
+    points: Array  # (4, 3, n) [m]
+    gains: Array  # (4, n)
+    radius: Array  # (n,) [m] at the begin
+    growth: Array  # (n,) [m] change of the radius over the segment
+    bounding_radius: Array  # (n,) [m] of the rounded body about its origin, over the whole segment
+
+
+class CutPieces(NamedTuple):
+    """Pieces of bodies relative to a robot, cut where its position map has a knot: the rows of `Segments` to be."""
+
+    begin: Array  # (n,) [s]
+    end: Array  # (n,) [s]
+    points: Array  # (4, 3, n) [m]
+    gains: Array  # (4, n)
+    radius: Array  # (n,) [m] at the begin
+    growth: Array  # (n,) [m]
+    turns: Array  # (4, 2, n), or (4, 2, 0) if no body turns
+    body: Indices  # (n,)
+
+
+class BodyTable(NamedTuple):
+    """Bodies: convex parts of obstacles grown by parts of the robot."""
+
+    radius: Array  # (b,) [m] by which the hull is rounded, with the margin
+    hull_radius: Array  # (b,) [m] of the ball about the origin that holds the hull without the rounding
+    owner: Indices  # (b,) number of the obstacle
+    hull: Indices  # (b,) number of the hull, -1 for a point
+
+
+class Snapshot(NamedTuple):
+    """Bodies at the begin of a window of time, for the distances to them."""
+
+    pieces: Pieces
+    heads: Indices  # rows with which bodies begin that exist at the begin of the window
+    uncertain: Flags  # (b,) whether the radius and growth of the pieces hold an uncertainty of the position
+    hull: Indices  # (b,) number of the hull, -1 for a point
+
+
+class Workspace(NamedTuple):
+    """Buffers of one search for collisions, made once and used for every control."""
+
+    gaps: Array  # (n,) [m] results of the chord test
+    stack: Array  # nodes of a bisection, see `geometry.cubic.new_stack`
+    path: Array  # (4, 5) control points of one hull's origin and direction
+    corners: Array  # (c, 3) [m] corners of one hull
+    element: Array  # (5,) place on a segment in [0, 1], centre and radius of a ball of controls

@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.checks import Array
-from slalom.kernels.arrays import Indices, MaybeHulls
+from slalom.kernels.arrays import Indices
 from slalom.kernels.sequence_search.tables import SpacetimeIndex
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import Bodies
@@ -87,9 +87,6 @@ def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: flo
     middle = rows.points.mean(axis=1)
     bends = np.linalg.norm(rows.points - middle[:, None], axis=2).max(axis=1, initial=0.0)
     begin, row = _listed(times, start, end, width)
-    hulls: MaybeHulls = ()
-    if bodies.hull.max(initial=-1) >= 0:
-        hulls = (bodies.hull[which], np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.unordered)
     return SpacetimeIndex(
         times=times,
         points=np.ascontiguousarray(rows.points),
@@ -100,7 +97,7 @@ def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: flo
         bounding_radius=bends + around + np.maximum(rows.growth, 0.0) + bodies.hull_radius[which],
         hull_radius=bodies.hull_radius[which],
         appears=since[bodies.owner[which]],
-        hulls=hulls,
+        hulls=bodies.hulls_of(which),
         start=float(start),
         width=float(width),
         first=begin,

@@ -1,94 +1,93 @@
-"""Many robots, discs or balls, as arrays: what each may meet under one response, and what it commits to.
-
-What one robot meets, passive bodies and other robots, as rows of cubic pieces with radii that hold the margin.
-"""
+"""Encounters of one robot: passive bodies and other robots as pieces with margins, and their relative motion."""
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, MaybeHulls
+from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
 from slalom.kernels.decision.neighbours import bounding_balls
 from slalom.kernels.decision.tables import (
-    COOPERATION_RANGE,
-    REST_DURATION,
-    Corners,
     DecisionSettings,
     ObstaclePieces,
     PassiveObstacles,
+    Paths,
     RelativeMotion,
     ResponseTable,
     RobotTable,
 )
-from slalom.kernels.geometry.cubic import copy_into, restrict
+from slalom.kernels.geometry.cubic import copy_into, restrict, slope, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.relative_motion.segments import relative_segments
-from slalom.kernels.selection.exchange import segments_in_reach
-from slalom.tolerances import CONTACT, CONTACT_SLACK
+from slalom.kernels.relative_motion.contact import kept_margin, overlaps
+from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
+from slalom.kernels.relative_motion.window import share_of_piece
+from slalom.kernels.selection.admissible import segments_in_reach
+from slalom.tolerances import COOPERATION_RANGE, REST_DURATION
 
 
 @kernel
-def in_reach(i: int, others: Indices, fleet: RobotTable, terms: DecisionSettings) -> Indices:
-    """The other robots that robot i could meet within the horizon if both drove straight at top speed."""
+def in_reach(i: int, others: Indices, robots: RobotTable, settings: DecisionSettings) -> Indices:
+    """Those of the robots `others` (m,) that robot i can meet within the horizon, both straight at max speed."""
     near, count = np.empty(len(others), np.int64), 0
     for k in others:
-        reach = (
-            (fleet.max_speed[i] + fleet.max_speed[k]) * terms.horizon + fleet.radius[i] + fleet.radius[k] + terms.margin
-        )
+        speeds = robots.max_speed[i] + robots.max_speed[k]
+        reach = speeds * settings.horizon + robots.radius[i] + robots.radius[k] + settings.margin
         square = 0.0
-        for axis in range(terms.dimension):
-            square += (fleet.position[k, axis] - fleet.position[i, axis]) ** 2
+        for axis in range(settings.dimension):
+            square += (robots.position[k, axis] - robots.position[i, axis]) ** 2
         if square <= reach * reach:
             near[count] = k
             count += 1
     return near[:count]
 
 
-@kernel
-def relative(
-    rows: ObstaclePieces, world: PassiveObstacles, knots: Array, drift: Array, gain: Array, horizon: float
-) -> tuple[Array, Array, Array, Array, Array, MaybeHulls, Indices]:
-    """points, gains, radius, growth, reach, hulls and body of the relative motion."""
-    _, _, points, gains, radius, growth, turned, body = relative_segments(
-        rows.times, rows.points, rows.radius, rows.growth, rows.turns, rows.body, knots, drift, gain, horizon
-    )
-    n, solid = len(body), world.corners
-    reach = np.empty(n)
-    for s in range(n):
-        reach[s] = radius[s] + max(growth[s], 0.0) + rows.hull_radius[body[s]]
-    return points, gains, radius, growth, reach, hulls_among(solid, rows.hull, rows.turns, body, turned), body
-
-
 @inlined
-def hulls_among(solid: Corners, hull: Indices, turns: Array, body: Indices, turned: Array) -> MaybeHulls:
-    """The hulls of segments of bodies, of which `hull` tells the numbers; empty where there are none."""
-    if len(solid) > 0:
-        if len(turns) == 0:
-            turned = np.zeros((4, 2, len(body)))
-            turned[:, 0] = 1.0
-        return hulls_of(solid, hull[body], turned)
+def hulls_of_bodies(corners: MaybeCorners, hull: Indices, turned: Array) -> MaybeHulls:
+    """Hulls with numbers `hull` (n,) and directions `turned` (4, 2, n); empty where there are no corners."""
+    if len(corners) > 0:
+        return Hulls(hull, turned, corners.corners, corners.first, corners.unordered)
     return ()
 
 
 @inlined
-def limits_of(i: int, r: int, fleet: RobotTable, answers: ResponseTable, terms: DecisionSettings) -> Array:
-    """The admissible set of response r, see `limits.Limits.admissible`."""
+def hulls_of_segments(corners: MaybeCorners, rows: ObstaclePieces, body: Indices, turned: Array) -> MaybeHulls:
+    """The hulls of segments of those bodies (n,), `turned` (4, 2, n): their directions if any turns."""
+    if len(corners) > 0:
+        if len(rows.pieces.turns) == 0:
+            turned = np.zeros((4, 2, len(body)))
+            turned[:, 0] = 1.0
+        return hulls_of_bodies(corners, rows.hull[body], turned)
+    return ()
+
+
+@kernel
+def relative_table(
+    rows: ObstaclePieces, passive: PassiveObstacles, motion: PositionMap, horizon: float
+) -> tuple[Segments, MaybeHulls, Indices]:
+    """The segments, hulls and bodies (n,) of the motion relative to a robot, up to the horizon [s]."""
+    cut = relative_segments(rows.pieces, motion, horizon)
+    table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radii(cut, rows.hull_radius))
+    return table, hulls_of_segments(passive.corners, rows, cut.body, cut.turns), cut.body
+
+
+@inlined
+def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> Array:
+    """The admissible set (l, 5) of response r for robot i, balls as in `limits.Limits.admissible`."""
     count = 0
-    for p in range(len(answers.peaks)):
-        count += answers.peaks[p, 0] == r
+    for p in range(len(responses.peaks)):
+        count += responses.peaks[p, 0] == r
     rows = np.zeros((count, 5))
     square = 0.0
-    for axis in range(terms.dimension):
-        square += fleet.velocity[i, axis] ** 2
-    fastest = max(fleet.max_speed[i], np.sqrt(square) - 0.5 * fleet.max_acceleration[i] * answers.settled[r])
+    for axis in range(settings.dimension):
+        square += robots.velocity[i, axis] ** 2
+    fastest = max(robots.max_speed[i], np.sqrt(square) - 0.5 * robots.max_acceleration[i] * responses.settled[r])
     k = 0
-    for p in range(len(answers.peaks)):
-        if answers.peaks[p, 0] != r:
+    for p in range(len(responses.peaks)):
+        if responses.peaks[p, 0] != r:
             continue
-        share, gain = answers.peaks[p, 2], answers.peaks[p, 3]
+        share, gain = responses.peaks[p, 2], responses.peaks[p, 3]
         rows[k, 0] = -1.0
-        for axis in range(terms.dimension):
-            rows[k, 1 + axis] = -share * fleet.velocity[i, axis] / gain
-        rows[k, 4] = (fastest if answers.peaks[p, 1] == 0.0 else fleet.max_acceleration[i]) / abs(gain)
+        for axis in range(settings.dimension):
+            rows[k, 1 + axis] = -share * robots.velocity[i, axis] / gain
+        rows[k, 4] = (fastest if responses.peaks[p, 1] == 0.0 else robots.max_acceleration[i]) / abs(gain)
         k += 1
     return rows
 
@@ -98,41 +97,42 @@ def relative_motion(
     i: int,
     r: int,
     rows: ObstaclePieces,
-    fleet: RobotTable,
-    world: PassiveObstacles,
-    answers: ResponseTable,
-    terms: DecisionSettings,
-    own: Array,
+    robots: RobotTable,
+    passive: PassiveObstacles,
+    responses: ResponseTable,
+    settings: DecisionSettings,
+    unchanged: Array,
 ) -> RelativeMotion:
-    """What robot i may meet under response r; `own`: the control that changes nothing."""
-    d, first, last = terms.dimension, answers.first[r], answers.first[r + 1]
+    """The relative motion of robot i under response r; `unchanged` (3,): the control that changes nothing now."""
+    d, first, last = settings.dimension, responses.first[r], responses.first[r + 1]
     m = last - first
-    knots = answers.knots[first + r : last + r + 1]
+    knots = responses.knots[first + r : last + r + 1]
     drift = np.empty((m, 4, d))
     for p in range(m):
         for c in range(4):
             for axis in range(d):
                 drift[p, c, axis] = (
-                    fleet.position[i, axis] + answers.velocity_gain[first + p, c] * fleet.velocity[i, axis]
+                    robots.position[i, axis] + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
                 )
-    points, gains, radius, growth, reach, hulls, body = relative(
-        rows, world, knots, drift, answers.gain[first:last], terms.horizon
-    )
-    if terms.share < 1.0:
-        # Where the other avoids too, half the change of the control must do: w = own + (u - own) / share is tested.
-        n, rest = len(body), 1.0 / terms.share - 1.0
-        partner = np.empty(n, np.bool_)
+    motion = PositionMap(knots, drift, responses.gain[first:last])
+    table, hulls, body = relative_table(rows, passive, motion, settings.horizon)
+    if settings.share < 1.0:
+        # Half the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) / share
+        # is tested.
+        n, rest = len(body), 1.0 / settings.share - 1.0
+        cooperates = np.empty(n, np.bool_)
         for s in range(n):
-            partner[s] = rows.cooperates[body[s]]
+            cooperates[s] = rows.cooperates[body[s]]
         for c in range(4):
             for axis in range(d):
-                by = own[axis]
+                by = unchanged[axis]
                 for s in range(n):
-                    points[c, axis, s] += gains[c, s] * by * rest if partner[s] else 0.0
+                    table.points[c, axis, s] += table.gains[c, s] * by * rest if cooperates[s] else 0.0
             for s in range(n):
-                gains[c, s] = gains[c, s] / terms.share if partner[s] else gains[c, s]
-    limits = limits_of(i, r, fleet, answers, terms)
-    return RelativeMotion(limits, *segments_in_reach(limits, points, gains, radius, growth, reach, hulls))
+                table.gains[c, s] = table.gains[c, s] / settings.share if cooperates[s] else table.gains[c, s]
+    limits = admissible_set(i, r, robots, responses, settings)
+    near, near_hulls = segments_in_reach(limits, table, hulls)
+    return RelativeMotion(limits, near, near_hulls)
 
 
 @kernel
@@ -140,217 +140,212 @@ def response_path(
     i: int,
     r: int,
     u: Array,
-    fleet: RobotTable,
-    answers: ResponseTable,
-    terms: DecisionSettings,
-    begin: Array,
-    points: Array,
+    robots: RobotTable,
+    responses: ResponseTable,
+    settings: DecisionSettings,
+    paths: Paths,
     row: int,
 ) -> None:
-    """The course of robot i that answers u by response r from now on, into a row of the tables begin and points."""
-    first, last = answers.first[r], answers.first[r + 1]
-    end = terms.now + (REST_DURATION if terms.shared else answers.knots[last + r])
-    for p in range(begin.shape[1]):
-        begin[row, p] = end
+    """Write the path of robot i under control u (3,) of response r, from now on, into a row of `paths`."""
+    first, last = responses.first[r], responses.first[r + 1]
+    end = settings.now + (REST_DURATION if settings.shared else responses.knots[last + r])
+    for p in range(paths.times.shape[1]):
+        paths.times[row, p] = end
     for p in range(last - first):
-        begin[row, p] = terms.now + answers.knots[first + r + p]
+        paths.times[row, p] = settings.now + responses.knots[first + r + p]
         for c in range(4):
             for axis in range(3):
-                points[row, p, c, axis] = (
-                    fleet.position[i, axis]
-                    + answers.velocity_gain[first + p, c] * fleet.velocity[i, axis]
-                    + answers.gain[first + p, c] * u[axis]
+                paths.points[row, p, c, axis] = (
+                    robots.position[i, axis]
+                    + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
+                    + responses.gain[first + p, c] * u[axis]
                 )
 
 
 @kernel
-def predict(k: int, fleet: RobotTable, terms: DecisionSettings) -> None:
-    """Where robot k is seen to be during the horizon and at its end."""
-    speed = np.empty(3)
-    bounding_balls(fleet.observed_times[k], fleet.observed_points[k], terms, fleet.ball_centers[k], fleet.ball_radii[k])
-    state_on_path(
-        fleet.observed_times, fleet.observed_points, k, terms.now + terms.horizon, fleet.end_position[k], speed
+def predict(k: int, robots: RobotTable, settings: DecisionSettings) -> None:
+    """Bound the observed path of robot k in windows of the horizon, and note its end position."""
+    velocity = np.empty(3)
+    bounding_balls(
+        robots.observed_times[k], robots.observed_points[k], settings, robots.ball_centers[k], robots.ball_radii[k]
     )
+    observed = Paths(robots.observed_times, robots.observed_points)
+    state_on_path(observed, k, settings.now + settings.horizon, robots.end_position[k], velocity)
 
 
 @kernel
-def commit(i: int, r: int, u: Array, fleet: RobotTable, answers: ResponseTable, terms: DecisionSettings) -> None:
-    """Robot i follows response r under u from now on; with shared manoeuvres the others see it at once."""
-    response_path(i, r, u, fleet, answers, terms, fleet.committed_times, fleet.committed_points, i)
-    fleet.response[i] = r
-    copy_into(fleet.control[i], u)
-    if terms.shared:
-        copy_into(fleet.observed_times[i], fleet.committed_times[i])
-        copy_into(fleet.observed_points[i], fleet.committed_points[i])
-        predict(i, fleet, terms)
+def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> None:
+    """Commit robot i to control u (3,) of response r from now on; other robots observe it at once where shared."""
+    committed = Paths(robots.committed_times, robots.committed_points)
+    response_path(i, r, u, robots, responses, settings, committed, i)
+    robots.response[i] = r
+    copy_into(robots.control[i], u)
+    if settings.shared:
+        copy_into(robots.observed_times[i], robots.committed_times[i])
+        copy_into(robots.observed_points[i], robots.committed_points[i])
+        predict(i, robots, settings)
 
 
 @kernel
-def state_on_path(begin: Array, points: Array, i: int, t: float, place: Array, speed: Array) -> None:
-    """Position and velocity at t on course i of a table, cubic pieces; the last one that has a length goes on."""
-    k = 0
-    while k < points.shape[1] - 1 and begin[i, k + 1] <= t and begin[i, k + 2] > begin[i, k + 1]:
+def state_on_path(paths: Paths, i: int, t: float, position: Array, velocity: Array) -> None:
+    """Position and velocity (d,) at time t [s] on row i of `paths`; the last piece that has a length goes on."""
+    times, points, k = paths.times, paths.points, 0
+    while k < points.shape[1] - 1 and times[i, k + 1] <= t and times[i, k + 2] > times[i, k + 1]:
         k += 1
-    width = begin[i, k + 1] - begin[i, k]
-    x = (t - begin[i, k]) / width
-    y = 1.0 - x
-    for axis in range(len(place)):
+    width = times[i, k + 1] - times[i, k]
+    x = (t - times[i, k]) / width
+    for axis in range(len(position)):
         p0, p1, p2, p3 = points[i, k, 0, axis], points[i, k, 1, axis], points[i, k, 2, axis], points[i, k, 3, axis]
-        place[axis] = y * y * y * p0 + 3.0 * x * y * y * p1 + 3.0 * x * x * y * p2 + x * x * x * p3
-        speed[axis] = 3.0 * (y * y * (p1 - p0) + 2.0 * x * y * (p2 - p1) + x * x * (p3 - p2)) / width
+        position[axis] = value(p0, p1, p2, p3, x)
+        velocity[axis] = slope(p0, p1, p2, p3, x) / width
 
 
 @kernel
 def obstacle_pieces(
-    i: int, near: Indices, fleet: RobotTable, world: PassiveObstacles, terms: DecisionSettings
+    i: int, near: Indices, robots: RobotTable, passive: PassiveObstacles, settings: DecisionSettings
 ) -> tuple[ObstaclePieces, bool]:
-    """What robot i may meet within the horizon, of robots those in `near`; whether it overlaps something now."""
-    d, now = terms.dimension, terms.now
-    q = fleet.observed_points.shape[1]
-    count = len(near)
-    fixed, bodies = len(world.body), len(world.body_radius)
-    # A row more for each robot: one is cut where the margin is whole again.
-    rows = fixed + count * (q + 1)
-    times, points = np.empty((rows, 2)), np.empty((rows, 4, d))
-    radius, growth, body, spare = np.empty(rows), np.zeros(rows), np.empty(rows, np.int64), np.zeros((rows, 2))
-    turning = len(world.turns) > 0
-    turns = np.zeros((rows if turning else 0, 4, 2))
-    hull, spread = np.full(bodies + count, -1), np.zeros(bodies + count)
-    partner = np.zeros(bodies + count, np.bool_)
-    overlaps = False
+    """The pieces of passive bodies and of the robots `near` (m,) that robot i may meet; whether it overlaps one now."""
+    d, now, q, count = settings.dimension, settings.now, robots.observed_points.shape[1], len(near)
+    fixed, bodies = len(passive.pieces.body), len(passive.body_radius)
+    # One row more for each robot: one piece is cut where the margin is whole again.
+    n, turning = fixed + count * (q + 1), len(passive.pieces.turns) > 0
+    turns = np.zeros((n if turning else 0, 4, 2))
+    pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
+    margin = np.zeros((n, 2))
+    hull, hull_radius = np.full(bodies + count, -1), np.zeros(bodies + count)
+    cooperates = np.zeros(bodies + count, np.bool_)
+    overlapping = False
     if fixed:
-        copy_into(times, world.times)
-        copy_into(points, world.points)
-        copy_into(growth, world.growth)
-        copy_into(body, world.body)
-        copy_into(hull, world.hull)
-        copy_into(spread, world.hull_radius)
-        if turning:
-            copy_into(turns, world.turns)
-        around = world.body_radius + (fleet.radius[i] - world.robot_radius)
-        overlaps = add_margin(i, fleet, world, terms, around)
-        for s in range(fixed):
-            b = world.body[s]
-            radius[s] = world.radius[s] + around[b]
-            spare[s, 0] = max(around[b] - world.body_radius[b] - (fleet.radius[i] - world.robot_radius), 0.0)
+        overlapping = add_passive(i, robots, passive, settings, pieces, margin)
+        copy_into(hull, passive.hull)
+        copy_into(hull_radius, passive.hull_radius)
     s = fixed
-    place, speed = np.empty(d), np.empty(d)
+    position, velocity = np.empty(d), np.empty(d)
+    observed = Paths(robots.observed_times, robots.observed_points)
     for j in range(count):
         k = near[j]
-        state_on_path(fleet.observed_times, fleet.observed_points, k, now, place, speed)
+        state_on_path(observed, k, now, position, velocity)
         square = 0.0
         for axis in range(d):
-            square += (place[axis] - fleet.position[i, axis]) ** 2
-        touch = fleet.radius[i] + fleet.radius[k]
-        gap = np.sqrt(square) - touch
-        overlaps = overlaps or gap < -CONTACT
-        extra = min(max(gap - CONTACT_SLACK, 0.0), terms.margin)
-        if gap < CONTACT_SLACK:
-            extra = min(gap, 0.0) - CONTACT_SLACK
-        # Nobody relies on the other where both are close: there it is too late for mistakes.
-        partner[bodies + j] = gap > COOPERATION_RANGE * touch
-        end, cut = s, terms.regain if extra < terms.margin else np.inf
+            square += (position[axis] - robots.position[i, axis]) ** 2
+        touch = robots.radius[i] + robots.radius[k]
+        clearance = np.sqrt(square) - touch
+        overlapping = overlapping or overlaps(clearance)
+        extra = kept_margin(clearance, settings.margin)
+        # No robot relies on the other where both are close: there it is too late for mistakes.
+        cooperates[bodies + j] = clearance > COOPERATION_RANGE * touch
+        end, cut = s, settings.regain if extra < settings.margin else np.inf
         for p in range(q):
-            first, last = fleet.observed_times[k, p], fleet.observed_times[k, p + 1]
-            if last <= now or last <= first or first >= now + terms.horizon:
+            first, last = robots.observed_times[k, p], robots.observed_times[k, p + 1]
+            if last <= now or last <= first or first >= now + settings.horizon:
                 continue
-            end = cut_piece(first - now, last - now, fleet.observed_points, k, p, cut, end, times, points)
+            end = add_piece(first - now, last - now, robots.observed_points[k, p], cut, end, pieces)
         for row in range(s, end):
-            radius[row], body[row], spare[row, 0] = touch + extra, bodies + j, max(extra, 0.0)
+            pieces.radius[row], pieces.body[row], margin[row, 0] = touch + extra, bodies + j, max(extra, 0.0)
             if turning:
                 for c in range(4):
                     turns[row, c, 0] = 1.0
         if cut < np.inf:
-            grow_margin(terms.margin - max(extra, 0.0), cut, s, end, times, radius, growth, spare)
+            grow_margin(settings.margin - max(extra, 0.0), cut, s, end, pieces, margin)
         s = end
-    return (
-        ObstaclePieces(
-            times[:s], points[:s], radius[:s], growth[:s], turns[:s], body[:s], spare[:s], hull, spread, partner
-        ),
-        overlaps,
-    )
+    used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
+    return ObstaclePieces(used, margin[:s], hull, hull_radius, cooperates), overlapping
 
 
 @kernel
-def cut_piece(
-    first: float, last: float, courses: Array, k: int, p: int, cut: float, s: int, times: Array, points: Array
-) -> int:
-    """Piece p of course k, driven from `first` to `last`, into row s, or into two rows about the time `cut`; the next
-    row.
+def add_piece(first: float, last: float, points: Array, cut: float, s: int, pieces: Pieces) -> int:
+    """Write a piece, control points (4, d) driven from `first` to `last` [s], into row s; the next free row.
+
+    Two rows if the time `cut` [s] lies within it.
     """
     parts = 2 if first < cut and cut < last else 1
     for part in range(parts):
-        times[s, 0], times[s, 1] = first if part == 0 else cut, last if part == parts - 1 else cut
-        for axis in range(points.shape[2]):
-            p0, p1 = courses[k, p, 0, axis], courses[k, p, 1, axis]
-            p2, p3 = courses[k, p, 2, axis], courses[k, p, 3, axis]
+        pieces.times[s, 0], pieces.times[s, 1] = first if part == 0 else cut, last if part == parts - 1 else cut
+        for axis in range(pieces.points.shape[2]):
+            p0, p1, p2, p3 = points[0, axis], points[1, axis], points[2, axis], points[3, axis]
             if parts == 2:
-                e, f = (times[s, 0] - first) / (last - first), (times[s, 1] - first) / (last - first)
+                e, f = (pieces.times[s, 0] - first) / (last - first), (pieces.times[s, 1] - first) / (last - first)
                 p0, p1, p2, p3 = restrict(p0, p1, p2, p3, e, f)
-            points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis] = p0, p1, p2, p3
+            pieces.points[s, 0, axis], pieces.points[s, 1, axis] = p0, p1
+            pieces.points[s, 2, axis], pieces.points[s, 3, axis] = p2, p3
         s += 1
     return s
 
 
 @kernel
-def grow_margin(
-    lost: float, within: float, begin: int, end: int, times: Array, radius: Array, growth: Array, spare: Array
-) -> None:
-    """Grow the rows from `begin` to `end`, of one robot, evenly by the margin that is lost, until it is whole `within`
-    [s].
+def grow_margin(lost: float, within: float, begin: int, end: int, pieces: Pieces, margin: Array) -> None:
+    """Let the radii of rows `begin` to `end`, of one robot, grow evenly by the `lost` margin [m] `within` a time [s].
+
+    `margin` (n, 2) [m]: see `ObstaclePieces`.
     """
+    times = pieces.times
     for s in range(begin, end):
         early, late = lost * min(max(times[s, 0] / within, 0.0), 1.0), lost * min(max(times[s, 1] / within, 0.0), 1.0)
-        radius[s] += early
-        growth[s] = late - early
-        spare[s, 0] += early
-        spare[s, 1] = late - early
+        pieces.radius[s] += early
+        pieces.growth[s] = late - early
+        margin[s, 0] += early
+        margin[s, 1] = late - early
 
 
 @kernel
 def reduce_margin(share: float, rows: ObstaclePieces) -> None:
-    """Take `share` of the whole margin off."""
-    for s in range(len(rows.body)):
-        rows.radius[s] -= share * rows.margin[s, 0]
-        rows.growth[s] -= share * rows.margin[s, 1]
+    """Take the `share` [1] of the whole margin off all radii."""
+    for s in range(len(rows.pieces.body)):
+        rows.pieces.radius[s] -= share * rows.margin[s, 0]
+        rows.pieces.growth[s] -= share * rows.margin[s, 1]
 
 
 @kernel
-def add_margin(i: int, fleet: RobotTable, world: PassiveObstacles, terms: DecisionSettings, around: Array) -> bool:
-    """Add the margin to the radii of passive bodies, or less where the robot is nearer; whether it overlaps one."""
-    d = terms.dimension
-    heads = world.heads
-    which = world.body[heads]
-    places, ahead = np.zeros((len(heads), 3)), np.zeros((len(heads), 2))
-    ahead[:, 0] = 1.0
+def add_passive(
+    i: int, robots: RobotTable, passive: PassiveObstacles, settings: DecisionSettings, pieces: Pieces, margin: Array
+) -> bool:
+    """Write the passive bodies, grown by robot i and by the margin it can keep, into the first rows.
+
+    Returns whether the robot overlaps one. `margin` (n, 2) [m]: see `ObstaclePieces`.
+    """
+    fixed = passive.pieces
+    copy_into(pieces.times, fixed.times)
+    copy_into(pieces.points, fixed.points)
+    copy_into(pieces.growth, fixed.growth)
+    copy_into(pieces.body, fixed.body)
+    if len(fixed.turns) > 0:
+        copy_into(pieces.turns, fixed.turns)
+    radius = passive.body_radius + (robots.radius[i] - passive.robot_radius)
+    overlapping = add_margin(i, robots, passive, settings, radius)
+    for s in range(len(fixed.body)):
+        b = fixed.body[s]
+        pieces.radius[s] = fixed.radius[s] + radius[b]
+        margin[s, 0] = max(radius[b] - passive.body_radius[b] - (robots.radius[i] - passive.robot_radius), 0.0)
+    return overlapping
+
+
+@kernel
+def add_margin(
+    i: int, robots: RobotTable, passive: PassiveObstacles, settings: DecisionSettings, radius: Array
+) -> bool:
+    """Add the margin that robot i can keep to the radii (b,) [m] of passive bodies; whether it overlaps one."""
+    fixed, heads = passive.pieces, passive.heads
+    body = fixed.body[heads]
+    places, directions = np.zeros((len(heads), 3)), np.zeros((len(heads), 2))
+    directions[:, 0] = 1.0
     for h in range(len(heads)):
         s = heads[h]
-        x = -world.times[s, 0] / (world.times[s, 1] - world.times[s, 0])
-        y = 1.0 - x
-        w0, w1, w2, w3 = y * y * y, 3.0 * x * y * y, 3.0 * x * x * y, x * x * x
-        for axis in range(d):
-            p = world.points[s, :, axis]
-            places[h, axis] = w0 * p[0] + w1 * p[1] + w2 * p[2] + w3 * p[3] - fleet.position[i, axis]
-        if len(world.turns) > 0:
+        x = share_of_piece(fixed.times, s)
+        for axis in range(settings.dimension):
+            p = fixed.points[s, :, axis]
+            places[h, axis] = value(p[0], p[1], p[2], p[3], x) - robots.position[i, axis]
+        if len(fixed.turns) > 0:
             for axis in range(2):
-                p = world.turns[s, :, axis]
-                ahead[h, axis] = w0 * p[0] + w1 * p[1] + w2 * p[2] + w3 * p[3]
-    found = distances(places, ahead, world.hull[which], hulls_of(world.corners, world.hull, np.empty((4, 2, 0))))
-    overlaps = False
-    wide = np.full(len(around), terms.margin)
+                p = fixed.turns[s, :, axis]
+                directions[h, axis] = value(p[0], p[1], p[2], p[3], x)
+    found = distances(
+        places, directions, passive.hull[body], hulls_of_bodies(passive.corners, passive.hull, np.empty((4, 2, 0)))
+    )
+    overlapping = False
+    kept = np.full(len(radius), settings.margin)
     for h in range(len(heads)):
-        gap = found[h, 0] - around[which[h]]
-        overlaps = overlaps or gap < -CONTACT
-        wide[which[h]] = min(max(gap - CONTACT_SLACK, 0.0), terms.margin)
-        if gap < CONTACT_SLACK:
-            wide[which[h]] = max(min(gap, 0.0) - CONTACT_SLACK, -around[which[h]])
-    around += wide
-    return overlaps
-
-
-@kernel
-def hulls_of(solid: Corners, hull: Indices, turned: Array) -> MaybeHulls:
-    """The hulls of rows by numbers (k,), directions (4, 2, k); empty where there are none (`compiled.MaybeHulls`)."""
-    if len(solid) > 0:
-        return hull, turned, solid[0], solid[1], solid[2]
-    return ()
+        clearance = found[h, 0] - radius[body[h]]
+        overlapping = overlapping or overlaps(clearance)
+        kept[body[h]] = max(kept_margin(clearance, settings.margin), -radius[body[h]])
+    radius += kept
+    return overlapping

@@ -1,4 +1,4 @@
-"""What a course costs a robot: how long it takes until it arrives; and what a response promises at best."""
+"""Cost of a manoeuvre: the time until the robot arrives. And the optimistic cost of a response, without obstacles."""
 
 import numpy as np
 
@@ -8,7 +8,8 @@ from slalom.kernels.decision.neighbours import smallest_control_ball
 from slalom.kernels.decision.tables import (
     WINDOWS,
     DecisionSettings,
-    PassiveObstacles,
+    DecisionTables,
+    Paths,
     ResponseTable,
     RobotTable,
     Scratch,
@@ -16,24 +17,24 @@ from slalom.kernels.decision.tables import (
 from slalom.kernels.decision.time_to_go import earliest_on_line, time_to_go
 from slalom.kernels.geometry.cubic import new_stack
 from slalom.kernels.jit import kernel
+from slalom.tolerances import ARRIVAL_SAMPLES
 
 
 @kernel
-def arrives(place: Array, speed: Array, goal: Array, stop: bool, tolerance: float) -> bool:
-    """Whether a robot in this state is at its goal."""
+def arrives(position: Array, velocity: Array, goal: Array, stop: bool, tolerance: float) -> bool:
+    """Whether a robot with this position and velocity (d,) is at its goal (d,), within `tolerance` [m], [m/s]."""
     away, fast = 0.0, 0.0
-    for axis in range(len(place)):
-        away += (goal[axis] - place[axis]) ** 2
-        fast += speed[axis] ** 2
+    for axis in range(len(position)):
+        away += (goal[axis] - position[axis]) ** 2
+        fast += velocity[axis] ** 2
     return bool(away <= tolerance * tolerance and (not stop or fast <= tolerance * tolerance))
 
 
 @kernel
 def new_scratch(pieces: int, dimension: int) -> Scratch:
-    """Room for courses of so many pieces."""
+    """Buffers for paths of so many pieces."""
     return Scratch(
-        np.empty((2, pieces + 1)),
-        np.empty((2, pieces, 4, 3)),
+        Paths(np.empty((2, pieces + 1)), np.empty((2, pieces, 4, 3))),
         np.empty((WINDOWS, 3)),
         np.empty(WINDOWS),
         new_stack(),
@@ -49,73 +50,60 @@ def new_scratch(pieces: int, dimension: int) -> Scratch:
 def arrival_within(
     i: int,
     until: float,
-    begin: Array,
-    points: Array,
+    paths: Paths,
     row: int,
-    fleet: RobotTable,
-    terms: DecisionSettings,
-    place: Array,
-    speed: Array,
+    robots: RobotTable,
+    settings: DecisionSettings,
+    position: Array,
+    velocity: Array,
 ) -> float:
-    """When robot i arrives that follows a course of a table [s], if that is until `until`; -1 if not.
+    """Time [s] at which robot i on row `row` of `paths` arrives, if at most `until` [s]; -1 if not.
 
-    Into `place` and `speed` where it is then, and how fast.
+    Its position and velocity (d,) then are written.
     """
-    goal, stop, tolerance = fleet.target[i], fleet.stop[i], fleet.tolerance[i]
-    away, fast = 0.0, fleet.max_speed[i]
-    for axis in range(terms.dimension):
-        away += (goal[axis] - fleet.position[i, axis]) ** 2
-        fast += abs(fleet.velocity[i, axis])
+    goal, stop, tolerance = robots.target[i], robots.stop[i], robots.tolerance[i]
+    away, fast = 0.0, robots.max_speed[i]
+    for axis in range(settings.dimension):
+        away += (goal[axis] - robots.position[i, axis]) ** 2
+        fast += abs(robots.velocity[i, axis])
     if away <= (tolerance + fast * until) ** 2:
-        # Farther away it cannot arrive until then.
-        for step in range(8):
-            state_on_path(begin, points, row, terms.now + until * step / 8.0, place, speed)
-            if arrives(place, speed, goal, stop, tolerance):
-                return until * step / 8.0
-    state_on_path(begin, points, row, terms.now + until, place, speed)
+        # From farther away it cannot arrive until then.
+        for step in range(ARRIVAL_SAMPLES):
+            state_on_path(paths, row, settings.now + until * step / ARRIVAL_SAMPLES, position, velocity)
+            if arrives(position, velocity, goal, stop, tolerance):
+                return until * step / ARRIVAL_SAMPLES
+    state_on_path(paths, row, settings.now + until, position, velocity)
     return -1.0
 
 
 @kernel
 def manoeuvre_cost(
-    i: int,
-    until: float,
-    begin: Array,
-    points: Array,
-    row: int,
-    near: Indices,
-    fleet: RobotTable,
-    world: PassiveObstacles,
-    terms: DecisionSettings,
-    draft: Scratch,
+    i: int, until: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
 ) -> float:
-    """How long [s] robot i needs that follows a course until `until`, then free but for who stands in the way."""
-    d, goal = terms.dimension, fleet.target[i]
-    place, speed, left = draft.position, draft.velocity, draft.displacement
-    there = arrival_within(i, until, begin, points, row, fleet, terms, place, speed)
-    if there >= 0.0:
-        return there
+    """Time [s] that robot i needs to its target: on row `row` of `paths` until `until` [s], then without obstacles.
+
+    Detours around the robots `near` (m,) and the passive obstacles, where they will be at the horizon, are added.
+    """
+    robots, passive, settings = tables.robots, tables.passive, tables.settings
+    d, goal = settings.dimension, robots.target[i]
+    position, velocity, away = scratch.position, scratch.velocity, scratch.displacement
+    arrival = arrival_within(i, until, paths, row, robots, settings, position, velocity)
+    if arrival >= 0.0:
+        return arrival
     for axis in range(d):
-        left[axis] = goal[axis] - place[axis]
-    cost = until + time_to_go(
-        left,
-        speed,
-        fleet.max_acceleration[i],
-        fleet.max_speed[i],
-        fleet.tolerance[i],
-        fleet.stop[i],
-        draft.desired_velocity,
-    )
-    if d == 2 and len(terms.detours) > 0:
+        away[axis] = goal[axis] - position[axis]
+    most, top, tolerance, stop = robots.max_acceleration[i], robots.max_speed[i], robots.tolerance[i], robots.stop[i]
+    cost = until + time_to_go(away, velocity, most, top, tolerance, stop, scratch.desired_velocity)
+    if d == 2 and len(settings.detours) > 0:
         longer = 0.0
         for k in near:
-            reach = fleet.radius[i] + fleet.radius[k] + terms.margin
-            if may_block(place, goal, fleet.end_position[k, 0], fleet.end_position[k, 1], reach):
-                longer += detour_length(place, goal, fleet.end_position[k, 0], fleet.end_position[k, 1], reach)
-        for e in range(len(world.end_radii)):
-            reach = world.end_radii[e] + fleet.radius[i] + terms.margin
-            longer += detour_length(place, goal, world.end_positions[e, 0], world.end_positions[e, 1], reach)
-        cost += longer / fleet.max_speed[i]
+            radius = robots.radius[i] + robots.radius[k] + settings.margin
+            if may_block(position, goal, robots.end_position[k, 0], robots.end_position[k, 1], radius):
+                longer += detour_length(position, goal, robots.end_position[k, 0], robots.end_position[k, 1], radius)
+        for e in range(len(passive.end_radii)):
+            radius = passive.end_radii[e] + robots.radius[i] + settings.margin
+            longer += detour_length(position, goal, passive.end_positions[e, 0], passive.end_positions[e, 1], radius)
+        cost += longer / robots.max_speed[i]
     return float(cost)
 
 
@@ -125,51 +113,51 @@ def optimistic_cost(
     r: int,
     until: float,
     u: Array,
-    fleet: RobotTable,
-    answers: ResponseTable,
-    terms: DecisionSettings,
-    draft: Scratch,
+    robots: RobotTable,
+    responses: ResponseTable,
+    settings: DecisionSettings,
+    scratch: Scratch,
 ) -> float:
-    """What response r costs robot i [s] that prefers the control u, if nothing is in its way.
+    """Cost [s] of response r for robot i with the preferred control u (3,), without obstacles.
 
-    Of the smallest ball that all admissible controls lie in it is the nearest to u that counts. To pass through a
-    goal it is given the time of a straight line, which is no more than it needs.
+    The control is the one nearest to u in the smallest ball that holds all admissible controls. To pass through a goal
+    the time of a straight line counts, which is no more than the robot needs.
     """
-    d, goal = terms.dimension, fleet.target[i]
-    place, speed, left, inside = draft.position, draft.velocity, draft.displacement, draft.control
-    share, radius = smallest_control_ball(i, r, fleet, answers)
+    d, goal = settings.dimension, robots.target[i]
+    position, velocity, away, inside = scratch.position, scratch.velocity, scratch.displacement, scratch.control
+    share, radius = smallest_control_ball(i, r, robots, responses)
     square = 0.0
     for axis in range(d):
         inside[axis] = u[axis]
-        square += (u[axis] + share * fleet.velocity[i, axis]) ** 2
+        square += (u[axis] + share * robots.velocity[i, axis]) ** 2
     if square > radius * radius:
         for axis in range(d):
-            middle = -share * fleet.velocity[i, axis]
+            middle = -share * robots.velocity[i, axis]
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
-    response_path(i, r, inside, fleet, answers, terms, draft.times, draft.points, 0)
-    there = arrival_within(i, until, draft.times, draft.points, 0, fleet, terms, place, speed)
-    if there >= 0.0:
-        return there
+    response_path(i, r, inside, robots, responses, settings, scratch.paths, 0)
+    arrival = arrival_within(i, until, scratch.paths, 0, robots, settings, position, velocity)
+    if arrival >= 0.0:
+        return arrival
     square, along, fast = 0.0, 0.0, 0.0
     for axis in range(d):
-        left[axis] = goal[axis] - place[axis]
-        square += left[axis] ** 2
-        along += left[axis] * speed[axis]
-        fast += speed[axis] ** 2
-    if fleet.stop[i]:
-        return until + time_to_go(
-            left, speed, fleet.max_acceleration[i], fleet.max_speed[i], fleet.tolerance[i], True, draft.desired_velocity
-        )
-    distance, quick = max(np.sqrt(square), 1e-12), max(fleet.max_speed[i], np.sqrt(fast))
-    return until + earliest_on_line(
-        distance - 0.5 * fleet.tolerance[i], along / distance, fleet.max_acceleration[i], quick
-    )
+        away[axis] = goal[axis] - position[axis]
+        square += away[axis] ** 2
+        along += away[axis] * velocity[axis]
+        fast += velocity[axis] ** 2
+    most, top, tolerance = robots.max_acceleration[i], robots.max_speed[i], robots.tolerance[i]
+    if robots.stop[i]:
+        return until + time_to_go(away, velocity, most, top, tolerance, True, scratch.desired_velocity)
+    distance, quick = max(np.sqrt(square), 1e-12), max(top, np.sqrt(fast))
+    return until + earliest_on_line(distance - 0.5 * tolerance, along / distance, most, quick)
 
 
 @kernel
-def detour_length(place: Array, goal: Array, x: float, y: float, radius: float) -> float:
-    """By how much [m] the way from `place` to `goal` in the plane around a disc is longer than straight."""
-    ax, ay, bx, by = place[0] - x, place[1] - y, goal[0] - x, goal[1] - y
+def detour_length(position: Array, goal: Array, x: float, y: float, radius: float) -> float:
+    """Extra length [m] of the path from `position` to `goal` (2,) [m] around a disc at (x, y) [m].
+
+    Two tangents and an arc; 0 for a disc that is not in the way.
+    """
+    ax, ay, bx, by = position[0] - x, position[1] - y, goal[0] - x, goal[1] - y
     first, second = np.sqrt(ax * ax + ay * ay), np.sqrt(bx * bx + by * by)
     cosine = (ax * bx + ay * by) / max(first * second, 1e-12)
     first, second = max(first, radius), max(second, radius)
@@ -177,22 +165,25 @@ def detour_length(place: Array, goal: Array, x: float, y: float, radius: float) 
     if angle <= 0.0:
         return 0.0
     tangents = np.sqrt(first * first - radius * radius) + np.sqrt(second * second - radius * radius)
-    straight = np.sqrt((goal[0] - place[0]) ** 2 + (goal[1] - place[1]) ** 2)
+    straight = np.sqrt((goal[0] - position[0]) ** 2 + (goal[1] - position[1]) ** 2)
     return float(max(tangents + radius * angle - straight, 0.0))
 
 
 @kernel
-def may_block(place: Array, goal: Array, x: float, y: float, radius: float) -> bool:
-    """Whether a disc may lie on the straight way from `place` to `goal`; if not, `longer_way` around it is 0."""
-    dx, dy, tx, ty = goal[0] - place[0], goal[1] - place[1], x - place[0], y - place[1]
+def may_block(position: Array, goal: Array, x: float, y: float, radius: float) -> bool:
+    """Whether a disc at (x, y) [m] may cover a part of the line from `position` to `goal` (2,) [m].
+
+    If not, `detour_length` around it is 0.
+    """
+    dx, dy, tx, ty = goal[0] - position[0], goal[1] - position[1], x - position[0], y - position[1]
     along = min(1.0, max(0.0, (tx * dx + ty * dy) / (dx * dx + dy * dy + 1e-300)))
     return bool((tx - along * dx) ** 2 + (ty - along * dy) ** 2 < (1.0 + 1e-6) * radius * radius)
 
 
 @kernel
-def detour_lengths(place: Array, goal: Array, centers: Array, radii: Array) -> Array:
-    """`longer_way` around each of the discs (n, 2), (n,): (n,)."""
+def detour_lengths(position: Array, goal: Array, centers: Array, radii: Array) -> Array:
+    """`detour_length` around each of the discs with `centers` (n, 2) and `radii` (n,) [m]: (n,) [m]."""
     longer = np.empty(len(radii))
     for k in range(len(radii)):
-        longer[k] = detour_length(place, goal, centers[k, 0], centers[k, 1], radii[k])
+        longer[k] = detour_length(position, goal, centers[k, 0], centers[k, 1], radii[k])
     return longer

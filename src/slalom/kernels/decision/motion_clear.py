@@ -1,23 +1,23 @@
-"""What needs no choice: courses that are clear of all for certain, piece by piece.
+"""Whether a given path is collision-free for certain, piece by piece: most choices need no more.
 
-Most controls that are preferred are free, and most courses that robots are committed to. To find that out takes no
-table of segments under all controls.
+Most preferred controls are free, and most committed paths are clear. To find that out takes no table of segments under
+all controls.
 """
 
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices
-from slalom.kernels.decision.encounters import limits_of, response_path
+from slalom.kernels.decision.encounters import admissible_set, response_path
 from slalom.kernels.decision.neighbours import bounding_balls, reachable_neighbours
-from slalom.kernels.decision.tables import DecisionSettings, ObstaclePieces, ResponseTable, RobotTable, Scratch
-from slalom.kernels.geometry.cubic import below, put_gap, restrict
+from slalom.kernels.decision.tables import Controls, DecisionSettings, DecisionTables, ObstaclePieces, Paths, Scratch
+from slalom.kernels.geometry.cubic import below, put_distance, restrict
 from slalom.kernels.jit import kernel
-from slalom.kernels.selection.exchange import nearest_admissible
+from slalom.kernels.selection.admissible import nearest_admissible
 
 
 @kernel
 def chord_distance(p: Array) -> float:
-    """A lower bound of the distance to the origin along the cubic p (4, 3): that of `segments.chord_gaps`."""
+    """A lower bound [m] of the distance to the origin along the cubic p (4, 3) [m]: that of `chord_distances`."""
     square, along = 1e-300, 0.0
     for axis in range(3):
         square += (p[3, axis] - p[0, axis]) ** 2
@@ -34,59 +34,51 @@ def chord_distance(p: Array) -> float:
 
 @kernel
 def keeps_distance(p: Array, radius: float, stack: Array) -> bool:
-    """Whether the cubic p (4, 3) stays at least `radius` away from the origin, up to rounding."""
-    put_gap(
-        stack,
-        p[0, 0], p[0, 1], p[0, 2], p[1, 0], p[1, 1], p[1, 2],
-        p[2, 0], p[2, 1], p[2, 2], p[3, 0], p[3, 1], p[3, 2],
-        radius * radius,
-    )  # fmt: skip
+    """Whether the cubic p (4, 3) [m] stays at least `radius` [m] away from the origin, up to rounding."""
+    put_distance(stack, p, radius * radius)
     return below(stack) < 0.0
 
 
 @kernel
 def path_is_clear(
     rows: ObstaclePieces,
-    unmet: Flags,
-    begin: Array,
-    points: Array,
+    ignored: Flags,
+    paths: Paths,
     row: int,
-    halved: int,
-    now: float,
-    horizon: float,
+    shared_row: int,
+    settings: DecisionSettings,
     stack: Array,
 ) -> bool:
-    """Whether a course of a table, `row`, is clear of all rows of bodies that are not `unmet`: True is certain.
+    """Whether row `row` of `paths` is clear of all bodies that are not `ignored` (b,): True is certain.
 
-    Near hulls it is False. `halved`: the course that those must be clear of that avoid the robot too.
+    Near hulls it is False. `shared_row`: the path that must be clear of the bodies that cooperate.
     """
-    d, n = rows.points.shape[2], points.shape[1]
+    pieces, now, horizon = rows.pieces, settings.now, settings.horizon
+    times, points = paths.times, paths.points
+    d, n = pieces.points.shape[2], points.shape[1]
     p = np.zeros((4, 3))
-    for s in range(len(rows.body)):
-        body = rows.body[s]
-        if unmet[body]:
+    for s in range(len(pieces.body)):
+        body = pieces.body[s]
+        if ignored[body]:
             continue
-        own, first, width = (
-            halved if rows.cooperates[body] else row,
-            rows.times[s, 0],
-            rows.times[s, 1] - rows.times[s, 0],
-        )
-        t0, t1, k = max(first, 0.0), min(rows.times[s, 1], horizon), 0
+        own, first = shared_row if rows.cooperates[body] else row, pieces.times[s, 0]
+        width = pieces.times[s, 1] - pieces.times[s, 0]
+        t0, t1, k = max(first, 0.0), min(pieces.times[s, 1], horizon), 0
         while t0 < t1:
-            # As in `gather.place_at`: the last piece that has a length goes on.
-            while k < n - 1 and begin[own, k + 1] - now <= t0 and begin[own, k + 2] > begin[own, k + 1]:
+            # As in `encounters.state_on_path`: the last piece that has a length goes on.
+            while k < n - 1 and times[own, k + 1] - now <= t0 and times[own, k + 2] > times[own, k + 1]:
                 k += 1
-            start, end = begin[own, k] - now, begin[own, k + 1] - now
+            start, end = times[own, k] - now, times[own, k + 1] - now
             stop = min(t1, end) if end > t0 else t1
             a, b = (t0 - first) / width, (stop - first) / width
             e, f = (t0 - start) / (end - start), (stop - start) / (end - start)
             for axis in range(d):
-                q = rows.points[s, :, axis]
+                q = pieces.points[s, :, axis]
                 q0, q1, q2, q3 = restrict(q[0], q[1], q[2], q[3], a, b)
                 o = points[own, k, :, axis]
                 o0, o1, o2, o3 = restrict(o[0], o[1], o[2], o[3], e, f)
                 p[0, axis], p[1, axis], p[2, axis], p[3, axis] = q0 - o0, q1 - o1, q2 - o2, q3 - o3
-            radius = rows.radius[s] + rows.growth[s] * a + max(rows.growth[s] * (b - a), 0.0)
+            radius = pieces.radius[s] + pieces.growth[s] * a + max(pieces.growth[s] * (b - a), 0.0)
             if chord_distance(p) < radius + rows.hull_radius[body] and not (
                 rows.hull[body] < 0 and keeps_distance(p, radius, stack)
             ):
@@ -97,38 +89,28 @@ def path_is_clear(
 
 @kernel
 def preferred_is_free(
-    i: int,
-    r: int,
-    wanted: Array,
-    own: Array,
-    met: Indices,
-    rows: ObstaclePieces,
-    fleet: RobotTable,
-    answers: ResponseTable,
-    terms: DecisionSettings,
-    draft: Scratch,
-    u: Array,
+    i: int, r: int, controls: Controls, met: Indices, rows: ObstaclePieces, tables: DecisionTables, scratch: Scratch
 ) -> bool:
-    """Whether the control of response r nearest to `wanted`, that limits allow, is free for certain; it goes into u.
+    """Whether the admissible control of response r nearest to the preferred one is free for certain.
 
-    The course it leads to is the first of the draft then. `own`: the control that changes nothing. `met`: the robots
-    whose rows those of `rows` are, after those of passive bodies.
+    That control goes into `controls.found`, its path into the first row of the scratch. `met` (m,): the robots that the
+    bodies of `rows` after the passive ones are.
     """
-    limits, w = limits_of(i, r, fleet, answers, terms), draft.control
-    if not nearest_admissible(wanted, limits, u)[0]:
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    u, tested, unchanged = controls.found, scratch.control, controls.unchanged
+    limits = admissible_set(i, r, robots, responses, settings)
+    if not nearest_admissible(controls.preferred, limits, u)[0]:
         return False
-    unmet, bodies, halves = np.zeros(len(rows.hull), np.bool_), len(rows.hull) - len(met), terms.share < 1.0
-    unmet[bodies:] = True
+    ignored, bodies, halves = np.zeros(len(rows.hull), np.bool_), len(rows.hull) - len(met), settings.share < 1.0
+    ignored[bodies:] = True
     for part in range(2 if halves else 1):
         for axis in range(3):
-            w[axis] = u[axis] if part == 0 else own[axis] + (u[axis] - own[axis]) / terms.share
-        response_path(i, r, w, fleet, answers, terms, draft.times, draft.points, part)
-        bounding_balls(draft.times[part], draft.points[part], terms, draft.centers, draft.radii)
+            tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / settings.share
+        response_path(i, r, tested, robots, responses, settings, scratch.paths, part)
+        bounding_balls(scratch.paths.times[part], scratch.paths.points[part], settings, scratch.centers, scratch.radii)
         j = 0
-        for k in reachable_neighbours(i, met, draft.centers, draft.radii, fleet, terms):
+        for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots, settings):
             while met[j] != k:
                 j += 1
-            unmet[bodies + j] = False
-    return path_is_clear(
-        rows, unmet, draft.times, draft.points, 0, 1 if halves else 0, terms.now, terms.horizon, draft.stack
-    )
+            ignored[bodies + j] = False
+    return path_is_clear(rows, ignored, scratch.paths, 0, 1 if halves else 0, settings, scratch.stack)

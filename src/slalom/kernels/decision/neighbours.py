@@ -1,10 +1,9 @@
-"""Who can be met: balls that hold what is seen of each robot, and all that one can do, during windows of the horizon.
+"""Broad phase among robots: bounding balls of observed paths and of reachable sets, one per window of the horizon.
 
-A row of cubic pieces that no admissible control can collide on changes no choice. What a robot sees of the others is
-therefore cut to those whose balls come near its own in some window; nothing else is left out. Robots are sorted into
-cells first, so that this costs the same for each however many there are.
-
-Robots that cannot meet decide at the same time, each after all before it that it could meet.
+A row of cubic pieces that no admissible control can collide on changes no choice. The pieces of other robots are
+therefore cut to those whose balls come near a robot's own in some window; nothing else is left out. Robots are sorted
+into cells first, so that the cost for each does not grow with their number. Robots that cannot meet decide at the same
+time, each after all before it that it could meet.
 """
 
 import numpy as np
@@ -13,35 +12,37 @@ from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.decision.tables import WINDOWS, CellList, DecisionSettings, ResponseTable, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict
 from slalom.kernels.jit import kernel
-
-ROUNDING = 1e-9
-"""[1] Balls are larger by this share."""
+from slalom.tolerances import BALL_ROUNDING
 
 
 @kernel
 def ball_of(low: Array, high: Array, middle: Array) -> float:
-    """The radius of a ball that holds the box from low to high, its middle into `middle`; -inf for an empty box."""
+    """The radius [m] of a ball that holds the box from low to high (3,) [m]; -inf for an empty box.
+
+    Its centre goes into `middle` (3,).
+    """
     square = 0.0
     for axis in range(3):
         middle[axis] = 0.5 * (low[axis] + high[axis])
         square += (high[axis] - middle[axis]) ** 2
-    return np.sqrt(square) * (1.0 + ROUNDING) + ROUNDING if low[0] <= high[0] else -np.inf
+    return np.sqrt(square) * (1.0 + BALL_ROUNDING) + BALL_ROUNDING if low[0] <= high[0] else -np.inf
 
 
 @kernel
-def bounding_balls(begin: Array, points: Array, terms: DecisionSettings, middle: Array, spread: Array) -> None:
-    """Balls that hold a course, pieces `begin` (n + 1,), `points` (n, 4, 3): middle (w, 3) and spread (w,), its radius.
+def bounding_balls(times: Array, points: Array, settings: DecisionSettings, centers: Array, radii: Array) -> None:
+    """Bounding balls of a path in windows of the horizon: `centers` (w, 3) [m] and `radii` (w,) [m] are written.
 
-    Where the course has no piece, -inf.
+    The path has pieces between `times` (n + 1,) [s] with control points (n, 4, 3) [m]. A window without a piece has the
+    radius -inf.
     """
     low, high = np.empty(3), np.empty(3)
     for w in range(WINDOWS):
-        a = terms.now + terms.horizon * w / WINDOWS
-        b = terms.now + terms.horizon * (w + 1) / WINDOWS
+        a = settings.now + settings.horizon * w / WINDOWS
+        b = settings.now + settings.horizon * (w + 1) / WINDOWS
         for axis in range(3):
             low[axis], high[axis] = np.inf, -np.inf
         for p in range(len(points)):
-            first, last = begin[p], begin[p + 1]
+            first, last = times[p], times[p + 1]
             if last <= first or last < a or first > b:
                 continue
             e, f = (max(a, first) - first) / (last - first), (min(b, last) - first) / (last - first)
@@ -51,99 +52,99 @@ def bounding_balls(begin: Array, points: Array, terms: DecisionSettings, middle:
                 )
                 low[axis] = min(low[axis], min(min(p0, p1), min(p2, p3)))
                 high[axis] = max(high[axis], max(max(p0, p1), max(p2, p3)))
-        spread[w] = ball_of(low, high, middle[w])
+        radii[w] = ball_of(low, high, centers[w])
 
 
 @kernel
-def smallest_control_ball(i: int, r: int, fleet: RobotTable, answers: ResponseTable) -> tuple[float, float]:
-    """The smallest ball that all admissible controls of response r lie in: -share of the velocity, radius.
+def smallest_control_ball(i: int, r: int, robots: RobotTable, responses: ResponseTable) -> tuple[float, float]:
+    """The smallest ball that holds all admissible controls of response r: -[0] times the velocity, radius [1].
 
     See `limits.Limits.admissible`.
     """
-    square = fleet.velocity[i, 0] ** 2 + fleet.velocity[i, 1] ** 2 + fleet.velocity[i, 2] ** 2
-    fastest = max(fleet.max_speed[i], np.sqrt(square) - 0.5 * fleet.max_acceleration[i] * answers.settled[r])
+    square = robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2 + robots.velocity[i, 2] ** 2
+    fastest = max(robots.max_speed[i], np.sqrt(square) - 0.5 * robots.max_acceleration[i] * responses.settled[r])
     share, radius = 0.0, np.inf
-    for p in range(len(answers.peaks)):
-        if answers.peaks[p, 0] != r:
+    for p in range(len(responses.peaks)):
+        if responses.peaks[p, 0] != r:
             continue
-        size = (fastest if answers.peaks[p, 1] == 0.0 else fleet.max_acceleration[i]) / abs(answers.peaks[p, 3])
+        size = (fastest if responses.peaks[p, 1] == 0.0 else robots.max_acceleration[i]) / abs(responses.peaks[p, 3])
         if size < radius:
-            share, radius = answers.peaks[p, 2] / answers.peaks[p, 3], size
+            share, radius = responses.peaks[p, 2] / responses.peaks[p, 3], size
     return share, radius
 
 
 @kernel
 def reachable_balls(
-    i: int, fleet: RobotTable, answers: ResponseTable, terms: DecisionSettings, middle: Array, spread: Array
+    i: int, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings, centers: Array, radii: Array
 ) -> None:
-    """Balls that hold all that robot i may do, in middle (w, 3) and spread (w,).
+    """Bounding balls of the reachable set of robot i: `centers` (w, 3) [m] and `radii` (w,) [m] are written.
 
-    All admissible controls of all its responses, what is tested in their stead where avoidance is shared, and what it
-    is committed to.
+    They hold all admissible controls of all its responses, the controls that are tested instead where avoidance is
+    shared, and its committed path.
     """
     low, high = np.full((WINDOWS, 3), np.inf), np.full((WINDOWS, 3), -np.inf)
-    bounding_balls(fleet.committed_times[i], fleet.committed_points[i], terms, middle, spread)
+    bounding_balls(robots.committed_times[i], robots.committed_points[i], settings, centers, radii)
     for w in range(WINDOWS):
-        if spread[w] >= 0.0:
+        if radii[w] >= 0.0:
             for axis in range(3):
-                low[w, axis], high[w, axis] = middle[w, axis] - spread[w], middle[w, axis] + spread[w]
-    for r in range(answers.kinds[fleet.kind[i]], answers.kinds[fleet.kind[i] + 1]):
-        share, radius = smallest_control_ball(i, r, fleet, answers)
-        for part in range(2 if terms.share < 1.0 else 1):
-            scale = 1.0 if part == 0 else 1.0 / terms.share
-            for axis in range(terms.dimension):
-                place, speed = fleet.position[i, axis], fleet.velocity[i, axis]
-                # The control that changes nothing now, see `crew.own_control`.
-                own = speed if answers.settled_velocity[r, 0] == 0.0 else fleet.acceleration[i, axis]
-                control = own * (1.0 - scale) - scale * share * speed
-                for c in range(answers.cuts[r], answers.cuts[r + 1]):
-                    w = answers.window[c]
+                low[w, axis], high[w, axis] = centers[w, axis] - radii[w], centers[w, axis] + radii[w]
+    for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
+        share, radius = smallest_control_ball(i, r, robots, responses)
+        for part in range(2 if settings.share < 1.0 else 1):
+            scale = 1.0 if part == 0 else 1.0 / settings.share
+            for axis in range(settings.dimension):
+                position, velocity = robots.position[i, axis], robots.velocity[i, axis]
+                # The control that changes nothing now, see `policy.unchanged_control`.
+                own = velocity if responses.settled_velocity[r, 0] == 0.0 else robots.acceleration[i, axis]
+                control = own * (1.0 - scale) - scale * share * velocity
+                for c in range(responses.cuts[r], responses.cuts[r + 1]):
+                    w = responses.window[c]
                     for j in range(4):
-                        gain = answers.cut_gain[c, j]
+                        gain = responses.cut_gain[c, j]
                         x, wide = (
-                            place + answers.cut_velocity_gain[c, j] * speed + gain * control,
+                            position + responses.cut_velocity_gain[c, j] * velocity + gain * control,
                             radius * scale * abs(gain),
                         )
                         low[w, axis], high[w, axis] = min(low[w, axis], x - wide), max(high[w, axis], x + wide)
     for w in range(WINDOWS):
-        for axis in range(terms.dimension, 3):
+        for axis in range(settings.dimension, 3):
             low[w, axis], high[w, axis] = 0.0, 0.0
-        spread[w] = ball_of(low[w], high[w], middle[w])
+        radii[w] = ball_of(low[w], high[w], centers[w])
 
 
 @kernel
-def farthest_distance(place: Array, middle: Array, spread: Array) -> float:
-    """How far from `place` (3,) anything in balls (w, 3), (w,) is, at most."""
+def farthest_distance(position: Array, centers: Array, radii: Array) -> float:
+    """The largest distance [m] from `position` (3,) of any point in balls with centers (w, 3) and radii (w,) [m]."""
     far = 0.0
-    for w in range(len(spread)):
+    for w in range(len(radii)):
         square = 0.0
         for axis in range(3):
-            square += (middle[w, axis] - place[axis]) ** 2
-        far = max(far, np.sqrt(square) + spread[w])
+            square += (centers[w, axis] - position[axis]) ** 2
+        far = max(far, np.sqrt(square) + radii[w])
     return far
 
 
 @kernel
-def cell_list(order: Indices, fleet: RobotTable, answers: ResponseTable, terms: DecisionSettings) -> CellList:
-    """All robots in cells, so wide that none of those in `order` can meet one that is not in a cell about its own."""
-    n, d = len(fleet.radius), terms.dimension
-    middle, spread = np.empty((n, WINDOWS, 3)), np.empty((n, WINDOWS))
+def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> CellList:
+    """All robots in cells: none of `order` (m,) can meet a robot outside its own and the neighbouring cells."""
+    n, d = len(robots.radius), settings.dimension
+    centers, radii = np.empty((n, WINDOWS, 3)), np.empty((n, WINDOWS))
     own, other, size, speed = 0.0, 0.0, 0.0, 0.0
     low, high = np.full(d, np.inf), np.full(d, -np.inf)
     for k in range(n):
-        if not fleet.present[k]:
+        if not robots.present[k]:
             continue
-        other = max(other, farthest_distance(fleet.position[k], fleet.ball_centers[k], fleet.ball_radii[k]))
-        size, speed = max(size, fleet.radius[k]), max(speed, fleet.max_speed[k])
+        other = max(other, farthest_distance(robots.position[k], robots.ball_centers[k], robots.ball_radii[k]))
+        size, speed = max(size, robots.radius[k]), max(speed, robots.max_speed[k])
         for axis in range(d):
-            low[axis] = min(low[axis], fleet.position[k, axis])
-            high[axis] = max(high[axis], fleet.position[k, axis])
+            low[axis] = min(low[axis], robots.position[k, axis])
+            high[axis] = max(high[axis], robots.position[k, axis])
     for i in order:
-        reachable_balls(i, fleet, answers, terms, middle[i], spread[i])
-        own = max(own, farthest_distance(fleet.position[i], middle[i], spread[i]))
-    # In shared mode what a robot decides is seen at once: all that it may do counts as seen. Straight ways at top
-    # speed count for the costs.
-    far = max(own + max(own, other), 2.0 * speed * terms.horizon) + 2.0 * size + terms.margin
+        reachable_balls(i, robots, responses, settings, centers[i], radii[i])
+        own = max(own, farthest_distance(robots.position[i], centers[i], radii[i]))
+    # With shared manoeuvres a decision is observed at once, so the whole reachable set counts as observed. For the
+    # costs straight lines at max speed count.
+    far = max(own + max(own, other), 2.0 * speed * settings.horizon) + 2.0 * size + settings.margin
     most = int(np.ceil((4.0 * n + 1.0) ** (1.0 / d)))
     counts, width = np.ones(d, np.int64), np.empty(d)
     total = 1
@@ -155,68 +156,69 @@ def cell_list(order: Indices, fleet: RobotTable, answers: ResponseTable, terms: 
         total *= counts[axis]
     first, member, cell = np.zeros(total + 1, np.int64), np.empty(n, np.int64), np.zeros(n, np.int64)
     for k in range(n):
-        if fleet.present[k]:
-            cell[k] = cell_at(fleet.position[k], low, width, counts)
+        if robots.present[k]:
+            cell[k] = cell_at(robots.position[k], low, width, counts)
             first[cell[k] + 1] += 1
     for c in range(total):
         first[c + 1] += first[c]
     free = first[:-1].copy()
     for k in range(n):
-        if fleet.present[k]:
+        if robots.present[k]:
             member[free[cell[k]]] = k
             free[cell[k]] += 1
-    return CellList(low, width, counts, first, member, middle, spread)
+    return CellList(low, width, counts, first, member, centers, radii)
 
 
 @kernel
-def cell_at(place: Array, low: Array, width: Array, counts: Indices) -> int:
-    """The number of the cell that holds a place."""
+def cell_at(position: Array, low: Array, width: Array, counts: Indices) -> int:
+    """The number of the cell that holds a position (d,) [m]; the rest as in `CellList`."""
     c = 0
     for axis in range(len(counts)):
-        at = int((place[axis] - low[axis]) / width[axis])
+        at = int((position[axis] - low[axis]) / width[axis])
         c = c * counts[axis] + min(max(at, 0), counts[axis] - 1)
     return c
 
 
 @kernel
-def neighbours_in_cells(i: int, fleet: RobotTable, seen: CellList) -> Indices:
-    """All robots but i in the cells about it."""
-    d = len(seen.counts)
-    index, count = np.empty(len(seen.member), np.int64), 0
+def neighbours_in_cells(i: int, robots: RobotTable, cells: CellList) -> Indices:
+    """All robots but i in its cell and the neighbouring cells: (m,)."""
+    d = len(cells.counts)
+    index, count = np.empty(len(cells.member), np.int64), 0
     at = np.zeros(3, np.int64)
     for axis in range(d):
         at[axis] = min(
-            max(int((fleet.position[i, axis] - seen.low[axis]) / seen.width[axis]), 0), seen.counts[axis] - 1
+            max(int((robots.position[i, axis] - cells.low[axis]) / cells.width[axis]), 0), cells.counts[axis] - 1
         )
     deep = 1 if d == 3 else 0
-    for a in range(max(at[0] - 1, 0), min(at[0] + 2, seen.counts[0])):
-        for b in range(max(at[1] - 1, 0), min(at[1] + 2, seen.counts[1])):
-            for e in range(max(at[2] - deep, 0), min(at[2] + deep + 1, seen.counts[2] if d == 3 else 1)):
-                c = a * seen.counts[1] + b
+    for a in range(max(at[0] - 1, 0), min(at[0] + 2, cells.counts[0])):
+        for b in range(max(at[1] - 1, 0), min(at[1] + 2, cells.counts[1])):
+            for e in range(max(at[2] - deep, 0), min(at[2] + deep + 1, cells.counts[2] if d == 3 else 1)):
+                c = a * cells.counts[1] + b
                 if d == 3:
-                    c = c * seen.counts[2] + e
-                for m in range(seen.first[c], seen.first[c + 1]):
-                    if seen.member[m] != i:
-                        index[count] = seen.member[m]
+                    c = c * cells.counts[2] + e
+                for m in range(cells.first[c], cells.first[c + 1]):
+                    if cells.member[m] != i:
+                        index[count] = cells.member[m]
                         count += 1
     return index[:count]
 
 
 @kernel
 def reachable_neighbours(
-    i: int, near: Indices, middle: Array, spread: Array, fleet: RobotTable, terms: DecisionSettings
+    i: int, near: Indices, centers: Array, radii: Array, robots: RobotTable, settings: DecisionSettings
 ) -> Indices:
-    """Those of the robots `near` that robot i, whose doings the balls (w, 3), (w,) hold, may come nearer to than the
-    margin within the horizon.
+    """Robots in `near` (m,) that robot i can approach closer than the margin within the horizon.
+
+    `centers` (w, 3) [m] and `radii` (w,) [m] bound its reachable set in each window.
     """
     met, count = np.empty(len(near), np.int64), 0
-    # Without slices and calls: this is asked of all that are near.
-    theirs, wide = fleet.ball_centers, fleet.ball_radii
+    # Without slices and calls: this runs for every robot that is near.
+    theirs, their_radii = robots.ball_centers, robots.ball_radii
     for k in near:
-        room = fleet.radius[i] + fleet.radius[k] + terms.margin
+        touch = robots.radius[i] + robots.radius[k] + settings.margin
         for w in range(WINDOWS - 1, -1, -1):
-            x, y, z = middle[w, 0] - theirs[k, w, 0], middle[w, 1] - theirs[k, w, 1], middle[w, 2] - theirs[k, w, 2]
-            reach = spread[w] + wide[k, w] + room
+            x, y, z = centers[w, 0] - theirs[k, w, 0], centers[w, 1] - theirs[k, w, 1], centers[w, 2] - theirs[k, w, 2]
+            reach = radii[w] + their_radii[k, w] + touch
             if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
                 met[count] = k
                 count += 1
@@ -225,17 +227,17 @@ def reachable_neighbours(
 
 
 @kernel
-def independent_rounds(order: Indices, seen: CellList, fleet: RobotTable) -> Indices:
-    """The round in which each of `order` decides: one more than the last of those before it in the cells about it.
+def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> Indices:
+    """The round (n,) in which each robot of `order` (n,) decides: after all before it in the cells about it.
 
-    Two robots of one round are never in neighbouring cells, and so neither knows what the other does in it.
+    Two robots of one round are never in neighbouring cells, so that neither observes the decision of the other.
     """
-    latest, found = np.full(len(seen.first) - 1, -1), np.empty(len(order), np.int64)
+    latest, found = np.full(len(cells.first) - 1, -1), np.empty(len(order), np.int64)
     sides = np.ones(3, np.int64)
-    copy_into(sides, seen.counts)
+    copy_into(sides, cells.counts)
     for n in range(len(order)):
         # Cells are numbered as if there were three axes, the last ones of length 1.
-        c = cell_at(fleet.position[order[n]], seen.low, seen.width, seen.counts)
+        c = cell_at(robots.position[order[n]], cells.low, cells.width, cells.counts)
         x, y, z = c // (sides[1] * sides[2]), c // sides[2] % sides[1], c % sides[2]
         last = -1
         for u in range(max(x - 1, 0), min(x + 2, sides[0])):

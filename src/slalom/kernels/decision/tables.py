@@ -1,148 +1,158 @@
-"""What the decisions of many robots are made from, as arrays."""
+"""The tables from which the decisions of many robots are made."""
 
 from typing import NamedTuple
 
-from slalom.kernels.arrays import Array, Flags, Indices, MaybeHulls
-
-Corners = tuple[Array, Indices, Flags] | tuple[()]
-"""corners, first, mixed of hulls: see `slalom.relative_motion`; empty where all bodies are points."""
-COOPERATION_RANGE = 0.3
-"""[1] Robots nearer to each other than this share of the sum of their radii avoid each other in full, not in part."""
-REST_DURATION = 1e6
-"""[s] How long a robot at rest is seen to stay."""
-
+from slalom.kernels.arrays import Array, Flags, Indices, MaybeCorners, MaybeHulls, Pieces, Segments
 
 WINDOWS = 6
-"""[1] Into how many parts the horizon is cut for the balls of `windows`; more are tighter and cost more to test."""
+"""[1] Parts into which the horizon is cut for bounding balls; more are tighter and cost more to test."""
 
 
 class ResponseTable(NamedTuple):
-    """Responses as tables: position = p + place v + gain u, cubic between knots."""
+    """Responses: position = p + velocity_gain v + gain u, cubic between knots, for p, v at the start and control u."""
 
     kinds: Indices  # (c + 1,) robots of kind c have the responses kinds[c] to kinds[c + 1]
     first: Indices  # (k + 1,) response r has the pieces first[r] to first[r + 1]
     knots: Array  # (m + k,) [s] those of response r begin at first[r] + r
-    velocity_gain: Array  # (m, 4) [s]
-    gain: Array  # (m, 4)
-    settled: Array  # (k,) [s]
-    settled_velocity: Array  # (k, 2) at that time: velocity = aim[0] v + aim[1] u
-    peaks: Array  # (p, 4): response, 0 for a velocity or 1 for an acceleration, share of v, gain
+    velocity_gain: Array  # (m, 4) [s] control points
+    gain: Array  # (m, 4) control points
+    settled: Array  # (k,) [s] when the control has been carried out
+    settled_velocity: Array  # (k, 2) at that time: velocity = [0] v + [1] u
+    peaks: Array  # (p, 4) response, 0 for a velocity or 1 for an acceleration, share of v, gain
     cuts: Indices  # (k + 1,) response r has the parts of pieces, cut at windows, cuts[r] to cuts[r + 1]
-    window: Indices  # (c,)
-    cut_velocity_gain: Array  # (c, 4)
+    window: Indices  # (c,) window of each part
+    cut_velocity_gain: Array  # (c, 4) [s]
     cut_gain: Array  # (c, 4)
 
 
 class RobotTable(NamedTuple):
-    """All robots, and what they are committed to and seen to do: cubic pieces over absolute times."""
+    """All robots: states, limits, targets; their committed and their observed paths, cubic over absolute time."""
 
-    position: Array  # (n, 3)
-    velocity: Array  # (n, 3)
-    acceleration: Array  # (n, 3) the acceleration applied last
+    position: Array  # (n, 3) [m]
+    velocity: Array  # (n, 3) [m/s]
+    acceleration: Array  # (n, 3) [m/s^2] applied last
     kind: Indices  # (n,) which responses they have
-    radius: Array  # (n,)
+    radius: Array  # (n,) [m]
     max_speed: Array  # (n,) [m/s]
     max_acceleration: Array  # (n,) [m/s^2]
-    target: Array  # (n, 3) where they head for
-    tolerance: Array  # (n,) [m] how near is enough
-    stop: Flags  # (n,) whether to stop there
+    target: Array  # (n, 3) [m]
+    tolerance: Array  # (n,) [m] of the target
+    stop: Flags  # (n,) whether to stop at the target
     present: Flags  # (n,)
-    committed_times: Array  # (n, p + 1) of their own courses; the last time is far away
-    committed_points: Array  # (n, p, 4, 3)
-    observed_times: Array  # (n, q + 1) as others see them
-    observed_points: Array  # (n, q, 4, 3)
-    ball_centers: Array  # (n, WINDOWS, 3) balls that hold what is seen of them during windows of the horizon
-    ball_radii: Array  # (n, WINDOWS) their radii
-    end_position: Array  # (n, 3) where they are seen to be at its end
-    regret: Array  # (n,) [s]
-    response: Indices  # (n,) -1: none of the tables
-    control: Array  # (n, 3)
+    committed_times: Array  # (n, p + 1) [s]; the last one is far away
+    committed_points: Array  # (n, p, 4, 3) [m]
+    observed_times: Array  # (n, q + 1) [s] as other robots predict them
+    observed_points: Array  # (n, q, 4, 3) [m]
+    ball_centers: Array  # (n, WINDOWS, 3) [m] bounding balls of the observed path in windows of the horizon
+    ball_radii: Array  # (n, WINDOWS) [m]
+    end_position: Array  # (n, 3) [m] observed path at the horizon
+    regret: Array  # (n,) [s] lost so far by keeping the manoeuvre
+    response: Indices  # (n,) of the committed manoeuvre; -1: none of the tables
+    control: Array  # (n, 3) of the committed manoeuvre
     outcome: Indices  # (n,)
 
 
 class CellList(NamedTuple):
-    """Robots sorted into cells; who is not in a cell about one's own cannot be met. And what each of them may do."""
+    """Robots sorted into cells: a robot can meet only those in its own and the neighbouring cells."""
 
-    low: Array  # (d,) the corner of the first cell
-    width: Array  # (d,)
-    counts: Indices  # (d,)
-    first: Indices  # (cells + 1,) in cell c are the members first[c] to first[c + 1]
+    low: Array  # (d,) [m] corner of the first cell
+    width: Array  # (d,) [m]
+    counts: Indices  # (d,) cells along each axis
+    first: Indices  # (cells + 1,) cell c has the members first[c] to first[c + 1]
     member: Indices  # (n,)
-    reachable_centers: Array  # (n, WINDOWS, 3) balls that hold all that each of those who decide may do during windows
-    reachable_radii: Array  # (n, WINDOWS) their radii
+    reachable_centers: Array  # (n, WINDOWS, 3) [m] bounding balls of the reachable set of each deciding robot
+    reachable_radii: Array  # (n, WINDOWS) [m]
 
 
 class PassiveObstacles(NamedTuple):
-    """Passive obstacles grown by a robot of radius `grown`: see `traffic.Bodies`."""
+    """Passive obstacles grown by a robot of radius `robot_radius`, see `slalom.obstacle_pieces.Bodies`."""
 
-    times: Array
-    points: Array
-    radius: Array
-    growth: Array
-    turns: Array
-    body: Indices
-    body_radius: Array
-    hull_radius: Array
-    hull: Indices
-    corners: Corners
-    heads: Indices
-    end_positions: Array  # (e, d) where obstacles of one part are in the end
-    end_radii: Array  # (e,)
-    robot_radius: float
+    pieces: Pieces
+    body_radius: Array  # (b,) [m]
+    hull_radius: Array  # (b,) [m]
+    hull: Indices  # (b,) number of the hull, -1 for a point
+    corners: MaybeCorners
+    heads: Indices  # rows with which bodies begin that exist now
+    end_positions: Array  # (e, d) [m] of the obstacles of one part, at the horizon
+    end_radii: Array  # (e,) [m] their bounding radii
+    robot_radius: float  # [m]
 
 
 class DecisionSettings(NamedTuple):
-    """How all decide."""
+    """Settings that all robots have in common."""
 
     dimension: int
-    now: float
-    period: float
-    horizon: float
-    margin: float
-    regain: float  # [s] within which a margin that is lost is to be whole again
-    patience: float
-    share: float  # of the avoidance between two robots that a robot does itself
-    shared: bool
-    detours: Array  # [rad] detours
+    now: float  # [s]
+    period: float  # [s] until the next decision
+    horizon: float  # [s]
+    margin: float  # [m]
+    regain: float  # [s] within which a lost margin is to be whole again
+    patience: float  # [s]
+    share: float  # [1] part of the avoidance between two robots that a robot does itself
+    shared: bool  # whether robots know each other's committed manoeuvres
+    detours: Array  # (k,) [rad] angles by which the desired velocity is turned
+
+
+class DecisionTables(NamedTuple):
+    """Everything from which a decision is made but the cell list."""
+
+    robots: RobotTable
+    passive: PassiveObstacles
+    responses: ResponseTable
+    settings: DecisionSettings
+
+
+class Paths(NamedTuple):
+    """Paths in cubic pieces over absolute time, one in each row."""
+
+    times: Array  # (n, p + 1) [s]
+    points: Array  # (n, p, 4, 3) [m] control points
 
 
 class ObstaclePieces(NamedTuple):
-    """What one robot meets: pieces of bodies, times elapsed."""
+    """Pieces of the bodies that one robot may meet, passive bodies first; times elapsed, radii with the margin."""
 
-    times: Array
-    points: Array
-    radius: Array
-    growth: Array
-    turns: Array
-    body: Indices
+    pieces: Pieces
     margin: Array  # (n, 2) [m] how much of radius and growth is margin
     hull: Indices  # (b,)
-    hull_radius: Array  # (b,)
-    cooperates: Flags  # (b,) whether it avoids the robot too
+    hull_radius: Array  # (b,) [m]
+    cooperates: Flags  # (b,) whether the body is a robot that does its share of the avoidance
 
 
 class RelativeMotion(NamedTuple):
-    """What one robot may meet under one response: the admissible set, and segments as in `slalom.relative_motion`."""
+    """The admissible set of one robot under one response, and the segments on which its controls can collide."""
 
-    limits: Array
-    points: Array
-    gains: Array
-    radius: Array
-    growth: Array
-    bounding_radius: Array
+    limits: Array  # (l, 5) see `geometry.boundaries`
+    table: Segments
     hulls: MaybeHulls
 
 
 class Scratch(NamedTuple):
-    """Room for a course that is thought of, and for where it leads."""
+    """Buffers for a path that is examined, and for the state in which it ends."""
 
-    times: Array  # (2, p + 1) a table: the course, and what of it those see that avoid the robot too
-    points: Array  # (2, p, 4, 3)
-    centers: Array  # (WINDOWS, 3) balls that hold it
-    radii: Array  # (WINDOWS,)
-    stack: Array  # see `bezier.new_stack`
+    paths: Paths  # 2 rows: the path, and the one that cooperating robots must avoid
+    centers: Array  # (WINDOWS, 3) [m] its bounding balls
+    radii: Array  # (WINDOWS,) [m]
+    stack: Array  # see `geometry.cubic.new_stack`
     control: Array  # (3,)
-    position: Array  # (d,)
-    velocity: Array  # (d,)
-    displacement: Array  # (d,)
-    desired_velocity: Array  # (d,)
+    position: Array  # (d,) [m]
+    velocity: Array  # (d,) [m/s]
+    displacement: Array  # (d,) [m] to the target
+    desired_velocity: Array  # (d,) [m/s]
+
+
+class ResponseSearch(NamedTuple):
+    """What is known of the responses of one robot during one decision, and buffers."""
+
+    scratch: Scratch
+    kept_costs: Array  # (k,) [s] cost of keeping the manoeuvre, judged when response k has settled; inf: not known
+    costs: Array  # (k * (1 + detours),) [s] optimistic costs; inf: examined or not computed
+    control: Array  # (3,) of the best manoeuvre found
+
+
+class Controls(NamedTuple):
+    """Controls of one response."""
+
+    preferred: Array  # (3,)
+    unchanged: Array  # (3,) the control that changes nothing now: the present velocity or acceleration
+    found: Array  # (3,) the free control nearest to the preferred one

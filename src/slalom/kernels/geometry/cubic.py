@@ -58,23 +58,12 @@ def curvature(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
 
 
 @kernel
-def put_gap(
-    stack: Array,
-    x0: float,
-    y0: float,
-    z0: float,
-    x1: float,
-    y1: float,
-    z1: float,
-    x2: float,
-    y2: float,
-    z2: float,
-    x3: float,
-    y3: float,
-    z3: float,
-    floor: float,
-) -> None:
-    """Write the coefficients of |q(s)|^2 - floor into the root node of the stack."""
+def put_distance(stack: Array, p: Array, floor: float) -> None:
+    """Write the coefficients of |q(s)|^2 - floor into the root node of the stack; p (4, 3): control points of q."""
+    x0, y0, z0 = p[0, 0], p[0, 1], p[0, 2]
+    x1, y1, z1 = p[1, 0], p[1, 1], p[1, 2]
+    x2, y2, z2 = p[2, 0], p[2, 1], p[2, 2]
+    x3, y3, z3 = p[3, 0], p[3, 1], p[3, 2]
     q00 = x0 * x0 + y0 * y0 + z0 * z0
     q01 = x0 * x1 + y0 * y1 + z0 * z1
     q02 = x0 * x2 + y0 * y2 + z0 * z2

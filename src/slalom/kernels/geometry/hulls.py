@@ -1,51 +1,65 @@
 """Rounded convex hulls along a segment: distance, certified bounds, contact.
 
 The hull's corners move on cubics: the origin's, plus each corner turned by the direction e. Points come in two forms:
-`course` (4, 5), the control points of origin (x, y, z) and direction (ex, ey) for one control, and `q` (n, 3), the
+`path` (4, 5), the control points of origin (x, y, z) and direction (ex, ey) for one control, and `q` (n, 3), the
 corners at one time, in the plane counter-clockwise.
 
 The signed distance of the origin to a convex hull is the largest, over unit vectors v, of min v . corner: negative
 inside, where it is minus the depth. Any v therefore bounds it from below, and for a v that stays the same, min v .
 corner along a cubic is bounded by its control points. That bound is of second order when v is the best one in the
-middle. What slides along a hull would be bisected without end: collisions less deep than CLEARANCE are not sought.
+middle. A control that slides along a hull would be bisected without end: collisions less deep than CLEARANCE are not
+sought.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls
+from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, Segments
 from slalom.kernels.geometry.convex import order, signed_distance
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.jit import kernel
 from slalom.tolerances import CLEARANCE, DEPTH
 
 
+class MovingHull(NamedTuple):
+    """One rounded hull along a segment, relative to the robot under one control."""
+
+    path: Array  # (4, 5) control points of origin (x, y, z) [m] and direction (ex, ey)
+    hulls: Hulls
+    hull: int  # its number
+    radius: float  # [m] at the begin
+    growth: float  # [m] over the segment
+
+
 @kernel
 def new_path(hulls: MaybeHulls) -> tuple[Array, Array]:
-    """Room for one course, and for the corners of the largest hull at several times (`elements.fan`)."""
+    """Buffers for one path (4, 5), and for the corners (c, 3) of the largest hull at several times (`elements.fan`)."""
     most = 1
     if len(hulls) > 0:
-        for h in range(len(hulls[3]) - 1):
-            most = max(most, hulls[3][h + 1] - hulls[3][h])
+        for h in range(len(hulls.first) - 1):
+            most = max(most, hulls.first[h + 1] - hulls.first[h])
     return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
 
 
 @kernel
-def load_path(points: Array, gains: Array, hulls: Hulls, s: int, u: Array, course: Array) -> None:
-    """The course of segment s under control u."""
-    turns = hulls[1]
+def load_path(table: Segments, hulls: Hulls, s: int, u: Array, path: Array) -> None:
+    """The path (4, 5) of segment s under control u (3,)."""
+    points, gains, turns = table.points, table.gains, hulls.turns
     for j in range(4):
         for axis in range(3):
-            course[j, axis] = points[j, axis, s] - gains[j, s] * u[axis]
-        course[j, 3], course[j, 4] = turns[j, 0, s], turns[j, 1, s]
+            path[j, axis] = points[j, axis, s] - gains[j, s] * u[axis]
+        path[j, 3], path[j, 4] = turns[j, 0, s], turns[j, 1, s]
 
 
 @kernel
-def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
-    """The corners of hull h at x in [0, 1], into q; their number."""
-    corners, first = hulls[2], hulls[3]
+def corners_at(moving: MovingHull, x: float, q: Array) -> int:
+    """The number of corners of the hull; their positions at x in [0, 1] go into q (n, 3) [m]."""
+    path, h = moving.path, moving.hull
+    corners, first = moving.hulls.corners, moving.hulls.first
     here = np.empty(5)
     for i in range(5):
-        here[i] = value(course[0, i], course[1, i], course[2, i], course[3, i], x)
+        here[i] = value(path[0, i], path[1, i], path[2, i], path[3, i], x)
     n = first[h + 1] - first[h]
     for j in range(n):
         corner = corners[first[h] + j]
@@ -56,52 +70,42 @@ def corners_at(course: Array, hulls: Hulls, h: int, x: float, q: Array) -> int:
 
 
 @kernel
-def hull_distance(course: Array, hulls: Hulls, h: int, radius: float, growth: float, x: float, q: Array) -> Direction:
-    """Signed distance to the rounded hull at x, and the direction that attains it."""
-    n = corners_at(course, hulls, h, x, q)
-    if hulls[4][h]:
+def hull_distance(moving: MovingHull, x: float, q: Array) -> Direction:
+    """Signed distance [m] of the origin to the rounded hull at x, and the unit vector that attains it."""
+    n = corners_at(moving, x, q)
+    if moving.hulls.unordered[moving.hull]:
         n = order(q, n)
     distance, vx, vy, vz = signed_distance(q, n)
-    return distance - radius - growth * x, vx, vy, vz
+    return distance - moving.radius - moving.growth * x, vx, vy, vz
 
 
 @kernel
-def distance_bound(
-    course: Array,
-    hulls: Hulls,
-    h: int,
-    radius: float,
-    growth: float,
-    a: float,
-    b: float,
-    vx: float,
-    vy: float,
-    vz: float,
-) -> float:
-    """A lower bound of the signed distance to the rounded hull over [a, b], from the direction v."""
-    corners, first = hulls[2], hulls[3]
-    # Along v only: the origin's course, and the direction's components along v and across it.
+def distance_bound(moving: MovingHull, a: float, b: float, vx: float, vy: float, vz: float) -> float:
+    """A lower bound [m] of the signed distance to the rounded hull over [a, b], from the unit vector v."""
+    path, h, growth = moving.path, moving.hull, moving.growth
+    corners, first = moving.hulls.corners, moving.hulls.first
+    # Along v only: the path of the origin, and the components of the direction along v and across it.
     p0, p1, p2, p3 = restrict(
-        vx * course[0, 0] + vy * course[0, 1] + vz * course[0, 2],
-        vx * course[1, 0] + vy * course[1, 1] + vz * course[1, 2],
-        vx * course[2, 0] + vy * course[2, 1] + vz * course[2, 2],
-        vx * course[3, 0] + vy * course[3, 1] + vz * course[3, 2],
+        vx * path[0, 0] + vy * path[0, 1] + vz * path[0, 2],
+        vx * path[1, 0] + vy * path[1, 1] + vz * path[1, 2],
+        vx * path[2, 0] + vy * path[2, 1] + vz * path[2, 2],
+        vx * path[3, 0] + vy * path[3, 1] + vz * path[3, 2],
         a,
         b,
     )
     e0, e1, e2, e3 = restrict(
-        vx * course[0, 3] + vy * course[0, 4],
-        vx * course[1, 3] + vy * course[1, 4],
-        vx * course[2, 3] + vy * course[2, 4],
-        vx * course[3, 3] + vy * course[3, 4],
+        vx * path[0, 3] + vy * path[0, 4],
+        vx * path[1, 3] + vy * path[1, 4],
+        vx * path[2, 3] + vy * path[2, 4],
+        vx * path[3, 3] + vy * path[3, 4],
         a,
         b,
     )
     f0, f1, f2, f3 = restrict(
-        vy * course[0, 3] - vx * course[0, 4],
-        vy * course[1, 3] - vx * course[1, 4],
-        vy * course[2, 3] - vx * course[2, 4],
-        vy * course[3, 3] - vx * course[3, 4],
+        vy * path[0, 3] - vx * path[0, 4],
+        vy * path[1, 3] - vx * path[1, 4],
+        vy * path[2, 3] - vx * path[2, 4],
+        vy * path[3, 3] - vx * path[3, 4],
         a,
         b,
     )
@@ -113,7 +117,7 @@ def distance_bound(
         low1 = min(low1, fixed + cx * e1 + cy * f1)
         low2 = min(low2, fixed + cx * e2 + cy * f2)
         low3 = min(low3, fixed + cx * e3 + cy * f3)
-    first_radius, step = radius + growth * a, growth * (b - a) / 3.0
+    first_radius, step = moving.radius + growth * a, growth * (b - a) / 3.0
     return float(
         min(
             min(p0 + low0 - first_radius, p1 + low1 - first_radius - step),
@@ -123,23 +127,20 @@ def distance_bound(
 
 
 @kernel
-def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array) -> float:
-    """Some x at which the origin is inside the rounded hull, or -1 if it nowhere is by more than CLEARANCE."""
+def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
+    """Some x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere by more than CLEARANCE."""
     for end in (0.0, 1.0):
-        if hull_distance(course, hulls, h, radius, growth, end, q)[0] < 0.0:
+        if hull_distance(moving, end, q)[0] < 0.0:
             return end
     stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
     while top >= 0:
         a, width = stack[top, 0], stack[top, 1]
         top -= 1
         middle = a + 0.5 * width
-        gap, vx, vy, vz = hull_distance(course, hulls, h, radius, growth, middle, q)
-        if gap < 0.0:
+        distance, vx, vy, vz = hull_distance(moving, middle, q)
+        if distance < 0.0:
             return float(middle)
-        if (
-            width < 0.5**DEPTH
-            or distance_bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE
-        ):
+        if width < 0.5**DEPTH or distance_bound(moving, a, a + width, vx, vy, vz) >= -CLEARANCE:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -148,21 +149,19 @@ def hull_below(course: Array, hulls: Hulls, h: int, radius: float, growth: float
 
 
 @kernel
-def hull_first_below(
-    course: Array, hulls: Hulls, h: int, radius: float, growth: float, stack: Array, q: Array, least: float
-) -> float:
+def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -> float:
     """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never by more than CLEARANCE."""
     stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
     while top >= 0:
         a, width = stack[top, 0], stack[top, 1]
         top -= 1
         middle = a + 0.5 * width
-        _, vx, vy, vz = hull_distance(course, hulls, h, radius, growth, middle, q)
-        if distance_bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= -CLEARANCE:
+        _, vx, vy, vz = hull_distance(moving, middle, q)
+        if distance_bound(moving, a, a + width, vx, vy, vz) >= -CLEARANCE:
             continue
-        if hull_distance(course, hulls, h, radius, growth, a, q)[0] < 0.0:
+        if hull_distance(moving, a, q)[0] < 0.0:
             return float(a)
-        if width < least and hull_distance(course, hulls, h, radius, growth, a + width, q)[0] < 0.0:
+        if width < least and hull_distance(moving, a + width, q)[0] < 0.0:
             return float(a)
         if width < 0.5**DEPTH:
             continue
@@ -174,11 +173,7 @@ def hull_first_below(
 
 @kernel
 def hull_least(
-    course: Array,
-    hulls: Hulls,
-    h: int,
-    radius: float,
-    growth: float,
+    moving: MovingHull,
     stack: Array,
     q: Array,
     ceiling: float,
@@ -189,18 +184,15 @@ def hull_least(
     """
     best = ceiling
     for end in (0.0, 1.0):
-        best = min(best, hull_distance(course, hulls, h, radius, growth, end, q)[0])
+        best = min(best, hull_distance(moving, end, q)[0])
     stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
     while top >= 0:
         a, width = stack[top, 0], stack[top, 1]
         top -= 1
         middle = a + 0.5 * width
-        gap, vx, vy, vz = hull_distance(course, hulls, h, radius, growth, middle, q)
-        best = min(best, gap)
-        if (
-            width < 0.5**DEPTH
-            or distance_bound(course, hulls, h, radius, growth, a, a + width, vx, vy, vz) >= best - accuracy
-        ):
+        distance, vx, vy, vz = hull_distance(moving, middle, q)
+        best = min(best, distance)
+        if width < 0.5**DEPTH or distance_bound(moving, a, a + width, vx, vy, vz) >= best - accuracy:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -210,12 +202,8 @@ def hull_least(
 
 @kernel
 def deepest_time(
-    course: Array,
+    moving: MovingHull,
     gain: Array,
-    hulls: Hulls,
-    h: int,
-    radius: float,
-    growth: float,
     q: Array,
     witness: float,
 ) -> float:
@@ -227,15 +215,15 @@ def deepest_time(
     for k in range(10):
         x = witness if k == 9 else step * k
         g = value(gain[0], gain[1], gain[2], gain[3], x)
-        gap = hull_distance(course, hulls, h, radius, growth, x, q)[0]
+        gap = hull_distance(moving, x, q)[0]
         if gap < 0.0 and gap < best * g:
             best, place = gap / g, x
     low, high = max(0.0, place - step), min(1.0, place + step)
     share = 0.3819660112501051
     for _ in range(18):
         left, right = low + share * (high - low), high - share * (high - low)
-        a = hull_distance(course, hulls, h, radius, growth, left, q)[0]
-        b = hull_distance(course, hulls, h, radius, growth, right, q)[0]
+        a = hull_distance(moving, left, q)[0]
+        b = hull_distance(moving, right, q)[0]
         a /= value(gain[0], gain[1], gain[2], gain[3], left)
         b /= value(gain[0], gain[1], gain[2], gain[3], right)
         if a < b:
@@ -249,22 +237,22 @@ def deepest_time(
 
 
 @kernel
-def distances(places: Array, directions: Array, which: Indices, hulls: MaybeHulls) -> Array:
-    """Signed distance of the origin to hulls which (k,), -1 for points, and the unit vector that attains it: (k, 4).
+def distances(places: Array, directions: Array, hull: Indices, hulls: MaybeHulls) -> Array:
+    """Signed distance [m] of the origin to hulls with numbers `hull` (k,), -1 for points, and the unit vector: (k, 4).
 
-    The hulls are at places (k, 3), their bodies along directions (k, 2).
+    The origins of the hulls lie at `places` (k, 3) [m], their bodies along `directions` (k, 2).
     """
     result = np.empty((len(places), 4))
-    course, q = new_path(hulls)
+    path, q = new_path(hulls)
     for i in range(len(places)):
-        if len(hulls) == 0 or which[i] < 0:
+        if len(hulls) == 0 or hull[i] < 0:
             n = 1
             q[0, 0], q[0, 1], q[0, 2] = places[i, 0], places[i, 1], places[i, 2]
         else:
             for j in range(4):
-                course[j, 0], course[j, 1], course[j, 2] = places[i, 0], places[i, 1], places[i, 2]
-                course[j, 3], course[j, 4] = directions[i, 0], directions[i, 1]
-            n = corners_at(course, hulls, which[i], 0.0, q)
-            n = order(q, n) if hulls[4][which[i]] else n
+                path[j, 0], path[j, 1], path[j, 2] = places[i, 0], places[i, 1], places[i, 2]
+                path[j, 3], path[j, 4] = directions[i, 0], directions[i, 1]
+            n = corners_at(MovingHull(path, hulls, hull[i], 0.0, 0.0), 0.0, q)
+            n = order(q, n) if hulls.unordered[hull[i]] else n
         result[i, 0], result[i, 1], result[i, 2], result[i, 3] = signed_distance(q, n)
     return result

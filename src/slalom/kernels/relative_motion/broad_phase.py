@@ -1,92 +1,91 @@
-"""Which segments a choice has to do with: those that a control within some distance of a given one can collide on.
+"""Broad phase of a choice: the segments on which a control within some distance of a given one can collide.
 
-Moving the control by r moves the robot, at any time of a segment, by at most r times the largest gain of that segment.
-One pass of the chord test at one control therefore tells of every segment how far away the controls are that may
-collide on it. Most never matter; rows of the others are copied, so that later passes run over these only.
+A change of the control by r moves the robot, at any time of a segment, by at most r times the largest gain of that
+segment. One pass of the chord test at one control therefore bounds, for every segment, the distance of the controls
+that may collide on it. Most segments never matter; the rows of the others are copied, and later passes run over these.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, MaybeHulls
-from slalom.kernels.geometry.hulls import distance_bound, hull_distance, load_path
+from slalom.kernels.arrays import Array, Hulls, Indices, MaybeHulls, Segments, Workspace
+from slalom.kernels.geometry.hulls import MovingHull, distance_bound, hull_distance, load_path
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import chord_distances
 
-Table: TypeAlias = tuple[Array, Array, Array, Array, Array]
-"""points, gains, radius, growth, reach: see `slalom.relative_motion`; their hulls go apart."""
+
+class Culled(NamedTuple):
+    """The rows of a table that may matter, and the distance from `center` of the controls that may collide on each."""
+
+    table: Segments
+    rows: Indices  # (c,)
+    away: Array  # (c,) at least, in units of the control; inf for rows that were copied
+    center: Array  # (3,) a control
 
 
 @inlined
-def is_clear(points: Array, gains: Array, reach: Array, u: Array, gaps: Array) -> bool:
-    """Whether the chord test alone shows that control u is free; the chord test's distances go into gaps."""
-    chord_distances(points, gains, u[0], u[1], u[2], gaps)
+def is_clear(table: Segments, u: Array, gaps: Array) -> bool:
+    """Whether the chord test alone shows that control u (3,) is collision-free; its distances go into gaps (n,) [m]."""
+    chord_distances(table.points, table.gains, u[0], u[1], u[2], gaps)
     near = 0
     for s in range(len(gaps)):
-        near += gaps[s] < reach[s]
+        near += gaps[s] < table.bounding_radius[s]
     return near == 0
 
 
 @inlined
-def cull(gains: Array, reach: Array, gaps: Array, farthest: float, which: Indices) -> int:
-    """How many segments controls within `farthest` may collide on; their numbers go into which, and into the first
-    rows of gaps how far away these controls are at least. `gaps` holds the distances of the chord test."""
-    count = 0
+def cull(table: Segments, gaps: Array, farthest: float, rows: Indices) -> int:
+    """The number of segments on which controls within `farthest` may collide; their rows go into `rows` (n,).
+
+    `gaps` (n,) holds the distances of the chord test. Its first entries become the distances of those controls.
+    """
+    count, gains = 0, table.gains
     for s in range(len(gaps)):
         gain = max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
-        gap = gaps[s] - reach[s]
-        which[count], gaps[count] = s, gap / gain
+        gap = gaps[s] - table.bounding_radius[s]
+        rows[count], gaps[count] = s, gap / gain
         count += gap < farthest * gain
     return count
 
 
 @kernel
-def new_table(count: int, hulls: MaybeHulls) -> tuple[Table, MaybeHulls]:
-    """A table with room for so many segments, and their hulls."""
-    points, gains, around = np.empty((4, 3, count)), np.empty((4, count)), np.empty((3, count))
-    return (points, gains, around[0], around[1], around[2]), new_hulls(count, hulls)
+def new_table(count: int) -> Segments:
+    """An empty table for `count` segments."""
+    points, gains, lines = np.empty((4, 3, count)), np.empty((4, count)), np.empty((3, count))
+    return Segments(points, gains, lines[0], lines[1], lines[2])
 
 
 @kernel
 def new_hulls(count: int, hulls: MaybeHulls) -> MaybeHulls:
-    """The hulls of that table; nothing where there are none."""
+    """Empty rows for `count` segments with the corners of `hulls`; empty where there are none."""
     if len(hulls) == 0:
         return ()
-    turned = np.empty((4, 2, count if hulls[1].shape[2] > 0 else 0))
-    return np.empty(count, np.int64), turned, hulls[2], hulls[3], hulls[4]
+    turns = np.empty((4, 2, count if hulls.turns.shape[2] > 0 else 0))
+    return Hulls(np.empty(count, np.int64), turns, hulls.corners, hulls.first, hulls.unordered)
 
 
 @inlined
 def copy_near(
-    table: Table,
-    hulls: MaybeHulls,
-    which: Indices,
-    away: Array,
-    limit: float,
-    center: Array,
-    near: Table,
-    near_hulls: MaybeHulls,
-    count: int,
-    course: Array,
-    q: Array,
+    culled: Culled, hulls: MaybeHulls, limit: float, near: Segments, near_hulls: MaybeHulls, count: int, work: Workspace
 ) -> int:
-    """Copy the segments that controls within `limit` of `center` may collide on, and that were not copied yet.
+    """Copy the segments on which controls within `limit` of the centre may collide, unless they were copied before.
 
-    They go into `near` from row `count` on; returns the number of its rows. `which` and `away` are of `within`.
+    They go into `near` and `near_hulls` from row `count` on. Returns the number of rows there.
     """
-    points, gains, radius, growth, _ = table
-    for c in range(len(which)):
+    table, away = culled.table, culled.away
+    for c in range(len(culled.rows)):
         if not away[c] < limit:
             continue
-        s = which[c]
-        if len(hulls) > 0 and hulls[0][s] >= 0:
+        s = culled.rows[c]
+        if len(hulls) > 0 and hulls.hull[s] >= 0:
             # A long wall may be out of reach although the disc about it is not.
-            h = hulls[0][s]
-            load_path(points, gains, hulls, s, center, course)
-            _, vx, vy, vz = hull_distance(course, hulls, h, radius[s], growth[s], 0.5, q)
+            gains = table.gains
+            load_path(table, hulls, s, culled.center, work.path)
+            hull = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
+            _, vx, vy, vz = hull_distance(hull, 0.5, work.corners)
             gain = max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
-            away[c] = max(away[c], distance_bound(course, hulls, h, radius[s], growth[s], 0.0, 1.0, vx, vy, vz) / gain)
+            away[c] = max(away[c], distance_bound(hull, 0.0, 1.0, vx, vy, vz) / gain)
             if not away[c] < limit:
                 continue
         copy_row(table, hulls, s, near, near_hulls, count)
@@ -96,21 +95,22 @@ def copy_near(
 
 
 @kernel
-def copy_row(table: Table, hulls: MaybeHulls, s: int, near: Table, near_hulls: MaybeHulls, count: int) -> None:
-    """Row s of a table as row `count` of another."""
+def copy_row(table: Segments, hulls: MaybeHulls, s: int, near: Segments, near_hulls: MaybeHulls, count: int) -> None:
+    """Copy row s of a table into row `count` of another."""
     for j in range(4):
-        near[1][j, count] = table[1][j, s]
+        near.gains[j, count] = table.gains[j, s]
         for axis in range(3):
-            near[0][j, axis, count] = table[0][j, axis, s]
-    near[2][count], near[3][count], near[4][count] = table[2][s], table[3][s], table[4][s]
+            near.points[j, axis, count] = table.points[j, axis, s]
+    near.radius[count], near.growth[count] = table.radius[s], table.growth[s]
+    near.bounding_radius[count] = table.bounding_radius[s]
     if len(hulls) > 0 and len(near_hulls) > 0:
-        near_hulls[0][count] = hulls[0][s]
+        near_hulls.hull[count] = hulls.hull[s]
         for j in range(4):
-            for axis in range(2 if hulls[1].shape[2] > 0 else 0):
-                near_hulls[1][j, axis, count] = hulls[1][j, axis, s]
+            for axis in range(2 if hulls.turns.shape[2] > 0 else 0):
+                near_hulls.turns[j, axis, count] = hulls.turns[j, axis, s]
 
 
 @kernel
 def distance(a: Array, b: Array) -> float:
-    """Between two points in space."""
+    """The distance between two points (3,)."""
     return float(np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2))

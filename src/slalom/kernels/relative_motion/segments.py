@@ -1,58 +1,36 @@
 """The relative motion of obstacles and a controlled robot as one flat table of cubic segments.
 
-What its rows mean is written in `slalom.relative_motion`. They lie along the last axis, so that one pass over all of
-them runs on vector registers.
+The meaning of the rows is stated in `slalom.relative_motion`.
 """
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, MaybeHulls
+from slalom.kernels.arrays import Array, CutPieces, Hulls, Indices, MaybeHulls, Pieces, PositionMap
 from slalom.kernels.geometry.cubic import restrict
 from slalom.kernels.jit import kernel
-
-ROBOT_MOTIONS = 8
-"""Bodies are often cut at the same times; of so many of the parts of one, what the robot does itself is kept for the
-next body. More: lists that are hardly ever so long are looked after."""
+from slalom.tolerances import KEPT_ROBOT_MOTIONS
 
 
 @kernel
-def relative_segments(
-    times: Array,
-    points: Array,
-    radius: Array,
-    growth: Array,
-    turns: Array,
-    body: Indices,
-    knots: Array,
-    drift: Array,
-    gain: Array,
-    horizon: float,
-) -> tuple[Array, Array, Array, Array, Array, Array, Array, Indices]:
-    """Cut the bodies' pieces where the response has a knot, and subtract the drift.
+def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> CutPieces:
+    """Bodies relative to a robot from time 0 to `horizon` [s]: pieces cut at its knots, the drift subtracted.
 
-    Args:
-        times: (n, 2) elapsed begin and end of each piece of a body; pieces of a body in order.
-        points: (n, 4, d) its control points; radius, growth: (n,) as at its begin, and the change to its end.
-        turns: (n, 4, 2) control points of its direction, or (0, 4, 2) if nothing turns. body: (n,).
-        knots: (m + 1,) elapsed times of the response's pieces, from 0 to at least `horizon`.
-        drift: (m, 4, d), gain: (m, 4): control points of its position map.
-
-    Returns:
-        begin, end, points (4, 3, k), gains (4, k), radius, growth, turns (4, 2, k), body.
+    Pieces that begin before 0 or end after the horizon are restricted to the window.
     """
-    n, m, d = len(times), len(drift), points.shape[2]
-    turning = len(turns) > 0
-    room = segment_count(times, body, knots, m, horizon)
-    lines = np.empty((4, room))
-    begin, end, around, widening = lines[0], lines[1], lines[2], lines[3]
-    rel, gains, turned = np.empty((4, 3, room)), np.empty((4, room)), np.empty((4, 2, room if turning else 0))
-    who = np.empty(room, np.int64)
+    times, points, body, knots = pieces.times, pieces.points, pieces.body, motion.knots
+    n, m, d = len(times), len(motion.drift), points.shape[2]
+    turning = len(pieces.turns) > 0
+    count = segment_count(times, body, knots, m, horizon)
+    lines = np.empty((4, count))
+    begin, end, radius, growth = lines[0], lines[1], lines[2], lines[3]
+    relative, gains, turned = np.empty((4, 3, count)), np.empty((4, count)), np.empty((4, 2, count if turning else 0))
+    bodies = np.empty(count, np.int64)
     for c in range(4):
         for axis in range(d, 3):
-            for i in range(room):
-                rel[c, axis, i] = 0.0
+            for i in range(count):
+                relative[c, axis, i] = 0.0
     k, piece, part = 0, 0, 0
-    own = np.empty((ROBOT_MOTIONS, 2 + 4 * (d + 1)))
+    own = np.empty((KEPT_ROBOT_MOTIONS, 2 + 4 * (d + 1)))
     own[:, 0] = np.nan
     for s in range(n):
         t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
@@ -66,31 +44,36 @@ def relative_segments(
             a, b = (t0 - times[s, 0]) / width, (stop - times[s, 0]) / width
             cut = a > 0.0 or b < 1.0
             if own[part, 0] != t0 or own[part, 1] != stop:
-                robot_motion(knots, drift, gain, piece, t0, stop, own[part])
+                robot_motion(motion, piece, t0, stop, own[part])
             for axis in range(d):
                 p0, p1, p2, p3 = points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis]
                 if cut:
                     p0, p1, p2, p3 = restrict(p0, p1, p2, p3, a, b)
                 q = 6 + 4 * axis
-                rel[0, axis, k], rel[1, axis, k] = p0 - own[part, q], p1 - own[part, q + 1]
-                rel[2, axis, k], rel[3, axis, k] = p2 - own[part, q + 2], p3 - own[part, q + 3]
+                relative[0, axis, k], relative[1, axis, k] = p0 - own[part, q], p1 - own[part, q + 1]
+                relative[2, axis, k], relative[3, axis, k] = p2 - own[part, q + 2], p3 - own[part, q + 3]
             gains[0, k], gains[1, k], gains[2, k], gains[3, k] = own[part, 2], own[part, 3], own[part, 4], own[part, 5]
-            part = min(part + 1, ROBOT_MOTIONS - 1)
+            part = min(part + 1, KEPT_ROBOT_MOTIONS - 1)
             if turning:
+                turns = pieces.turns
                 for axis in range(2):
                     turned[0, axis, k], turned[1, axis, k], turned[2, axis, k], turned[3, axis, k] = restrict(
                         turns[s, 0, axis], turns[s, 1, axis], turns[s, 2, axis], turns[s, 3, axis], a, b
                     )
-            begin[k], end[k], who[k] = t0, stop, body[s]
-            around[k], widening[k] = radius[s] + growth[s] * a, growth[s] * (b - a)
+            begin[k], end[k], bodies[k] = t0, stop, body[s]
+            radius[k], growth[k] = pieces.radius[s] + pieces.growth[s] * a, pieces.growth[s] * (b - a)
             k += 1
             t0 = stop
-    return begin, end, rel, gains, around, widening, turned, who
+    return CutPieces(begin, end, relative, gains, radius, growth, turned, bodies)
 
 
 @kernel
-def robot_motion(knots: Array, drift: Array, gain: Array, piece: int, t0: float, stop: float, own: Array) -> None:
-    """What the robot itself does from t0 to stop, on one piece: these times, the gain and the drift, into `own`."""
+def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: Array) -> None:
+    """The position map from t0 to stop [s], within one piece of it, into `own` (2 + 4 (d + 1),).
+
+    The times, four control points of the gain, and four of each axis of the drift.
+    """
+    knots, drift, gain = motion.knots, motion.drift, motion.gain
     span = knots[piece + 1] - knots[piece]
     e, f = (t0 - knots[piece]) / span, (stop - knots[piece]) / span
     own[0], own[1] = t0, stop
@@ -104,7 +87,10 @@ def robot_motion(knots: Array, drift: Array, gain: Array, piece: int, t0: float,
 
 @kernel
 def segment_count(times: Array, body: Indices, knots: Array, m: int, horizon: float) -> int:
-    """How many segments these pieces are cut into: memory that is never filled would cost more than this count."""
+    """Number of segments that pieces with `times` (n, 2) [s] of bodies (n,) make with m pieces between `knots` [s].
+
+    To fill less memory than was allocated costs more than this count.
+    """
     count, piece = 0, 0
     for s in range(len(times)):
         t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
@@ -119,12 +105,49 @@ def segment_count(times: Array, body: Indices, knots: Array, m: int, horizon: fl
 
 
 @kernel
-def chord_distances(points: Array, gains: Array, ux: float, uy: float, uz: float, gaps: Array) -> None:
-    """Lower bounds of the distance to the origin along every segment under control (ux, uy, uz), into gaps.
+def bounding_radii(cut: CutPieces, hull_radius: Array) -> Array:
+    """Radius (n,) [m] of the ball about each segment's origin that holds its rounded body, `hull_radius` (b,) [m]."""
+    radii = np.empty(len(cut.body))
+    for s in range(len(cut.body)):
+        radii[s] = cut.radius[s] + max(cut.growth[s], 0.0) + hull_radius[cut.body[s]]
+    return radii
 
-    The distance of the chord, less how far the cubic may bend away from it: with e, f the distances of the inner
-    control points from the points at one and two thirds of the chord, it bends by at most 3/4 max(|e|, |f|),
-    since 3 s (1 - s) <= 3/4. Written without calls and branches: this loop must run on vector registers.
+
+@kernel
+def hulls_of_rows(hulls: MaybeHulls, hull: Indices, turns: Array) -> MaybeHulls:
+    """The hulls of other rows, with numbers `hull` (n,) and directions `turns` (4, 2, n), (4, 2, 0) if none turns."""
+    if len(hulls) == 0:
+        return ()
+    n = len(hull)
+    if turns.shape[2] == 0:
+        turns = np.zeros((4, 2, n))
+        for c in range(4):
+            for i in range(n):
+                turns[c, 0, i] = 1.0
+    return Hulls(hull, turns, hulls.corners, hulls.first, hulls.unordered)
+
+
+@kernel
+def hulls_at(hulls: MaybeHulls, rows: Indices, turns: Array) -> MaybeHulls:
+    """The hulls of the rows (n,) of a table, with directions `turns` as in `hulls_of_rows`."""
+    if len(hulls) == 0:
+        return ()
+    hull = np.empty(len(rows), np.int64)
+    for i in range(len(rows)):
+        hull[i] = hulls.hull[rows[i]]
+    return hulls_of_rows(hulls, hull, turns)
+
+
+@kernel
+def chord_distances(points: Array, gains: Array, ux: float, uy: float, uz: float, gaps: Array) -> None:
+    """Lower bounds [m] of the distance to the origin along every segment under control (ux, uy, uz), into gaps (n,).
+
+    The distance of the chord, less the distance by which the cubic may leave it. With e, f the distances of the inner
+    control points from the points at one and two thirds of the chord, that is at most 3/4 max(|e|, |f|), since
+    3 s (1 - s) <= 3/4. The loop has no calls and no branches, so that it runs on vector registers.
+
+    Args:
+        points: (4, 3, n) [m], gains: (4, n): of `Segments`.
     """
     x0, y0, z0 = points[0, 0], points[0, 1], points[0, 2]
     x1, y1, z1 = points[1, 0], points[1, 1], points[1, 2]
@@ -150,20 +173,3 @@ def chord_distances(points: Array, gains: Array, ux: float, uy: float, uz: float
         e, f = ex * ex + ey * ey + ez * ez, fx * fx + fy * fy + fz * fz
         bend = e if e > f else f
         gaps[s] = np.sqrt(cx * cx + cy * cy + cz * cz) - 0.75 * np.sqrt(bend)
-
-
-@kernel
-def hulls_of(hulls: MaybeHulls, rows: Indices, turned: Array) -> MaybeHulls:
-    """The hulls of some rows, whose directions are `turned` if any of them turns."""
-    if len(hulls) == 0:
-        return ()
-    n = len(rows)
-    hull = np.empty(n, np.int64)
-    for i in range(n):
-        hull[i] = hulls[0][rows[i]]
-    if turned.shape[2] == 0:
-        turned = np.zeros((4, 2, n))
-        for c in range(4):
-            for i in range(n):
-                turned[c, 0, i] = 1.0
-    return hull, turned, hulls[2], hulls[3], hulls[4]

@@ -1,105 +1,101 @@
-"""What every decision does anew, in one pass each: pieces out of a table, segments with their radii, controls in balls.
+"""Tables of one decision, each made in a single pass: pieces within a window, segments, distances now.
 
-The same could be said in a few operations on arrays, each of which costs as much as all of the loop.
-
-Where bodies are at the begin of a window of time, seen from the robot.
+The same operations written with numpy cost as much for each of a dozen small arrays as one of these loops.
 """
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Flags, Indices, MaybeHulls
+from slalom.kernels.arrays import (
+    Array,
+    BodyTable,
+    CutPieces,
+    Flags,
+    Indices,
+    MaybeHulls,
+    Pieces,
+    PositionMap,
+    Snapshot,
+)
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.segments import relative_segments
-from slalom.tolerances import CONTACT, CONTACT_SLACK
+from slalom.kernels.relative_motion.contact import kept_radius, overlaps
+from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 
 
 @kernel
-def pieces_within(
-    times: Array, points: Array, radius: Array, growth: Array, turns: Array, body: Indices, start: float, end: float
-) -> tuple[Array, Array, Array, Array, Array, Indices, Indices]:
-    """The pieces (n, ...) that overlap start to end, with times from `start` on; turns may be (0, 4, 2).
+def pieces_within(pieces: Pieces, start: float, end: float) -> tuple[Pieces, Indices]:
+    """The pieces that overlap the window from `start` to `end` [s], with times from `start` on; and their heads.
 
-    The last array holds the rows with which bodies begin that are there at `start`.
+    Heads are the rows with which bodies begin that exist at `start`.
     """
-    n, d, kept, turning = len(body), points.shape[2], 0, len(turns) > 0
+    times, body, turning = pieces.times, pieces.body, len(pieces.turns) > 0
+    n, d, kept = len(body), pieces.points.shape[2], 0
     for s in range(n):
         kept += times[s, 1] > start and times[s, 0] < end
-    when, where, who = np.empty((kept, 2)), np.empty((kept, 4, d)), np.empty(kept, np.int64)
-    around, widening, turned = np.empty(kept), np.empty(kept), np.empty((kept if turning else 0, 4, 2))
+    found = Pieces(
+        np.empty((kept, 2)),
+        np.empty((kept, 4, d)),
+        np.empty(kept),
+        np.empty(kept),
+        np.empty((kept if turning else 0, 4, 2)),
+        np.empty(kept, np.int64),
+    )
     heads, first, k = np.empty(kept, np.int64), 0, 0
     for s in range(n):
         if not (times[s, 1] > start and times[s, 0] < end):
             continue
-        when[k, 0], when[k, 1] = times[s, 0] - start, times[s, 1] - start
+        found.times[k, 0], found.times[k, 1] = times[s, 0] - start, times[s, 1] - start
         for j in range(4):
             for axis in range(d):
-                where[k, j, axis] = points[s, j, axis]
+                found.points[k, j, axis] = pieces.points[s, j, axis]
         if turning:
             for j in range(4):
-                turned[k, j, 0], turned[k, j, 1] = turns[s, j, 0], turns[s, j, 1]
-        around[k], widening[k], who[k] = radius[s], growth[s], body[s]
-        if (k == 0 or who[k - 1] != who[k]) and when[k, 0] <= 0.0:
+                found.turns[k, j, 0], found.turns[k, j, 1] = pieces.turns[s, j, 0], pieces.turns[s, j, 1]
+        found.radius[k], found.growth[k], found.body[k] = pieces.radius[s], pieces.growth[s], body[s]
+        if (k == 0 or found.body[k - 1] != found.body[k]) and found.times[k, 0] <= 0.0:
             heads[first] = k
             first += 1
         k += 1
-    return when, where, around, widening, turned, who, heads[:first].copy()
+    return found, heads[:first].copy()
 
 
 @kernel
-def kept_radii(gaps: Array, wider: Array) -> tuple[Array, bool]:
-    """Radii (b,) [m], less where the robot touches a body already; whether it overlaps any. See `ControlObstacle`."""
-    own, overlaps = np.empty(len(wider)), False
-    for b in range(len(wider)):
-        gap, own[b] = gaps[b], wider[b]
-        # Contact is not overlap: from a body that it is within TOUCHING of, the robot may still move away.
-        if gap - wider[b] >= -CONTACT and gap - wider[b] < CONTACT_SLACK:
-            own[b] = max(gap - CONTACT_SLACK, 0.0)
-        overlaps = overlaps or gap - own[b] < -CONTACT
-    return own, overlaps
+def kept_radii(distance: Array, radius: Array) -> tuple[Array, bool]:
+    """Radii (b,) [m] of bodies at `distance` (b,) [m], reduced where the robot touches them; whether it overlaps one.
+
+    The rule is `contact.kept_radius`.
+    """
+    own, overlapping = np.empty(len(radius)), False
+    for b in range(len(radius)):
+        own[b] = kept_radius(distance[b], radius[b])
+        overlapping = overlapping or overlaps(distance[b] - own[b])
+    return own, overlapping
 
 
 @kernel
 def segments_of(
-    times: Array,
-    points: Array,
-    radius: Array,
-    growth: Array,
-    turns: Array,
-    body: Indices,
-    knots: Array,
-    drift: Array,
-    gain: Array,
-    horizon: float,
-    error: float,
-    radii: Array,
-    spread: Array,
-    owner: Indices,
-    hull: Indices,
-) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Indices, Indices]:
-    """`relative_segments` of bodies with these radii, spreads, owners and hulls, each (b,), `error` [m] larger all.
+    pieces: Pieces, motion: PositionMap, bodies: BodyTable, horizon: float, error: float
+) -> tuple[CutPieces, Array, Indices, Indices]:
+    """The segments of bodies with those radii, all larger by `error` [m], up to `horizon` [s].
 
     Returns:
-        begin, end, points, gains, radius, growth, turns as there; reach, owner and hull of each segment.
+        The cut pieces, and of each: bounding radius (n,) [m], owner (n,), hull (n,).
     """
-    around = np.empty(len(radius))
+    radius = np.empty(len(pieces.radius))
     for s in range(len(radius)):
-        around[s] = radius[s] + error + radii[body[s]]
-    begin, end, rel, gains, around, widening, turned, who = relative_segments(
-        times, points, around, growth, turns, body, knots, drift, gain, horizon
-    )
-    reach, which = np.empty(len(who)), np.empty(len(who), np.int64)
-    for k in range(len(who)):
-        b = who[k]
-        reach[k] = around[k] + max(widening[k], 0.0) + spread[b]
-        who[k], which[k] = owner[b], hull[b]
-    return begin, end, rel, gains, around, widening, turned, reach, who, which
+        radius[s] = pieces.radius[s] + error + bodies.radius[pieces.body[s]]
+    grown = Pieces(pieces.times, pieces.points, radius, pieces.growth, pieces.turns, pieces.body)
+    cut = relative_segments(grown, motion, horizon)
+    owner, hull = np.empty(len(cut.body), np.int64), np.empty(len(cut.body), np.int64)
+    for k in range(len(owner)):
+        owner[k], hull[k] = bodies.owner[cut.body[k]], bodies.hull[cut.body[k]]
+    return cut, bounding_radii(cut, bodies.hull_radius), owner, hull
 
 
 @kernel
 def in_balls(points: Array, centers: Array, radii: Array) -> Flags:
-    """Which of the points (n, d) are in all balls about `centers` (b, d): (n,)."""
+    """Flags (n,): which of the points (n, d) lie in all balls with `centers` (b, d) and `radii` (b,)."""
     inside = np.ones(len(points), np.bool_)
     for k in range(len(points)):
         for b in range(len(radii)):
@@ -112,46 +108,40 @@ def in_balls(points: Array, centers: Array, radii: Array) -> Flags:
 
 
 @kernel
-def distances_now(
-    times: Array,
-    points: Array,
-    turns: Array,
-    radius: Array,
-    growth: Array,
-    body: Indices,
-    heads: Indices,
-    unsure: Flags,
-    hull: Indices,
-    hulls: MaybeHulls,
-    position: Array,
-) -> Array:
-    """Signed distance of each body at time 0 from `position` (d,) and the unit vector that attains it: (b, 4).
+def distances_now(bodies: Snapshot, hulls: MaybeHulls, position: Array) -> Array:
+    """Signed distance [m] of each body from `position` (d,) [m] at time 0, and the unit vector to it: (b, 4).
 
-    Of the pieces `heads`, with which bodies begin; inf for others. Less what a body may be off where it is `unsure`.
+    Infinite for bodies without a head. Less the uncertainty of the position where the body has one: that is a
+    distance, not a part of its shape.
     """
-    d, n = points.shape[2], len(heads)
-    places, directions, which = np.zeros((n, 3)), np.zeros((n, 2)), np.empty(n, np.int64)
-    result = np.zeros((len(hull), 4))
+    pieces, heads = bodies.pieces, bodies.heads
+    d, n, turning = pieces.points.shape[2], len(heads), len(pieces.turns) > 0
+    places, directions, hull = np.zeros((n, 3)), np.zeros((n, 2)), np.empty(n, np.int64)
+    result = np.zeros((len(bodies.hull), 4))
     result[:, 0] = np.inf
     directions[:, 0] = 1.0
     for i in range(n):
         s = heads[i]
-        which[i] = hull[body[s]]
-        # Pieces may have begun before the window does.
-        x = -times[s, 0] / (times[s, 1] - times[s, 0])
+        hull[i] = bodies.hull[pieces.body[s]]
+        x = share_of_piece(pieces.times, s)
         for axis in range(d):
-            p0, p1, p2, p3 = points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis]
-            places[i, axis] = value(p0, p1, p2, p3, x) - position[axis]
-        for axis in range(2 if len(turns) > 0 else 0):
-            p0, p1, p2, p3 = turns[s, 0, axis], turns[s, 1, axis], turns[s, 2, axis], turns[s, 3, axis]
-            directions[i, axis] = value(p0, p1, p2, p3, x)
-    found = distances(places, directions, which, hulls)
+            p = pieces.points[s, :, axis]
+            places[i, axis] = value(p[0], p[1], p[2], p[3], x) - position[axis]
+        for axis in range(2 if turning else 0):
+            p = pieces.turns[s, :, axis]
+            directions[i, axis] = value(p[0], p[1], p[2], p[3], x)
+    found = distances(places, directions, hull, hulls)
     for i in range(n):
         s = heads[i]
+        b = pieces.body[s]
         for column in range(4):
-            result[body[s], column] = found[i, column]
-        if unsure[body[s]]:
-            # How far it may be off now is a distance, not a part of its shape.
-            x = -times[s, 0] / (times[s, 1] - times[s, 0])
-            result[body[s], 0] -= radius[s] + growth[s] * x
+            result[b, column] = found[i, column]
+        if bodies.uncertain[b]:
+            result[b, 0] -= pieces.radius[s] + pieces.growth[s] * share_of_piece(pieces.times, s)
     return result
+
+
+@kernel
+def share_of_piece(times: Array, s: int) -> float:
+    """Where in [0, 1] on piece s, `times` (n, 2) [s], time 0 lies: pieces may begin before the window does."""
+    return float(-times[s, 0] / (times[s, 1] - times[s, 0]))

@@ -2,61 +2,37 @@
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Flags, Indices, MaybeHulls
+from slalom.kernels.arrays import Array, BodyTable, Indices, MaybeHulls, PositionMap, Segments
 from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.segments import hulls_of
+from slalom.kernels.relative_motion.segments import hulls_of_rows
 from slalom.kernels.relative_motion.window import distances_now, kept_radii, segments_of
 from slalom.kernels.selection.exchange import OVERLAPPING, nearest_free
+from slalom.kernels.selection.tables import Scene, States
 
 
 @kernel
 def choose_many(
-    preferred: Array,
-    limits: Array,
-    counts: Indices,
-    position: Array,
-    knots: Array,
-    drift: Array,
-    gain: Array,
-    times: Array,
-    points: Array,
-    radius: Array,
-    growth: Array,
-    turns: Array,
-    body: Indices,
-    heads: Indices,
-    unsure: Flags,
-    wider: Array,
-    spread: Array,
-    hull: Indices,
-    solid: MaybeHulls,
-    error: float,
-    horizon: float,
-    most_elements: int,
-    most_candidates: int,
+    preferred: Array, states: States, scene: Scene, hulls: MaybeHulls, most_elements: int, most_candidates: int
 ) -> tuple[Array, Indices]:
     """Controls (n, 3) and statuses (n,) of `nearest_free` for preferred controls (n, 3) in n states.
 
-    Args:
-        limits: (n, l, 5) of which the first counts (n,) rows are those of the state. position: (n, d).
-        knots: (m + 1,), drift: (n, m, 4, d), gain: (m, 4): as in `relative_segments`.
-        times to heads: pieces of bodies, see `traffic.Pieces`; unsure to hull: of the bodies, `wider` their radii with
-            the margin. solid: hulls as in `distances_now`. error: [m] of the response's pieces.
+    `hulls`: of the bodies, as in `distances_now`.
     """
-    n, d = position.shape
+    n, d = states.position.shape
     controls, statuses = np.empty((n, 3)), np.empty(n, np.int64)
     for i in range(n):
-        gaps = distances_now(times, points, turns, radius, growth, body, heads, unsure, hull, solid, position[i])
-        own, overlaps = kept_radii(gaps[:, 0], wider)
-        if overlaps:
+        distances = distances_now(scene.bodies, hulls, states.position[i])
+        radius, overlapping = kept_radii(distances[:, 0], scene.table.radius)
+        if overlapping:
             controls[i], statuses[i] = preferred[i], OVERLAPPING
             continue
-        _, _, rel, gains, grown, widening, turned, reach, which, _ = segments_of(
-            times, points, radius, growth, turns, body, knots, drift[i], gain, horizon, error, own, spread, hull, hull
-        )
-        hulls = hulls_of(solid, which, turned)
+        kept = BodyTable(radius, scene.table.hull_radius, scene.table.owner, scene.table.hull)
+        motion = PositionMap(states.knots, states.drift[i], states.gain)
+        cut, bounding_radius, _, hull = segments_of(scene.bodies.pieces, motion, kept, scene.horizon, scene.error)
+        table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
+        limits = states.limits[i, : states.counts[i]]
+        row_hulls = hulls_of_rows(hulls, hull, cut.turns)
         statuses[i], controls[i], _, _ = nearest_free(
-            preferred[i], d, limits[i, : counts[i]], rel, gains, grown, widening, reach, hulls,
-            most_elements, most_candidates,
-        )  # fmt: skip
+            preferred[i], d, limits, table, row_hulls, most_elements, most_candidates
+        )
     return controls, statuses

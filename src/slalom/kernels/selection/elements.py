@@ -1,11 +1,11 @@
-"""Temporal elements of hulls, and of short spans of time: the cuts that reject a colliding control."""
+"""Temporal elements of hulls, and of short spans of time: the parts of a control obstacle that reject a control."""
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Hulls
+from slalom.kernels.arrays import Array, Hulls, Segments, Workspace
 from slalom.kernels.geometry.convex import order, signed_distance, to_segment
 from slalom.kernels.geometry.cubic import restrict, value
-from slalom.kernels.geometry.hulls import corners_at, hull_distance, load_path
+from slalom.kernels.geometry.hulls import MovingHull, corners_at, hull_distance, load_path
 from slalom.kernels.geometry.polygons import smallest_ball
 from slalom.kernels.jit import kernel
 from slalom.tolerances import CONTACT
@@ -13,66 +13,51 @@ from slalom.tolerances import CONTACT
 
 @kernel
 def hull_element(
-    points: Array,
-    gains: Array,
-    radius: Array,
-    growth: Array,
-    hulls: Hulls,
-    s: int,
-    place: float,
-    u: Array,
-    dimension: int,
-    limits: Array,
-    course: Array,
-    q: Array,
+    table: Segments, hulls: Hulls, s: int, u: Array, dimension: int, limits: Array, work: Workspace
 ) -> tuple[int, float]:
-    """A part of the control obstacle of hull segment s that rejects u: corners, into q, their number, and radius.
+    """Number of corners and radius of a part of the control obstacle of hull segment s that rejects u (3,).
 
-    A sharp corner sweeps over a curve of which elements at single times cover points only. In the plane the part is
-    therefore, where that rejects u, what surely lies between the elements of two times (`swept`); else the element
-    at `place`. Both are grown by CONTACT.
+    The corners go into `work.corners`. A sharp corner sweeps over a curve of which elements at single times cover
+    points only. In the plane the part is therefore, where that rejects u, the set that surely lies between the elements
+    of two times (`swept`); else the element at the place `work.element[0]`. Both are grown by CONTACT.
     """
-    h = hulls[0][s]
-    load_path(points, gains, hulls, s, u, course)
-    gain = gains[:, s]
-    n = hulls[3][h + 1] - hulls[3][h]
+    load_path(table, hulls, s, u, work.path)
+    moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
+    h, path, q, place, gain = moving.hull, work.path, work.corners, work.element[0], table.gains[:, s]
+    n = hulls.first[h + 1] - hulls.first[h]
     if n > 1 and dimension == 2:
-        depth = -hull_distance(course, hulls, h, radius[s], growth[s], place, q)[0]
+        depth = -hull_distance(moving, place, q)[0]
         depth /= value(gain[0], gain[1], gain[2], gain[3], place)
-        turning = abs(course[0, 3] - course[3, 3]) + abs(course[0, 4] - course[3, 4]) > 0.0
+        turning = abs(path[0, 3] - path[3, 3]) + abs(path[0, 4] - path[3, 4]) > 0.0
         smallest = smallest_ball(limits, len(limits))
         far = np.sqrt((u[0] - limits[smallest, 1]) ** 2 + (u[1] - limits[smallest, 2]) ** 2) + limits[smallest, 4]
         half = 0.25
         for _ in range(24):
             a, b = max(0.0, place - half), min(1.0, place + half)
             if turning:
-                m, r = fan(course, gain, hulls, h, radius[s], growth[s], far, a, b, q)
+                m, r = fan(moving, gain, far, a, b, q)
             else:
-                m, r = swept(course, gain, hulls, h, radius[s], growth[s], far, a, b, q)
-            # One that u is hardly inside of would reject little else.
+                m, r = swept(moving, gain, far, a, b, q)
+            # A part that u is hardly inside of would reject little else.
             if m > 1 and r - signed_distance(q, m)[0] > max(0.7 * depth, 0.25 * r):
                 shift(q, m, u)
                 return m, r
             half *= 0.5
-    n = corners_at(course, hulls, h, place, q)
-    if hulls[4][h]:
+    n = corners_at(moving, place, q)
+    if hulls.unordered[h]:
         n = order(q, n)
     g = value(gain[0], gain[1], gain[2], gain[3], place)
     for j in range(n):
         for axis in range(3):
             q[j, axis] /= g
     shift(q, n, u)
-    return n, (radius[s] + growth[s] * place + CONTACT) / g
+    return n, (moving.radius + moving.growth * place + CONTACT) / g
 
 
 @kernel
 def swept(
-    course: Array,
+    moving: MovingHull,
     gain: Array,
-    hulls: Hulls,
-    h: int,
-    radius: float,
-    growth: float,
     far: float,
     a: float,
     b: float,
@@ -84,14 +69,14 @@ def swept(
     a point inside it, since shrinking by the share sag / rho moves its border inwards by at least sag, with rho the
     distance of that point from the border. Nothing (0) where that leaves nothing.
     """
-    m = corners_in_control(course, gain, hulls, h, a, q, 0)
+    m = corners_in_control(moving, gain, a, q, 0)
     if m == 0:
         return 0, 0.0
-    m = order(q, m + corners_in_control(course, gain, hulls, h, b, q, m))
+    m = order(q, m + corners_in_control(moving, gain, b, q, m))
     early = value(gain[0], gain[1], gain[2], gain[3], a)
     late = value(gain[0], gain[1], gain[2], gain[3], b)
-    r = (radius + min(growth * a, growth * b) + CONTACT) / max(early, late)
-    miss = sag(course, gain, far, a, b) / min(early, late)
+    r = (moving.radius + min(moving.growth * a, moving.growth * b) + CONTACT) / max(early, late)
+    miss = sag(moving.path, gain, far, a, b) / min(early, late)
     if miss <= 0.25 * CONTACT / late:
         return m, r - miss
     x, y, rho = inner_disc(q, m)
@@ -105,12 +90,8 @@ def swept(
 
 @kernel
 def fan(
-    course: Array,
+    moving: MovingHull,
     gain: Array,
-    hulls: Hulls,
-    h: int,
-    radius: float,
-    growth: float,
     far: float,
     a: float,
     b: float,
@@ -122,15 +103,15 @@ def fan(
     they hold its hull with the chord of that corner's path, shrunk by what the path may miss the chord. The corner is
     the one for which the control is deepest inside.
     """
-    n = corners_in_control(course, gain, hulls, h, a, q, 0)
+    n = corners_in_control(moving, gain, a, q, 0)
     if n == 0:
         return 0, 0.0
-    corners_in_control(course, gain, hulls, h, b, q, n)
-    corners_in_control(course, gain, hulls, h, 0.5 * (a + b), q, 2 * n)
+    corners_in_control(moving, gain, b, q, n)
+    corners_in_control(moving, gain, 0.5 * (a + b), q, 2 * n)
     early = value(gain[0], gain[1], gain[2], gain[3], a)
     late = value(gain[0], gain[1], gain[2], gain[3], b)
-    r = (radius + min(growth * a, growth * b) + CONTACT) / max(early, late)
-    miss = corner_sag(course, gain, hulls, h, far, a, b) / min(early, late)
+    r = (moving.radius + min(moving.growth * a, moving.growth * b) + CONTACT) / max(early, late)
+    miss = corner_sag(moving, gain, far, a, b) / min(early, late)
     moved = 0.0
     for j in range(n):
         for k in (j, n + j):
@@ -188,7 +169,7 @@ def shift(q: Array, n: int, u: Array) -> None:
 
 
 @kernel
-def corners_in_control(course: Array, gain: Array, hulls: Hulls, h: int, x: float, q: Array, at: int) -> int:
+def corners_in_control(moving: MovingHull, gain: Array, x: float, q: Array, at: int) -> int:
     """The corners at x in control space relative to the control of the course, into q from row `at` on; how many.
 
     None where the control has no effect yet.
@@ -196,7 +177,7 @@ def corners_in_control(course: Array, gain: Array, hulls: Hulls, h: int, x: floa
     g = value(gain[0], gain[1], gain[2], gain[3], x)
     if g < 1e-9:
         return 0
-    n = corners_at(course, hulls, h, x, q[at:])
+    n = corners_at(moving, x, q[at:])
     for j in range(at, at + n):
         for axis in range(3):
             q[j, axis] /= g
@@ -204,23 +185,23 @@ def corners_in_control(course: Array, gain: Array, hulls: Hulls, h: int, x: floa
 
 
 @kernel
-def sag(course: Array, gain: Array, far: float, a: float, b: float) -> float:
+def sag(path: Array, gain: Array, far: float, a: float, b: float) -> float:
     """By how much, in the workspace, a body between a and b may miss its straight interpolation if it does not turn.
 
     For every control within `far` of that of the course. A control in the hull of the elements at a and b collides with
     the body interpolated between these times: with weights (1 - m) on the element at a and m on that at b, take the
     time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. What remains is how far cubics bend from their chords.
     """
-    return float(bend(course[:, 0], course[:, 1], a, b) + far * bend(gain, gain, a, b))
+    return float(bend(path[:, 0], path[:, 1], a, b) + far * bend(gain, gain, a, b))
 
 
 @kernel
-def corner_sag(course: Array, gain: Array, hulls: Hulls, h: int, far: float, a: float, b: float) -> float:
+def corner_sag(moving: MovingHull, gain: Array, far: float, a: float, b: float) -> float:
     """By how much a corner of a turning body may miss the chord of its path; as `sag`, and what turning adds."""
-    spread = 0.0
-    for j in range(hulls[3][h], hulls[3][h + 1]):
-        spread = max(spread, hulls[2][j, 3] ** 2 + hulls[2][j, 4] ** 2)
-    return float(sag(course, gain, far, a, b) + np.sqrt(spread) * bend(course[:, 3], course[:, 4], a, b))
+    path, corners, first, square = moving.path, moving.hulls.corners, moving.hulls.first, 0.0
+    for j in range(first[moving.hull], first[moving.hull + 1]):
+        square = max(square, corners[j, 3] ** 2 + corners[j, 4] ** 2)
+    return float(sag(path, gain, far, a, b) + np.sqrt(square) * bend(path[:, 3], path[:, 4], a, b))
 
 
 @kernel

@@ -3,9 +3,9 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.geometry.hulls import new_path
 from slalom.kernels.jit import kernel
-from slalom.kernels.selection.exchange import deepest_violation
+from slalom.kernels.relative_motion.clearance import new_workspace
+from slalom.kernels.selection.violation import deepest_violation
 from slalom.kernels.sequence_search.spacetime_index import relative_rows, rows_near
 from slalom.kernels.sequence_search.tables import ARRIVED, BEST, CLOSED, SearchProblem, SearchTree, SpacetimeIndex
 from slalom.kernels.sequence_search.tree import add_node, time_to_goal
@@ -39,7 +39,7 @@ def motion_is_clear(
     if length <= 0.0:
         return True
     d = quest.dimension
-    drift, gain, u, element = np.empty((1, 4, d)), np.zeros((1, 4)), np.zeros(3), np.zeros(5)
+    drift, gain, u = np.empty((1, 4, d)), np.zeros((1, 4)), np.zeros(3)
     p, v, middle = np.empty(3), np.empty(3), np.empty(3)
     stretches = max(1, int(np.ceil(length / quest.step - 1e-9)))
     h = length / stretches
@@ -60,12 +60,8 @@ def motion_is_clear(
         if n == 0:
             continue
         work[0] += PER_ROW * n
-        points, gains, radius, growth, far, hulls = relative_rows(
-            schedule, found[:n], t + h * k, h, quest.margin, drift, gain
-        )
-        motion, q = new_path(hulls)
-        gaps = np.empty(len(radius))
-        if deepest_violation(points, gains, radius, growth, far, hulls, gaps, stack, motion, q, u, element) != -1:
+        table, hulls = relative_rows(schedule, found[:n], t + h * k, h, quest.margin, drift, gain)
+        if deepest_violation(table, hulls, u, new_workspace(len(table.radius), hulls)) != -1:
             return False
     return True
 

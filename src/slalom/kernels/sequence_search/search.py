@@ -10,11 +10,12 @@ import heapq
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, MaybeHulls
+from slalom.kernels.arrays import Array, Indices, MaybeHulls, Segments
 from slalom.kernels.geometry.cubic import new_stack
-from slalom.kernels.geometry.hulls import new_path
 from slalom.kernels.jit import kernel
-from slalom.kernels.selection.exchange import SAFE, deepest_violation, nearest_free
+from slalom.kernels.relative_motion.clearance import new_workspace
+from slalom.kernels.selection.exchange import SAFE, nearest_free
+from slalom.kernels.selection.violation import deepest_violation
 from slalom.kernels.sequence_search.goal_steering import (
     PER_CHOICE,
     PER_NODE,
@@ -84,7 +85,7 @@ def candidate_acceleration(tree: SearchTree, i: int, k: int, quest: SearchProble
 @kernel
 def node_encounters(
     tree: SearchTree, i: int, schedule: SpacetimeIndex, quest: SearchProblem, found: Indices
-) -> tuple[Array, Array, Array, Array, Array, MaybeHulls, Array]:
+) -> tuple[Segments, MaybeHulls, Array]:
     """What a robot at node i may meet within one step, whatever its push, and the limits of that push."""
     d, h, t = quest.dimension, quest.step, tree.time[i]
     drift, gain, middle = np.empty((1, 4, d)), np.zeros((1, 4)), np.empty(3)
@@ -106,8 +107,8 @@ def node_encounters(
     )
     reach = 0.5 * h * fast + 0.5 * h * h * quest.max_acceleration + quest.margin
     n = rows_near(schedule, t, h, middle, reach, quest.now, found)
-    points, gains, radius, growth, far, hulls = relative_rows(schedule, found[:n], t, h, quest.margin, drift, gain)
-    return points, gains, radius, growth, far, hulls, limits
+    table, hulls = relative_rows(schedule, found[:n], t, h, quest.margin, drift, gain)
+    return table, hulls, limits
 
 
 @kernel
@@ -126,20 +127,17 @@ def expand(
     latest = min(quest.deadline, tree.time[tree.counts[BEST]] if tree.counts[BEST] >= 0 else np.inf)
     if t + h > latest:
         return
-    points, gains, radius, growth, far, hulls, limits = node_encounters(tree, i, schedule, quest, found)
-    motion, q = new_path(hulls)
-    gaps, element = np.empty(len(radius)), np.zeros(5)
+    table, hulls, limits = node_encounters(tree, i, schedule, quest, found)
+    violation = new_workspace(len(table.radius), hulls)
     u, p, v = np.zeros(3), np.zeros(3), np.zeros(3)
-    work[0] += PER_NODE + PER_ROW * len(radius)
+    work[0] += PER_NODE + PER_ROW * len(table.radius)
     for k in range(len(quest.directions) + 3):
         if not candidate_acceleration(tree, i, k, quest, u):
             continue
         work[0] += PER_WISH
-        if deepest_violation(points, gains, radius, growth, far, hulls, gaps, stack, motion, q, u, element) != -1:
+        if deepest_violation(table, hulls, u, violation) != -1:
             work[0] += PER_CHOICE
-            code, w, _, _ = nearest_free(
-                u, d, limits, points, gains, radius, growth, far, hulls, FEW_ELEMENTS, FEW_CANDIDATES
-            )
+            code, w, _, _ = nearest_free(u, d, limits, table, hulls, FEW_ELEMENTS, FEW_CANDIDATES)
             if code != SAFE:
                 continue
             for axis in range(3):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, MaybeHulls
+from slalom.kernels.arrays import Array, Indices, MaybeHulls, Pieces, PositionMap, Segments
 from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.segments import hulls_of, relative_segments
+from slalom.kernels.relative_motion.segments import hulls_at, relative_segments
 from slalom.kernels.sequence_search.tables import SpacetimeIndex
 
 
@@ -42,16 +42,16 @@ def rows_near(
 @kernel
 def relative_rows(
     schedule: SpacetimeIndex, rows: Indices, t: float, length: float, margin: float, drift: Array, gain: Array
-) -> tuple[Array, Array, Array, Array, Array, MaybeHulls]:
-    """The relative motion of some rows and a robot from t to t + length: points, gains, radius, growth, reach, hulls.
+) -> tuple[Segments, MaybeHulls]:
+    """The motion of some rows (n,) relative to a robot from t to t + length [s], radii with the margin [m].
 
-    The robot's position has the control points drift (1, 4, d) + gain (1, 4) u.
+    The robot's position has the control points drift (1, 4, d) [m] + gain (1, 4) u.
     """
     n, d = len(rows), schedule.points.shape[2]
     turning = len(schedule.turns) > 0
     times, points = np.empty((n, 2)), np.empty((n, 4, d))
     radius, growth, turns = np.empty(n), np.empty(n), np.empty((n if turning else 0, 4, 2))
-    spread = np.empty(n)
+    bounding_radius = np.empty(n)
     for i in range(n):
         s = rows[i]
         times[i, 0], times[i, 1] = schedule.times[s, 0] - t, schedule.times[s, 1] - t
@@ -61,11 +61,9 @@ def relative_rows(
             if turning:
                 turns[i, c, 0], turns[i, c, 1] = schedule.turns[s, c, 0], schedule.turns[s, c, 1]
         radius[i], growth[i] = schedule.radius[s] + margin, schedule.growth[s]
-        spread[i] = schedule.hull_radius[s]
-    knots = np.array([0.0, length])
-    _, _, rel, gains, around, widening, turned, _ = relative_segments(
-        times, points, radius, growth, turns, np.zeros(n, np.int64), knots, drift, gain, length
-    )
+    pieces = Pieces(times, points, radius, growth, turns, np.zeros(n, np.int64))
+    cut = relative_segments(pieces, PositionMap(np.array([0.0, length]), drift, gain), length)
     for i in range(n):
-        spread[i] = around[i] + max(widening[i], 0.0) + spread[i]
-    return rel, gains, around, widening, spread, hulls_of(schedule.hulls, rows, turned)
+        bounding_radius[i] = cut.radius[i] + max(cut.growth[i], 0.0) + schedule.hull_radius[rows[i]]
+    table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
+    return table, hulls_at(schedule.hulls, rows, cut.turns)

@@ -12,7 +12,7 @@ from slalom.decision import Decision, Outcome
 from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import REST_DURATION, WINDOWS, DecisionSettings, PassiveObstacles, RobotTable
+from slalom.kernels.decision.tables import WINDOWS, DecisionSettings, DecisionTables, PassiveObstacles, RobotTable
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
@@ -22,13 +22,14 @@ from slalom.response import AccelerateThenBrake
 from slalom.shape import Ball, Disc
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
 from slalom.sim.run.among import first_manoeuvre, margin_among
-from slalom.sim.run.deciding import Tables, at_once, one_by_one
+from slalom.sim.run.deciding import at_once, one_by_one
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.response_tables import linear_forecast, piecewise_polynomial, response_table
 from slalom.sim.run.sensing import sensing_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.state import State
+from slalom.tolerances import REST_DURATION
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
 BY_NUMBER = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED, Outcome.WAITING)
@@ -120,7 +121,7 @@ class FleetDecider:
         all_decide = one_by_one if self.method.shared else at_once
         for together, terms in self._turns(due, usual):
             for some, world in self._among_images(together, everywhere):
-                tables = Tables(self.fleet, world, self.answers, terms)
+                tables = DecisionTables(self.fleet, world, self.answers, terms)
                 outcomes.update(all_decide(some, tables, lambda k: self._ask(k, now).outcome.name, self.threads))
         found = self.fleet.outcome.tolist()
         outcomes.update({k: OUTCOMES[found[k]] for k in order if found[k] != FALL_BACK})
@@ -159,7 +160,13 @@ class FleetDecider:
             self.fleet = own = RobotTable._make(of_all[self._who] for of_all in whole)
             own.position[:] += by
             own.observed_points[:] += by[:, None, None]
-            yield np.array([k]), world._replace(points=world.points - home, end_positions=world.end_positions - home)
+            yield (
+                np.array([k]),
+                world._replace(
+                    pieces=world.pieces._replace(points=world.pieces.points - home),
+                    end_positions=world.end_positions - home,
+                ),
+            )
             for of_all, seen in zip(whole, own, strict=True):
                 of_all[k] = seen[k]
             self.fleet, self._who = whole, np.arange(len(whole.radius))
@@ -283,16 +290,11 @@ class FleetDecider:
         bodies = ObstacleTable(seen, now, horizon).bodies(shape)
         stay = [o for o in seen if o.exists(now + horizon) and len(o.shape.parts) == 1]
         return PassiveObstacles(
-            times=bodies.pieces.times,
-            points=bodies.pieces.points,
-            radius=bodies.pieces.radius,
-            growth=bodies.pieces.growth,
-            turns=bodies.pieces.turns if bodies.turning else np.empty((0, 4, 2)),
-            body=bodies.pieces.body,
+            pieces=bodies.pieces,
             body_radius=bodies.radius,
             hull_radius=bodies.hull_radius,
             hull=bodies.hull,
-            corners=(bodies.corners, bodies.first, bodies.unordered) if len(bodies.unordered) else (),
+            corners=bodies.maybe_corners,
             heads=bodies.heads,
             end_positions=np.array([o.trajectory.position(now + horizon) for o in stay]).reshape(-1, d),
             end_radii=np.array([o.shape.bounding_radius for o in stay]),
