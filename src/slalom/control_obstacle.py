@@ -29,7 +29,7 @@ from slalom.tolerances import BOUNDARY, CONTACT
 
 
 class Element(NamedTuple):
-    """Temporal elements at one time: for each body of an obstacle that is there, a rounded convex hull of controls."""
+    """Temporal elements at one time: a rounded convex hull of controls for each body that exists then."""
 
     corners: tuple[Array, ...]  # b arrays (n, d): one corner is a ball, two a capsule, more a polygon in the plane
     radii: Array  # (b,)
@@ -60,13 +60,13 @@ class Boundary(NamedTuple):
 
 @lru_cache(maxsize=256)
 def _ahead(n: int) -> Array:
-    """Directions (4, 2, n) of what does not turn."""
+    """Directions (4, 2, n) of bodies that do not turn."""
     return np.broadcast_to(np.array([[1.0], [0.0]]), (4, 2, n))
 
 
 @dataclass(frozen=True, eq=False)
 class ControlObstacle:
-    """The controls with which the robot meets one of the obstacles within (0, horizon].
+    """The controls with which the robot collides with an obstacle within (0, horizon].
 
     The union over time of the temporal elements (B(t) - drift(t)) / gain(t), where B(t) is the obstacle grown by the
     robot's shape and by `margin` (Bareiss and van den Berg 2015; with the Acceleration response it is the AO or
@@ -120,12 +120,12 @@ class ControlObstacle:
 
     @cached_property
     def _distances(self) -> Array:
-        """The distance of each body now, its radius not taken off [m], inf if it is not there: (b,)."""
+        """Distance (b,) [m] of each body now, its radius not subtracted; inf if it does not exist now."""
         return self.obstacles.distances(self.robot, self.state.position)[0]
 
     @cached_property
     def _kept(self) -> tuple[Array, bool]:
-        """The radius of each body with the margin [m], less where the robot touches it already, (b,); if it overlaps.
+        """Radius (b,) [m] of each body with the margin, less where the robot touches it; and whether it overlaps one.
 
         Contact is not overlap: from an obstacle that it is within TOUCHING of, the robot may still move away.
         """
@@ -141,7 +141,7 @@ class ControlObstacle:
 
     @cached_property
     def initial_clearances(self) -> Array:
-        """Clearance to each obstacle now [m], margin and uncertainty taken off: (n,); inf for one that is not there.
+        """Clearance (n,) [m] to each obstacle now, margin and uncertainty subtracted; inf if it does not exist now.
 
         At least 0 where the robot touches the obstacle, see TOUCHING.
         """
@@ -160,9 +160,9 @@ class ControlObstacle:
         return self._kept[1]
 
     def escape_direction(self, index: int) -> Array:
-        """The unit vector (d,) along which the robot gets away soonest from the part of an obstacle that is nearest.
+        """The unit vector (d,) along which the robot leaves the nearest part of an obstacle soonest.
 
-        For a robot inside it, the shortest way out. On top of a point every direction is as good.
+        For a robot inside it, the direction of the least translation that separates them; on top of a point any.
         """
         bodies = np.flatnonzero(self._bodies.owner == index)
         nearest = bodies[int(np.argmin(self._distances[bodies] - self._radii[bodies]))]
@@ -170,7 +170,7 @@ class ControlObstacle:
 
     @cached_property
     def segments(self) -> RelativeMotion:
-        """The relative motion that everything else is computed from."""
+        """The relative motion from which everything else is computed."""
         bodies = self._bodies
         motion = PositionMap(*response_pieces(self.response, self.state, self.horizon))
         table = BodyTable(self._radii, bodies.hull_radius, bodies.owner, bodies.hull)
@@ -266,7 +266,7 @@ class ControlObstacle:
 
         A control is in `region` if it collides, except where it is within about `tolerance` (in units of the control;
         by default the share BOUNDARY of the radius) of the boundary. The curves are sampled envelopes of the elements
-        (Stern and Shiller 2025; docs/theory.md, 6); which side of them is blocked is asked of `times_to_collision`.
+        (Stern and Shiller 2025; docs/theory.md, 6); `times_to_collision` decides which side of them is blocked.
 
         Raises:
             InvalidInput: in space; a radius that is not above 0.
@@ -305,7 +305,7 @@ class ControlObstacle:
 
 def response_pieces(response: Response, state: State, horizon: float) -> tuple[Array, Array, Array]:
     """The position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) and gain (m, 4)."""
-    # No control that stands for a velocity beyond this is asked about: 100 m/s more than twice the speed.
+    # Velocities that controls stand for are taken to stay below this: 100 m/s more than twice the speed.
     reach = 2.0 * sqrt(state.velocity.dot(state.velocity)) + 100.0
     if isinstance(response, TimeInvariant):
         return response.pieces(state, horizon, reach)

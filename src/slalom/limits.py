@@ -111,7 +111,7 @@ class HalfSpace:
 
 
 class Limited(Protocol):
-    """What limits ask of a response: the maps of the control that they bound (see `response.Response`)."""
+    """The maps of the control that limits bound for a response, see `response.Response`."""
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         """Maps whose norms bound the speed."""
@@ -120,22 +120,22 @@ class Limited(Protocol):
         """Maps whose norms bound the acceleration."""
 
     def settled(self, horizon: float) -> float:
-        """When the control has had its effect on the velocity [s]."""
+        """Time [s] at which the control has had its effect on the velocity."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What the robot can do: its largest speed [m/s] and acceleration [m/s^2], both Euclidean norms.
+    """Limits of a robot: the largest speed [m/s] and acceleration [m/s^2], both Euclidean norms, and bounds.
 
-    `velocity_bounds` and `acceleration_bounds` are half-spaces that the velocity and the acceleration must stay in.
+    `velocity_bounds` and `acceleration_bounds` are half-spaces in which the velocity and the acceleration must stay.
     `bounds` are sets that depend on the state (see `slalom.bounds`): friction ellipse, box, polygon, heading cone,
     turning radius, least speed.
 
-    What bounds in the frame of the body promise: at the decision the acceleration, and all along the predicted motion
-    acceleration and velocity, are in the set *as it stands at the decision*. While a control is held the body turns and
-    the set with it, so the later motion may leave the set of its own time. A navigator asks `allows` at every decision
-    and keeps no manoeuvre that has done so; what it applies is therefore always in the set of that decision, unless its
-    outcome says that no control is.
+    Guarantee of bounds in the frame of the body: the acceleration at the decision, and acceleration and velocity along
+    the predicted motion, are in the set *as it stands at the decision*. While a control is held the body turns and the
+    set with it, so the later motion may leave the set of its own time. A navigator tests `allows` at every decision and
+    keeps no manoeuvre that has left it. The applied acceleration is therefore always in the set of that decision,
+    unless the outcome says that no control is.
 
     Raises:
         InvalidInput: a limit that is not above 0.
@@ -153,13 +153,13 @@ class Limits:
 
     @property
     def braking(self) -> float:
-        """How hard the robot can brake, however fast it is and whereto, as far as `bounds` say [m/s^2]."""
+        """The deceleration [m/s^2] that the robot can reach at any speed and heading, by its `bounds`."""
         return min([self.max_acceleration, *(bound.braking for bound in self.bounds)])
 
     def allows(self, state: State, acceleration: Array, period: float) -> bool:
         """Whether a robot in `state` may hold an acceleration (d,) [m/s^2] for `period` [s] by all `bounds`.
 
-        Up to the relative tolerance ADMISSIBLE. The norms and the half-spaces, which do not turn, are not asked.
+        Up to the relative tolerance ADMISSIBLE. The norms and the half-spaces, which do not turn, are not tested.
         """
         for bound in self.bounds:
             normals, offsets = bound.half_spaces(state)
@@ -171,8 +171,8 @@ class Limits:
     def admissible(self, response: Limited, state: State, horizon: float) -> Admissible:
         """The controls that keep a robot in `state` within the limits up to `horizon` [s].
 
-        A robot that is faster than its limit cannot obey it at once: by the time its control has settled it must have
-        shed at least half of what full braking would, and no more is asked of its speed.
+        A robot above its speed limit cannot obey it at once. By the time its control has settled its speed must have
+        fallen by at least half of what full braking takes off.
         """
         speed_peaks = response.speed_peaks(state, horizon)
         acceleration_peaks = response.acceleration_peaks(state, horizon)

@@ -1,4 +1,4 @@
-"""The pieces of obstacles' bodies over a stretch of time, and all of them together."""
+"""Cubic pieces of the bodies of obstacles over an interval of time, one obstacle at a time and joined."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -103,9 +103,9 @@ _TABLES: "WeakKeyDictionary[Obstacle, dict[tuple[Shape, int, float], Pieces]]" =
 
 
 def tabulated(obstacle: Obstacle, shape: Grown, robot: Shape, start: float, horizon: float) -> Pieces:
-    """The pieces of an obstacle over a stretch of three horizons that holds the window, cut once.
+    """The pieces of an obstacle over an interval of three horizons that holds the window, made once.
 
-    Stretches begin at multiples of two horizons, whenever they are asked for: decisions do not depend on earlier ones.
+    Intervals begin at multiples of two horizons, whenever they are needed: decisions do not depend on earlier ones.
     """
     number_of_stretch = int(np.floor(start / (2.0 * horizon)))
     tables = _TABLES.setdefault(obstacle, {})
@@ -158,7 +158,7 @@ def rows_of(obstacle: Obstacle, shape: Grown, decided: float, begin: float, end:
     times = np.empty((n, 2))
     times[:, 0], times[:, 1] = path.times[:-1], path.times[1:]
     if b == 1 and turns is None:
-        # The usual case, made for many obstacles at every decision.
+        # The usual case, for many obstacles at every decision.
         return Pieces(times, path.points + shape.offsets, radius, growth, _ahead(n), np.zeros(n, np.int64))
     if b == 1:
         points = path.points + shape.offsets

@@ -1,4 +1,4 @@
-"""Obstacles over a window of time: made once, used by every control obstacle of a decision."""
+"""Obstacles over a window of time: one table for all control obstacles of a decision."""
 
 from collections.abc import Sequence
 
@@ -65,10 +65,10 @@ class ObstacleTable:
         return self._bodies[robot]
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
-        """How far each body is now, its radius not taken off, from a robot at `position` (d,): (b,) [m], and where to.
+        """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).
 
-        Less what it may be off now; inf for a body that is not there. Inside a body the distance is minus the depth. A
-        robot leaves it, or goes away from it, soonest against the unit vectors (b, d).
+        The radius is not subtracted, the uncertainty of the position is. Infinite for a body that does not exist now.
+        Inside a body the distance is minus the depth. Against the unit vectors a robot leaves a body soonest.
         """
         key = (robot, position.tobytes())
         if self._distances is None or self._distances[0] != key:
@@ -86,7 +86,7 @@ class ObstacleTable:
         return self._anew(robot) if bodies is None else bodies
 
     def _known(self, robot: Shape) -> Bodies | None:
-        """The pieces out of one table of all obstacles, which serves many decisions; None where there is none.
+        """The pieces, taken from a table of all obstacles that serves many decisions; None if there is no such table.
 
         Not if one of them is not tabulated, counts for less than the whole window, or is not there in it.
         """
@@ -109,7 +109,7 @@ class ObstacleTable:
         return all_pieces._replace(pieces=pieces, heads=heads)
 
     def _joined(self, robot: Shape) -> tuple[float, float, Bodies] | None:
-        """When the last obstacle appears and the first one vanishes, and the pieces of all over a stretch of time."""
+        """Times at which the last obstacle appears and the first vanishes, and all pieces over an interval of time."""
         if any(not isinstance(o.trajectory, TABULATED) or o.uncertainty is not None for o in self.obstacles):
             return None
         spans = [obstacle.trajectory.span for obstacle in self.obstacles]

@@ -1,4 +1,4 @@
-"""The relative motion of obstacles and a controlled robot as one table: what kernels and boundaries work on."""
+"""The motion of obstacles relative to a controlled robot, as one table for kernels and boundaries."""
 
 from typing import NamedTuple
 
@@ -19,10 +19,10 @@ class RelativeMotion(NamedTuple):
         origin + (x + X e_x - Y e_y, y + X e_y + Y e_x, z)    for (x, y, z, X, Y) in corners[first[h] : first[h + 1]],
 
     h = hull[s]: x, y, z do not turn, X, Y turn with the direction e, the cubic with control points turns[j, :, s],
-    which is (1, 0) for ever unless the obstacle turns.
-    In the plane three or more corners go counter-clockwise around the hull unless mixed[h].
+    which stays (1, 0) unless the obstacle turns.
+    In the plane three or more corners go counter-clockwise around the hull unless unordered[h].
     The robot collides while the distance from (0, 0, 0) to the part is below radius[s] + growth[s] * x. The part,
-    rounded so, stays within reach[s] of its origin. In the plane third coordinates are 0.
+    rounded so, stays within bounding_radius[s] of its origin. In the plane third coordinates are 0.
     """
 
     begin: Array  # (s,) [s]

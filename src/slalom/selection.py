@@ -1,7 +1,4 @@
-"""The choice: the admissible control nearest to the preferred one that collides with nothing.
-
-Many exact choices at once: for fleets, for learning, for maps of what a robot could do.
-"""
+"""The exact choice: the admissible control nearest to the preferred one that collides with nothing; one or many."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -28,7 +25,7 @@ from slalom.tolerances import CANDIDATES, ELEMENTS
 
 
 class Status(Enum):
-    """How a choice ended; the value is the sentence for the user."""
+    """How a choice ended. The value is the sentence for the user."""
 
     CLEAR = "The preferred control is admissible and collides with nothing."
     CONSTRAINED = "The nearest admissible control that collides with nothing was chosen."
@@ -39,18 +36,18 @@ class Status(Enum):
 
 
 STATUSES = (Status.CONSTRAINED, Status.BLOCKED, Status.INADMISSIBLE, Status.OVERLAPPING, Status.UNDECIDED)
-"""By the number that kernels give them."""
+"""The statuses by their numbers in kernels."""
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What `select` found.
+    """The result of `select`.
 
     Attributes:
         control: (d,) or None when there is none.
         status: CLEAR or CONSTRAINED with a control, any other without.
         distance: from the preferred control, in units of the control; inf without a control.
-        elements, candidates: how much work it was.
+        elements, candidates: the work that it took.
     """
 
     control: Array | None
@@ -84,8 +81,8 @@ def select(
         InvalidInput: different dimensions, or an admissible set that is not bounded by a ball.
     """
     dimension = blocked.dimension
-    wanted = np.zeros(3)
-    wanted[:dimension] = vector(preferred, "preferred", dimension)
+    target = np.zeros(3)
+    target[:dimension] = vector(preferred, "preferred", dimension)
     if admissible.dimension != dimension or not len(admissible.radii):
         raise InvalidInput(
             f"admissible: expected a set of dimension {dimension} bounded by a ball, "
@@ -94,14 +91,14 @@ def select(
     if blocked.overlaps:
         return Choice(None, Status.OVERLAPPING, np.inf)
     code, found, elements, candidates = kernels.nearest_free(
-        wanted, dimension, admissible.table, *blocked.table, most_elements, most_candidates
+        target, dimension, admissible.table, *blocked.table, most_elements, most_candidates
     )
     status = STATUSES[code]
     if status is not Status.CONSTRAINED:
         return Choice(None, status, np.inf, elements, candidates)
     control = found[:dimension].copy()
     control.setflags(write=False)
-    distance = sqrt(sum((a - b) ** 2 for a, b in zip(found.tolist(), wanted.tolist())))
+    distance = sqrt(sum((a - b) ** 2 for a, b in zip(found.tolist(), target.tolist())))
     status = Status.CLEAR if candidates == 1 and distance == 0.0 else Status.CONSTRAINED
     return Choice(control, status, distance, elements, candidates)
 
@@ -141,7 +138,7 @@ def select_clearest(
 
 
 class Choices(NamedTuple):
-    """What `select_many` found, one row for each state."""
+    """The result of `select_many`, one row for each state."""
 
     controls: Array  # (n, d), nan where there is none
     statuses: npt.NDArray[np.object_]  # (n,) of `Status`
@@ -180,10 +177,10 @@ def select_many(
     """
     states = _states(states)
     count, dimension = len(states), states[0].dimension if len(states) else 2
-    wishes = vectors(preferred, "preferred", dimension).reshape(-1, dimension)
-    if len(wishes) != count or any(state.dimension != dimension for state in states):
+    given = vectors(preferred, "preferred", dimension).reshape(-1, dimension)
+    if len(given) != count or any(state.dimension != dimension for state in states):
         raise InvalidInput(
-            f"states: expected {len(wishes)} of dimension {dimension}, one for each preferred control, found {count} "
+            f"states: expected {len(given)} of dimension {dimension}, one for each preferred control, found {count} "
             f"of dimensions {sorted({state.dimension for state in states})}"
         )
     for what, other in (("robot", robot.dimension), ("obstacles", traffic.dimension)):
@@ -191,16 +188,18 @@ def select_many(
             raise InvalidInput(f"{what}: expected dimension {dimension} as of the states, found {other}")
     more, parts = not_negative(margin, "margin"), whole(threads, "threads", 1)
     controls, codes = np.full((count, 3), np.nan), np.zeros(count, np.int64)
-    wanted = np.zeros((count, 3))
-    wanted[:, :dimension] = wishes
+    preferred_rows = np.zeros((count, 3))
+    preferred_rows[:, :dimension] = given
     with ThreadPoolExecutor(parts) as pool:
         for rows, found, scene, hulls in _alike(states, response, limits, traffic, robot, more):
             shares = [share for share in np.array_split(np.arange(len(rows)), parts) if len(share)]
-            running = [pool.submit(_choose, wanted[rows[share]], share, found, scene, hulls) for share in shares]
+            running = [
+                pool.submit(_choose, preferred_rows[rows[share]], share, found, scene, hulls) for share in shares
+            ]
             for share, done in zip(shares, running):
                 controls[rows[share]], codes[rows[share]] = done.result()
     statuses = np.array([STATUSES[code] for code in codes], dtype=object)
-    clear = (codes == 0) & (controls == wanted).all(axis=1)
+    clear = (codes == 0) & (controls == preferred_rows).all(axis=1)
     statuses[clear] = Status.CLEAR
     controls[codes != 0] = np.nan
     return Choices(controls[:, :dimension].copy(), statuses)

@@ -1,8 +1,8 @@
-"""The one typed wrapper of numba's njit that all kernels go through.
+"""The one typed wrapper of numba's njit for all kernels.
 
-numba keys its disk cache by the file of a function, so an edit in a callee that lives in another file goes
-unnoticed and the old result is returned. Here the key holds a hash of all kernel sources. Where no cache can
-be written (a read-only install without a writable home) kernels compile in every process instead of failing.
+numba keys its disk cache by the file of a function: an edit of a callee in another file goes unnoticed, and the old
+code runs. Here the key holds a hash of all kernel sources. Where no cache can be written (a read-only installation
+without a writable home) kernels compile in every process instead of failing.
 """
 
 import gc
@@ -44,7 +44,7 @@ class _KernelCache(FunctionCache):
         return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
-        """A part comes back as what it was, or it would be translated as it is, and entries would call that code."""
+        """Load a part as a part: otherwise it would be translated unoptimised, and entries would call that code."""
         codegen = target_context.codegen()
         usual = codegen._library_class
         if self._what == "part" and FITS:
@@ -72,7 +72,7 @@ CACHED = _can_cache()
 
 
 class _Announcer(Listener):
-    """Tells those who want to know that compilation, which takes a while, has begun."""
+    """Calls `when_compiling` once, when the first compilation begins."""
 
     def on_start(self, event: Any) -> None:
         while when_compiling:
@@ -92,9 +92,9 @@ def _cached(compiled: Any, function: Callable[..., Any], what: str) -> Any:
 
 
 def inlined(function: F) -> F:
-    """A `kernel` that becomes a part of its caller's code: worth it where few call it and hand it whole tables.
+    """A `kernel` that is inlined into its callers: worth it for few callers that pass whole tables.
 
-    Each array of a table is handed over as seven numbers and more. Larger functions take longer to compile.
+    Each array of a table is passed as seven numbers and more. Larger functions take longer to compile.
     """
     return kernel(function, forceinline=True)
 
@@ -102,9 +102,9 @@ def inlined(function: F) -> F:
 def kernel(function: F, **options: bool) -> F:
     """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan.
 
-    As a part of kernels that call it, and, only when Python calls it, by itself. Wrappers for Python's objects,
-    optimisation and machine code cost more than the rest; so parts have none of them. `options`: of numba, for the
-    part.
+    It is compiled as a part of the kernels that call it, and by itself only when Python calls it. Wrappers for Python
+    objects, optimisation and machine code cost more than the rest; parts have none of them. `options`: of numba, for
+    the part.
     """
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
@@ -114,7 +114,7 @@ def kernel(function: F, **options: bool) -> F:
     template = _cached(part, function, "part").get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
-        # Once for all integers that kernels hand to each other, not once more for each constant.
+        # Once for all integers that kernels pass to each other, not once more for each constant.
         return template(tuple(types.unliteral(arg) for arg in args), kws)  # type: ignore[no-untyped-call]
 
     entry = _cached(compiled(**of_entry)(function), function, "entry")
@@ -124,7 +124,7 @@ def kernel(function: F, **options: bool) -> F:
 
 
 def _quickly(compile_one: Callable[..., Any]) -> Callable[..., Any]:
-    """All that compiling makes stays in use: to look for garbage in it again and again takes a tenth of the time."""
+    """Compile without garbage collection: the objects stay in use, and collection takes a tenth of the time."""
 
     def compile_quickly(*args: Any) -> Any:
         collects = gc.isenabled()

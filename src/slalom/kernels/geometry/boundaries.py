@@ -1,12 +1,10 @@
 """Balls and half-spaces in control space: membership, projections, intersections.
 
-A boundary is a row (side, x, y, z, r): side 1, outside the ball of centre (x, y, z) and radius r; side -1,
-inside it; side 0, the half-space x u0 + y u1 + z u2 <= r with a unit normal. In the plane z is 0. Circles (side 2) and
-lines (side 3, x u0 + y u1 = r) of rounded polygons give candidates only: whether a control is outside those is
-asked of the polygon itself (`polygons`). The exchange keeps four more columns: which polygon a row belongs to, or -1,
-and the disc in which alone it matters.
-
-Where two circles in the control plane meet: what the exchange asks most often, with one division and one root.
+A boundary is a row (side, x, y, z, r): side 1, outside the ball of centre (x, y, z) and radius r; side -1, inside it;
+side 0, the half-space x u0 + y u1 + z u2 <= r with a unit normal. In the plane z is 0. Circles (side 2) and lines (side
+3, x u0 + y u1 = r) of rounded polygons give candidates only: the polygon itself decides which controls it rejects
+(`polygons`). The exchange keeps four more columns: the polygon that a row belongs to, or -1, and the disc in which
+alone the row matters. `boundaries` is an array of such rows, (n, 5) or (n, 9), u and `found` are controls.
 """
 
 import numpy as np
@@ -24,7 +22,7 @@ def is_flat(boundaries: Array, b: int) -> bool:
 
 @kernel
 def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k: int) -> bool:
-    """Whether u satisfies the boundaries first..last-1, up to rounding; i, j, k, which generated it, are met."""
+    """Whether u (3,) satisfies the boundaries first to last - 1, up to rounding; not i, j, k, which generated it."""
     for b in range(first, last):
         side = boundaries[b, 0]
         if side >= 2.0 or b in (i, j, k):
@@ -46,7 +44,7 @@ def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k:
 
 @kernel
 def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
-    """Nearest point of boundary b to u, into found[0]. At the centre of a ball every direction is as near."""
+    """Write the point of boundary b nearest to u (3,) into found[0]; at the centre of a ball any point is as near."""
     x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
     if is_flat(boundaries, b):
         step = r - (x * u[0] + y * u[1] + z * u[2])
@@ -62,7 +60,7 @@ def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
 
 @kernel
 def apart(boundaries: Array, i: int, j: int) -> bool:
-    """Whether two boundaries are too far apart to have common points: the quick test before their intersection.
+    """Whether two boundaries are too far apart to have common points: a quick test before their intersection.
 
     Those of polygons are arcs and edges in discs (columns 6 to 8) in which alone they matter.
     """
@@ -118,11 +116,11 @@ def line_of(a: Plane, b: Plane) -> tuple[bool, float, float, float, float, float
 
 @kernel
 def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, found: Array) -> int:
-    """Points of boundaries i and j that can be nearest to u, into found; their number.
+    """The number of points of boundaries i and j that can be nearest to u (3,); they go into `found` (4, 3).
 
-    In the plane: the two points (for two lines one) in which they meet. In space they meet in a circle (or
-    line), and its nearest point to u is taken; seen from the circle's axis all its points are as near, one is taken
-    in each of four directions.
+    In the plane: their two points of intersection, for two lines one. In space they intersect in a circle or a line,
+    and its point nearest to u is taken. From the axis of the circle all its points are as near; one is taken in each of
+    four directions.
     """
     flat_i, flat_j = is_flat(boundaries, i), is_flat(boundaries, j)
     if flat_i and flat_j:
@@ -160,7 +158,7 @@ def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, f
 
 @kernel
 def around_axis(nx: float, ny: float, nz: float, x: float, y: float, z: float, half: float, found: Array) -> int:
-    """Four points of the circle of radius `half` about (x, y, z) normal to n, into found."""
+    """Write four points of the circle of radius `half` about (x, y, z), normal to n, into `found` (4, 3)."""
     ex, ey, ez = 0.0, -nz, ny
     if abs(nx) > 0.7:
         ex, ey, ez = -ny, nx, 0.0
@@ -181,7 +179,7 @@ def flat(boundaries: Array, b: int) -> tuple[bool, float, float, float, float]:
 
 @kernel
 def intersect_three(boundaries: Array, i: int, j: int, k: int, found: Array) -> int:
-    """Points in which three boundaries in space meet, into found; their number."""
+    """The number of points in which three boundaries in space intersect; they go into `found` (4, 3)."""
     ball = k if not is_flat(boundaries, k) else j if not is_flat(boundaries, j) else i
     if is_flat(boundaries, ball):
         ball = -1
@@ -226,9 +224,10 @@ def are_circles(boundaries: Array, i: int, j: int, dimension: int) -> bool:
 
 @kernel
 def intersect_circles(boundaries: Array, i: int, j: int, found: Array) -> int:
-    """The points in which circles i and j meet, into found; their number.
+    """The number of points in which circles i and j intersect; they go into `found` (4, 3).
 
-    With c the vector from one centre to the other, they are at the share a of c, and h |c| to its sides.
+    With c the vector from one centre to the other, they lie at the share a of c, and h |c| to its sides. The exchange
+    needs this most often; it takes one division and one root.
     """
     x, y, r = boundaries[i, 1], boundaries[i, 2], boundaries[i, 4]
     dx, dy, other = boundaries[j, 1] - x, boundaries[j, 2] - y, boundaries[j, 4]

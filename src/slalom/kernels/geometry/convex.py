@@ -18,7 +18,7 @@ def to_segment(ax: float, ay: float, az: float, bx: float, by: float, bz: float)
 
 @kernel
 def signed_distance(q: Array, n: int) -> Direction:
-    """Signed distance of the origin to the hull of q[:n], and the unit vector that attains it.
+    """Signed distance of the origin to the hull of the corners q[:n] (m, 3) [m], and the unit vector that attains it.
 
     Two corners: a segment, in the plane or in space. More: a polygon in the plane.
     """
@@ -37,12 +37,12 @@ def signed_distance(q: Array, n: int) -> Direction:
         square = x * x + y * y + z * z
         if square < least:
             least, px, py, pz = square, x, y, z
-    # A body that turns on the spot has all its corners in one place (`trajectory.direction`): no edge, no inside.
+    # A body that turns on the spot has all its corners in one place (`trajectory.direction`): no edge, no interior.
     if n > 2 and -np.inf < depth <= 0.0:
         return depth, -nx, -ny, 0.0
     distance = np.sqrt(least)
     if distance < CONTACT and az == 0.0 and bz == 0.0 and 0.999 * distance <= abs(depth) < np.inf:
-        # Of so short a difference rounding leaves no direction; that of the edge, which is about as near, is exact.
+        # Rounding leaves no direction in so short a difference. That of the edge, which is about as near, is exact.
         side = -1.0 if depth > 0.0 else 1.0
         return distance, side * nx, side * ny, 0.0
     if distance > 0.0:
@@ -52,7 +52,7 @@ def signed_distance(q: Array, n: int) -> Direction:
 
 @kernel
 def order(q: Array, n: int) -> int:
-    """Sort the corners q[:n] in the plane into the corners of their hull, counter-clockwise; their number.
+    """The number of corners of the hull of q[:n] (m, 3) in the plane, which are sorted counter-clockwise into q.
 
     Andrew's monotone chain. Only hulls of two turning parts need it: all others keep their order.
     """

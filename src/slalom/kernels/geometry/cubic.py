@@ -1,11 +1,10 @@
 """Cubic pieces and the squared distance along them, in Bernstein form.
 
 A cubic q(s), s in [0, 1], is held by its control points. |q(s)|^2 is a polynomial of degree 6; its Bernstein
-coefficients bound it from both sides and converge quadratically under bisection, so "never nearer than R" is
-decided by their signs alone, with no sampling and no root formula that degenerates.
+coefficients bound it from both sides and converge quadratically under bisection. Whether it stays above R^2 is decided
+by their signs alone, without sampling and without a root formula that degenerates.
 
-Copies of arrays, element by element: with numba's own assignment of one array to another come a hundred functions of
-its string library, for a message that nobody will read, and each takes a tenth of a second to compile.
+A node of a bisection is a row of nine numbers: seven coefficients, left end, width.
 """
 
 from typing import Any
@@ -17,18 +16,18 @@ from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
 from slalom.tolerances import DEPTH
 
-NODE = 9  # a node of a bisection: seven coefficients, left end, width
+NODE = 9
 
 
 @kernel
 def new_stack() -> Array:
-    """Room for the nodes of one depth-first bisection: one sibling per level, and the root."""
+    """A buffer (n, NODE) for the nodes of one depth-first bisection: one sibling per level, and the root."""
     return np.empty((DEPTH + 4, NODE))
 
 
 @kernel
 def restrict(p0: float, p1: float, p2: float, p3: float, a: float, b: float) -> tuple[float, float, float, float]:
-    """Control values of the cubic with values p0..p3, restricted to [a, b] (its blossom at a and b)."""
+    """Control values of the cubic with control values p0 to p3, restricted to [a, b]: its blossom at a and b."""
     a01, a12, a23 = p0 + (p1 - p0) * a, p1 + (p2 - p1) * a, p2 + (p3 - p2) * a
     b01, b12, b23 = p0 + (p1 - p0) * b, p1 + (p2 - p1) * b, p2 + (p3 - p2) * b
     aa, aa2 = a01 + (a12 - a01) * a, a12 + (a23 - a12) * a
@@ -39,21 +38,21 @@ def restrict(p0: float, p1: float, p2: float, p3: float, a: float, b: float) -> 
 
 @kernel
 def value(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
-    """The cubic at s."""
+    """The cubic with control values p0 to p3 at s in [0, 1]."""
     r = 1.0 - s
     return r * r * r * p0 + 3.0 * s * r * r * p1 + 3.0 * s * s * r * p2 + s * s * s * p3
 
 
 @kernel
 def slope(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
-    """Its derivative at s."""
+    """The derivative of that cubic at s."""
     r = 1.0 - s
     return 3.0 * (r * r * (p1 - p0) + 2.0 * s * r * (p2 - p1) + s * s * (p3 - p2))
 
 
 @kernel
 def curvature(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
-    """Its second derivative at s."""
+    """The second derivative of that cubic at s."""
     return 6.0 * ((1.0 - s) * (p2 - 2.0 * p1 + p0) + s * (p3 - 2.0 * p2 + p1))
 
 
@@ -88,7 +87,7 @@ def put_distance(stack: Array, p: Array, floor: float) -> None:
 
 @kernel
 def bisect(stack: Array, top: int) -> None:
-    """Replace the node at `top` by its right half, and put its left half at top + 1."""
+    """Replace the node at `top` of the stack (n, NODE) by its right half, and put its left half at top + 1."""
     node, left = stack[top], stack[top + 1]
     c0, c1, c2, c3, c4, c5, c6 = node[0], node[1], node[2], node[3], node[4], node[5], node[6]
     left[0], node[6] = c0, c6
@@ -118,7 +117,7 @@ def bisect(stack: Array, top: int) -> None:
 
 @kernel
 def least_coefficient(node: Array) -> float:
-    """A lower bound of the node's polynomial."""
+    """A lower bound of the polynomial of a node (NODE,)."""
     return float(min(min(min(node[0], node[1]), min(node[2], node[3])), min(min(node[4], node[5]), node[6])))
 
 
@@ -184,6 +183,9 @@ def least(stack: Array, ceiling: float, accuracy: float) -> tuple[float, float]:
 
 @kernel
 def copy_into(into: npt.NDArray[Any], what: npt.NDArray[Any]) -> None:
-    """Put `what` into the first rows of an array, which has as many dimensions."""
+    """Copy `what` into the first rows of an array of as many dimensions.
+
+    numba's array assignment compiles about 100 functions of its string library for a shape error, 0.1 s each.
+    """
     for index in np.ndindex(what.shape):
         into[index] = what[index]

@@ -25,9 +25,9 @@ def off_chord(ax: float, ay: float, bx: float, by: float, x: float, y: float) ->
 
 @kernel
 def may_meet(q: Array, reach: float, window: Array) -> bool:
-    """Whether the discs of a piece may meet the window (x, y, radius, tolerance), never False where one does.
+    """Whether the discs of a piece q (4, 4) may overlap the window (x, y, radius, tolerance); never False if one does.
 
-    The chord bound of theory.md section 9 for the control in the middle; from there on gain * radius is gone.
+    The chord bound of theory.md, section 9, for the control in the middle, plus gain * radius.
     """
     x0, y0 = q[0, 0] - q[0, 2] * window[0], q[0, 1] - q[0, 2] * window[1]
     x1, y1 = q[1, 0] - q[1, 2] * window[0], q[1, 1] - q[1, 2] * window[1]
@@ -36,7 +36,7 @@ def may_meet(q: Array, reach: float, window: Array) -> bool:
     tx, ty = (x3 - x0) / 3.0, (y3 - y0) / 3.0
     bend = max(np.hypot(x1 - x0 - tx, y1 - y0 - ty), np.hypot(x2 - x3 + tx, y2 - y3 + ty))
     gain = max(max(q[0, 2], q[1, 2]), max(q[2, 2], q[3, 2]))
-    # Before the controls of the window are CONTACT apart they meet nothing but what overlaps the robot at once.
+    # While the controls of the window are less than CONTACT apart, only an overlap at the start can be met.
     if gain * window[2] <= CONTACT:
         return False
     return bool(off_chord(x0, y0, x3, y3, 0.0, 0.0) - 0.75 * bend <= (reach + window[2] * gain) * (1.0 + 1e-9))
@@ -98,7 +98,7 @@ def cut(q: Array, left: Array, right: Array) -> None:
 
 @kernel
 def grazing_discs(control: Array, reach: Array, window: Array) -> tuple[Indices, Array, Array, Flags]:
-    """Cut pieces until the chords of their envelope stay within tolerance; leave out what cannot meet the window.
+    """Cut pieces until the chords of their envelope stay within tolerance; omit pieces that cannot overlap the window.
 
     Args:
         control: (4, 4 or more, n). reach: (n,) of the elements. window: x, y, radius, tolerance.

@@ -1,7 +1,7 @@
 """Rounded convex polygons in the control plane: the working set's elements that are not balls.
 
 Several polygons are held as one flat list of corners: polygon k has the corners (x, y) in rows begins[k] to
-begins[k + 1], counter-clockwise, and is rounded by radii[k]; disc (x, y, r) in rows of `around` holds it all.
+begins[k + 1], counter-clockwise, and is rounded by radii[k]; the disc (x, y, r) in row k of `around` holds it.
 """
 
 from typing import TypeAlias
@@ -15,12 +15,12 @@ from slalom.tolerances import ELEMENT
 Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
 """corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on."""
 MaybePolygons: TypeAlias = Polygons | tuple[()]
-"""Empty where there are no hulls, see `compiled.MaybeHulls`."""
+"""Empty where there are no hulls, see `kernels.arrays.MaybeHulls`."""
 
 
 @kernel
 def smallest_ball(limits: Array, admissible: int) -> int:
-    """Which of the first rows is the smallest ball that all admissible controls lie in."""
+    """The row of the smallest ball among the first `admissible` rows of `limits` (n, 5): it holds all controls."""
     smallest = -1
     for b in range(admissible):
         if limits[b, 0] < 0.0 and (smallest < 0 or limits[b, 4] < limits[smallest, 4]):
@@ -30,7 +30,7 @@ def smallest_ball(limits: Array, admissible: int) -> int:
 
 @kernel
 def new_boundaries(limits: Array) -> Array:
-    """The boundaries of the admissible set, and room for more."""
+    """The boundaries (n, 9) of the admissible set `limits` (l, 5), with free rows for more."""
     boundaries = np.empty((len(limits) + 64, 9))
     for b in range(len(limits)):
         for column in range(5):
@@ -41,13 +41,13 @@ def new_boundaries(limits: Array) -> Array:
 
 @kernel
 def without_polygon(boundaries: Array, b: int) -> None:
-    """Boundary b belongs to no polygon, and matters everywhere."""
+    """Mark boundary b of (n, 9) as one that belongs to no polygon and matters everywhere."""
     boundaries[b, 5], boundaries[b, 6], boundaries[b, 7], boundaries[b, 8] = -1.0, 0.0, 0.0, np.inf
 
 
 @kernel
 def with_capacity(boundaries: Array, count: int) -> Array:
-    """The boundaries, moved to a larger array if there are fewer than `count` rows."""
+    """The boundaries (n, 9), in a larger array if there are fewer than `count` rows."""
     if count <= len(boundaries):
         return boundaries
     larger = np.empty((2 * count, 9))
@@ -59,7 +59,7 @@ def with_capacity(boundaries: Array, count: int) -> Array:
 
 @kernel
 def new_polygons(hulls: MaybeHulls) -> MaybePolygons:
-    """No polygons; nothing where there are no hulls."""
+    """An empty list of polygons; an empty tuple where there are no hulls."""
     if len(hulls) == 0:
         return ()
     return np.empty((16, 2)), np.zeros(6, np.int64), np.empty(4), np.empty((4, 3))
@@ -67,7 +67,7 @@ def new_polygons(hulls: MaybeHulls) -> MaybePolygons:
 
 @kernel
 def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
-    """The polygons and one more, with corners q[:n]."""
+    """The polygons and one more, with corners q[:n] (m, 3) and rounded by r."""
     corners, begins, radii, around = polygons
     k = begins[0]
     start = begins[k + 1]
@@ -114,9 +114,9 @@ def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: floa
 
 @kernel
 def within_polygon(polygons: MaybePolygons, last: int, x: float, y: float) -> int:
-    """A rounded polygon that the control (x, y) is inside of, or -1.
+    """The number of a rounded polygon that holds the control (x, y), or -1.
 
-    The one that rejected the last control most likely rejects this one too: it is asked first.
+    The one that rejected the last control most likely rejects this one too: it is tested first.
     """
     if len(polygons) == 0:
         return -1
@@ -130,7 +130,7 @@ def within_polygon(polygons: MaybePolygons, last: int, x: float, y: float) -> in
 
 @kernel
 def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: float) -> bool:
-    """Whether (x, y) is at least `keep` from the polygon of the corners first to last - 1; its inside counts as 0."""
+    """Whether (x, y) is at least `keep` from the polygon with corners (n, 2) first to last - 1; inside counts as 0."""
     within = last - first > 2
     for j in range(first, last):
         k = j + 1 if j + 1 < last else first
@@ -148,7 +148,10 @@ def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: floa
 def add_rounded(
     boundaries: Array, admissible: int, count: int, which: int, q: Array, n: int, r: float
 ) -> tuple[Array, int]:
-    """The circles and lines of rounded polygon `which` that reach into the admissible set, as boundaries."""
+    """The boundaries (n, 9) and their number, with the circles and lines of a rounded polygon added.
+
+    Only those that reach into the admissible set, the first `admissible` rows. `which`: its number; q[:n]: its corners.
+    """
     boundaries = with_capacity(boundaries, count + 2 * n)
     smallest = smallest_ball(boundaries, admissible)
     x, y, most = boundaries[smallest, 1], boundaries[smallest, 2], boundaries[smallest, 4]

@@ -63,10 +63,10 @@ def swept(
     b: float,
     q: Array,
 ) -> tuple[int, float]:
-    """What the elements between a and b cover for sure: corners relative to the control, into q, number, and radius.
+    """Number of corners and radius of a set that the elements between a and b surely cover; the corners go into q.
 
-    The convex hull of the elements at a and b, shrunk by as much as the motion in between may miss it (`sag`): towards
-    a point inside it, since shrinking by the share sag / rho moves its border inwards by at least sag, with rho the
+    The convex hull of the elements at a and b, shrunk by what the motion in between may miss it (`sag`): towards a
+    point inside it, since shrinking by the share sag / rho moves its border inwards by at least sag, with rho the
     distance of that point from the border. Nothing (0) where that leaves nothing.
     """
     m = corners_in_control(moving, gain, a, q, 0)
@@ -97,7 +97,7 @@ def fan(
     b: float,
     q: Array,
 ) -> tuple[int, float]:
-    """As `swept`, for a body that turns: what one corner and the middle of the body cover from a to b.
+    """As `swept`, for a body that turns: the set that one corner and the middle of the body cover from a to b.
 
     All elements in between hold the element in the middle, shrunk by as much as its corners move. With one corner
     they hold its hull with the chord of that corner's path, shrunk by what the path may miss the chord. The corner is
@@ -148,7 +148,7 @@ def fan(
 
 @kernel
 def inner_disc(q: Array, n: int) -> tuple[float, float, float]:
-    """The mean of the corners of a polygon, and its distance from the border."""
+    """The mean (x, y) of the corners q[:n] of a polygon, and its distance from the border."""
     x, y = 0.0, 0.0
     for j in range(n):
         x, y = x + q[j, 0] / n, y + q[j, 1] / n
@@ -162,7 +162,7 @@ def inner_disc(q: Array, n: int) -> tuple[float, float, float]:
 
 @kernel
 def shift(q: Array, n: int, u: Array) -> None:
-    """Move corners relative to u to where they are."""
+    """Add u (3,) to the corners q[:n]."""
     for j in range(n):
         for axis in range(3):
             q[j, axis] += u[axis]
@@ -170,9 +170,9 @@ def shift(q: Array, n: int, u: Array) -> None:
 
 @kernel
 def corners_in_control(moving: MovingHull, gain: Array, x: float, q: Array, at: int) -> int:
-    """The corners at x in control space relative to the control of the course, into q from row `at` on; how many.
+    """The number of corners at x, in control space relative to the control of the path, into q from row `at` on.
 
-    None where the control has no effect yet.
+    0 where the control has no effect yet.
     """
     g = value(gain[0], gain[1], gain[2], gain[3], x)
     if g < 1e-9:
@@ -186,18 +186,18 @@ def corners_in_control(moving: MovingHull, gain: Array, x: float, q: Array, at: 
 
 @kernel
 def sag(path: Array, gain: Array, far: float, a: float, b: float) -> float:
-    """By how much, in the workspace, a body between a and b may miss its straight interpolation if it does not turn.
+    """Largest distance [m] between a body that does not turn and its straight interpolation between a and b.
 
-    For every control within `far` of that of the course. A control in the hull of the elements at a and b collides with
-    the body interpolated between these times: with weights (1 - m) on the element at a and m on that at b, take the
-    time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. What remains is how far cubics bend from their chords.
+    For every control within `far` of that of the path (4, 5). A control in the hull of the elements at a and b collides
+    with the body interpolated between these times: with weights (1 - m) on the element at a and m on that at b, take
+    the time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. The distance of the cubics from their chords remains.
     """
     return float(bend(path[:, 0], path[:, 1], a, b) + far * bend(gain, gain, a, b))
 
 
 @kernel
 def corner_sag(moving: MovingHull, gain: Array, far: float, a: float, b: float) -> float:
-    """By how much a corner of a turning body may miss the chord of its path; as `sag`, and what turning adds."""
+    """Largest distance [m] of a corner of a turning body from the chord of its path, see `sag`."""
     path, corners, first, square = moving.path, moving.hulls.corners, moving.hulls.first, 0.0
     for j in range(first[moving.hull], first[moving.hull + 1]):
         square = max(square, corners[j, 3] ** 2 + corners[j, 4] ** 2)
@@ -216,7 +216,7 @@ def bend(x: Array, y: Array, a: float, b: float) -> float:
 
 @kernel
 def nearest_ball(q: Array, u: Array) -> int:
-    """Of a capsule in space, the ball about the point of its axis nearest to u, into q; always one corner."""
+    """Write the point of a capsule's axis nearest to u (3,) into q[0]; the number of corners, 1."""
     x, y, z = to_segment(q[0, 0] - u[0], q[0, 1] - u[1], q[0, 2] - u[2], q[1, 0] - u[0], q[1, 1] - u[1], q[1, 2] - u[2])
     q[0, 0], q[0, 1], q[0, 2] = x + u[0], y + u[1], z + u[2]
     return 1
