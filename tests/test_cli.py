@@ -477,7 +477,7 @@ def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.Monke
         for key, case in items.items():
             yield key, Failure("its process was killed", True) if case.seed % 2 else work(case)
 
-    monkeypatch.setattr("slalom.sim.sweep.study.survive", survive)
+    monkeypatch.setattr("slalom.sim.sweep.study.map_surviving_kills", survive)
     said = say("compare", "empty", "--set", "duration=0.2", "--methods", "avo", "--seeds", "5", "--page", "page.md")
     assert said.code == 1
     assert "avo: 2 did not run (seeds 1, 3): its process was killed" in said.out

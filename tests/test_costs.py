@@ -20,7 +20,7 @@ def test_a_promise_is_what_the_preferred_control_costs_alone(name, scenario, set
     crew, rng = started(name, scenario, settings), np.random.default_rng(1)
     some, terms = crew.looked
     fleet, answers, world, d = crew.fleet, crew.answers, crew._world(0.0), crew.scenario.dimension
-    world = world._replace(ends=world.end_positions[:0], reach=world.end_radii[:0])
+    world = world._replace(end_positions=world.end_positions[:0], end_radii=world.end_radii[:0])
     fleet.stop[:] = stop
     nobody, draft = np.empty(0, np.int64), new_scratch(fleet.committed_points.shape[1], d)
     begin, points = draft.times.copy(), draft.points.copy()

@@ -78,7 +78,6 @@ from slalom import (
     checks,
     cli,
     control_obstacle,
-    kernels,
     peers,
     preferred_control,
     select,
@@ -523,9 +522,9 @@ CASES = [
         lambda _: look_ahead(robot=Ball(1)).decide(SPACE, [BALLOON], GOAL),
     ),
     Case("positive", InvalidInput, r"hold: .* found 0", lambda _: AccelerationSequence(0.0)),
-    Case("positive", InvalidInput, r"later\[1\]: .* found 0", lambda _: in_turn((1.0, (1, 0)), (0.0, (1, 0)))),
-    Case("vector", InvalidInput, r"later\[0\]: expected 2 or 3 numbers", lambda _: in_turn((1.0, (1,)))),
-    Case("array", InvalidInput, r"later\[0\]: expected finite", lambda _: in_turn((1.0, (1, NAN)))),
+    Case("positive", InvalidInput, r"then\[1\]: .* found 0", lambda _: in_turn((1.0, (1, 0)), (0.0, (1, 0)))),
+    Case("vector", InvalidInput, r"then\[0\]: expected 2 or 3 numbers", lambda _: in_turn((1.0, (1,)))),
+    Case("array", InvalidInput, r"then\[0\]: expected finite", lambda _: in_turn((1.0, (1, NAN)))),
     Case(
         "AccelerationSequence.__post_init__",
         InvalidInput,
@@ -1038,8 +1037,6 @@ CASES = [
         r"goal: expected dimension 2 as of the state, found 3",
         lambda _: decide(goal=Goal(Stationary((0, 0, 0)))),
     ),
-    Case("__getattr__", AttributeError, r"No slalom.kernels attribute nothing", lambda _: kernels.nothing),
-    Case("Late.__getattr__", AttributeError, r"No slalom.sim attribute nothing", lambda _: slalom.sim.nothing),
     Case(
         "RunSummary.__getattr__",
         AttributeError,
@@ -1238,7 +1235,7 @@ CASES = [
         lambda _: Scenario(
             "test",
             (Robot(Disc(1), LIMITS, FLAT, GOAL),),
-            (Obstacle(Disc(9), Stationary(GOAL.trajectory.place + np.array([0.5, 0.0])), "hill"),),
+            (Obstacle(Disc(9), Stationary(GOAL.trajectory.initial_position + np.array([0.5, 0.0])), "hill"),),
         ),
     ),
     Case("compare_all", InvalidInput, r"found 1 and 0", lambda _: compare("empty", ["nao"], 1, jobs=0)),

@@ -64,13 +64,13 @@ def test_kernels_compile_with_a_numba_that_parts_are_not_known_to_fit(monkeypatc
 AGAIN = """
 import numpy as np
 from slalom.kernels.jit import kernel
-from slalom.kernels.decision.manoeuvre_cost import longer_way
+from slalom.kernels.decision.manoeuvre_cost import detour_length
 
 @kernel
 def twice(a, b):
-    return 2.0 * longer_way(a, b, 0.0, 0.0, 1.0)
+    return 2.0 * detour_length(a, b, 0.0, 0.0, 1.0)
 
-part = longer_way.get_overload.__self__
+part = detour_length.get_overload.__self__
 print(twice(np.array([-3.0, 0.0]), np.array([3.0, 0.1])) > 0.0)
 print(sum(part.stats.cache_hits.values()), *{type(one.library).__name__ for one in part.overloads.values()})
 """

@@ -141,7 +141,7 @@ def test_peaks_of_a_plan_bound_what_it_does(data: st.DataObject, d: int) -> None
 def test_a_plan_is_named_shortly() -> None:
     """It stands in recordings, once for each step."""
     plan = AccelerationSequence(0.123456789, [(1, [0.1, 0.2])] * 40)
-    assert repr(plan) == "AccelerateInTurn(hold=0.123457, later=40 more)"
+    assert repr(plan) == "AccelerationSequence(hold=0.123457, then=40 more)"
     assert plan == AccelerationSequence(0.123456789, ((1.0, (0.1, 0.2)),) * 40)
     assert hash(plan) == hash(replace(plan))
 
@@ -301,7 +301,7 @@ def test_these_journeys_tell_something() -> None:
 
 def look_ahead(d: int = 2, limits: Limits | None = None, name: str = "nao_ahead", **settings) -> LookAhead:
     """A robot of radius 0.5 m, at most 3 m/s and 1 m/s^2."""
-    own = {"ahead", "deadline", "budget", "improving"} & set(settings)
+    own = {"time_horizon", "deadline", "budget", "improving"} & set(settings)
     others = {key: value for key, value in settings.items() if key not in own}
     others = {"robot": disc_or_ball(0.5, d), "limits": limits or Limits(3.0, 1.0), "period": PERIOD, **others}
     robot = Navigator(method(name), **others)

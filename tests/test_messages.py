@@ -248,5 +248,5 @@ def test_robots_with_a_forecast_that_is_no_table_run_too():
             return Stationary(place + speed * np.linalg.norm(speed))
 
     scenario = build("circle", {"robots": 2, "duration": 3.0})
-    recording = simulate(scenario, replace(OBSERVED, of_robots=Curved()))
+    recording = simulate(scenario, replace(OBSERVED, robot_forecast=Curved()))
     assert len(recording.accelerations) == 30

@@ -208,7 +208,7 @@ def test_the_file_has_the_names_of_navground(saved: tuple[Recording, Path]) -> N
     d, steps = recording.dimension, len(recording.accelerations)
     with h5py.File(path) as file:
         run = file["run_0"]
-        assert file.attrs["format"] == "slalom recording 1"
+        assert file.attrs["format"] == "slalom recording 2"
         assert run.attrs["time_step"] == PERIOD
         assert run.attrs["steps"] == steps
         assert run.attrs["seed"] == 7
@@ -265,7 +265,7 @@ def damaged(path: Path, target: Path, what: str) -> Path:
         "times",
         "outcomes",
         "robots/0/goal",
-        "obstacles/0/trajectory/place",
+        "obstacles/0/trajectory/initial_position",
     ],
 )
 def test_a_damaged_file_is_refused(what: str, saved: tuple[Recording, Path], tmp_path: Path) -> None:

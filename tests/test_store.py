@@ -1,6 +1,7 @@
 """The store of runs: what decides a result decides where it is kept, and what is damaged is said and not trusted."""
 
 import json
+import re
 import shutil
 import tomllib
 from collections.abc import Callable
@@ -142,7 +143,7 @@ def test_what_is_left_out_stands_above_the_simulator() -> None:
     """As the layers have it, which are checked: nothing below imports it."""
     project = tomllib.loads((SOURCE.parents[1] / "pyproject.toml").read_text())
     layers = next(c for c in project["tool"]["importlinter"]["contracts"] if c["type"] == "layers")["layers"]
-    above = [part.strip() for layer in layers[: layers.index("sim")] for part in layer.split("|")]
+    above = [part.strip() for layer in layers[: layers.index("sim")] for part in re.split("[|:]", layer)]
     assert {name.removesuffix(".py") for name in ABOVE} == set(above)
     assert all((SOURCE / name).exists() for name in ABOVE)
 
