@@ -7,7 +7,7 @@ the stages do not explain: they run on caches that the stages between them would
 compute is kept.
 
 Before: this program's figures before the choice was made in fewer passes, tables of obstacles and responses were kept
-and loops replaced small operations on arrays (docs/design/0012-one-decision.md). Measured on 2026-11-22 with 60 scenes
+and loops replaced small operations on arrays (docs/design/0012-cost-of-a-decision.md). Measured on 2026-11-22 with 60 scenes
 on an AMD EPYC of 2 cores, python 3.11.7, numpy 2.4.6, numba 0.68.1; on another machine they say nothing.
 """
 
