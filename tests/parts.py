@@ -6,6 +6,7 @@ lists and checks that no part of the library is missing from them.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -82,6 +83,7 @@ class Moved:
     Not part of the library: whatever implements the protocol is a trajectory.
     """
 
+    tabulated: ClassVar[bool] = False
     base: Trajectory
     turn: np.ndarray | None = None
     shift: np.ndarray | float = 0.0
