@@ -21,9 +21,7 @@ from slalom.tolerances import REST
 HalfSpaces: TypeAlias = tuple[Array, Array]
 """Unit normals (n, d) and offsets (n,): the x with normals @ x <= offsets."""
 
-FRAMES: Final = ("world", "body")
-"""Axes along which a bound may be given."""
-
+FRAMES: Final = ("world", "body")  # whose axes a bound is along
 SIDES: Final = 32
 """Of the polygon that stands for an ellipse: it lies inside and has at least cos(pi / 32) = 0.9952 of every radius."""
 
