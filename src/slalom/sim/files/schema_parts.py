@@ -100,7 +100,8 @@ def model_of_part(kind: str, part: type) -> type[PartModel]:
         names[key] = field.name
         in_file = _array_type(held.shape) if isinstance(held, Checked) else _value_type(hints[field.name])
         if in_file is None:
-            raise TypeError(f"{part.__name__}.{field.name}: expected an annotation that files can hold, found {held}")
+            found = hints[field.name]
+            raise TypeError(f"{part.__name__}.{field.name}: expected an annotation that files can hold, found {found}")
         keys[key] = (in_file, ... if field.default is MISSING else field.default)
     model = create_model(f"{part.__name__}Model", __base__=PartModel, __doc__=part.__doc__, **keys)
     model.part, model.names = part, names
