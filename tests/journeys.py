@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from hulls import Pair, turned
-from oracle import STAMPS, facing, motion
+from oracle import MOTIONS, STAMPS, facing, motion
 from scenes import FASTEST, HEADED, IN_SPACE, KINDS, ROBOTS, SHAPES
 
 from slalom import (
@@ -289,11 +289,7 @@ def _shift(kind: str, parameters: dict[str, object], place: np.ndarray, t: float
     here = motion(kind, parameters, np.array([t]))[0][0]
     if np.isnan(here[0]):
         return
-    if kind == "piecewise_polynomial":
-        parameters["coefficients"][:, 0] += place - here
-        return
-    where = {"circular": "center", "sampled": "positions"}.get(kind, "initial_position")
-    parameters[where] = parameters[where] + (place - here)
+    MOTIONS[kind].moved(parameters, place - here)
 
 
 class Decided(NamedTuple):

@@ -3,6 +3,7 @@
 All formulas are derived again from plain numbers, none is taken from the library, so that a wrong formula there shows.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, pi, prod, sqrt
@@ -95,26 +96,56 @@ def _polynomial(p, t):
     return tuple(found)
 
 
+@dataclass(frozen=True)
+class Formula:
+    """The motion of a kind of trajectory, derived again.
+
+    Attributes:
+        motion: from parameters and absolute times (n,) to position, velocity and acceleration, each (n, d).
+        moved: adds a displacement (d,) to the parameters. stamps: times at which the motion begins, may jump and ends;
+            None if it has none. faces: whether a body can face along it.
+    """
+
+    motion: Callable
+    moved: Callable
+    stamps: Callable | None = None
+    faces: bool = True
+
+
+def _displace(name):
+    """A displacement is added to the parameter of that name."""
+
+    def moved(p, by):
+        p[name] = p[name] + by
+
+    return moved
+
+
+def _displace_polynomial(p, by):
+    p["coefficients"][:, 0] += by
+
+
 MOTIONS = {
-    "piecewise_polynomial": _polynomial,
-    "stationary": _stationary,
-    "constant_velocity": _constant_velocity,
-    "constant_acceleration": _constant_acceleration,
-    "circular": _circular,
-    "sampled": _sampled,
+    "piecewise_polynomial": Formula(
+        _polynomial,
+        _displace_polynomial,
+        stamps=lambda p: p["start"] + np.concatenate([[0.0], np.cumsum(p["durations"])]),
+    ),
+    "stationary": Formula(_stationary, _displace("initial_position"), faces=False),
+    "constant_velocity": Formula(_constant_velocity, _displace("initial_position")),
+    "constant_acceleration": Formula(_constant_acceleration, _displace("initial_position")),
+    "circular": Formula(_circular, _displace("center")),
+    "sampled": Formula(_sampled, _displace("positions"), stamps=lambda p: np.asarray(p["times"], dtype=float)),
 }
+"""The formula of every kind of trajectory."""
 
-
-STAMPS = {
-    "sampled": lambda p: np.asarray(p["times"], dtype=float),
-    "piecewise_polynomial": lambda p: p["start"] + np.concatenate([[0.0], np.cumsum(p["durations"])]),
-}
+STAMPS = {kind: formula.stamps for kind, formula in MOTIONS.items() if formula.stamps}
 """Times at which a motion begins, may jump and ends, for those that have such times."""
 
 
 def motion(kind, parameters, t):
     """Position, velocity and acceleration (n, d) at absolute times t (n,)."""
-    return MOTIONS[kind](parameters, np.asarray(t, dtype=float))
+    return MOTIONS[kind].motion(parameters, np.asarray(t, dtype=float))
 
 
 def facing(kind, parameters, t):

@@ -1,11 +1,12 @@
-"""Every part that obeys a law, once: a new part joins all laws by one line here.
+"""Examples of every part of the library: one line for each in the list of its kind.
 
-Entries are ready instances; what depends on the dimension is a function of it. `test_laws.py` goes through these
-lists and checks that no part of the library is missing from them.
+An entry is an instance, or a function of the dimension that gives one. Laws, recordings, scenario files and random
+scenes draw from these lists; `test_enrolment.py` names the line that is missing.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,28 +19,36 @@ from slalom import (
     AcceleratingBriefly,
     Acceleration,
     AccelerationSequence,
+    Arrive,
     AtConstantAcceleration,
     AtConstantTurn,
     AtConstantVelocity,
     Bound,
+    BoundedError,
     Box,
     Circular,
     Composite,
     ConstantAcceleration,
     ConstantVelocity,
     ConvexPolygon,
+    FollowVelocity,
     Forecast,
     Friction,
     Function,
+    GaussianError,
     HalfSpace,
     HeadingCone,
     Jerk,
+    KeepAcceleration,
     Known,
     LaggedVelocity,
     LeastSpeed,
     Limits,
     Manoeuvre,
     Method,
+    Mix,
+    MostClearance,
+    Objective,
     PiecewisePolynomial,
     Present,
     Response,
@@ -49,6 +58,7 @@ from slalom import (
     Stationary,
     Trajectory,
     TurningRadius,
+    Uncertainty,
     Velocity,
 )
 from slalom.path import Path
@@ -82,6 +92,7 @@ class Moved:
     Not part of the library: whatever implements the protocol is a trajectory.
     """
 
+    tabulated: ClassVar[bool] = False
     base: Trajectory
     turn: np.ndarray | None = None
     shift: np.ndarray | float = 0.0
@@ -239,13 +250,10 @@ SHAPES: dict[str, Callable[[float, int], Shape]] = {
 }
 """Functions of the size [m], about half the length, and the dimension; for that of a disc or ball its radius."""
 
-IN_SPACE = ("ball", "capsule")
-"""Shapes that are there in space; all but balls are in the plane."""
-
 
 def served(dimension: int) -> list[str]:
     """Names of the shapes of that dimension, the round one first."""
-    return [name for name in SHAPES if (name in IN_SPACE if dimension == 3 else name != "ball")]
+    return [name for name, shape in SHAPES.items() if shape(1.0, dimension).dimension == dimension]
 
 
 def mapped(shape: Shape, matrix: np.ndarray, more: float = 0.0) -> Shape:
@@ -284,6 +292,23 @@ BOUNDS: dict[str, Callable[[int], tuple[Bound, ...]]] = {
     "vehicle": lambda d: (Friction(2.5, 3.5, 3.0), TurningRadius(2.0), HeadingCone(1.2), LeastSpeed(0.4)),
 }
 """Functions of the dimension: several bounds together, each kind alone at least once."""
+
+UNCERTAINTIES: dict[str, Uncertainty] = {
+    "bounded_error": BoundedError(0.1, 0.2, 0.3),
+    "bounded_error_velocity": BoundedError(velocity=0.3),
+    "gaussian_error": GaussianError(0.1, 0.2),
+    "gaussian_error_constant": GaussianError(0.1, 0.0, 0.05),
+    "gaussian_error_none": GaussianError(0.0),
+}
+
+OBJECTIVES: dict[str, Callable[[int], Objective]] = {
+    "arrive": lambda d: Arrive(),
+    "keep_acceleration": lambda d: KeepAcceleration(),
+    "follow_velocity": lambda d: FollowVelocity(_first(d, 1.0, -0.5, 0.3)),
+    "most_clearance": lambda d: MostClearance(0.5, Arrive()),
+    "mix": lambda d: Mix(((2.0, Arrive()), (1.0, KeepAcceleration()))),
+}
+"""Functions of the dimension."""
 
 LIMITS: dict[str, Callable[[int], Limits]] = {
     "walker": lambda d: Limits(max_speed=1.5, max_acceleration=1.0),

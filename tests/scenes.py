@@ -1,10 +1,11 @@
 """Random decisions, each made from one integer: plain numbers for the oracle, and the library's objects from them."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 
 import numpy as np
-from oracle import STAMPS, Admissible, Problem, assumed, directions, motion
+import parts
+from oracle import MOTIONS, STAMPS, Admissible, Problem, assumed, directions, motion
 
 import slalom
 from slalom import (
@@ -113,7 +114,17 @@ def _polynomials(rng, d, start, horizon):
     return "piecewise_polynomial", {"durations": durations, "coefficients": coefficients, "start": first}
 
 
-KINDS = (
+def _like_the_example(kind):
+    """A drawing of the kind by its example in `parts`."""
+
+    def drawn(rng, d, start, horizon):
+        example = next(one for make in parts.TRAJECTORIES.values() if type(one := make(d)) is TRAJECTORIES[kind])
+        return kind, {field.name: np.array(getattr(example, field.name)) for field in fields(example)}
+
+    return drawn
+
+
+DRAWN = (
     _stationary,
     _constant_velocity,
     _constant_acceleration,
@@ -123,7 +134,9 @@ KINDS = (
     _brief,
     _polynomials,
 )
-"""Every kind of trajectory: a later one joins here, and in `oracle.MOTIONS`."""
+_COVERED = ("stationary", "constant_velocity", "constant_acceleration", "circular", "sampled", "piecewise_polynomial")
+KINDS = (*DRAWN, *(_like_the_example(kind) for kind in MOTIONS if kind not in _COVERED))
+"""Every kind of trajectory that has a formula in `oracle.MOTIONS`."""
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -187,7 +200,12 @@ SHAPES = {
     "polyline": _polyline,
     "union": _union,
 }
-"""Random shapes of every kind: a later one joins here."""
+"""Random shapes of every kind, those without a drawing of their own by their example in `parts`."""
+SHAPES |= {
+    name: lambda rng, d, size, example=parts.SHAPES[name]: example(size, d)
+    for name in slalom.shape.SHAPES
+    if name not in SHAPES and name not in ("disc", "ball", "polygon")
+}
 
 IN_SPACE = ("round", "capsule")
 """Those that are there in space too."""
@@ -195,7 +213,7 @@ IN_SPACE = ("round", "capsule")
 ROBOTS = ("capsule", "rectangle", "convex", "star", "union")
 """Those of which robots are, beside round ones. A wall is none."""
 
-HEADED = ("constant_velocity", "constant_acceleration", "circular", "sampled", "piecewise_polynomial")
+HEADED = tuple(kind for kind, formula in MOTIONS.items() if formula.faces)
 """Trajectories along which a body can face."""
 
 
@@ -243,7 +261,7 @@ PARAMETERS = {
     "AccelerateThenBrake": lambda rng: {"hold": float(rng.uniform(0.2, 3.0)), "brake": float(rng.uniform(0.3, 3.0))},
     "Jerk": lambda rng: {},
 }
-"""Random parameters for every kind of response: a later one joins here, and in `oracle.RESPONSES`."""
+"""Random parameters of kinds of responses; other kinds have those of their example in `parts`."""
 
 BOXES = {"velocity_bounds": 0.15, "acceleration_bounds": 0.15}
 """How often a scene has half-spaces beside its largest norms."""
@@ -293,7 +311,9 @@ def _response(rng, number, limits):
     turn = number // len(METHODS)
     if turn % 2:
         kind = RESPONSES[(turn // 2) % len(RESPONSES)]
-        return name, kind(**PARAMETERS[kind.__name__](rng))
+        if kind.__name__ in PARAMETERS:
+            return name, kind(**PARAMETERS[kind.__name__](rng))
+        return name, next(example for example in parts.RESPONSES.values() if type(example) is kind)
     rows = METHODS[name].responses(limits, float(rng.choice([0.05, 0.1, 0.2])), HOLDS)
     return name, rows[(turn // 2) % len(rows)]
 
@@ -309,7 +329,17 @@ BOUNDS = {
     "turning_radius": lambda rng, d, push: TurningRadius(rng.uniform(0.5, 5.0), _faced(rng, d)),
     "least_speed": lambda rng, d, push: LeastSpeed(rng.uniform(0.1, 2.0), _faced(rng, d)),
 }
-"""Every kind of bound: a later one joins here, and in `definitions.out_of_bound`."""
+"""Every kind of bound, those without a drawing of their own by their example in `parts`."""
+
+
+def _like_the_bound(kind):
+    def drawn(rng, d, push):
+        return next(b for make in parts.BOUNDS.values() for b in make(d) if type(b) is slalom.bounds.BOUNDS[kind])
+
+    return drawn
+
+
+BOUNDS |= {kind: _like_the_bound(kind) for kind in slalom.bounds.BOUNDS if kind not in BOUNDS}
 
 
 def _frame(rng, d):
@@ -467,11 +497,7 @@ def _shift(parameters, rng, plain, forecast, kind, aimed, room):
     here = motion(*seen, [now + t])[0][0]
     if np.isnan(here[0]):
         return
-    if kind == "piecewise_polynomial":
-        parameters["coefficients"][:, 0] += target - here
-        return
-    where = {"circular": "center", "sampled": "positions"}.get(kind, "initial_position")
-    parameters[where] = parameters[where] + (target - here)
+    MOTIONS[kind].moved(parameters, target - here)
 
 
 def _offset(rng, d, radius):

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import parts
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 from parts import SHAPES, Moved, disc_or_ball, served
@@ -23,6 +24,7 @@ from slalom import (
     Stationary,
     Trajectory,
 )
+from slalom.trajectory import TRAJECTORIES
 
 dimensions = st.sampled_from([2, 3])
 
@@ -107,6 +109,17 @@ def _piecewise_polynomial(draw: DrawFn, d: int) -> Trajectory:
     return PiecewisePolynomial(durations, pieces, draw(numbers(-1.0, 1.0)))
 
 
+def _like_the_example(kind: str) -> Callable[[int], SearchStrategy[Trajectory]]:
+    """The example of a kind in `parts`, displaced."""
+
+    @st.composite
+    def drawn(draw: DrawFn, d: int) -> Trajectory:
+        example = next(one for make in parts.TRAJECTORIES.values() if type(one := make(d)) is TRAJECTORIES[kind])
+        return Moved(example, shift=draw(vectors(d, 8.0)))
+
+    return drawn
+
+
 KINDS: dict[str, Callable[[int], SearchStrategy[Trajectory]]] = {
     "stationary": _stationary,
     "constant_velocity": _constant_velocity,
@@ -116,6 +129,7 @@ KINDS: dict[str, Callable[[int], SearchStrategy[Trajectory]]] = {
     "piecewise_polynomial": _piecewise_polynomial,
 }
 """One strategy for each kind of trajectory, by the names of `slalom.trajectory.TRAJECTORIES`."""
+KINDS |= {kind: _like_the_example(kind) for kind in TRAJECTORIES if kind not in KINDS}
 
 
 def trajectories(dimension: int) -> SearchStrategy[Trajectory]:

@@ -18,6 +18,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from slalom.sim.files.schema_shapes import Shaped
 
 import slalom
 from slalom import (
@@ -93,7 +94,6 @@ from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
 from slalom.sim.files.schema import GoalSpec
 from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_shapes import Shaped
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import path_length
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, drawn, run_case

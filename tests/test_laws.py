@@ -83,17 +83,6 @@ each_dimension = pytest.mark.parametrize("d", [2, 3])
 # Enrolment
 
 
-def test_every_part_is_enrolled() -> None:
-    """A new response, trajectory, forecast, shape or method cannot be forgotten."""
-    assert set(slalom.response.RESPONSES) == {type(response) for response in RESPONSES.values()}
-    enrolled = {type(track(2)) for track in TRAJECTORIES.values()}
-    assert set(slalom.trajectory.TRAJECTORIES.values()) <= enrolled
-    assert set(slalom.trajectory.TRAJECTORIES) == set(KINDS)
-    assert {type(f) for f in slalom.forecast.FORECASTS.values()} == {type(f) for f in FORECASTS.values()}
-    assert set(METHODS) == set(ENROLLED_METHODS)
-    assert {type(SHAPES[name](0.5, d)) for d in (2, 3) for name in served(d)} == set(slalom.shape.SHAPES.values())
-
-
 @each_dimension
 def test_enrolled_parts_fit_their_protocols(d: int) -> None:
     """Protocols are checked by name here and by law below."""

@@ -179,7 +179,7 @@ def test_mistakes_in_bounds(tmp_path: Path) -> None:
 """,
         "robot.bounds.0.lateral: expected this key, found none",
         "robot.bounds.0.braking: expected a number above 0, found -1",
-        "robot.bounds.1.leest: expected one of kind, heading, least; found 'leest'; did you mean 'least'?",
+        "robot.bounds.1.leest: expected one of kind, least, heading; found 'leest'; did you mean 'least'?",
         f"robot.bounds.2: expected a kind among {kinds}, found 'ellipse'",
         "robot.bounds.3: corners: expected an array (n, 2) with n >= 3, found shape (2, 2)",
         "robot.bounds.4: half_angle: expected at most pi / 2, found 2",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from parts import TRAJECTORIES, served
+from parts import TRAJECTORIES, UNCERTAINTIES, served
 
 from slalom import (
     Acceleration,
@@ -123,9 +123,7 @@ def test_each_obstacle_may_have_its_own_horizon():
 
 class TestUncertainty:
     @pytest.mark.parametrize("shape", [Disc(0.4), Rectangle(1.0, 0.6), Ball(0.4), Capsule((0, 0, 0), (1, 0, 0), 0.2)])
-    @pytest.mark.parametrize(
-        "unsure", [BoundedError(0.1, 0.2, 0.1), BoundedError(velocity=0.3), GaussianError(0.1, 0.1)]
-    )
+    @pytest.mark.parametrize("unsure", UNCERTAINTIES.values(), ids=UNCERTAINTIES)
     def test_a_growing_radius_is_felt_when_it_has_grown(self, shape, unsure):
         """The clearance of a passer, found by samples of its true growth; a little less is allowed, never more."""
         d = shape.dimension
@@ -173,7 +171,7 @@ class TestUncertainty:
             assert (lengths > chi_quantile(probability, freedoms)).mean() == pytest.approx(probability, abs=spread)
 
     @given(t=st.floats(0.0, 20.0), s=st.floats(0.0, 20.0), share=st.floats(0.0, 1.0))
-    @pytest.mark.parametrize("unsure", [BoundedError(0.1, 0.2, 0.3), GaussianError(0.1, 0.2), GaussianError(0.0)])
+    @pytest.mark.parametrize("unsure", UNCERTAINTIES.values(), ids=UNCERTAINTIES)
     def test_radii_are_convex_and_never_fall(self, unsure, t, s, share):
         between = share * t + (1.0 - share) * s
         chord = share * unsure.radius(t, 2) + (1.0 - share) * unsure.radius(s, 2)

@@ -19,7 +19,7 @@ from galleries import NAMES
 
 import slalom
 import slalom.sim
-from slalom import errors, forecast, objective, response, tolerances, trajectory
+from slalom import tolerances
 from slalom.sim import gallery
 from slalom.sim.shape_distance import clearances
 
@@ -118,17 +118,6 @@ def test_names_are_imported_when_they_are_asked_for() -> None:
         "assert 'numba' not in sys.modules\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_every_part_is_public() -> None:
-    """Responses, trajectories, forecasts, objectives, errors: a new one is offered too."""
-    parts = [getattr(module, name) for module in (response, trajectory) for name in module.__all__]
-    parts = [part for part in parts if inspect.isclass(part)]
-    parts += [type(rule) for rule in forecast.FORECASTS.values()]
-    for module in (errors, objective):
-        parts += [c for _, c in inspect.getmembers(module, inspect.isclass) if c.__module__ == module.__name__]
-    missing = {part.__name__ for part in parts} - set(slalom.__all__) - {"Situation"}
-    assert not missing
 
 
 def test_version_is_that_of_the_package() -> None:

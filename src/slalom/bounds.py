@@ -8,12 +8,12 @@ needs a heading is replaced by the ball about 0 that fits into it whatever the h
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Final, Literal, Protocol, TypeAlias, runtime_checkable
+from typing import Annotated, ClassVar, Final, Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, known, positive, short, unit, vector, vectors
+from slalom.checks import Array, Checked, OptionalVector, Positive, known, positive, short, unit, vector, vectors
 from slalom.errors import InvalidInput
 from slalom.state import State
 from slalom.tolerances import REST
@@ -21,6 +21,7 @@ from slalom.tolerances import REST
 HalfSpaces: TypeAlias = tuple[Array, Array]
 """Unit normals (n, d) and offsets (n,): the x with normals @ x <= offsets."""
 
+FRAMES: Final = ("world", "body")  # whose axes a bound is along
 SIDES: Final = 32
 """Of the polygon that stands for an ellipse: it lies inside and has at least cos(pi / 32) = 0.9952 of every radius."""
 
@@ -112,10 +113,10 @@ class Friction:
     """
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"
-    forward: float
-    braking: float
-    lateral: float
-    heading: npt.ArrayLike | None = None
+    forward: Positive
+    braking: Positive
+    lateral: Positive
+    heading: OptionalVector = None
 
     def __post_init__(self) -> None:
         for name in ("forward", "braking", "lateral"):
@@ -151,12 +152,12 @@ class Box:
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"
     half_widths: Checked = Checked(vector)
-    frame: str = "world"
-    heading: npt.ArrayLike | None = None
+    frame: Annotated[str, FRAMES] = "world"
+    heading: OptionalVector = None
 
     def __post_init__(self) -> None:
         positive(float(self.half_widths.min()), "least of half_widths")
-        known(self.frame, "frame", ("world", "body"))
+        known(self.frame, "frame", FRAMES)
         object.__setattr__(self, "heading", _direction(self.heading))
 
     @property
@@ -179,12 +180,12 @@ class ConvexPolygon:
     """
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"
-    corners: Checked = Checked(vectors)
-    frame: str = "world"
-    heading: npt.ArrayLike | None = None
+    corners: Checked = Checked(vectors, "n d")
+    frame: Annotated[str, FRAMES] = "world"
+    heading: OptionalVector = None
 
     def __post_init__(self) -> None:
-        known(self.frame, "frame", ("world", "body"))
+        known(self.frame, "frame", FRAMES)
         object.__setattr__(self, "heading", _direction(self.heading))
         shape = self.corners.shape
         if len(shape) != 2 or shape[0] < 3 or shape[1] != 2:
@@ -239,8 +240,8 @@ class HeadingCone:
 
     of: ClassVar[Literal["velocity"]] = "velocity"
     braking: ClassVar[float] = np.inf
-    half_angle: float
-    heading: npt.ArrayLike | None = None
+    half_angle: Positive
+    heading: OptionalVector = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "half_angle", positive(self.half_angle, "half_angle"))
@@ -266,8 +267,8 @@ class TurningRadius:
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"
     braking: ClassVar[float] = np.inf
-    least: float
-    heading: npt.ArrayLike | None = None
+    least: Positive
+    heading: OptionalVector = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "least", positive(self.least, "least"))
@@ -292,8 +293,8 @@ class LeastSpeed:
 
     of: ClassVar[Literal["velocity"]] = "velocity"
     braking: ClassVar[float] = np.inf
-    least: float
-    heading: npt.ArrayLike | None = None
+    least: Positive
+    heading: OptionalVector = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "least", positive(self.least, "least"))
@@ -317,7 +318,7 @@ def _nothing(dimension: int) -> HalfSpaces:
     return np.empty((0, dimension)), np.empty(0)
 
 
-BOUNDS: Final[dict[str, type]] = {
+BOUNDS: Final[dict[str, type[Bound]]] = {
     "friction": Friction,
     "box": Box,
     "convex_polygon": ConvexPolygon,

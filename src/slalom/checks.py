@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from math import isfinite
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -115,14 +115,26 @@ def short(values: Array) -> str:
     return "[" + ", ".join(f"{x:g}" for x in flat[:6]) + (", ...]" if flat.size > 6 else "]")
 
 
+Positive: TypeAlias = Annotated[float, positive]
+"""A field of a part that must be above 0, in the constructor and in files."""
+NotNegative: TypeAlias = Annotated[float, not_negative]
+"""A field of a part that must be 0 or more, in the constructor and in files."""
+OptionalVector: TypeAlias = Annotated[npt.ArrayLike | None, vector]
+"""A field of a part that holds 2 or 3 numbers, or None."""
+
+
 class Checked:
     """A field of a frozen dataclass that takes anything like an array and holds a checked, read-only one.
 
     Type checkers see what is taken (`__set__`) in the constructor and what is held (`__get__`) everywhere else.
+
+    Args:
+        check: what makes the array, or raises InvalidInput. shape: of the array, for files; "d" is 2 or 3, "n" any
+            length, a digit itself, as in "n d". key: the name in scenario files, that of the field if it is empty.
     """
 
-    def __init__(self, check: Callable[[npt.ArrayLike, str], Array]) -> None:
-        self.check = check
+    def __init__(self, check: Callable[[npt.ArrayLike, str], Array], shape: str = "d", key: str = "") -> None:
+        self.check, self.shape, self.key = check, shape, key
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name

@@ -1,6 +1,7 @@
 """A response with its control and its start: a whole future path."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,7 @@ class Manoeuvre:
     It is a trajectory (see `trajectory.Trajectory`), so others can avoid it.
     """
 
+    tabulated: ClassVar[bool] = False
     response: Response
     state: State
     control: Checked = Checked(vector)

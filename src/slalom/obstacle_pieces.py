@@ -13,7 +13,6 @@ from slalom.minkowski import Grown
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.tolerances import INTERPOLATION
-from slalom.trajectory import Circular, Composite, Function, PiecewisePolynomial, Sampled
 
 UNCERTAINTY_PIECES = 8
 """Straight lines that stand for a growing radius over one window."""
@@ -95,9 +94,6 @@ def joined(
         has_hulls=bool(hull.max(initial=-1) >= 0),
     )
 
-
-TABULATED = (Circular, Sampled, PiecewisePolynomial, Composite, Function)
-"""Trajectories with many pieces, which are cut once for many decisions."""
 
 _TABLES: "WeakKeyDictionary[Obstacle, dict[tuple[Shape, int, float], Pieces]]" = WeakKeyDictionary()
 

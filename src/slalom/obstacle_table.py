@@ -12,7 +12,6 @@ from slalom.kernels.arrays import Snapshot
 from slalom.minkowski import grown
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import (
-    TABULATED,
     Bodies,
     joined,
     no_bodies,
@@ -110,7 +109,7 @@ class ObstacleTable:
 
     def _joined(self, robot: Shape) -> tuple[float, float, Bodies] | None:
         """Times at which the last obstacle appears and the first vanishes, and all pieces over an interval of time."""
-        if any(not isinstance(o.trajectory, TABULATED) or o.uncertainty is not None for o in self.obstacles):
+        if any(not o.trajectory.tabulated or o.uncertainty is not None for o in self.obstacles):
             return None
         spans = [obstacle.trajectory.span for obstacle in self.obstacles]
         first, last = max(span[0] for span in spans), min(span[1] for span in spans)
@@ -133,7 +132,7 @@ class ObstacleTable:
             if begin >= end:
                 continue
             shape = grown(obstacle, robot)
-            many = isinstance(obstacle.trajectory, TABULATED) and obstacle.uncertainty is None
+            many = obstacle.trajectory.tabulated and obstacle.uncertainty is None
             if many and until == self.horizon:
                 table = tabulated(obstacle, shape, robot, self.start, self.horizon)
                 table, cut = overlapping(table, begin, end)

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import Array, Checked, array, not_negative, positive, vector
+from slalom.checks import Array, Checked, NotNegative, Positive, array, not_negative, positive, vector
 from slalom.errors import InvalidInput
 
 
@@ -74,7 +74,7 @@ class _Round:
 class Disc(_Round):
     """A disc of `radius` >= 0 [m] in the plane."""
 
-    radius: float
+    radius: NotNegative
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
@@ -88,7 +88,7 @@ class Disc(_Round):
 class Ball(_Round):
     """A ball of `radius` >= 0 [m] in space."""
 
-    radius: float
+    radius: NotNegative
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
@@ -106,7 +106,7 @@ class Capsule(_Shaped):
 
     start: Checked = Checked(vector)
     end: Checked = Checked(vector)
-    radius: float  # type: ignore[misc]  # the fields before it have no default: Checked is a descriptor
+    radius: Positive  # type: ignore[misc]  # the fields before it have no default: Checked is a descriptor
 
     def __post_init__(self) -> None:
         vector(self.end, "end", self.start.size)
@@ -123,9 +123,9 @@ class Rectangle(_Shaped):
     `radius`.
     """
 
-    length: float
-    width: float
-    radius: float = 0.0
+    length: Positive
+    width: Positive
+    radius: NotNegative = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "length", positive(self.length, "length"))
@@ -152,8 +152,8 @@ class Polygon(_Shaped):
     One that is not convex is a union of triangles.
     """
 
-    corners: Checked = Checked(_points)
-    radius: float = 0.0
+    corners: Checked = Checked(_points, "n 2")
+    radius: NotNegative = 0.0
 
     def __post_init__(self) -> None:
         import shapely
@@ -188,8 +188,8 @@ def _counter_clockwise(polygon: object) -> Array:
 class Polyline(_Shaped):
     """A wall: all points within `radius` >= 0 [m] of the line through two or more `points` (n, 2) [m]."""
 
-    points: Checked = Checked(_points)
-    radius: float = 0.0
+    points: Checked = Checked(_points, "n 2")
+    radius: NotNegative = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
@@ -229,7 +229,7 @@ def round_shape(radius: float, dimension: int) -> Shape:
     return Disc(radius) if dimension == 2 else Ball(radius)
 
 
-SHAPES: Final = {
+SHAPES: Final[dict[str, type[Shape]]] = {
     "disc": Disc,
     "ball": Ball,
     "capsule": Capsule,

@@ -7,7 +7,7 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, not_negative
+from slalom.checks import Array, NotNegative, Positive, not_negative
 from slalom.errors import InvalidInput
 
 
@@ -29,9 +29,9 @@ class BoundedError:
     With velocity and acceleration the largest by which those of the obstacle may differ from the forecast.
     """
 
-    position: float = 0.0
-    velocity: float = 0.0
-    acceleration: float = 0.0
+    position: NotNegative = 0.0
+    velocity: NotNegative = 0.0
+    acceleration: NotNegative = 0.0
 
     def __post_init__(self) -> None:
         for name in ("position", "velocity", "acceleration"):
@@ -56,9 +56,9 @@ class GaussianError:
     constraints. The radius for all times is derived here.)
     """
 
-    position: float
-    velocity: float = 0.0
-    probability: float = 0.01
+    position: NotNegative
+    velocity: NotNegative = 0.0
+    probability: Positive = 0.01
 
     def __post_init__(self) -> None:
         for name in ("position", "velocity"):
@@ -99,5 +99,8 @@ def chi_quantile(probability: float, freedoms: int) -> float:
     return high
 
 
-UNCERTAINTIES: Final = {"bounded_error": BoundedError, "gaussian_error": GaussianError}
+UNCERTAINTIES: Final[dict[str, type[Uncertainty]]] = {
+    "bounded_error": BoundedError,
+    "gaussian_error": GaussianError,
+}
 """Every uncertainty by the name that scenario files and recordings use."""

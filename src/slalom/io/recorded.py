@@ -121,7 +121,7 @@ def tracks_at(
     agents, short = {}, []
     for label in sorted(motions, key=natural):
         motion, stamps = motions[label], np.asarray(times, dtype=np.float64)
-        if isinstance(motion, Trajectory):
+        if not isinstance(motion, np.ndarray):
             first, last = motion.span
             stamps = stamps[(stamps >= first) & (stamps <= last)]
             if stamps.size < 2:

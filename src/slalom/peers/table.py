@@ -1,9 +1,10 @@
 """The table of peers: which method of which project, and how it is set."""
 
-from collections.abc import Callable, Iterator
+from collections import ChainMap
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final
+from typing import Any, Final, cast
 
 from slalom.checks import Array, known
 from slalom.errors import InvalidInput
@@ -126,7 +127,7 @@ def _variants(row: Peer) -> Iterator[Peer]:
 
 PEERS: Final[dict[str, Peer]] = {peer.name: peer for row in _ROWS for peer in _variants(row)}
 """Every peer by name."""
-CONTENDERS: Final[dict[str, Method | Peer]] = {**METHODS, **PEERS}
+CONTENDERS: Final[Mapping[str, Method | Peer]] = ChainMap(cast(Any, PEERS), cast(Any, METHODS))
 """Every method and every peer by name."""
 
 

@@ -2,24 +2,14 @@
 
 from typing import Final
 
-from slalom.response.acceleration import AccelerateThenCoast, Acceleration
-from slalom.response.jerk import Jerk
-from slalom.response.protocol import Response, advance
-from slalom.response.stopping import AccelerateThenBrake, AccelerateThenStop
-from slalom.response.velocity import LaggedVelocity, Velocity
-
-__all__ = [
-    "RESPONSES",
-    "AccelerateThenBrake",
-    "AccelerateThenCoast",
-    "AccelerateThenStop",
-    "Acceleration",
-    "Jerk",
-    "LaggedVelocity",
-    "Response",
-    "Velocity",
-    "advance",
-]
+from slalom.response.acceleration import AccelerateThenCoast as AccelerateThenCoast, Acceleration as Acceleration
+from slalom.response.jerk import Jerk as Jerk
+from slalom.response.protocol import Response as Response, advance as advance
+from slalom.response.stopping import (
+    AccelerateThenBrake as AccelerateThenBrake,
+    AccelerateThenStop as AccelerateThenStop,
+)
+from slalom.response.velocity import LaggedVelocity as LaggedVelocity, Velocity as Velocity
 
 RESPONSES: Final[tuple[type[Response], ...]] = (
     Velocity,

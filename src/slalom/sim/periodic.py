@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -97,6 +98,7 @@ def images_about(k: int, places: Array, far: Array, period: Period) -> tuple[Ind
 class Displaced:
     """A trajectory that is another one displaced `by` (d,) [m]."""
 
+    tabulated: ClassVar[bool] = False
     of: Trajectory
     by: Array
 

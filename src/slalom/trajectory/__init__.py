@@ -2,25 +2,16 @@
 
 from typing import Final
 
-from slalom.trajectory.circular import Circular
-from slalom.trajectory.composite import Composite, Function
-from slalom.trajectory.piecewise import PiecewisePolynomial
-from slalom.trajectory.polynomial import ConstantAcceleration, ConstantVelocity, Stationary
-from slalom.trajectory.protocol import Trajectory
-from slalom.trajectory.sampled import Sampled
-
-__all__ = [
-    "TRAJECTORIES",
-    "Circular",
-    "Composite",
-    "ConstantAcceleration",
-    "ConstantVelocity",
-    "Function",
-    "PiecewisePolynomial",
-    "Sampled",
-    "Stationary",
-    "Trajectory",
-]
+from slalom.trajectory.circular import Circular as Circular
+from slalom.trajectory.composite import Composite as Composite, Function as Function
+from slalom.trajectory.piecewise import PiecewisePolynomial as PiecewisePolynomial
+from slalom.trajectory.polynomial import (
+    ConstantAcceleration as ConstantAcceleration,
+    ConstantVelocity as ConstantVelocity,
+    Stationary as Stationary,
+)
+from slalom.trajectory.protocol import Trajectory as Trajectory
+from slalom.trajectory.sampled import Sampled as Sampled
 
 TRAJECTORIES: Final[dict[str, type[Trajectory]]] = {
     "stationary": Stationary,

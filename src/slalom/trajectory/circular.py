@@ -1,11 +1,12 @@
 """On a circle at constant speed."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, number, positive, unit, vector
+from slalom.checks import Array, Checked, OptionalVector, Positive, number, positive, unit, vector
 from slalom.errors import InvalidInput
 from slalom.path import Path, even_knots, hermite, hermite_step
 from slalom.tolerances import INTERPOLATION
@@ -20,11 +21,12 @@ class Circular(Endless):
     At time 0 the angle from the x axis (in space: from the first of the two directions `basis`) is `phase` [rad].
     """
 
+    tabulated: ClassVar[bool] = True
     center: Checked = Checked(vector)
-    radius: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+    radius: Positive  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
     speed: float  # type: ignore[misc]
     phase: float = 0.0
-    normal: npt.ArrayLike | None = None
+    normal: OptionalVector = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", positive(self.radius, "radius"))

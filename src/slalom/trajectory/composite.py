@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,7 @@ class Composite:
             exist or parts do not meet within JUMP.
     """
 
+    tabulated: ClassVar[bool] = True
     parts: tuple[Trajectory, ...]
     switches: tuple[float, ...]
 
@@ -117,6 +119,7 @@ class Function:
         InvalidInput: bounds that are negative, an empty span, a place of the wrong form.
     """
 
+    tabulated: ClassVar[bool] = True
     function: Callable[[float], npt.ArrayLike]
     max_speed: float
     max_acceleration: float

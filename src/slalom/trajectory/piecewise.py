@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from math import comb
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,8 +29,9 @@ class PiecewisePolynomial:
         InvalidInput: not finite, a duration that is not above 0, pieces that do not meet within JUMP.
     """
 
-    durations: Checked = Checked(array)
-    coefficients: Checked = Checked(array)
+    tabulated: ClassVar[bool] = True
+    durations: Checked = Checked(array, "n")
+    coefficients: Checked = Checked(array, "n n d")
     start: float = 0.0
 
     def __post_init__(self) -> None:

@@ -14,7 +14,7 @@ from slalom.trajectory.protocol import Endless, Trajectory
 class Stationary(Endless):
     """At rest at `place` (d,) [m]."""
 
-    initial_position: Checked = Checked(vector)
+    initial_position: Checked = Checked(vector, key="position")
 
     @property
     def dimension(self) -> int:
@@ -43,8 +43,8 @@ class Stationary(Endless):
 class ConstantVelocity(Endless):
     """At `place` (d,) [m] at time `at` [s], moving with `speed` (d,) [m/s] for ever."""
 
-    initial_position: Checked = Checked(vector)
-    initial_velocity: Checked = Checked(vector)
+    initial_position: Checked = Checked(vector, key="position")
+    initial_velocity: Checked = Checked(vector, key="velocity")
     at: float = 0.0
 
     def __post_init__(self) -> None:
@@ -78,9 +78,9 @@ class ConstantVelocity(Endless):
 class ConstantAcceleration(Endless):
     """At `place` [m] at time `at` [s] with velocity `speed` [m/s], accelerating with `push` [m/s^2] for ever."""
 
-    initial_position: Checked = Checked(vector)
-    initial_velocity: Checked = Checked(vector)
-    initial_acceleration: Checked = Checked(vector)
+    initial_position: Checked = Checked(vector, key="position")
+    initial_velocity: Checked = Checked(vector, key="velocity")
+    initial_acceleration: Checked = Checked(vector, key="acceleration")
     at: float = 0.0
 
     def __post_init__(self) -> None:

@@ -1,6 +1,6 @@
 """What every trajectory is."""
 
-from typing import Final, Protocol, runtime_checkable
+from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,10 @@ class Trajectory(Protocol):
     def span(self) -> tuple[float, float]:
         """First and last time [s] at which the obstacle exists; -inf, inf when it always does."""
 
+    @property
+    def tabulated(self) -> bool:
+        """Whether `path` is expensive: its pieces are then kept and serve many decisions."""
+
     def position(self, t: npt.ArrayLike) -> Array:
         """Position [m]. Raises OutsideSpan outside `span`."""
 
@@ -52,6 +56,8 @@ class Trajectory(Protocol):
 
 class Endless:
     """What trajectories without a beginning, an end and breaks have in common."""
+
+    tabulated: ClassVar[bool] = False
 
     @property
     def span(self) -> tuple[float, float]:

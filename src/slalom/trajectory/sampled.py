@@ -1,7 +1,7 @@
 """Time-stamped positions."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -28,9 +28,10 @@ class Sampled:
         InvalidInput: fewer than two stamps, not finite, times that do not increase.
     """
 
-    times: Checked = Checked(array)
-    positions: Checked = Checked(vectors)
-    interpolation: str = "smooth"
+    tabulated: ClassVar[bool] = True
+    times: Checked = Checked(array, "n")
+    positions: Checked = Checked(vectors, "n d")
+    interpolation: Annotated[str, INTERPOLATIONS] = "smooth"
 
     def __post_init__(self) -> None:
         times, positions = self.times, self.positions

@@ -14,9 +14,10 @@ from slalom.io import formats
 from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
-from slalom.sim.files.schema import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec, keys_at
+from slalom.sim.files.schema import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec
+from slalom.sim.files.schema_base import Place
 from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.yaml_errors import compose, dotted, message, where
+from slalom.sim.files.yaml_errors import compose, dotted, messages, where
 from slalom.sim.periodic import refuse_no_period
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, whole_periods
 from slalom.state import State
@@ -33,11 +34,7 @@ def read_scenario(path: Path | str) -> Scenario:
     """
     path = Path(path)
     root, content = compose(path)
-    mistakes = []
-    try:
-        ScenarioSpec.model_validate(content)
-    except ValidationError as error:
-        mistakes = [message(path, root, dict(mistake), keys_at) for mistake in error.errors()]
+    mistakes = messages(path, root, content, ScenarioSpec)
     parts = _Parts(path, root)
     scenario = parts.assemble(content) if isinstance(content, dict) else None
     mistakes += parts.mistakes
@@ -62,11 +59,11 @@ class _Parts:
         self.path, self.root = path, root
         self.mistakes: list[str] = []
 
-    def note(self, place: tuple[str | int, ...], text: str) -> None:
+    def note(self, place: Place, text: str) -> None:
         """One more mistake."""
         self.mistakes.append(f"{where(self.path, self.root, place)}: {dotted(place)}{text}")
 
-    def attempt(self, place: tuple[str | int, ...], make: Callable[[], T]) -> T | None:
+    def attempt(self, place: Place, make: Callable[[], T]) -> T | None:
         """What `make` gives, or None and a mistake at `place`."""
         try:
             return make()

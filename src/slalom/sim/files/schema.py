@@ -1,117 +1,49 @@
-"""What a scenario file may say, as pydantic models: one for each mapping in it."""
+"""Models of scenario files: one for each mapping in them."""
 
 from typing import Annotated, Literal
 
-from pydantic import Field, FiniteFloat
+from pydantic import Field, FiniteFloat, ValidationInfo, field_validator
 
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import HalfSpace
 from slalom.methods import HOLDS
-from slalom.sim.files.schema_base import Built as _Built, Model as _Model, NotNegative, Positive, Vector
-from slalom.sim.files.schema_bounds import BOUND_SPECS, BoundSpec
+from slalom.shape import Shape, round_shape
+from slalom.sim.files.schema_base import Built, Model, NotNegative, Positive, Vector
+from slalom.sim.files.schema_parts import BoundModel, ShapeModel, TrajectoryModel, UncertaintyModel
 from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_shapes import SHAPE_SPECS, Shaped, UncertaintySpec
-from slalom.trajectory import (
-    Circular,
-    ConstantAcceleration,
-    ConstantVelocity,
-    PiecewisePolynomial,
-    Sampled,
-    Stationary,
-    Trajectory,
-)
+from slalom.trajectory import Stationary
 
 
-class StationarySpec(_Built):
-    """At rest."""
+class Shaped(Model):
+    """A body that has either a radius or a shape."""
 
-    kind: Literal["stationary"]
-    position: Vector
+    shape: ShapeModel | None = None
+    radius: NotNegative | None = Field(default=None, validate_default=True)
 
-    def build(self) -> Trajectory:
-        return Stationary(self.position)
+    @field_validator("radius")
+    @classmethod
+    def _one_of_them(cls, radius: float | None, info: ValidationInfo) -> float | None:
+        # A shape with mistakes of its own is not in the data.
+        if "shape" in info.data and (radius is None) == (info.data["shape"] is None):
+            raise InvalidInput(f"expected either this key or shape, found {'neither' if radius is None else 'both'}")
+        return radius
 
-
-class ConstantVelocitySpec(_Built):
-    """A straight line; position at time `at` [s]."""
-
-    kind: Literal["constant_velocity"]
-    position: Vector
-    velocity: Vector
-    at: FiniteFloat = 0.0
-
-    def build(self) -> Trajectory:
-        return ConstantVelocity(self.position, self.velocity, self.at)
-
-
-class ConstantAccelerationSpec(_Built):
-    """A parabola; position and velocity at time `at` [s]."""
-
-    kind: Literal["constant_acceleration"]
-    position: Vector
-    velocity: Vector
-    acceleration: Vector
-    at: FiniteFloat = 0.0
-
-    def build(self) -> Trajectory:
-        return ConstantAcceleration(self.position, self.velocity, self.acceleration, self.at)
+    def whole_shape(self, dimension: int) -> Shape:
+        """Return the shape. Raises InvalidInput if it is of another dimension."""
+        if self.shape is None:
+            return round_shape(float(self.radius or 0.0), dimension)
+        shape: Shape = self.shape.build()
+        if shape.dimension != dimension:
+            raise InvalidInput(f"expected a shape of dimension {dimension} as of the robot, found {shape.dimension}")
+        return shape
 
 
-class CircularSpec(_Built):
-    """A circle; `speed` > 0 is counter-clockwise, `phase` [rad] the angle at time 0."""
-
-    kind: Literal["circular"]
-    center: Vector
-    radius: Positive
-    speed: FiniteFloat
-    phase: FiniteFloat = 0.0
-    normal: Vector | None = None
-
-    def build(self) -> Trajectory:
-        return Circular(self.center, self.radius, self.speed, self.phase, self.normal)
-
-
-class SampledSpec(_Built):
-    """Time-stamped positions."""
-
-    kind: Literal["sampled"]
-    times: list[FiniteFloat]
-    positions: list[Vector]
-    interpolation: Literal["linear", "smooth"] = "smooth"
-
-    def build(self) -> Trajectory:
-        return Sampled(self.times, self.positions, self.interpolation)
-
-
-class PiecewisePolynomialSpec(_Built):
-    """Polynomials in pieces: coefficients[piece][power] is a vector."""
-
-    kind: Literal["piecewise_polynomial"]
-    durations: list[FiniteFloat]
-    coefficients: list[list[Vector]]
-    start: FiniteFloat = 0.0
-
-    def build(self) -> Trajectory:
-        return PiecewisePolynomial(self.durations, self.coefficients, self.start)
-
-
-TrajectorySpec = Annotated[
-    StationarySpec
-    | ConstantVelocitySpec
-    | ConstantAccelerationSpec
-    | CircularSpec
-    | SampledSpec
-    | PiecewisePolynomialSpec,
-    Field(discriminator="kind"),
-]
-
-
-class GoalSpec(_Built):
-    """Where to be: a place or a moving one."""
+class GoalSpec(Built):
+    """The goal of a robot: a position or a trajectory."""
 
     position: Vector | None = None
-    trajectory: TrajectorySpec | None = None
+    trajectory: TrajectoryModel | None = None
     tolerance: Positive = 0.5
     stop: bool = False
 
@@ -124,8 +56,8 @@ class GoalSpec(_Built):
         raise InvalidInput(f"expected either position or trajectory, found {found}")
 
 
-class HalfSpaceSpec(_Built):
-    """normal . x <= offset."""
+class HalfSpaceSpec(Built):
+    """The half-space normal . x <= offset."""
 
     normal: Vector
     offset: FiniteFloat
@@ -135,7 +67,7 @@ class HalfSpaceSpec(_Built):
 
 
 class RobotSpec(Shaped):
-    """The robot: SI units. It keeps its orientation."""
+    """The robot, in SI units. Its orientation is constant."""
 
     position: Vector
     velocity: Vector | None = None
@@ -143,7 +75,7 @@ class RobotSpec(Shaped):
     max_acceleration: Positive
     velocity_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
     acceleration_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
-    bounds: list[BoundSpec] = Field(default_factory=list)
+    bounds: list[BoundModel] = Field(default_factory=list)
     goal: GoalSpec
 
 
@@ -152,11 +84,11 @@ class ObstacleSpec(Shaped):
 
     name: str = ""
     heading: FiniteFloat | Literal["motion"] = 0.0
-    uncertainty: UncertaintySpec | None = None
-    trajectory: TrajectorySpec
+    uncertainty: UncertaintyModel | None = None
+    trajectory: TrajectoryModel
 
 
-class ScenarioSpec(_Model):
+class ScenarioSpec(Model):
     """A scenario file."""
 
     name: str = ""
@@ -172,26 +104,3 @@ class ScenarioSpec(_Model):
     patience: NotNegative = 0.1
     holds: list[Positive] = Field(default_factory=lambda: list(HOLDS), min_length=1)
     period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
-
-
-def keys_at(place: tuple[str | int, ...]) -> list[str]:
-    """The keys that the model at `place` knows."""
-    kinds: dict[str, type[_Model]] = {
-        "stationary": StationarySpec,
-        "constant_velocity": ConstantVelocitySpec,
-        "constant_acceleration": ConstantAccelerationSpec,
-        "circular": CircularSpec,
-        "sampled": SampledSpec,
-        "piecewise_polynomial": PiecewisePolynomialSpec,
-        "goal": GoalSpec,
-        "robot": RobotSpec,
-        "obstacles": ObstacleSpec,
-        "recording": RecordingSpec,
-        "velocity_bounds": HalfSpaceSpec,
-        "acceleration_bounds": HalfSpaceSpec,
-        **BOUND_SPECS,
-        **SHAPE_SPECS,
-    }
-    named = [part for part in place if isinstance(part, str) and part in kinds]
-    model = kinds[named[-1]] if named else ScenarioSpec
-    return list(model.model_fields)

@@ -1,18 +1,23 @@
-"""What the models of all parts of a scenario file share."""
+"""Types and base classes of the models of scenario and study files."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from datetime import date, datetime
-from typing import Annotated
+from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic.fields import FieldInfo
 
 Vector = Annotated[list[FiniteFloat], Field(min_length=2, max_length=3)]
 Positive = Annotated[FiniteFloat, Field(gt=0)]
 NotNegative = Annotated[FiniteFloat, Field(ge=0)]
 
+Place = tuple[str | int, ...]
+"""Keys and indices that lead from the top of a file to a value."""
+
 
 def _as_text(value: object) -> object:
-    """Numbers and dates, which YAML makes of what looks like one, as the text that they are meant to be."""
+    """The text of a number or a date, which YAML makes of unquoted text; any other value unchanged."""
     if isinstance(value, datetime | date):
         return value.isoformat()
     return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
@@ -22,19 +27,50 @@ Text = Annotated[str, BeforeValidator(_as_text)]
 
 
 class Model(BaseModel):
-    """A mapping that knows its keys and takes a number for a number only."""
+    """A mapping that refuses unknown keys and converts no text to numbers."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
 class Built(Model, ABC):
-    """A model of a part: what the part itself refuses is a mistake like any other."""
+    """The model of a part. An InvalidInput of the part's constructor becomes a mistake of the file."""
 
     @abstractmethod
     def build(self) -> object:
-        """The part. Raises InvalidInput, which pydantic collects with the other mistakes."""
+        """Return the part. Raises InvalidInput, which pydantic collects with the other mistakes."""
 
     @model_validator(mode="after")
     def _buildable(self) -> "Built":
         self.build()
         return self
+
+
+class ModelByContent(ABC):
+    """Metadata of a field whose model depends on the content, such as a part of any kind."""
+
+    @abstractmethod
+    def model_of(self, content: object) -> type[Model] | None:
+        """Return the model of this content; None if the content does not determine one."""
+
+
+def keys_at(model: type[Model], content: Any, place: Place) -> list[str]:
+    """Return the keys that the mapping at `place` may have, in a file of this `model` and `content`."""
+    field = FieldInfo()
+    for step in place:
+        field = model.model_fields[step] if isinstance(step, str) else field
+        content = content[step]
+        if isinstance(content, dict):
+            model = next(_models_of(field, content), model)
+    return list(model.model_fields)
+
+
+def _models_of(field: FieldInfo, content: Any) -> Iterator[type[Model]]:
+    """Yield the models of a mapping with this content in a field, itself or in a list."""
+    found = [field.annotation, *field.metadata]
+    while found:
+        item = found.pop()
+        found += get_args(item)
+        if isinstance(item, type) and issubclass(item, Model):
+            yield item
+        elif isinstance(item, ModelByContent) and (model := item.model_of(content)) is not None:
+            yield model

@@ -1,17 +1,16 @@
 """Mistakes in a YAML file as `file:line:column: key: what was expected, what was found`."""
 
-from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from slalom.bounds import BOUNDS
 from slalom.errors import InvalidFile
-from slalom.trajectory import TRAJECTORIES
+from slalom.sim.files.schema_base import Model, Place, keys_at
 
 
 def compose(path: Path) -> tuple[Node | None, Any]:
@@ -32,12 +31,12 @@ def compose(path: Path) -> tuple[Node | None, Any]:
         raise InvalidFile([f"{path}: expected YAML that can be read, found one nested too deeply"]) from None
 
 
-def dotted(place: tuple[str | int, ...]) -> str:
+def dotted(place: Place) -> str:
     """The key path at the head of a message."""
     return ".".join(str(part) for part in place) + ": " if place else ""
 
 
-def _find(root: Node | None, place: tuple[str | int, ...]) -> tuple[Node | None, Node | None]:
+def _find(root: Node | None, place: Place) -> tuple[Node | None, Node | None]:
     """The key and value nodes at `place`, or the deepest ones on the way there."""
     key, node = None, root
     for part in place:
@@ -50,7 +49,7 @@ def _find(root: Node | None, place: tuple[str | int, ...]) -> tuple[Node | None,
     return key, node
 
 
-def where(path: Path, root: Node | None, place: tuple[str | int, ...], at_key: bool = False) -> str:
+def where(path: Path, root: Node | None, place: Place, at_key: bool = False) -> str:
     """file:line:column of the value at `place`, or of its key."""
     key, node = _find(root, place)
     left_out = isinstance(node, ScalarNode) and node.value == "" and node.style is None
@@ -84,14 +83,20 @@ _EXPECTED = {
 }
 
 
-def message(
-    path: Path, root: Node | None, mistake: dict[str, Any], keys: Callable[[tuple[str | int, ...]], list[str]]
-) -> str:
-    """One line for one of pydantic's mistakes; `keys` gives the keys that are known at a place."""
-    kind, found = mistake["type"], mistake.get("input")
-    allowed = keys(tuple(mistake["loc"])[:-1])
-    place = _as_written(tuple(mistake["loc"]))
+def messages(path: Path, root: Node | None, content: Any, model: type[Model]) -> list[str]:
+    """Return one line for each mistake in the content of a file of this model."""
+    try:
+        model.model_validate(content)
+    except ValidationError as error:
+        return [_message(path, root, content, model, dict(mistake)) for mistake in error.errors()]
+    return []
+
+
+def _message(path: Path, root: Node | None, content: Any, model: type[Model], mistake: dict[str, Any]) -> str:
+    """Return one line for one mistake, as pydantic describes it."""
+    kind, found, place = mistake["type"], mistake.get("input"), tuple(mistake["loc"])
     if kind == "extra_forbidden":
+        allowed = keys_at(model, content, place[:-1])
         near = get_close_matches(str(place[-1]).lower(), allowed, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         text = f"expected one of {', '.join(allowed)}; found {place[-1]!r}{hint}"
@@ -100,13 +105,3 @@ def message(
     shown = "a mapping" if isinstance(found, dict) else repr(found)
     text = template.format(input=shown, **mistake.get("ctx", {})) if template else f"{mistake['msg']}, found {shown}"
     return f"{where(path, root, place)}: {dotted(place)}{text}"
-
-
-def _as_written(place: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    """The place without the name of the kind that pydantic puts after a key with several kinds."""
-    return tuple(
-        part
-        for k, part in enumerate(place)
-        if not (k and place[k - 1] == "trajectory" and k < len(place) and part in TRAJECTORIES)
-        and not (k > 1 and place[k - 2] == "bounds" and part in BOUNDS)
-    )

@@ -4,15 +4,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pydantic import Field, FiniteFloat, ValidationError
+from pydantic import Field, FiniteFloat
 from ruamel.yaml.nodes import Node
 
 from slalom.checks import known
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.io.cadrl import read_cases
 from slalom.peers import contender_named
-from slalom.sim.files.schema_base import Model
-from slalom.sim.files.yaml_errors import compose, dotted, message, where
+from slalom.sim.files.schema_base import Model, Place
+from slalom.sim.files.yaml_errors import compose, dotted, messages, where
 from slalom.sim.sweep.case import drawn, is_file
 from slalom.sim.sweep.case_file import is_cases, refuse_more
 from slalom.sim.sweep.study import METHODS, SEEDS, Row
@@ -78,10 +78,9 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
     if data is not None and not cases.is_dir():
         raise InvalidInput(f"data: expected a folder, found none at {str(data)!r}")
     root, content = compose(path)
-    try:
-        spec = StudySpec.model_validate(content)
-    except ValidationError as error:
-        raise InvalidFile([message(path, root, dict(mistake), _keys_at) for mistake in error.errors()]) from None
+    if wrong := messages(path, root, content, StudySpec):
+        raise InvalidFile(wrong)
+    spec = StudySpec.model_validate(content)
     rows: list[Row] = []
     left_out: list[Row] = []
     mistakes: list[str] = []
@@ -173,7 +172,7 @@ def _unfit(path: Path, root: Node | None, k: int, row: Row) -> list[str]:
     return []
 
 
-def _unknown(path: Path, root: Node | None, place: tuple[str | int, ...], names: Sequence[str]) -> list[str]:
+def _unknown(path: Path, root: Node | None, place: Place, names: Sequence[str]) -> list[str]:
     """The methods among the names that there are not. Whether their packages are installed is asked when they run."""
     mistakes = []
     for k, name in enumerate(names):
@@ -183,8 +182,3 @@ def _unknown(path: Path, root: Node | None, place: tuple[str | int, ...], names:
             at = (*place, k)
             mistakes.append(f"{where(path, root, at)}: {dotted(at)}{str(error).removeprefix('method: ')}")
     return mistakes
-
-
-def _keys_at(place: tuple[str | int, ...]) -> list[str]:
-    """The keys that the model at `place` knows."""
-    return list((ScenarioRowSpec if "scenarios" in place else StudySpec).model_fields)

@@ -1,0 +1,138 @@
+"""Models of trajectories, shapes, bounds and uncertainties, derived from their classes and registries.
+
+The keys of a part are the fields of its dataclass, see `_value_type`; a new part needs no line here.
+"""
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from functools import lru_cache
+from types import GenericAlias
+from typing import Annotated, Any, ClassVar, Final, Literal, get_args, get_origin, get_type_hints
+
+from pydantic import Field, FiniteFloat, GetCoreSchemaHandler, create_model
+from pydantic_core import PydanticKnownError, core_schema
+
+from slalom.bounds import BOUNDS, Bound
+from slalom.checks import Checked, not_negative, positive, vector
+from slalom.shape import SHAPES, Shape
+from slalom.sim.files.schema_base import Built, ModelByContent, NotNegative, Positive, Vector
+from slalom.trajectory import TRAJECTORIES, Trajectory
+from slalom.uncertainty import UNCERTAINTIES, Uncertainty
+
+NUMBERS: Final[Mapping[Any, Any]] = {positive: Positive, not_negative: NotNegative, vector: Vector | None}
+"""Types in files, by the check in the annotation of a field."""
+
+
+class PartModel(Built):
+    """A part by its kind. `part` is its class, `names` maps each key to the field of the class."""
+
+    part: ClassVar[type]
+    names: ClassVar[dict[str, str]]
+
+    def build(self) -> Any:
+        """Return the part. Raises InvalidInput."""
+        return self.part(**{field: _built(getattr(self, key)) for key, field in self.names.items()})
+
+
+def _built(value: Any) -> Any:
+    """Return the value of a field, with parts in place of their models."""
+    if isinstance(value, PartModel):
+        return value.build()
+    return [_built(one) for one in value] if isinstance(value, list) else value
+
+
+@dataclass(frozen=True, eq=False)
+class OfAnyKind(ModelByContent):
+    """Metadata of a field that holds a part of a registry; a kind may be added to the registry at any time."""
+
+    kinds: Mapping[str, type]
+
+    def model_of(self, content: object) -> type[PartModel] | None:
+        """Return the model of the kind that the content names."""
+        kind = content.get("kind") if isinstance(content, dict) else None
+        return model_of_part(kind, self.kinds[kind]) if isinstance(kind, str) and kind in self.kinds else None
+
+    def validate(self, content: object) -> PartModel:
+        """Return the validated model. Raises the errors of pydantic, which collects them with the others."""
+        if not isinstance(content, dict):
+            raise PydanticKnownError("model_attributes_type")
+        if "kind" not in content:
+            raise PydanticKnownError("union_tag_not_found", {"discriminator": "'kind'"})
+        model = self.model_of(content)
+        if model is None:
+            tags = ", ".join(repr(name) for name in self.kinds)
+            told = {"discriminator": "'kind'", "tag": str(content["kind"]), "expected_tags": tags}
+            raise PydanticKnownError("union_tag_invalid", told)
+        return model.model_validate(content)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.validate)
+
+
+TrajectoryModel = Annotated[PartModel, OfAnyKind(TRAJECTORIES)]
+ShapeModel = Annotated[PartModel, OfAnyKind(SHAPES)]
+BoundModel = Annotated[PartModel, OfAnyKind(BOUNDS)]
+UncertaintyModel = Annotated[PartModel, OfAnyKind(UNCERTAINTIES)]
+
+PARTS: Final[Mapping[Any, Any]] = {
+    Trajectory: TrajectoryModel,
+    Shape: ShapeModel,
+    Bound: BoundModel,
+    Uncertainty: UncertaintyModel,
+}
+"""Types in files, by the protocol in the annotation of a field."""
+
+
+@lru_cache(maxsize=256)
+def model_of_part(kind: str, part: type) -> type[PartModel]:
+    """Return the model of a dataclass: a key for each field, with its default.
+
+    Raises:
+        TypeError: a field has an annotation that has no type in files.
+    """
+    hints = get_type_hints(part, include_extras=True)
+    names: dict[str, str] = {}
+    keys: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    for field in fields(part):
+        held = inspect.getattr_static(part, field.name, None)
+        key = (held.key if isinstance(held, Checked) else "") or field.name
+        names[key] = field.name
+        in_file = _array_type(held.shape) if isinstance(held, Checked) else _value_type(hints[field.name])
+        if in_file is None:
+            found = hints[field.name]
+            raise TypeError(f"{part.__name__}.{field.name}: expected an annotation that files can hold, found {found}")
+        keys[key] = (in_file, ... if field.default is MISSING else field.default)
+    model = create_model(f"{part.__name__}Model", __base__=PartModel, __doc__=part.__doc__, **keys)
+    model.part, model.names = part, names
+    return model
+
+
+def _array_type(shape: str) -> Any:
+    """Return nested lists of numbers for the shape of an array, see `checks.Checked`."""
+    *outer, last = shape.split()
+    found: Any = Vector if last == "d" else _list_of(FiniteFloat, last)
+    for size in reversed(outer):
+        found = _list_of(found, size)
+    return found
+
+
+def _list_of(item: Any, size: str) -> Any:
+    """Return lists of that size, a number or n for any."""
+    items: Any = GenericAlias(list, (item,))
+    return Annotated[items, Field(min_length=int(size), max_length=int(size))] if size.isdigit() else items
+
+
+def _value_type(hint: Any) -> Any:
+    """Return the type in files of a field with this annotation; None if there is none.
+
+    A number may be annotated with its check (`checks.Positive`), text with the texts that are known, as in
+    Annotated[str, ("linear", "smooth")]. Parts and tuples of parts are annotated with their protocol.
+    """
+    if get_origin(hint) is Annotated:
+        value, told = get_args(hint)[:2]
+        return Literal[told] if value is str else NUMBERS.get(told)
+    if get_origin(hint) is tuple and get_args(hint)[1:] == (...,):
+        item = _value_type(get_args(hint)[0])
+        return None if item is None else GenericAlias(list, (item,))
+    return FiniteFloat if hint is float else hint if hint in (bool, int, str) else PARTS.get(hint)
