@@ -5,8 +5,6 @@ import pytest
 
 from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
 from slalom.kernels.guidance.grid_astar import (
-    THROUGH,
-    WALL,
     cell_costs,
     line_of_sight,
     next_waypoint,
@@ -14,11 +12,12 @@ from slalom.kernels.guidance.grid_astar import (
     shortest_path,
     wall_costs,
 )
-from slalom.kernels.guidance.priority_inheritance import REQUEST_BESIDE_AFTER
+from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.run.guidance import Guidance
+from slalom.tolerances import PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
 
 MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]
 
@@ -38,7 +37,7 @@ class TestWays:
     def test_lengths_are_those_of_all_pairs(self, seed):
         """Against Bellman and Ford on the same 16 moves."""
         rng = np.random.default_rng(seed)
-        cost = np.where(rng.random((9, 8)) < 0.3, THROUGH, 1.0)
+        cost = np.where(rng.random((9, 8)) < 0.3, PARKED_COST, 1.0)
         goal = (int(rng.integers(9)), int(rng.integers(8)))
         cells = [(x, y) for x in range(9) for y in range(8)]
         slow = dict.fromkeys(cells, np.inf) | {goal: 0.0}
@@ -54,7 +53,7 @@ class TestWays:
                             other = (x + a // 2, y + b) if abs(a) == 2 else (x + a, y + b // 2)
                             each = max(each, cost[middle], cost[other])
                         slow[x, y] = min(slow[x, y], slow[u, v] + np.hypot(a, b) * each)
-        found, most = path_lengths(cost, *goal, -1, -1, np.inf)
+        found, most = path_lengths(cost, goal, (-1, -1), np.inf)
         assert all(found[cell] == pytest.approx(slow[cell]) for cell in cells)
         assert most == np.inf
 
@@ -66,32 +65,33 @@ class TestWays:
         cost = np.ones((n, n))
         for _ in range(12):
             a, b, r = rng.integers(0, n), rng.integers(0, n), rng.uniform(1.0, 6.0)
-            cost[(x - a) ** 2 + (y - b) ** 2 < r * r] = THROUGH
+            cost[(x - a) ** 2 + (y - b) ** 2 < r * r] = PARKED_COST
         for _ in range(4):
             a, b = rng.integers(0, n - 30, 2)
-            cost[a : a + 30, b] = WALL
+            cost[a : a + 30, b] = WALL_COST
         ends = rng.integers(0, n, 4)
-        few, most = path_lengths(cost, *ends, 6.0)
-        every, _ = path_lengths(cost, *ends, np.inf)
+        goal, start = tuple(ends[:2]), tuple(ends[2:])
+        few, most = path_lengths(cost, goal, start, 6.0)
+        every, _ = path_lengths(cost, goal, start, np.inf)
         known = every + np.hypot(x - ends[2], y - ends[3]) <= most
         np.testing.assert_array_equal(few[known], every[known])
         assert np.all(few >= every)
         assert np.isfinite(few).sum() < np.isfinite(every).sum()
-        whole, path = shortest_path(every, *ends[2:], np.inf), shortest_path(few, *ends[2:], most)
+        whole, path = shortest_path(every, start, np.inf), shortest_path(few, start, most)
         assert path == whole or not path
-        assert whole[-1] == tuple(ends[:2])
+        assert whole[-1] == goal
 
     def test_robots_that_have_arrived_and_walls_are_gone_around(self):
         clearance = np.full((41, 41), np.inf)
         clearance[20, 10:] = 0.0
-        grid, places = np.array([0.0, 0.0, 0.1]), np.array([(1.0, 1.0, 0.0), (2.7, 3.0, 0.0)])
-        cost = cell_costs(grid, wall_costs(grid, clearance, 0.2), 0.2, places, np.array([0.2, 0.3]), np.array([1]), 0)
-        assert cost[20, 30] == WALL
-        assert cost[27, 30] == cost[31, 30] == THROUGH
+        grid, positions = Grid(np.zeros(2), 0.1, clearance), np.array([(1.0, 1.0, 0.0), (2.7, 3.0, 0.0)])
+        cost = cell_costs(grid, wall_costs(grid, 0.2), 0.2, positions, np.array([0.2, 0.3]), np.array([1]), 0)
+        assert cost[20, 30] == WALL_COST
+        assert cost[27, 30] == cost[31, 30] == PARKED_COST
         assert cost[27, 36] == cost[10, 10] == 1.0
         corner = np.zeros(3)
-        assert not next_waypoint(grid, cost, 1.0, 1.0, 1.5, 3.0, corner)
-        assert next_waypoint(grid, cost, 1.0, 3.0, 3.5, 3.0, corner)
+        assert not next_waypoint(grid, cost, np.array([1.0, 1.0, 0.0]), np.array([1.5, 3.0, 0.0]), corner)
+        assert next_waypoint(grid, cost, np.array([1.0, 3.0, 0.0]), np.array([3.5, 3.0, 0.0]), corner)
         assert line_of_sight(cost, 10.0, 30.0, corner[0] / 0.1, corner[1] / 0.1)
         assert corner[1] < 1.25
 

@@ -311,5 +311,5 @@ def test_what_rests_is_there_in_every_image():
     guidance = Guidance(Scenario("walled", robots, (wall,), period=PERIOD))
     for by in (-48.0, -24.0, 0.0, 24.0, 480.0):
         for x, y, free in ((12.0, 0.0, False), (12.0, 2.5, True), (9.5, 0.0, True), (13.0, 0.5, False)):
-            found = is_free(x + by, y, 0.3, guidance.guide, guidance.grid, guidance.clearance)
+            found = is_free(x + by, y, 0.3, guidance.guide.period, guidance.grid)
             assert found == free, (x, y, by)

@@ -233,4 +233,323 @@ MARGIN_STEPS: Final = 4
 """[1] Number of margins that are tried, each half of the one before; then the fallback decides.
 
 Larger: a robot in a narrow gap keeps more of its margin at more cost. Smaller: it falls back earlier.
+# Guidance and search over sequences
+
+DIVISOR_FLOOR: Final = 1e-9
+"""[m, m/s or m^2/s^2] Least length, speed or squared speed that guidance divides by.
+
+It avoids 0 / 0 for robots at rest and at their waypoints. Larger: directions of slow robots lose length.
+"""
+
+SQUARED_LENGTH_FLOOR: Final = 1e-300
+"""[cell^2] Least squared length of a line of sight that is divided by: avoids 0 / 0 for a robot at its goal."""
+
+FLAGS_PER_WORD: Final = 8
+"""[1] Flags of one byte that are tested as one word of 64 bits, so that eight discarded robots cost one comparison."""
+
+FILTER_ROUNDING: Final = 8e-6
+"""[1] Error bound of a quantity computed in single precision, as a share of its largest term.
+
+Each number is good to 6e-8, and fewer than ten roundings add up. Larger: the early rejection passes more robots.
+Below 1e-6: rounding may discard a robot that is encountered.
+"""
+
+FILTER_SLOWEST: Final = 1e-9
+"""[m/s] Robots slower than this, but not at rest, always pass the early rejection: their squared speed underflows.
+
+Larger: more robots pass. Below 1e-19 m/s squares are 0 in single precision and such a robot could be discarded.
+"""
+
+FILTER_SLACK: Final = 0.01
+"""[1] Relative excess of squared distances and of times in the early rejection, for the rounding of cross terms.
+
+Larger: more robots pass. Smaller: the absolute error bound grows as its inverse, and more slow robots pass.
+"""
+
+ENCOUNTER_DISTANCE: Final = 1.3
+"""[1] Two robots encounter each other if they would come nearer than this many times the sum of their radii.
+
+Larger: robots form traffic circles that they do not need. Smaller: near misses slow robots down (docs/design/0008).
+"""
+
+ENCOUNTER_SHARE: Final = 0.999
+"""[1] Share of the path to the waypoint on which encounters count. At the waypoint itself a robot waits instead.
+
+Larger: above 1 a robot circles around its own goal. Smaller: encounters near the waypoint are noticed later.
+"""
+
+SAME_DIRECTION_COSINE: Final = 0.7
+"""[1] Robots whose directions have a larger cosine than this follow or overtake each other: no encounter.
+
+Larger: converging robots form traffic circles. Smaller: crossing robots no longer do.
+"""
+
+CIRCLE_ROOM: Final = 1.2
+"""[1] Radius of a traffic circle as a share of the radius on which its robots fit side by side (CIRCLE_SPACING).
+
+Larger: a longer way around it. Smaller: robots block each other on it (docs/design/0008).
+"""
+
+CIRCLE_SPACING: Final = 2.2
+"""[1] Length of a traffic circle per robot, as a multiple of its radius: one diameter and a tenth.
+
+Larger: a longer way around. Below 2: robots on the circle overlap.
+"""
+
+CIRCLE_OWN_RADIUS: Final = 0.5
+"""[1] Share of a robot's own radius that is added to the radius of a traffic circle fitted to others.
+
+Larger: longer ways. Smaller: a large robot cuts into the circle of small ones.
+"""
+
+CIRCLE_DRIFT: Final = 0.05
+"""[1] Share of the way to the mean position of its robots by which the centre of a traffic circle moves in one step.
+
+It holds while the number of robots does not grow. Larger: the centre follows each robot that joins, and robots leave
+too early. Smaller: the centre stays at the first encounter, beside the later ones.
+"""
+
+CIRCLE_ENTRY: Final = 2.0
+"""[1] Robots within this many of their radii of a traffic circle, or on their way there, are counted on it.
+
+Larger: robots that only pass enlarge the circle. Smaller: robots that enter are counted late.
+"""
+
+CIRCLE_SPEED: Final = 0.1
+"""[1] Share of its maximum speed above which a robot within a traffic circle is counted even if it moves outwards.
+
+Larger: slow robots on the circle are not counted. Smaller: robots at rest within it are.
+"""
+
+CIRCLE_CENTRE: Final = 1e-6
+"""[m] A robot nearer than this to the centre of a traffic circle has no tangent, and heads for its waypoint.
+
+Larger: more robots lose their circle. Smaller: the direction of the tangent is rounding.
+"""
+
+CIRCLE_TOLERANCE: Final = 0.5
+"""[m] Tolerance of targets on the tangent of a traffic circle. They move on at each step, so none is driven to.
+
+Larger: a robot may count such a target as reached and slow down. Smaller: nothing changes.
+"""
+
+CIRCLE_PATIENCE: Final = 1.0
+"""[s] A robot that has been blocked for longer leaves its traffic circle and heads for its waypoint.
+
+Larger: robots block each other on circles for longer. Smaller: robots leave circles that would have worked.
+"""
+
+TANGENT_DISTANCE: Final = 2.0
+"""[1] Least distance of a target on the tangent of a traffic circle, as a multiple of the radius of the circle.
+
+Larger: no gain. Smaller: a robot near the circle brakes for its target.
+"""
+
+WAYPOINT_TOLERANCE: Final = 0.1
+"""[1] A waypoint before the goal is reached within this share of the robot's radius.
+
+Larger: robots rest beside waypoints that count as reached, without sight of the next one. Smaller: no gain.
+"""
+
+KEEP_RIGHT_TIME: Final = 8.0
+"""[s] In a periodic world a robot passes frontal robots on the right if it encounters them within this time.
+
+Larger: robots turn aside early, for encounters that others prevent. Smaller: they turn aside sharply.
+"""
+
+KEEP_RIGHT_COSINE: Final = 0.8
+"""[1] Least cosine of the angle between a robot's direction and that from which a frontal robot approaches.
+
+Larger: only robots straight ahead are passed on the right. Smaller: robots that cross are passed too.
+"""
+
+NARROW_COST: Final = 3.0
+"""[1] Cost per length of cells whose clearance is less than the radius by no more than half a diagonal.
+
+Such a cell may or may not be free. Larger: paths avoid passages as wide as the robot. Smaller: paths touch walls.
+"""
+
+PARKED_COST: Final = 8.0
+"""[1] Cost per length of cells that are occupied by a robot at rest at its goal; a request may move it aside.
+
+Larger: longer detours around such robots. Smaller: more requests.
+"""
+
+WALL_COST: Final = 1e4
+"""[1] Cost per length of cells that are occupied by a wall: more than any detour, but finite.
+
+A robot whose own cell counts as occupied still gets a path. Smaller: on large grids paths may lead through walls.
+"""
+
+HALF_DIAGONAL: Final = 0.7
+"""[cell] Half the diagonal of a cell, rounded down: with so much less clearance than the radius a cell is occupied.
+
+Larger: paths through passages that are too narrow. Smaller: passages just wide enough count as closed.
+"""
+
+LONGEST_MOVE: Final = 5.0**0.5
+"""[cell] Length of a knight's move, the longest on the grid: cells within it of the known ones may be unknown."""
+
+SEARCH_MARGIN: Final = 6.0
+"""[cell] Cells on paths longer than the shortest one by at most this are known after the first search.
+
+Larger: more cells are searched. Smaller: all cells are searched more often. The path found is the same.
+"""
+
+MAX_PATH_CELLS: Final = 4096
+"""[cell] Cells of a path at most: more than a shortest path has on a grid of 400 by 400 cells without a maze.
+
+A longer path is cut there, which leaves the next waypoint as it is.
+"""
+
+MIN_WAYPOINT_CELLS: Final = 2
+"""[1] A waypoint is at least so many cells of the path ahead, even if the line of sight to it is blocked.
+
+Larger: waypoints behind corners. Smaller: a robot in an occupied cell gets its own cell as waypoint.
+"""
+
+SIGHT_SAMPLES: Final = 2.0
+"""[1/cell] Samples of a line of sight per cell. Larger: slower. Smaller: corners of walls are missed."""
+
+SIGHT_START: Final = 1.5
+"""[cell] Length at the beginning of a line of sight on which occupied cells do not count.
+
+A robot in contact stands in a cell that rounding may make occupied. Larger: lines through thin walls count as free.
+Smaller: robots at walls see nothing.
+"""
+
+SIGHT_CULL: Final = 1.0
+"""[cell] Robots nearer to a line of sight than their radius and this are tested at its cells.
+
+The samples are rounded to cells, at most 0.71 cells away. Larger: more tests; smaller than that: robots are missed.
+"""
+
+REQUEST_AFTER: Final = 1.5
+"""[s] A robot that has been blocked for this long sends a request to the robots ahead of it.
+
+Larger: blocked robots lose time. Smaller: requests where waiting would do.
+"""
+
+REQUEST_BESIDE_AFTER: Final = 10.0
+"""[s] A robot that has been blocked for this long also sends requests to robots beside it.
+
+It resolves arches of robots before a door, in which none is ahead of another. Larger: arches last longer.
+Smaller: robots beside the path move aside for nothing.
+"""
+
+REQUEST_AHEAD: Final = 0.1
+"""[1] Robots ahead by more than this share of the sum of radii get a request.
+
+Larger: robots that block by their edge get none. Smaller: robots beside the path get one.
+"""
+
+REQUEST_BESIDE: Final = 0.5
+"""[1] After REQUEST_BESIDE_AFTER, robots behind by less than this share of the sum of radii get a request too.
+
+Larger: robots behind move for nothing. Smaller: arches before a door may last.
+"""
+
+REQUEST_RANGE: Final = 1.5
+"""[1] Robots within this many times the sum of radii get a request.
+
+Larger: robots that do not block move aside. Smaller: those that block at some distance do not.
+"""
+
+REQUEST_SPEED: Final = 0.3
+"""[1] Robots faster than this share of their maximum speed get no request: they leave by themselves.
+
+Larger: moving robots are diverted. Smaller: robots that drift are left in the way.
+"""
+
+YIELD_DIRECTIONS: Final = 16
+"""[1] Directions that are compared for moving aside. More: slower. Fewer: gaps between robots are missed."""
+
+YIELD_DURATION: Final = 2.0
+"""[s] Time for which a robot moves aside after a request, at least.
+
+Larger: it comes back late. Smaller: it comes back before the blocked robot has moved.
+"""
+
+YIELD_EXTENSION: Final = 0.5
+"""[s] Least remaining time of moving aside while the robot that sent the request is within YIELD_RANGE.
+
+Larger: robots come back later. Smaller than a decision period: they come back in between.
+"""
+
+YIELD_RANGE: Final = 2.5
+"""[1] A robot moves aside for as long as the sender of the request is nearer than this many times the sum of radii.
+
+Larger: it comes back later. Smaller: it comes back into the path.
+"""
+
+YIELD_DISTANCE: Final = 2.5
+"""[1] Distance of the point that a robot yields to, and of the space tested for it, in sums of radii.
+
+Larger: robots move farther aside than needed. Smaller: they stay in the way.
+"""
+
+YIELD_SAMPLE: Final = 0.5
+"""[cell] Distance of the samples at which the space beside a path is tested for walls.
+
+Larger: thin walls are missed. Smaller: slower.
+"""
+
+YIELD_BACKWARD_COSINE: Final = 0.3
+"""[1] Robots do not move aside in directions whose cosine with the opposite of the request exceeds this.
+
+Larger: they approach the robot that they yield to. Smaller: fewer ways aside are found.
+"""
+
+YIELD_ASIDE: Final = 1.2
+"""[1] Distance from the path, in sums of radii, beyond which moving farther aside scores no more.
+
+Larger: robots move farther than needed. Below 1: they may stay in the path.
+"""
+
+YIELD_DISTANCE_WEIGHT: Final = 0.3
+"""[1] Score of a metre of free space in a direction, relative to a metre off the path.
+
+Larger: robots are pushed along the path. Smaller: they prefer narrow niches beside it.
+"""
+
+YIELD_BLOCKED: Final = 0.5
+"""[1] A direction with less free space than this share of the sum of radii counts as blocked.
+
+Larger: more robots inherit the request. Smaller: robots move into gaps that are too small.
+"""
+
+YIELD_INHERITANCE: Final = 0.2
+"""[1] Score, in sums of radii, of a blocked direction whose blocker can inherit the request.
+
+Larger: more robots are moved. Smaller: robots squeeze into gaps instead.
+"""
+
+YIELD_WALL_PENALTY: Final = 1.0
+"""[1] Penalty, in sums of radii, of a direction that is blocked by a wall or by a robot with a request.
+
+Larger: such directions are taken less often. Smaller: robots may try to yield into a wall.
+"""
+
+YIELD_TOLERANCE: Final = 0.1
+"""[m] Tolerance of the point that a robot yields to.
+
+Larger: it may stay in the path. Smaller: it moves on for longer.
+"""
+
+BLOCKED_SPEED: Final = 0.15
+"""[1] A robot slower than this share of its maximum speed, and not at its goal, counts as blocked.
+
+Larger: slow robots send requests. Smaller: robots that creep in a jam send none.
+"""
+
+BLOCKED_RECOVERY: Final = 2.0
+"""[1] A moving robot loses its waiting time so many times faster than it gained it.
+
+Larger: a robot in stop and go never sends requests. Smaller: it sends requests long after it has moved on.
+"""
+
+FIRST_VISIT_PRIORITY: Final = 1e6
+"""[s] Added to the waiting time of robots that have never arrived: they go before those that yielded their goals.
+
+More than any duration. Smaller: a robot that has yielded may come back before the other one has passed.
 """

@@ -1,152 +1,195 @@
-"""Giving way: robots that wait in vain ask those in their way, the one that has waited longest first.
+"""Priority inheritance: blocked robots send requests; robots that receive one move aside temporarily.
 
-Who is asked heads for a free place beside the way; if there is none, it asks whoever stands in its own way in turn
-(priority inheritance, as in Okumura, Machida, Defago and Tamura, "Priority inheritance with backtracking for iterative
-multi-agent path finding", Artificial Intelligence 310, 2022, here without its graph). It is a wish like any other: the
-choice that follows keeps clear of everything.
+The robot that has been blocked for longest has the highest priority. A robot that receives its request and cannot
+move aside sends a request with the same priority. The rule follows Okumura, Machida, Defago and Tamura, "Priority
+inheritance with backtracking for iterative multi-agent path finding", Artificial Intelligence 310, 2022, without the
+graph. It sets targets only: the decision keeps clear of everything.
 """
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Flags
-from slalom.kernels.guidance.periodic_images import apart, is_free
-from slalom.kernels.guidance.tables import GuidanceState
+from slalom.kernels.arrays import Flags
+from slalom.kernels.guidance.periodic_images import is_free, nearest_image
+from slalom.kernels.guidance.plane import along_and_across
+from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.kernels.jit import kernel
-
-DIRECTIONS = 16
-"""Ways aside that are looked at."""
-REQUEST_AFTER, YIELD_DURATION = 1.5, 2.0
-"""[s] after which a robot that stands in vain asks; for which who is asked heads aside, at least."""
-REQUEST_BESIDE_AFTER = 10.0
-"""[s] after which a robot also asks those beside it: an arch before a door has nobody ahead of those who carry it."""
-YIELD_RANGE = 2.5
-"""[1] and for as long as the one that asked is nearer than this many times the sum of their radii."""
+from slalom.tolerances import (
+    BLOCKED_RECOVERY,
+    BLOCKED_SPEED,
+    DIVISOR_FLOOR,
+    FIRST_VISIT_PRIORITY,
+    REQUEST_AFTER,
+    REQUEST_AHEAD,
+    REQUEST_BESIDE,
+    REQUEST_BESIDE_AFTER,
+    REQUEST_RANGE,
+    REQUEST_SPEED,
+    YIELD_ASIDE,
+    YIELD_BACKWARD_COSINE,
+    YIELD_BLOCKED,
+    YIELD_DIRECTIONS,
+    YIELD_DISTANCE,
+    YIELD_DISTANCE_WEIGHT,
+    YIELD_DURATION,
+    YIELD_EXTENSION,
+    YIELD_INHERITANCE,
+    YIELD_RANGE,
+    YIELD_SAMPLE,
+    YIELD_TOLERANCE,
+    YIELD_WALL_PENALTY,
+)
 
 
 @kernel
 def free_distance(
-    k: int, dx: float, dy: float, far: float, guide: GuidanceState, grid: Array, clearance: Array, margin: float
+    k: int, dx: float, dy: float, most: float, robots: GuidanceState, grid: Grid, margin: float
 ) -> tuple[float, int]:
-    """How far robot k could go along (dx, dy), up to `far`, before it meets a robot as it stands, or a wall; whom."""
-    px, py, free, who = guide.position[k, 0], guide.position[k, 1], far, -1
-    for m in range(len(guide.present)):
-        if m == k or not guide.present[m]:
+    """Distance [m], at most `most`, that robot k can move along the unit vector (dx, dy) among robots as they are.
+
+    Also the number of the robot that blocks it; -1: a wall, or no robot.
+    """
+    px, py, free, blocker = robots.position[k, 0], robots.position[k, 1], most, -1
+    for m in range(len(robots.present)):
+        if m == k or not robots.present[m]:
             continue
-        rx, ry = apart(k, m, guide)
-        along, across = rx * dx + ry * dy, abs(dx * ry - dy * rx)
-        touch = guide.radius[k] + guide.radius[m] + margin
-        if along <= 0.0 or across >= touch:
+        rx, ry = nearest_image(k, m, robots)
+        along, across = along_and_across(rx, ry, dx, dy)
+        touch = robots.radius[k] + robots.radius[m] + margin
+        if along <= 0.0 or abs(across) >= touch:
             continue
         run = max(0.0, along - np.sqrt(touch * touch - across * across))
         if run < free:
-            free, who = run, m
-    step = 0.5 * grid[2]
-    reach = guide.radius[k] + margin
+            free, blocker = run, m
+    step = YIELD_SAMPLE * grid.width
+    radius = robots.radius[k] + margin
     t = step
     while t <= free:
-        if not is_free(px + t * dx, py + t * dy, reach, guide, grid, clearance):
+        if not is_free(px + t * dx, py + t * dy, radius, robots.period, grid):
             return t - step, -1
         t += step
-    return free, who
+    return free, blocker
+
+
+@kernel
+def yielding_direction(
+    k: int,
+    blocked: tuple[float, float, float],
+    touch: float,
+    asked: Flags,
+    robots: GuidanceState,
+    grid: Grid,
+    margin: float,
+) -> tuple[float, float, float, int]:
+    """Direction (x, y) in which robot k best moves off the path of a blocked robot; free distance [m] and blocker.
+
+    blocked: direction x, y of the blocked robot and how far [m] robot k is to the left of its path. touch: sum of
+    their radii [m]. asked (n,): robots that have received a request. The blocker is -1 for a wall or none.
+    """
+    fx, fy, across = blocked
+    most, best_score, best, best_run, best_blocker = YIELD_DISTANCE * touch, -np.inf, (fx, fy), 0.0, -1
+    for n in range(YIELD_DIRECTIONS):
+        angle = 2.0 * np.pi * n / YIELD_DIRECTIONS
+        c, s = np.cos(angle), np.sin(angle)
+        dx, dy = c * fx - s * fy, c * fy + s * fx
+        along, sideways = along_and_across(dx, dy, fx, fy)
+        if along < -YIELD_BACKWARD_COSINE:
+            continue
+        run, blocker = free_distance(k, dx, dy, most, robots, grid, margin)
+        aside = abs(across + run * sideways)
+        score = min(aside, YIELD_ASIDE * touch) + YIELD_DISTANCE_WEIGHT * run
+        if run < YIELD_BLOCKED * touch:
+            # A robot in that direction can receive a request in turn; a wall cannot.
+            inherits = blocker >= 0 and not asked[blocker]
+            score += YIELD_INHERITANCE * touch if inherits else -YIELD_WALL_PENALTY * touch
+        if score > best_score:
+            best_score, best, best_run, best_blocker = score, (dx, dy), run, blocker
+    return best[0], best[1], best_run, best_blocker
 
 
 @kernel
 def request_space(
-    i: int,
-    ex: float,
-    ey: float,
-    asked: Flags,
-    guide: GuidanceState,
-    grid: Array,
-    clearance: Array,
-    margin: float,
-    until: float,
+    i: int, ex: float, ey: float, asked: Flags, robots: GuidanceState, grid: Grid, margin: float, until: float
 ) -> None:
-    """Robot i, which wants to go along (ex, ey), asks who stands there; these ask on."""
+    """Send requests of robot i along its direction, the unit vector (ex, ey), and those that inherit its priority.
+
+    Robots that receive a request get a point to yield to, until the time `until` [s]; asked (n,) marks them.
+    """
     stack = [(i, ex, ey)]
-    ahead = -0.5 if guide.waiting_time[i] >= REQUEST_BESIDE_AFTER else 0.1
+    ahead = -REQUEST_BESIDE if robots.waiting_time[i] >= REQUEST_BESIDE_AFTER else REQUEST_AHEAD
     while len(stack) > 0:
         j, fx, fy = stack.pop()
-        for k in range(len(guide.present)):
-            if asked[k] or not guide.present[k]:
+        for k in range(len(robots.present)):
+            if asked[k] or not robots.present[k]:
                 continue
-            rx, ry = apart(j, k, guide)
-            touch = guide.radius[j] + guide.radius[k]
-            along, across = rx * fx + ry * fy, fx * ry - fy * rx
-            if along <= ahead * touch or rx * rx + ry * ry > (1.5 * touch) ** 2 or abs(across) >= touch + margin:
+            rx, ry = nearest_image(j, k, robots)
+            touch = robots.radius[j] + robots.radius[k]
+            along, across = along_and_across(rx, ry, fx, fy)
+            if along <= ahead * touch or abs(across) >= touch + margin:
                 continue
-            if np.sqrt(guide.velocity[k, 0] ** 2 + guide.velocity[k, 1] ** 2) > 0.3 * guide.max_speed[k]:
+            if rx * rx + ry * ry > (REQUEST_RANGE * touch) ** 2:
+                continue
+            speed = np.sqrt(robots.velocity[k, 0] ** 2 + robots.velocity[k, 1] ** 2)
+            if speed > REQUEST_SPEED * robots.max_speed[k]:
                 continue
             asked[k] = True
-            far = 2.5 * touch
-            best, bx, by, block = -np.inf, fx, fy, -1
-            for n in range(DIRECTIONS):
-                angle = 2.0 * np.pi * n / DIRECTIONS
-                dx, dy = np.cos(angle), np.sin(angle)
-                dx, dy = dx * fx - dy * fy, dx * fy + dy * fx
-                run, who = free_distance(k, dx, dy, far, guide, grid, clearance, margin)
-                # How far aside of the way it gets; not towards the one that asks.
-                sideways = dx * -fy + dy * fx
-                if dx * fx + dy * fy < -0.3:
-                    continue
-                aside = abs(across + run * sideways)
-                score = min(aside, 1.2 * touch) + 0.3 * run
-                if run < 0.5 * touch:
-                    # Who stands there may be asked in turn, a wall may not.
-                    score += 0.2 * touch if who >= 0 and not asked[who] else -touch
-                if score > best:
-                    best, bx, by, block = score, dx, dy, who
-            run, _ = free_distance(k, bx, by, far, guide, grid, clearance, margin)
-            guide.yielding[k, 0], guide.yielding[k, 1] = (
-                guide.position[k, 0] + far * bx,
-                guide.position[k, 1] + far * by,
-            )
-            guide.yielding[k, 2], guide.yielding[k, 3] = until, i
-            if run < 0.5 * touch and block >= 0 and not asked[block]:
-                stack.append((k, bx, by))
-        ahead = 0.1
+            dx, dy, run, blocker = yielding_direction(k, (fx, fy, across), touch, asked, robots, grid, margin)
+            most = YIELD_DISTANCE * touch
+            robots.yielding[k, 0] = robots.position[k, 0] + most * dx
+            robots.yielding[k, 1] = robots.position[k, 1] + most * dy
+            robots.yielding[k, 2], robots.yielding[k, 3] = until, i
+            if run < YIELD_BLOCKED * touch and blocker >= 0 and not asked[blocker]:
+                stack.append((k, dx, dy))
+        ahead = REQUEST_AHEAD
 
 
 @kernel
-def give_way(guide: GuidanceState, grid: Array, clearance: Array, margin: float, now: float, period: float) -> None:
-    """Who waits in vain asks; who was asked heads aside for a while."""
-    n = len(guide.radius)
-    asked = np.zeros(n, np.bool_)
-    for i in range(n):
-        speed = np.sqrt(guide.velocity[i, 0] ** 2 + guide.velocity[i, 1] ** 2)
-        wants = np.sqrt((guide.goal[i, 0] - guide.position[i, 0]) ** 2 + (guide.goal[i, 1] - guide.position[i, 1]) ** 2)
-        if wants <= guide.goal_tolerance[i] or not guide.present[i]:
-            guide.waiting_time[i] = 0.0
-        elif speed < 0.15 * guide.max_speed[i]:
-            guide.waiting_time[i] += period
+def update_waiting(robots: GuidanceState, now: float, period: float) -> None:
+    """Update the waiting times after one period [s], and extend the yielding of robots that are still in the way."""
+    for i in range(len(robots.radius)):
+        speed = np.sqrt(robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2)
+        x, y = robots.goal[i, 0] - robots.position[i, 0], robots.goal[i, 1] - robots.position[i, 1]
+        if np.sqrt(x**2 + y**2) <= robots.goal_tolerance[i] or not robots.present[i]:
+            robots.waiting_time[i] = 0.0
+        elif speed < BLOCKED_SPEED * robots.max_speed[i]:
+            robots.waiting_time[i] += period
         else:
-            guide.waiting_time[i] = max(0.0, guide.waiting_time[i] - 2.0 * period)
-        k = int(guide.yielding[i, 3])
-        touch = guide.radius[i] + guide.radius[k]
-        x, y = apart(k, i, guide)
-        square = x**2 + y**2
-        if guide.yielding[i, 2] > now and not guide.arrived[k] and square < (YIELD_RANGE * touch) ** 2:
-            # Who asked is still near: back to one's own way only behind it.
-            guide.yielding[i, 2] = max(guide.yielding[i, 2], now + 0.5)
-    # Robots that have been at their goals and were asked away wait behind those that have not.
-    patience = guide.waiting_time.copy()
+            robots.waiting_time[i] = max(0.0, robots.waiting_time[i] - BLOCKED_RECOVERY * period)
+        k = int(robots.yielding[i, 3])
+        near = YIELD_RANGE * (robots.radius[i] + robots.radius[k])
+        x, y = nearest_image(k, i, robots)
+        if robots.yielding[i, 2] > now and not robots.arrived[k] and x**2 + y**2 < near**2:
+            # The robot that sent the request has not yet passed.
+            robots.yielding[i, 2] = max(robots.yielding[i, 2], now + YIELD_EXTENSION)
+
+
+@kernel
+def give_way(robots: GuidanceState, grid: Grid, margin: float, now: float, period: float) -> None:
+    """Send the requests of blocked robots and set target, tolerance and stop of robots that yield.
+
+    margin: kept between bodies [m]; now [s]; period: since the last call [s].
+    """
+    n = len(robots.radius)
+    asked = np.zeros(n, np.bool_)
+    update_waiting(robots, now, period)
+    # Robots that had arrived and moved off their goals have lower priority than those on their way.
+    priority = robots.waiting_time.copy()
     for i in range(n):
-        if not guide.visited[i] and patience[i] >= REQUEST_AFTER:
-            patience[i] += 1e6
-    order = np.argsort(patience)
+        if not robots.visited[i] and priority[i] >= REQUEST_AFTER:
+            priority[i] += FIRST_VISIT_PRIORITY
+    order = np.argsort(priority)
     for j in range(n - 1, -1, -1):
         i = order[j]
-        if guide.waiting_time[i] < REQUEST_AFTER:
+        if robots.waiting_time[i] < REQUEST_AFTER:
             break
         if asked[i]:
             continue
         asked[i] = True
-        # The right of way: it heads on although it was asked before.
-        guide.yielding[i, 2] = now
-        ex, ey = guide.waypoint[i, 0] - guide.position[i, 0], guide.waypoint[i, 1] - guide.position[i, 1]
-        far = max(np.sqrt(ex * ex + ey * ey), 1e-9)
-        request_space(i, ex / far, ey / far, asked, guide, grid, clearance, margin, now + YIELD_DURATION)
+        # It has the right of way: earlier requests to it end.
+        robots.yielding[i, 2] = now
+        ex, ey = robots.waypoint[i, 0] - robots.position[i, 0], robots.waypoint[i, 1] - robots.position[i, 1]
+        length = max(np.sqrt(ex * ex + ey * ey), DIVISOR_FLOOR)
+        request_space(i, ex / length, ey / length, asked, robots, grid, margin, now + YIELD_DURATION)
     for k in range(n):
-        if guide.yielding[k, 2] > now:
-            guide.target[k, 0], guide.target[k, 1] = guide.yielding[k, 0], guide.yielding[k, 1]
-            guide.tolerance[k], guide.stop[k] = 0.1, True
+        if robots.yielding[k, 2] > now:
+            robots.target[k, 0], robots.target[k, 1] = robots.yielding[k, 0], robots.yielding[k, 1]
+            robots.tolerance[k], robots.stop[k] = YIELD_TOLERANCE, True

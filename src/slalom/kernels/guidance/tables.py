@@ -1,28 +1,55 @@
-"""What guides robots that share the plane: where each heads for, as arrays over all of them."""
+"""Tables of the guidance of n robots that share the plane."""
 
 from typing import NamedTuple
 
-from slalom.kernels.arrays import Array, Flags
+from slalom.kernels.arrays import Array, Flags, Indices, Singles, Words
 
 
 class GuidanceState(NamedTuple):
-    """Robots as discs, what they want, and where they head for. It has no part in safety: a target is a wish."""
+    """Robots as discs, their goals and their targets.
 
-    position: Array  # (n, 3)
-    velocity: Array  # (n, 3)
-    radius: Array  # (n,)
+    It has no part in safety: the decision keeps clear of everything, whatever the target.
+    """
+
+    position: Array  # (n, 3) [m]
+    velocity: Array  # (n, 3) [m/s]
+    radius: Array  # (n,) [m]
     max_speed: Array  # (n,) [m/s]
-    goal: Array  # (n, 3)
-    goal_tolerance: Array  # (n,)
-    goal_stop: Flags  # (n,)
+    goal: Array  # (n, 3) [m]
+    goal_tolerance: Array  # (n,) [m]
+    goal_stop: Flags  # (n,) whether the robot stops at its goal
     present: Flags  # (n,)
-    waypoint: Array  # (n, 3) the next place on the way to the goal around what rests; the goal itself
-    target: Array  # (n, 3) where they head for now: that, or a place beside the way to it
-    tolerance: Array  # (n,) [m] how near is enough
-    stop: Flags  # (n,) whether to stop there
-    waiting_time: Array  # (n,) [s] how long they have stood in vain
-    yielding: Array  # (n, 4) where they give way to, until when, and to whom
+    waypoint: Array  # (n, 3) [m] next waypoint of the path around obstacles at rest; the goal if it is in sight
+    target: Array  # (n, 3) [m] the waypoint, a point beside a traffic circle, or a point off another robot's path
+    tolerance: Array  # (n,) [m] distance from the target that counts as reached
+    stop: Flags  # (n,) whether the robot stops at its target
+    waiting_time: Array  # (n,) [s] time for which the robot has been blocked
+    yielding: Array  # (n, 4) point to yield to (x, y) [m], end of yielding [s], number of the robot to yield to
     arrived: Flags  # (n,)
-    visited: Flags  # (n,) whether they have ever arrived
-    period: Array  # (2,) [m] after which the world repeats along x and y; 0: it does not
-    circle: Array  # (n, 4) what they go around, keeping it on their left: x, y, radius, robots; radius 0: nothing
+    visited: Flags  # (n,) whether the robot has ever arrived
+    period: Array  # (2,) [m] period of the world along x and y; 0: not periodic
+    circle: Array  # (n, 4) traffic circle, passed counterclockwise: centre x, y [m], radius [m], robots; radius 0: none
+
+
+class Grid(NamedTuple):
+    """Clearance to obstacles at rest at the centres of square cells: origin + width (a, b) for cell (a, b)."""
+
+    origin: Array  # (2,) [m]
+    width: float  # [m]
+    clearance: Array  # (nx, ny) [m]; inf without obstacles
+
+
+class RobotRows(NamedTuple):
+    """Robots in double and single precision with the workspace of the early rejection.
+
+    m is n rounded up to whole words. Loops over rows run on vector registers.
+    """
+
+    exact: Array  # (6, n) x, y [m], velocity x, y [m/s], radius [m] (-inf: absent), speed [m/s]
+    coarse: Singles  # (5, m) the first five rows, with positions relative to the origin; NaN: absent
+    origin: Array  # (2,) or (3,) [m] of the coarse positions
+    extent: float  # [m] largest coordinate of a robot relative to the origin, plus its radius
+    top_speed: float  # [m/s] largest speed of a robot
+    possible: Flags  # (m,) result of the last test
+    words: Words  # (m / FLAGS_PER_WORD,) the same memory as words of 64 bits
+    candidates: Indices  # (n,) numbers of the robots that passed the last test

@@ -6,7 +6,7 @@ from shapely.affinity import translate
 
 from slalom import kernels
 from slalom.checks import Array
-from slalom.kernels.guidance.tables import GuidanceState
+from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.minkowski import outline_parts
 from slalom.sim.periodic import between
 from slalom.sim.run.threads import map_in_threads
@@ -62,7 +62,7 @@ class Guidance:
         self._steps = 0
         self._moving = [k for k, robot in enumerate(robots) if not isinstance(robot.goal.trajectory, Stationary)]
         if self.guided:
-            self.grid, self.clearance = _grid(scenario, self.guide)
+            self.grid = _grid(scenario, self.guide)
 
     def _three(self, rows: Array) -> Array:
         """Vectors (n, d) with zeros for the third coordinate: (n, 3)."""
@@ -101,7 +101,7 @@ class Guidance:
         if guide.period.any():
             guide.waypoint[:] = guide.goal
             kernels.keep_right(guide)
-            kernels.give_way(guide, self.grid, self.clearance, self.margin, now, period)
+            kernels.give_way(guide, self.grid, self.margin, now, period)
             return
         rests = np.isfinite(self.arrived) & (np.linalg.norm(guide.velocity, axis=1) < PARKED)
         parked = np.flatnonzero(guide.present & rests)
@@ -109,10 +109,10 @@ class Guidance:
         turn = (np.arange(len(self.robots)) + self._steps) % WAYPOINT_INTERVAL == 0
         due = np.flatnonzero(guide.present & ~np.isfinite(self.arrived) & turn)
         guide.waypoint[moves] = guide.goal[moves]
-        kernels.update_waypoints(guide, self.grid, self.clearance, self.margin, parked, due)
+        kernels.update_waypoints(guide, self.grid, self.margin, parked, due)
         everyone = np.arange(len(self.robots))
         map_in_threads(lambda part: kernels.update_targets(part, guide), everyone, self.threads, FEWEST)
-        kernels.give_way(guide, self.grid, self.clearance, self.margin, now, period)
+        kernels.give_way(guide, self.grid, self.margin, now, period)
         self._steps += 1
 
     def drive(self, push: Array, dt: float) -> None:
@@ -129,8 +129,8 @@ def _repeats(scenario: Scenario) -> Array:
     return np.where(np.isfinite(period), period, 0.0) if len(period) else np.zeros(2)
 
 
-def _grid(scenario: Scenario, guide: GuidanceState) -> tuple[Array, Array]:
-    """x, y of the first cell, the width of cells; and the distance of each cell to the nearest obstacle that rests."""
+def _grid(scenario: Scenario, guide: GuidanceState) -> Grid:
+    """Grid of the clearance to obstacles at rest, over all positions and goals with a margin."""
     at_rest = [o for o in scenario.obstacles if isinstance(o.trajectory, Stationary)]
     parts = [part for obstacle in at_rest for part in outline_parts(obstacle, scenario.start)]
     outlines = [(_outline(part.corners), part.radius) for part in parts]
@@ -152,7 +152,7 @@ def _grid(scenario: Scenario, guide: GuidanceState) -> tuple[Array, Array]:
     cells = shapely.points(np.moveaxis(np.indices(clearance.shape), 0, -1) * width + low) if outlines else None
     for line, radius in outlines:
         clearance = np.minimum(clearance, shapely.distance(cells, line) - radius)
-    return np.array([low[0], low[1], width]), clearance
+    return Grid(low, width, clearance)
 
 
 def _outline(corners: Array) -> shapely.Geometry:
