@@ -233,6 +233,8 @@ MARGIN_STEPS: Final = 4
 """[1] Number of margins that are tried, each half of the one before; then the fallback decides.
 
 Larger: a robot in a narrow gap keeps more of its margin at more cost. Smaller: it falls back earlier.
+"""
+
 # Guidance and search over sequences
 
 DIVISOR_FLOOR: Final = 1e-9
