@@ -26,7 +26,8 @@ from program import finish, options, table, target
 
 from slalom import method
 from slalom.sim import Recording, gallery, simulate
-from slalom.sim.run.plant import drive
+from slalom.sim.run.robot_states import integrate
+from slalom.state import State
 
 ROOM, CARS_TIME = 900.0, 12.0
 """[m^2] for each robot: far goals, so that they are all on their way. [s] after which the crossing begins again."""
@@ -75,7 +76,8 @@ def deciding(count: int) -> dict[str, Any]:
         state, decision, now = robot.state, None, 0.0
         for _ in range(count):
             decision = navigator.decide(state, scenario.obstacles, robot.goal, now=now, previous=decision)
-            state, now = drive(state, decision.manoeuvre.mean_acceleration(now, dt), dt), now + dt
+            applied = decision.manoeuvre.mean_acceleration(now, dt)
+            state, now = State(*integrate(state.position, state.velocity, applied, dt), applied), now + dt
             if now >= CARS_TIME:
                 state, decision, now = robot.state, None, 0.0
             note()

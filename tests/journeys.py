@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from hulls import Pair, turned
+from motion import drive
 from oracle import MOTIONS, STAMPS, facing, motion
 from scenes import FASTEST, HEADED, IN_SPACE, KINDS, ROBOTS, SHAPES
 
@@ -32,7 +33,6 @@ from slalom import (
     Stationary,
 )
 from slalom.shape import round_shape
-from slalom.sim.run.plant import drive
 from slalom.trajectory import TRAJECTORIES
 
 COARSE, FINE = 0.02, 5e-4

@@ -26,10 +26,11 @@ from slalom.proposals import detour_lengths
 from slalom.sim import Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
-from slalom.sim.run.crew import FleetDecider
-from slalom.sim.run.fleet import seen_by
+from slalom.sim.measure.single_robot_view import single_robot_view
+from slalom.sim.run.deciders import NavigatorDecider
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.pilots import NavigatorDecider
+from slalom.sim.run.robot_states import RobotStates
 from slalom.tolerances import COLLISION, COMMITTED_SLACK, METRIC
 
 SHARED = METHODS["nao_shared"]
@@ -37,7 +38,7 @@ SHARED = METHODS["nao_shared"]
 
 def least_clearance(recording) -> float:
     """Between all robots, and to all obstacles, in continuous time."""
-    each = [closest_approaches(seen_by(recording, k)) for k in range(len(recording.shapes))]
+    each = [closest_approaches(single_robot_view(recording, k)) for k in range(len(recording.shapes))]
     return min(closest.clearance for row in each for closest in row)
 
 
@@ -129,7 +130,7 @@ def test_a_robot_that_passes_its_goal_leaves():
     assert np.all(np.isfinite(run.arrived))
     step = round(float(run.arrived[0]) / run.dt)
     assert np.array_equal(run.positions[step + 1, 0], run.positions[-1, 0])
-    other = seen_by(run, 1).obstacles[0]
+    other = single_robot_view(run, 1).obstacles[0]
     assert other.trajectory.span[1] == pytest.approx(run.arrived[0])
 
 
@@ -139,7 +140,7 @@ def test_all_pairs_at_once_are_as_near_as_one_by_one(seed):
     run = simulate(replace(drawn(seed, 4), duration=6.0), SHARED)
     between = between_robots(run)
     for k in range(4):
-        each = [c.clearance for c in closest_approaches(seen_by(run, k))][len(run.obstacles) :]
+        each = [c.clearance for c in closest_approaches(single_robot_view(run, k))][len(run.obstacles) :]
         assert np.delete(between[k], k) == pytest.approx(each, abs=METRIC)
 
 
@@ -159,17 +160,19 @@ def test_the_kernel_decides_as_the_navigator():
     for seed in range(6):
         for name in ("nao_shared", "ao", "vo"):
             scenario = standing_goals(seed)
-            guidance, other = Guidance(scenario), Guidance(scenario)
+            guidance, other = Guidance(RobotStates(scenario)), Guidance(RobotStates(scenario))
             method = METHODS[name].among_robots()
-            crew, pilots = FleetDecider(scenario, method, guidance), NavigatorDecider(scenario, method, other)
+            crew, pilots = FleetDecider(method, guidance), NavigatorDecider(method, other)
             for step in range(8):
                 now = step * scenario.dt
+                crew.sense(now)
+                pilots.sense(now)
                 outcomes, _ = crew.decide(range(5), now)
                 expected, _ = pilots.decide(range(5), now)
                 assert outcomes == expected, (seed, name, step)
-                assert crew.chosen()[0] == pytest.approx(pilots.chosen()[0], abs=1e-7), (seed, name, step)
-                guidance.drive(crew.push(now, scenario.dt), scenario.dt)
-                other.drive(pilots.push(now, scenario.dt), scenario.dt)
+                assert crew.committed()[0] == pytest.approx(pilots.committed()[0], abs=1e-7), (seed, name, step)
+                guidance.states.integrate(crew.accelerations(now, scenario.dt), scenario.dt)
+                other.states.integrate(pilots.accelerations(now, scenario.dt), scenario.dt)
                 found.update(outcomes.values())
     assert min(found["CLEAR"], found["CONSTRAINED"], found["KEPT"]) > 20, found
 

@@ -12,7 +12,7 @@ from slalom.kernels.decision.encounters import cut_piece, grow_margin
 from slalom.kernels.geometry.cubic import value
 from slalom.methods import METHODS
 from slalom.sim import Robot, Scenario, simulate
-from slalom.sim.run.among import margin_among
+from slalom.sim.run.deciders import margin_among
 
 times = st.floats(-1.0, 8.0)
 widths = st.floats(0.1, 60.0)

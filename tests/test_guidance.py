@@ -17,6 +17,7 @@ from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.robot_states import RobotStates
 from slalom.tolerances import PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
 
 MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]
@@ -105,7 +106,7 @@ class TestWays:
 class TestRings:
     def test_all_of_a_circle_go_around_its_middle_on_the_same_side(self):
         scenario = build("circle", {"robots": 12, "noise": 0.0})
-        guidance = Guidance(scenario)
+        guidance = Guidance(RobotStates(scenario))
         guide = guidance.guide
         guide.velocity[:] = -2.0 * guide.position / 20.0
         update_targets(np.arange(len(guide.radius)), guide)
@@ -122,7 +123,7 @@ class TestRings:
     def test_who_is_not_guided_heads_straight_for_its_goal(self):
         """At every step of a run in which guided robots go around each other; 0.0 and 1.0 are what `--set` gives."""
         for guided, straight in ((0.0, True), (1.0, False)):
-            guidance = Guidance(build("circle", {"robots": 4, "guided": guided}))
+            guidance = Guidance(RobotStates(build("circle", {"robots": 4, "guided": guided})))
             found = []
             for step in range(60):
                 guidance.update(0.1 * step, 0.1)
@@ -130,17 +131,17 @@ class TestRings:
                 found.append(np.array_equal(guide.target, guide.goal) and bool(guide.stop.all()))
                 away = guide.target - guide.position
                 guide.velocity[:] = 2.0 * away / np.linalg.norm(away, axis=1, keepdims=True)
-                guidance.drive(np.zeros((4, 3)), 0.1)
+                guidance.states.integrate(np.zeros((4, 3)), 0.1)
             assert all(found) == straight
 
     def test_nobody_met_nobody_gone_around(self):
-        guidance = Guidance(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)]))
+        guidance = Guidance(RobotStates(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)])))
         guidance.guide.velocity[:, 0] = 1.5
         update_targets(np.arange(2), guidance.guide)
         assert np.array_equal(guidance.guide.target, guidance.guide.goal)
 
     def test_a_ring_beside_the_way_is_left(self):
-        guide = Guidance(fleet([(0.0, 0.0)], [(9.0, 0.0)])).guide
+        guide = Guidance(RobotStates(fleet([(0.0, 0.0)], [(9.0, 0.0)]))).guide
         place = np.zeros(3)
         assert tangent_target(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), place)
         assert place[1] < 0.0
@@ -165,7 +166,8 @@ class TestGivingWay:
         assert np.isfinite(run.arrived[1])
 
     def test_who_waits_longest_is_let_through_first(self):
-        guidance = Guidance(fleet([(0.0, 0.0), (0.9, 0.0), (1.8, 0.0)], [(9.0, 0.0), (-9.0, 0.0), (1.8, 0.0)]))
+        robots = fleet([(0.0, 0.0), (0.9, 0.0), (1.8, 0.0)], [(9.0, 0.0), (-9.0, 0.0), (1.8, 0.0)])
+        guidance = Guidance(RobotStates(robots))
         guide = guidance.guide
         guide.waiting_time[:] = (5.0, 3.0, 0.0)
         guidance.update(0.0, 0.1)
@@ -176,7 +178,7 @@ class TestGivingWay:
 
     @pytest.mark.parametrize("waited", [0.9 * REQUEST_BESIDE_AFTER, REQUEST_BESIDE_AFTER])
     def test_who_has_waited_long_asks_those_beside_it_too(self, waited):
-        guidance = Guidance(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)]))
+        guidance = Guidance(RobotStates(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)])))
         guide = guidance.guide
         guide.waiting_time[0] = waited
         guidance.update(0.0, 0.1)
@@ -201,10 +203,10 @@ def test_the_number_of_threads_changes_no_target():
     scenario = build("random_goals", {"robots": 600, "side": 80}, seed=2)
     found = []
     for threads in (1, 2, 3):
-        guidance = Guidance(scenario, threads)
+        guidance = Guidance(RobotStates(scenario), threads)
         for step in range(3):
             guidance.update(0.1 * step, 0.1)
-            guidance.drive(np.random.default_rng(step).uniform(-1.0, 1.0, (600, 3)), 0.1)
+            guidance.states.integrate(np.random.default_rng(step).uniform(-1.0, 1.0, (600, 3)), 0.1)
         found.append(guidance.guide.target.copy())
     np.testing.assert_array_equal(found[1], found[0])
     np.testing.assert_array_equal(found[2], found[0])

@@ -11,10 +11,10 @@ from slalom.path import Path
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
 from slalom.sim.measure.oscillation import flips_between, side_flips
+from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.sim.periodic import between, displaced, images_about, images_within, neighbours, to_nearest
-from slalom.sim.run import fleet
-from slalom.sim.run.fleet import seen_by
 from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.robot_states import RobotStates
 from slalom.tolerances import COLLISION, METRIC
 
 PERIOD = (24.0, np.inf)
@@ -116,7 +116,7 @@ def test_a_displaced_obstacle_is_the_same_elsewhere():
 def test_a_run_shifted_by_periods_is_the_same_run(method, by_navigators, monkeypatch):
     """And the same as in a world that does not repeat, where the others are too far away to be met again."""
     if by_navigators:
-        monkeypatch.setattr(fleet, "is_disc_fleet", lambda scenario: False)
+        monkeypatch.setattr("slalom.sim.run.simulate.is_disc_fleet", lambda scenario: False)
     one = simulate(meeting(None), METHODS[method])
     assert np.abs(one.accelerations).max() > 0.5
     for shifts in (((0.0, 0.0),) * 3, SHIFTS):
@@ -204,11 +204,11 @@ def test_a_contact_across_the_seam_counts(period, shape):
     summary = metrics.summary(there)
     assert summary["collisions"] == int(collided)
     assert summary["min_clearance"] == pytest.approx(least)
-    one = seen_by(there, 0)
+    one = single_robot_view(there, 0)
     assert metrics.collisions(one) == float(collided)
     assert metrics.min_clearance(one) == pytest.approx(least, abs=METRIC if shape is None else 1e-3)
     assert np.min(metrics._clearances_at_steps(one)) >= least - 1e-9
-    assert metrics.min_time_to_collision(one) <= metrics.min_time_to_collision(seen_by(run, 0))
+    assert metrics.min_time_to_collision(one) <= metrics.min_time_to_collision(single_robot_view(run, 0))
 
 
 def test_metrics_of_a_shifted_run_are_the_same():
@@ -217,7 +217,7 @@ def test_metrics_of_a_shifted_run_are_the_same():
     assert np.allclose(between_robots(one), between_robots(other), atol=1e-6)
     assert [f.tolist() for f in flips_between(one)] == [f.tolist() for f in flips_between(other)]
     for k in range(3):
-        a, b = seen_by(one, k), seen_by(other, k)
+        a, b = single_robot_view(one, k), single_robot_view(other, k)
         for name in ("collisions", "min_clearance", "min_time_to_collision", "space_compliance", "clearing_distance"):
             found = metrics.METRICS[name]
             assert found(a) == pytest.approx(found(b), abs=1e-5), name
@@ -283,7 +283,7 @@ def test_nobody_collides_in_the_experiments_of_navground(name, method, duration)
 def heads(first: float, period=PERIOD) -> np.ndarray:
     """Where robots head for that come towards each other along x, the first from `first` to the right."""
     robots = (robot(0, (first, 0.0), (first + 100.0, 0.0), (1.0, 0.0)), robot(1, (5.0, 0.0), (-95.0, 0.0), (-1.0, 0.0)))
-    guidance = Guidance(Scenario("towards", robots, period=period))
+    guidance = Guidance(RobotStates(Scenario("towards", robots, period=period)))
     guidance.update(0.0, 0.1)
     return guidance.guide.target[:, :2] - guidance.guide.position[:, :2]
 
@@ -299,7 +299,7 @@ def test_robots_that_come_towards_each_other_pass_on_the_right_across_the_seam()
 
 def test_those_that_cross_head_straight_on():
     robots = (robot(0, (0.0, 0.0), (100.0, 0.0), (1.0, 0.0)), robot(1, (3.0, -3.0), (3.0, 97.0), (0.0, 1.0)))
-    guidance = Guidance(Scenario("crossing", robots, period=PERIOD))
+    guidance = Guidance(RobotStates(Scenario("crossing", robots, period=PERIOD)))
     guidance.update(0.0, 0.1)
     assert np.array_equal(guidance.guide.target, guidance.guide.goal)
 
@@ -308,7 +308,7 @@ def test_what_rests_is_there_in_every_image():
     """A wall in the middle of a period blocks the way aside in all images of its place."""
     wall = Obstacle(Rectangle(2.0, 2.0), Stationary((12.0, 0.0)), "wall")
     robots = tuple(robot(k, (4.0 + k, 4.0), (400.0, 4.0)) for k in range(2))
-    guidance = Guidance(Scenario("walled", robots, (wall,), period=PERIOD))
+    guidance = Guidance(RobotStates(Scenario("walled", robots, (wall,), period=PERIOD)))
     for by in (-48.0, -24.0, 0.0, 24.0, 480.0):
         for x, y, free in ((12.0, 0.0, False), (12.0, 2.5, True), (9.5, 0.0, True), (13.0, 0.5, False)):
             found = is_free(x + by, y, 0.3, guidance.guide.period, guidance.grid)

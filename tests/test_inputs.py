@@ -461,25 +461,25 @@ CASES = [
         lambda _: Scenario("lost", (Robot(Disc(1), LIMITS, FLAT, GOAL),), message_loss=1.0),
     ),
     Case(
-        "simulate_peer",
+        "_refuse",
         InvalidInput,
         r"sight_noise: expected 0 for orca, which sees exactly; found 0\.1",
         lambda _: simulate(load("circle", {"sight_noise": 0.1}), PEERS["orca"]),
     ),
     Case(
-        "simulate_peer",
+        "_refuse",
         InvalidInput,
         r"period: expected none for orca, which knows one world; found \(4\.0, 4\.0\)",
         lambda _: simulate(load("navground_cross_torus"), PEERS["orca"]),
     ),
     Case(
-        "simulate_fleet",
+        "_decider_and_rows",
         InvalidInput,
         r"robots: expected a name for each, found \['robot', 'robot'\]",
         lambda _: simulate(Scenario("twins", (Robot(Disc(1), LIMITS, FLAT, GOAL),) * 2), METHODS["nao"]),
     ),
     Case(
-        "_refuse_short_horizon",
+        "refuse_short_horizon",
         InvalidInput,
         r"horizon: expected at least 8 s, the longest manoeuvre of 'circle 0', found 6 s",
         lambda _: simulate(
@@ -488,7 +488,7 @@ CASES = [
         ),
     ),
     Case(
-        "simulate_fleet",
+        "_fleet_decider",
         InvalidInput,
         r"method: expected one for several robots, found nao_ahead, for a robot alone",
         lambda _: simulate(load("circle"), METHODS["nao_ahead"]),
@@ -1468,13 +1468,13 @@ CASES = [
         lambda _: peers.outlines([replace(BUS, shape=Union((DISC, DISC)), name="pair", heading="motion")], walls=True),
     ),
     Case(
-        "_refuse",
+        "_refuse_robot",
         InvalidInput,
         r"drone: expected a disc .* as orca takes it, found a ball",
         lambda _: simulate(gallery.build("drones_crossing"), peers.PEERS["orca"]),
     ),
     Case(
-        "_refuse",
+        "_refuse_robot",
         InvalidInput,
         r"robot: expected a disc .* as hl takes it, found bounds",
         lambda _: simulate(bounded(), peers.PEERS["hl"]),

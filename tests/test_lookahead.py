@@ -11,6 +11,7 @@ import pytest
 from galleries import FLEETS, WITH_PYRVO
 from hypothesis import given, strategies as st
 from journeys import Decided, Journey, driven, journey, least_gap, motion_of, steps_of
+from motion import drive
 from parts import disc_or_ball
 from strategies import dimensions, numbers, states, vectors
 
@@ -43,7 +44,6 @@ from slalom.obstacle_pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.measure.closest_approach import closest_approaches
-from slalom.sim.run.plant import drive
 from slalom.sim.run.simulate import decision_at
 from slalom.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK, METRIC
 

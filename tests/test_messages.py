@@ -11,11 +11,12 @@ from slalom.forecast import FORECASTS, AcceleratingBriefly
 from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import summary
-from slalom.sim.run.crew import FleetDecider
+from slalom.sim.run.deciders import NavigatorDecider
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.messages import Messages, messages_of
-from slalom.sim.run.pilots import NavigatorDecider
 from slalom.sim.run.response_tables import linear_forecast
+from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.run.sensing import Sensing, sensing_of
 from slalom.tolerances import METRIC
 from slalom.trajectory import ConstantAcceleration
@@ -134,35 +135,37 @@ def test_robots_that_may_not_change_say_so():
 def test_late_messages_are_the_same_for_crew_and_pilots():
     """Who may decide when depends on the messages alone."""
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
-    teams = [kind(scenario, SHARED, Guidance(scenario), 7) for kind in (FleetDecider, NavigatorDecider)]
+    teams = [kind(SHARED, Guidance(RobotStates(scenario)), 7) for kind in (FleetDecider, NavigatorDecider)]
     for step in range(60):
         waits = []
         for team in teams:
+            team.sense(0.1 * step)
             outcomes, _ = team.decide([0, 1, 2, 3], 0.1 * step)
             waits.append([outcomes[k] == "WAITING" for k in range(4)])
         assert waits[0] == waits[1]
-    assert all(np.any(list(team.post.passed)) for team in teams)
+    assert all(np.any(list(team.messages.passed)) for team in teams)
 
 
 def test_what_was_said_is_forgotten_once_all_have_heard_more():
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
     for kind in (FleetDecider, NavigatorDecider):
-        team = kind(scenario, SHARED, Guidance(scenario), 7)
+        team = kind(SHARED, Guidance(RobotStates(scenario)), 7)
         for step in range(200):
+            team.sense(0.1 * step)
             team.decide([0, 1, 2, 3], 0.1 * step)
-        assert len(team._said) < 30
-        assert len(team.post._places) < 30
+        assert len(team._sent) < 30
+        assert len(team.messages._places) < 30
 
 
 def test_post_and_watch_are_for_those_who_need_them():
-    perfect, guidance = crowd(3, 3.0, 0), Guidance(crowd(3, 3.0, 0))
+    perfect = crowd(3, 3.0, 0)
     late, blurred = replace(perfect, message_delay=0.5), replace(perfect, sight_noise=0.1)
     assert messages_of(perfect, SHARED, 0) is None
     assert messages_of(late, OBSERVED, 0) is None
-    assert sensing_of(perfect, OBSERVED, guidance, 0) is None
-    assert sensing_of(blurred, SHARED, guidance, 0) is None
+    assert sensing_of(RobotStates(perfect), OBSERVED, 0) is None
+    assert sensing_of(RobotStates(blurred), SHARED, 0) is None
     assert messages_of(late, SHARED, 0) is not None
-    assert sensing_of(blurred, OBSERVED, guidance, 0) is not None
+    assert sensing_of(RobotStates(blurred), OBSERVED, 0) is not None
 
 
 def test_sight_is_as_late_as_said():
@@ -171,7 +174,7 @@ def test_sight_is_as_late_as_said():
     watch = Sensing(scenario, states, 0)
     for step in range(10):
         now = 0.1 * step
-        watch.look(states + step, now)
+        watch.observe(states + step, now)
         state, when = watch.state(0, 1)
         assert when == pytest.approx(max(0.0, now - 0.3))
         assert state.position[0] == max(0, step - 3)
@@ -183,7 +186,7 @@ def test_sight_is_as_inexact_and_as_seldom_as_said():
     watch = Sensing(scenario, states, 0)
     for step in range(4000):
         before = watch.seen[0, :, 1].copy()
-        watch.look(states, 0.1 * step)
+        watch.observe(states, 0.1 * step)
         fresh.append((watch.seen[0, :, 1] != before).any())
         errors.append(watch.seen[0, :, 1, :2])
         assert not watch.seen[..., 2].any()
@@ -201,11 +204,12 @@ def test_robots_that_see_badly_pass_each_other(seed):
 
 def test_pilots_watch_as_a_crew_does():
     scenario = replace(crowd(3, 3.0, 2), sight_noise=0.05, sight_delay=0.2, sight_loss=0.3)
-    crew, pilots = (kind(scenario, OBSERVED, Guidance(scenario), 3) for kind in (FleetDecider, NavigatorDecider))
+    crew, pilots = (kind(OBSERVED, Guidance(RobotStates(scenario)), 3) for kind in (FleetDecider, NavigatorDecider))
     for step in range(20):
-        crew.decide([0, 1, 2], 0.1 * step)
-        pilots.decide([0, 1, 2], 0.1 * step)
-        assert np.array_equal(crew.watch.seen, pilots.watch.seen)
+        for team in (crew, pilots):
+            team.sense(0.1 * step)
+            team.decide([0, 1, 2], 0.1 * step)
+        assert np.array_equal(crew.sensing.seen, pilots.sensing.seen)
 
 
 @pytest.mark.parametrize("name", [name for name in FORECASTS if name not in ("known", "constant_turn")])

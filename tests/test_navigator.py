@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from motion import drive
 from parts import disc_or_ball
 
 from slalom import (
@@ -42,7 +43,6 @@ from slalom import (
 from slalom.objective import Situation
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
-from slalom.sim.run.plant import drive
 from slalom.tolerances import ADJUSTMENT, COMMITTED_SLACK, COST_TIE, MIN_IMPROVEMENT
 
 PERIOD = 0.1

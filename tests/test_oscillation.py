@@ -18,7 +18,7 @@ from slalom.sim.measure.oscillation import (
     passing_sides,
     side_flips,
 )
-from slalom.sim.run.fleet import seen_by
+from slalom.sim.measure.single_robot_view import single_robot_view
 
 DT = 0.1
 
@@ -147,11 +147,11 @@ class TestFlips:
 
     def test_the_metric_of_one_robot_is_the_sum_of_its_pairs(self, swap):
         flips, _ = flips_between(swap)
-        assert [side_flips(seen_by(swap, k)) for k in range(4)] == flips.sum(axis=1).tolist()
+        assert [side_flips(single_robot_view(swap, k)) for k in range(4)] == flips.sum(axis=1).tolist()
 
     def test_only_what_is_there_and_has_a_side_counts(self):
         """No walls, nothing in space, and no obstacle before it exists."""
-        one = seen_by(meeting(weaving(0.5), from_x=10.5), 0)
+        one = single_robot_view(meeting(weaving(0.5), from_x=10.5), 0)
         assert side_flips(one) == 5.0
         wall = Obstacle(Polyline([(0.0, -1.0), (0.0, 1.0), (1.0, 1.0)], 0.1), Stationary((0.0, 0.0)), "wall")
         assert side_flips(replace(one, obstacles=(wall,))) == 0.0

@@ -32,7 +32,7 @@ from slalom.peers.behaviours import Behaviours
 from slalom.sim import Recording, Robot, Scenario, compare, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import closest_approaches
-from slalom.sim.run.fleet import seen_by
+from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.tolerances import COLLISION
 
 NOBODY = Discs(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))
@@ -59,7 +59,7 @@ def crowd_of(count: int = 5, seed: int = 3, **settings) -> Scenario:
 
 def least_clearance(run: Recording) -> float:
     """Between all robots, and to all obstacles, in continuous time."""
-    each = [closest_approaches(seen_by(run, k)) for k in range(len(run.shapes))]
+    each = [closest_approaches(single_robot_view(run, k)) for k in range(len(run.shapes))]
     return min(closest.clearance for row in each for closest in row)
 
 

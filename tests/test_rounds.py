@@ -7,10 +7,11 @@ import pytest
 
 from slalom import METHODS, kernels
 from slalom.sim import gallery, simulate
-from slalom.sim.run import deciding
-from slalom.sim.run.crew import FleetDecider
-from slalom.sim.run.deciding import Tables, one_by_one
+from slalom.sim.run import rounds
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.robot_states import RobotStates
+from slalom.sim.run.rounds import Tables, one_by_one
 from slalom.sim.run.threads import map_in_threads
 
 
@@ -26,7 +27,8 @@ class Looking(FleetDecider):
 def tables(robots: int, side: float) -> Tables:
     """What robots at their starts decide from."""
     built = gallery.build("random_goals", {"robots": robots, "side": side})
-    crew = Looking(built, METHODS["nao_shared"], Guidance(built), threads=1)
+    crew = Looking(METHODS["nao_shared"], Guidance(RobotStates(built)), threads=1)
+    crew.sense(0.0)
     crew.decide(range(robots), 0.0)
     return crew.tables
 
@@ -77,16 +79,16 @@ def test_who_has_to_ask_is_waited_for(share, threads, monkeypatch):
 def test_rounds_have_the_bits_of_one_after_the_other(threads, monkeypatch):
     built = gallery.build("random_goals", {"robots": 400, "side": 900.0, "duration": 4.0})
     counted = []
-    original = deciding._in_rounds
+    original = rounds._in_rounds
 
     def in_rounds(*arguments):
         counted.append(1)
         return original(*arguments)
 
-    monkeypatch.setattr(deciding, "_in_rounds", in_rounds)
+    monkeypatch.setattr(rounds, "_in_rounds", in_rounds)
     together = simulate(built, METHODS["nao_shared"], threads=threads)
     assert len(counted) >= 40
-    monkeypatch.setattr(deciding, "FEWEST", 10**6)
+    monkeypatch.setattr(rounds, "FEWEST", 10**6)
     alone = simulate(built, METHODS["nao_shared"], threads=1)
     assert np.array_equal(together.positions, alone.positions)
     assert together.outcomes == alone.outcomes

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from motion import drive
 from parts import disc_or_ball
 
 from slalom import (
@@ -23,7 +24,6 @@ from slalom import (
 )
 from slalom.sim import Recording, Robot, Scenario, decision_at, simulate
 from slalom.sim.gallery import build
-from slalom.sim.run.plant import drive
 
 
 def vector(d: int, *values: float) -> np.ndarray:

@@ -8,8 +8,9 @@ from slalom.kernels.decision.encounters import in_reach, state_on_path
 from slalom.kernels.decision.neighbours import neighbours_in_cells, reachable_balls, reachable_neighbours
 from slalom.kernels.decision.tables import WINDOWS
 from slalom.sim import gallery
-from slalom.sim.run.crew import FleetDecider
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.robot_states import RobotStates
 
 
 class Watched(FleetDecider):
@@ -31,14 +32,15 @@ CREWS = [
 def started(name, scenario, settings):
     """A crew on the move, and what it knew at its last decision, with the robots at the places of that time."""
     built = gallery.build(scenario, settings, seed=5)
-    guidance = Guidance(built)
-    crew = Watched(built, METHODS[name].among_robots(), guidance, threads=1)
+    guidance = Guidance(RobotStates(built))
+    crew = Watched(METHODS[name].among_robots(), guidance, threads=1)
     for step in range(8):
         now = step * built.dt
         guidance.update(now, built.dt)
+        crew.sense(now)
         crew.decide(range(len(built.robots)), now)
         if step < 7:
-            guidance.drive(crew.push(now, built.dt), built.dt)
+            guidance.states.integrate(crew.accelerations(now, built.dt), built.dt)
     return crew
 
 

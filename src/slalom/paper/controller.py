@@ -27,8 +27,8 @@ from slalom.sim import Recording, Robot, Scenario
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import closest_approaches, positions_at
 from slalom.sim.measure.metrics import adjustments, mean_acceleration, mean_jerk
-from slalom.sim.measure.recording import Step
-from slalom.sim.run.plant import drive
+from slalom.sim.measure.run_log import RunLog, Step
+from slalom.sim.run.robot_states import integrate
 from slalom.state import State
 from slalom.tolerances import COLLISION, COMMITTED_SLACK, CONTACT_SLACK
 from slalom.trajectory import Stationary
@@ -121,21 +121,25 @@ def latest_collision(preferred: Array, ball: Admissible, blocked: ControlObstacl
 def run(rules: Rules, obstacles: Sequence[Obstacle], start: State, goal: Array, longest: float = LONGEST) -> Run:
     """Drive from `start` until the robot is RING away from the centre again, or `longest` [s] is over."""
     fleet = CarLanes(obstacles, known=METHODS[rules.method].forecast == Known())
-    state, present, steps, out = start, None, [], False
+    state, present, out = start, None, False
+    robot = Robot(ROBOT, Limits(NO_LIMIT, rules.max_acceleration), start, Goal(Stationary(goal), 1.0))
+    scenario = Scenario("roundabout_crossing", (robot,), tuple(obstacles), dt=rules.replan)
+    log = RunLog(scenario, rules.method, 0, METHODS[rules.method].foresight)
     for k in range(round(longest / rules.replan)):
         now = k * rules.replan
         traffic = fleet.traffic(now, rules.horizon, state.position, rules.neighbours)
         preferred = preferred_acceleration(state, goal, rules.max_acceleration)
         present, status = decide(state, traffic, rules, preferred, present)
-        steps.append(Step(state.position, state.velocity, present, present, repr(RESPONSE), status, 0.0))
-        state = drive(state, present, rules.replan)
+        rows = (state.position[None], state.velocity[None], present[None], present[None])
+        log.steps.append(Step(*rows, (repr(RESPONSE),), (status,), np.zeros(1)))
+        state = State(*integrate(state.position, state.velocity, present, rules.replan), present)
         out = bool(np.linalg.norm(state.position) > RING)
         if out:
             break
-    robot = Robot(ROBOT, Limits(NO_LIMIT, rules.max_acceleration), start, Goal(Stationary(goal), 1.0))
-    scenario = Scenario("roundabout_crossing", (robot,), tuple(obstacles), dt=rules.replan)
-    statuses, known = tuple(step.outcome for step in steps), METHODS[rules.method].foresight
-    return Run(Recording.of(scenario, rules.method, 0, steps, state, foresight=known), statuses, out)
+    end = rules.replan * len(log.steps)
+    arrived = end if robot.goal.reached(state.position, state.velocity, end) else np.inf
+    log.end(state.position[None], state.velocity[None], np.array([arrived]))
+    return Run(Recording.of(log), tuple(step.outcomes[0] for step in log.steps), out)
 
 
 def hits(recording: Recording) -> tuple[int, float]:

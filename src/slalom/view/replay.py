@@ -10,7 +10,7 @@ from slalom.methods import Method
 from slalom.peers import contender_named
 from slalom.sim import Recording, Scenario, decision_at
 from slalom.sim.measure.closest_approach import closest_approaches
-from slalom.sim.run.fleet import seen_by
+from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.view.figure import decision, paths
 
 
@@ -26,7 +26,7 @@ def replay(recording: Recording, scenario: Scenario, method: str, at: float | No
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
     chosen = contender_named(method)
     if len(recording.shapes) > 1 or not isinstance(chosen, Method):
-        first = seen_by(recording, 0)
+        first = single_robot_view(recording, 0)
         # In a world that repeats goals lie far ahead, for robots to go on and on.
         goal = first.goals[0] if first.period is None else None
         drawn = paths(

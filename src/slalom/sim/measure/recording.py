@@ -2,10 +2,10 @@
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple
+from typing import Any
 
 import h5py
 import numpy as np
@@ -18,8 +18,8 @@ from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
 from slalom.path import Path
 from slalom.shape import SHAPES, Shape, Union
+from slalom.sim.measure.run_log import RunLog
 from slalom.sim.periodic import Period
-from slalom.sim.scenario import Scenario
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import UNCERTAINTIES
 
@@ -32,18 +32,6 @@ CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""
 HALF_SPACES = ("velocity_bounds", "acceleration_bounds")
-
-
-class Step(NamedTuple):
-    """One step of one robot: its state at the beginning, and what it applied from there on."""
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-    control: Array
-    response: str
-    outcome: str
-    decision_time: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,49 +74,30 @@ class Recording:
     period: Period | None = None
 
     @classmethod
-    def of(
-        cls, scenario: Scenario, method: str, seed: int, steps: Sequence[Step], last: Any, *, foresight: str
-    ) -> "Recording":
-        """The recording of one robot's steps that ended in the state `last`."""
-        end = scenario.start + scenario.dt * len(steps)
-        done = scenario.robot.goal.reached(last.position, last.velocity, end)
-        rows, arrived = [(step,) for step in steps], [end if done else np.inf]
-        return cls.of_many(scenario, method, seed, rows, [last], arrived, foresight=foresight)
-
-    @classmethod
-    def of_many(
-        cls,
-        scenario: Scenario,
-        method: str,
-        seed: int,
-        steps: Sequence[Sequence[Step]],
-        last: Sequence[Any],
-        arrived: Sequence[float],
-        *,
-        foresight: str,
-    ) -> "Recording":
-        """The recording of all robots' steps, T rows of N, that ended in the states `last` (N)."""
-        d, n = scenario.dimension, len(scenario.robots)
+    def of(cls, log: RunLog) -> "Recording":
+        """The recording of a run of which every step was noted."""
+        scenario, steps = log.scenario, log.steps
+        n, d = log.positions.shape
         return cls(
             scenario=scenario.name,
-            method=method,
-            seed=seed,
+            method=log.method,
+            seed=log.seed,
             dt=scenario.dt,
             parameters=dict(scenario.parameters),
             times=scenario.start + scenario.dt * np.arange(len(steps) + 1, dtype=np.float64),
-            positions=np.array([*([s.position for s in row] for row in steps), [s.position for s in last]]),
-            velocities=np.array([*([s.velocity for s in row] for row in steps), [s.velocity for s in last]]),
-            accelerations=np.array([[s.acceleration for s in row] for row in steps]).reshape(-1, n, d),
-            controls=np.array([[s.control for s in row] for row in steps]).reshape(-1, n, d),
-            responses=tuple(tuple(s.response for s in row) for row in steps),
-            outcomes=tuple(tuple(s.outcome for s in row) for row in steps),
-            decision_times=np.array([[s.decision_time for s in row] for row in steps]).reshape(-1, n),
+            positions=np.array([*(step.positions for step in steps), log.positions]),
+            velocities=np.array([*(step.velocities for step in steps), log.velocities]),
+            accelerations=np.array([step.accelerations for step in steps]).reshape(-1, n, d),
+            controls=np.array([step.controls for step in steps]).reshape(-1, n, d),
+            responses=tuple(step.responses for step in steps),
+            outcomes=tuple(step.outcomes for step in steps),
+            decision_times=np.array([step.decision_times for step in steps]).reshape(-1, n),
             shapes=tuple(robot.shape for robot in scenario.robots),
             limits=tuple(robot.limits for robot in scenario.robots),
             goals=tuple(robot.goal for robot in scenario.robots),
-            arrived=np.array(arrived),
+            arrived=log.arrived,
             obstacles=scenario.obstacles,
-            foresight=foresight,
+            foresight=log.foresight,
             period=scenario.period,
         )
 

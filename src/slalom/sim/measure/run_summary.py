@@ -1,6 +1,5 @@
 """How a run ended that was not recorded."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -9,7 +8,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.sim.measure.recording import Recording
-from slalom.sim.scenario import Scenario
+from slalom.sim.measure.run_log import RunLog
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,32 +40,22 @@ class RunSummary:
     foresight: str = ""
 
     @classmethod
-    def of(
-        cls,
-        scenario: Scenario,
-        method: str,
-        seed: int,
-        steps: int,
-        last: Sequence[Any],
-        arrived: Sequence[float],
-        statuses: Mapping[str, int],
-        *,
-        foresight: str,
-    ) -> "RunSummary":
-        """The end of a run of so many steps that ended in the states `last` (N)."""
+    def of(cls, log: RunLog) -> "RunSummary":
+        """The end of a run."""
+        scenario = log.scenario
         return cls(
             scenario=scenario.name,
-            method=method,
-            seed=seed,
+            method=log.method,
+            seed=log.seed,
             dt=scenario.dt,
             parameters=dict(scenario.parameters),
-            times=scenario.start + scenario.dt * np.array([0.0, steps]),
-            steps=steps,
-            position=np.array([state.position for state in last]),
-            velocity=np.array([state.velocity for state in last]),
-            arrived=np.array(arrived),
-            statuses=dict(sorted(statuses.items())),
-            foresight=foresight,
+            times=scenario.start + scenario.dt * np.array([0.0, log.count]),
+            steps=log.count,
+            position=log.positions,
+            velocity=log.velocities,
+            arrived=log.arrived,
+            statuses=dict(sorted(log.statuses.items())),
+            foresight=log.foresight,
         )
 
     def __getattr__(self, name: str) -> Any:

@@ -9,6 +9,7 @@ from slalom.checks import Array
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.minkowski import outline_parts
 from slalom.sim.periodic import between
+from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.run.threads import map_in_threads
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import Stationary
@@ -31,23 +32,21 @@ class Guidance:
     come towards them on the right, and give way.
     """
 
-    def __init__(self, scenario: Scenario, threads: int | None = None) -> None:
-        self.threads = kernels.threads() if threads is None else threads
-        robots, n = scenario.robots, len(scenario.robots)
-        self.robots, self.dimension, self.margin = robots, scenario.dimension, scenario.margin
+    def __init__(self, states: RobotStates, threads: int | None = None) -> None:
+        self.states, self.threads = states, kernels.threads() if threads is None else threads
+        scenario, robots, n = states.scenario, states.robots, len(states.robots)
+        self.margin = scenario.margin
         self.guided = bool(scenario.guided) and scenario.dimension == 2
-        self.arrived = np.full(n, np.inf)
-        self.push = np.zeros((n, 3))
-        goals = self._three(np.array([robot.goal.position(scenario.start) for robot in robots]))
+        goals = states.goals(scenario.start)
         self.guide = GuidanceState(
-            position=self._three(np.array([robot.state.position for robot in robots])),
-            velocity=self._three(np.array([robot.state.velocity for robot in robots])),
+            position=states.position,
+            velocity=states.velocity,
             radius=np.array([robot.shape.bounding_radius for robot in robots]),
             max_speed=np.array([robot.limits.max_speed for robot in robots]),
             goal=goals,
             goal_tolerance=np.array([robot.goal.tolerance for robot in robots]),
             goal_stop=np.array([robot.goal.stop for robot in robots]),
-            present=np.ones(n, np.bool_),
+            present=states.present,
             waypoint=goals.copy(),
             target=goals.copy(),
             tolerance=np.array([robot.goal.tolerance for robot in robots]),
@@ -60,39 +59,14 @@ class Guidance:
             circle=np.zeros((n, 4)),
         )
         self._steps = 0
-        self._moving = [k for k, robot in enumerate(robots) if not isinstance(robot.goal.trajectory, Stationary)]
         if self.guided:
             self.grid = _grid(scenario, self.guide)
-
-    def _three(self, rows: Array) -> Array:
-        """Vectors (n, d) with zeros for the third coordinate: (n, 3)."""
-        wide = np.zeros((len(rows), 3))
-        wide[:, : rows.shape[1]] = rows
-        return wide
-
-    def note_arrivals(self, now: float) -> None:
-        """Robots that reach their goals; those that pass them leave. Who has been asked away has not arrived."""
-        guide, d = self.guide, self.dimension
-        away = np.linalg.norm(self.goals(now) - guide.position, axis=1)
-        # Whether each is near enough says its goal; here only who is worth asking, or has left.
-        for k in np.flatnonzero(guide.present & (away <= 1.1 * guide.goal_tolerance)):
-            goal = self.robots[k].goal
-            if goal.reached(guide.position[k, :d], guide.velocity[k, :d], now) and not np.isfinite(self.arrived[k]):
-                self.arrived[k] = now
-                guide.present[k] = goal.stop
-        self.arrived[guide.present & (away > 2.0 * guide.goal_tolerance)] = np.inf
-
-    def goals(self, now: float) -> Array:
-        """Where the goals are: (n, 3)."""
-        for k in self._moving:
-            self.guide.goal[k, : self.dimension] = self.robots[k].goal.position(now)
-        return self.guide.goal
 
     def update(self, now: float, period: float) -> None:
         """Where each robot heads for, from what all of them do now."""
         guide = self.guide
-        self.goals(now)
-        guide.arrived[:] = np.isfinite(self.arrived)
+        self.states.goals(now)
+        guide.arrived[:] = np.isfinite(self.states.arrived)
         guide.visited[:] |= guide.arrived
         guide.tolerance[:], guide.stop[:] = guide.goal_tolerance, guide.goal_stop
         if not self.guided:
@@ -103,24 +77,17 @@ class Guidance:
             kernels.keep_right(guide)
             kernels.give_way(guide, self.grid, self.margin, now, period)
             return
-        rests = np.isfinite(self.arrived) & (np.linalg.norm(guide.velocity, axis=1) < PARKED)
+        rests = guide.arrived & (np.linalg.norm(guide.velocity, axis=1) < PARKED)
         parked = np.flatnonzero(guide.present & rests)
         moves = (guide.waypoint == guide.goal).all(axis=1)
-        turn = (np.arange(len(self.robots)) + self._steps) % WAYPOINT_INTERVAL == 0
-        due = np.flatnonzero(guide.present & ~np.isfinite(self.arrived) & turn)
+        turn = (np.arange(len(guide.radius)) + self._steps) % WAYPOINT_INTERVAL == 0
+        due = np.flatnonzero(guide.present & ~guide.arrived & turn)
         guide.waypoint[moves] = guide.goal[moves]
         kernels.update_waypoints(guide, self.grid, self.margin, parked, due)
-        everyone = np.arange(len(self.robots))
+        everyone = np.arange(len(guide.radius))
         map_in_threads(lambda part: kernels.update_targets(part, guide), everyone, self.threads, FEWEST)
         kernels.give_way(guide, self.grid, self.margin, now, period)
         self._steps += 1
-
-    def drive(self, push: Array, dt: float) -> None:
-        """The exact states after `dt` [s] under the accelerations `push` (n, 3)."""
-        position, velocity = self.guide.position, self.guide.velocity
-        position += dt * (velocity + 0.5 * dt * push)
-        velocity += dt * push
-        self.push = push
 
 
 def _repeats(scenario: Scenario) -> Array:

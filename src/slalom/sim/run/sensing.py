@@ -4,7 +4,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.methods import Method
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
 from slalom.state import State
 
@@ -27,7 +27,7 @@ class Sensing:
         self.seen = np.broadcast_to(states, (n, 3, n, 3)).copy()
         self.when = np.full((n, n), scenario.start)
 
-    def look(self, states: Array, now: float) -> None:
+    def observe(self, states: Array, now: float) -> None:
         """All look around; `states` (3, n, 3): positions, velocities and accelerations at `now` [s]."""
         n = len(self.when)
         self.past.append(states)
@@ -48,9 +48,9 @@ class Sensing:
         return State(place, speed, push), float(self.when[i, j])
 
 
-def sensing_of(scenario: Scenario, method: Method, guidance: Guidance, seed: int) -> Sensing | None:
+def sensing_of(states: RobotStates, method: Method, seed: int) -> Sensing | None:
     """The watch of a run, if there is one: of a method that observes, where sight is late, inexact or lost."""
+    scenario = states.scenario
     if method.shared or not (scenario.sight_noise or scenario.sight_delay or scenario.sight_loss):
         return None
-    guide = guidance.guide
-    return Sensing(scenario, np.array([guide.position, guide.velocity, guidance.push]), seed)
+    return Sensing(scenario, np.array([states.position, states.velocity, states.acceleration]), seed)

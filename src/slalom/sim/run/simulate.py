@@ -1,23 +1,40 @@
-"""The loop over time."""
+"""The loop over time.
 
-from collections import Counter
+Scenario, Method or Peer
+    |                             at every decision:
+    |      +--> sense      states and messages of the other robots, late, inexact or lost (Sensing, Messages)
+    |      |    guide      a target for each robot (Guidance); it has no part in safety
+    |      |    decide     a manoeuvre for each robot (a Decider: one robot, a fleet, a peer)
+    v      |              at every step:
+RobotStates ---> integrate  double integrators, exact (robot_states.integrate)
+           |    record     states, accelerations, controls, outcomes (RunLog)
+           +----+
+                |
+                v
+       Recording or RunSummary
+"""
+
 from collections.abc import Callable
-from time import perf_counter
+from dataclasses import replace
 from typing import Literal, overload
 
 import numpy as np
 
-from slalom.checks import has
+from slalom.checks import Array, has
 from slalom.decision import Decision
+from slalom.errors import InvalidInput
+from slalom.kernels.arrays import Indices
 from slalom.methods import Method
 from slalom.peers import Peer
-from slalom.sim.measure.recording import Recording, Step
+from slalom.sim.measure.recording import Recording
+from slalom.sim.measure.run_log import RunLog, Step
 from slalom.sim.measure.run_summary import RunSummary
-from slalom.sim.run.fleet import simulate_fleet
-from slalom.sim.run.peer_run import simulate_peer
-from slalom.sim.run.plant import drive
+from slalom.sim.run.deciders import Decider, Decisions, NavigatorDecider, SingleRobotDecider, refuse_short_horizon
+from slalom.sim.run.fleet_decider import FleetDecider, is_disc_fleet
+from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.peer_decider import PeerDecider
+from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
-from slalom.state import State
 
 
 @overload
@@ -53,70 +70,125 @@ def simulate(
     threads: int | None = None,
     record: bool = True,
 ) -> Recording | RunSummary:
-    """Run a scenario until the robot has arrived or its time is over; of several robots, see `fleet.simulate_fleet`,
-    with another project's method `peer_run.simulate_peer`.
+    """Run a scenario until all robots have arrived or its duration has passed.
 
-    A robot is a double integrator: between steps its acceleration is constant, so a step is the exact motion that was
-    predicted. The result depends on the scenario and the method alone; `seed`, with which the scenario was built,
-    is recorded. `progress` is called with the share of the duration that has passed; `threads`: see `simulate_fleet`.
+    A robot is a double integrator: its acceleration is constant during a step, so a step is the exact motion that was
+    predicted. With a peer see `peer_decider.PeerDecider`.
 
-    A recording takes some hundred bytes for each robot and step. With `record=False` there is none: the result is the
-    `Ending` of the same run, and memory does not grow with the time that it lasts.
+    All robots decide from the same past, the states at the begin of the step. Each observes the others as
+    `method.robot_forecast` says. With a `shared` method they decide one after the other, in the order of their names,
+    which begins with another robot at each step. Each then knows the manoeuvres to which all others are committed at
+    that moment (docs/theory.md, 16).
+
+    The result depends on the scenario and the method alone, not on the order of `scenario.robots` nor on `threads`.
+    `seed`, from which the scenario was built, is recorded; it also draws the errors of sensing and messages.
+
+    Args:
+        progress: called with the share of the duration that has passed.
+        threads: in which robots that only observe each other decide; None: NUMBA_NUM_THREADS, by default one per core.
+        record: with False the result is the `RunSummary` of the same run. Memory then is O(n) in the number of robots,
+            independent of duration (O(n^2) where sensing or messages are late, inexact or lost). A recording takes
+            some hundred bytes per robot and step.
 
     Raises:
-        InvalidInput: something else than a scenario, or than a method.
+        InvalidInput: not a scenario or not a method; two robots of one name; a method for one robot alone; with a
+            shared method, manoeuvres that last longer than the horizon.
     """
     has(scenario, ("robots", "obstacles"), "a scenario, such as gallery.build('ring')", "scenario")
+    if not isinstance(method, Peer):
+        has(method, ("responses", "forecast"), "a method, such as method('nao')", "method")
+    decider, rows = _decider_and_rows(scenario, method, seed, threads)
+    several = len(scenario.robots) > 1 and not isinstance(method, Peer)
+    log = RunLog(scenario, method.name, seed, method.foresight_among if several else method.foresight)
+    _run(scenario, decider, log, rows, record, progress)
+    return Recording.of(log) if record else RunSummary.of(log)
+
+
+def _decider_and_rows(
+    scenario: Scenario, method: Method | Peer, seed: int, threads: int | None
+) -> tuple[Decider, Indices]:
+    """The decider of a run, and the row of each robot of the scenario in it."""
+    rows = np.arange(len(scenario.robots))
     if isinstance(method, Peer):
-        return simulate_peer(scenario, method, seed=seed, progress=progress, record=record)
-    has(method, ("responses", "forecast"), "a method, such as method('nao')", "method")
-    if len(scenario.robots) > 1:
-        return simulate_fleet(scenario, method, seed=seed, progress=progress, threads=threads, record=record)
-    return _alone(scenario, method, seed, progress, record)
+        return PeerDecider(scenario, method), rows
+    if len(rows) == 1:
+        return SingleRobotDecider(scenario, method), rows
+    names = [robot.name for robot in scenario.robots]
+    if len(set(names)) < len(names):
+        raise InvalidInput(f"robots: expected a name for each, found {names}")
+    # Fleets are sorted by name, so that sums over robots have the same bits in any order of the scenario.
+    order = sorted(range(len(names)), key=lambda k: names[k])
+    ordered = replace(scenario, robots=tuple(scenario.robots[k] for k in order))
+    return _fleet_decider(ordered, method, seed, threads), np.argsort(order)
 
 
-def _alone(
-    scenario: Scenario, method: Method, seed: int, progress: Callable[[float], None] | None, record: bool
-) -> Recording | RunSummary:
-    """The run of one robot."""
-    navigator, goal, dt = scenario.decider(method), scenario.robot.goal, scenario.dt
-    state, decision, now = scenario.robot.state, None, scenario.start
-    steps: list[Step] = []
-    statuses: Counter[str] = Counter()
+def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int | None) -> Decider:
+    if method.looks_ahead:
+        raise InvalidInput(f"method: expected one for several robots, found {method.name}, for a robot alone")
+    method = method.among_robots()
+    if method.shared:
+        refuse_short_horizon(scenario, method)
+    guidance = Guidance(RobotStates(scenario), threads)
+    if is_disc_fleet(scenario):
+        return FleetDecider(method, guidance, seed, threads)
+    return NavigatorDecider(method, guidance, seed)
+
+
+def _run(
+    scenario: Scenario,
+    decider: Decider,
+    log: RunLog,
+    rows: Indices,
+    record: bool,
+    progress: Callable[[float], None] | None,
+) -> None:
+    """Run `scenario` to its end; note it in `log`, robot k of the scenario from row rows[k] of the decider."""
+    states, dt, n, d = decider.states, scenario.dt, len(rows), scenario.dimension
     count = round(scenario.duration / dt)
-    for k in range(count + 1):
-        now, done = scenario.start + k * dt, k
-        arrived = goal.reached(state.position, state.velocity, now)
-        if arrived or k == count:
+    for k in range(count):
+        now = scenario.start + k * dt
+        states.note_arrivals(now)
+        if states.all_arrived:
             break
-        outcome, spent = "", 0.0
-        if k % scenario.steps_per_decision == 0 or decision is None:
-            before = perf_counter()
-            around = scenario.around(state, now, method)
-            decision = navigator.decide(state, around, goal, now=now, previous=decision)
-            outcome, spent = decision.outcome.name, perf_counter() - before
-            statuses[outcome] += 1
-        chosen = decision.manoeuvre
-        push = chosen.mean_acceleration(now, dt)
+        made = Decisions({}, {})
+        if k % scenario.steps_per_decision == 0:
+            decider.sense(now)
+            decider.guide(now)
+            turns = [(k + j) % n for j in range(n)]
+            made = decider.decide([j for j in turns if states.present[j]], now)
+        acceleration = decider.accelerations(now, dt)
+        log.count += 1
+        log.statuses.update(made.outcomes.values())
         if record:
-            text = repr(chosen.response)
-            steps.append(Step(state.position, state.velocity, push, chosen.control, text, outcome, spent))
-        state = drive(state, push, dt)
+            log.steps.append(_step(decider, acceleration, made, rows, d))
+        states.integrate(acceleration, dt)
         if progress:
             progress((k + 1) / count)
-    if record:
-        return Recording.of(scenario, method.name, seed, steps, state, foresight=method.foresight)
-    end = [now if arrived else np.inf]
-    return RunSummary.of(scenario, method.name, seed, done, [state], end, statuses, foresight=method.foresight)
+    states.note_arrivals(scenario.start + dt * log.count)
+    log.end(states.position[rows, :d], states.velocity[rows, :d], states.arrived[rows])
+
+
+def _step(decider: Decider, acceleration: Array, made: Decisions, rows: Indices, d: int) -> Step:
+    """The notes of one step, robot k from row rows[k]."""
+    states, (controls, responses), order = decider.states, decider.committed(), rows.tolist()
+    return Step(
+        positions=states.position[rows, :d],
+        velocities=states.velocity[rows, :d],
+        accelerations=acceleration[rows, :d],
+        controls=controls[rows],
+        responses=tuple(responses[k] for k in order),
+        outcomes=tuple(made.outcomes.get(k, "") for k in order),
+        decision_times=np.array([made.times.get(k, 0.0) for k in order]),
+    )
 
 
 def decision_at(recording: Recording, scenario: Scenario, method: Method, step: int) -> Decision:
-    """The decision that was in force at `step` of a recorded run, made again from the recorded states."""
-    navigator, decision = scenario.decider(method), None
+    """The decision in force at `step` of a recorded run of one robot, made again from the recorded states."""
+    decider, d = SingleRobotDecider(scenario, method), scenario.dimension
+    states = decider.states
     for k in range(0, step + 1, scenario.steps_per_decision):
-        state = State(recording.positions[k, 0], recording.velocities[k, 0], recording.acceleration_before(k))
-        now = float(recording.times[k])
-        around = scenario.around(state, now, method)
-        decision = navigator.decide(state, around, scenario.robot.goal, now=now, previous=decision)
-    assert decision is not None
-    return decision
+        states.position[0, :d], states.velocity[0, :d] = recording.positions[k, 0], recording.velocities[k, 0]
+        states.acceleration[0, :d] = recording.acceleration_before(k)
+        decider.decide((0,), float(recording.times[k]))
+    assert decider.decision is not None
+    return decider.decision

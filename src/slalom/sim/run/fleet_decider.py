@@ -21,11 +21,11 @@ from slalom.obstacle_table import ObstacleTable
 from slalom.response import AccelerateThenBrake
 from slalom.shape import Ball, Disc
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
-from slalom.sim.run.among import first_manoeuvre, margin_among
-from slalom.sim.run.deciding import at_once, one_by_one
+from slalom.sim.run.deciders import Decisions, first_manoeuvre, margin_among
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.response_tables import linear_forecast, piecewise_polynomial, response_table
+from slalom.sim.run.rounds import at_once, one_by_one
 from slalom.sim.run.sensing import sensing_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.state import State
@@ -57,12 +57,13 @@ class FleetDecider:
     What a robot commits to is kept as cubic pieces over two horizons, or for ever where it ends at rest.
     """
 
-    def __init__(
-        self, scenario: Scenario, method: Method, guidance: Guidance, seed: int = 0, threads: int | None = None
-    ) -> None:
+    def __init__(self, method: Method, guidance: Guidance, seed: int = 0, threads: int | None = None) -> None:
         self.threads = kernels.threads() if threads is None else threads
-        self.scenario, self.method, self.guidance = scenario, method, guidance
-        self.post, self.watch = messages_of(scenario, method, seed), sensing_of(scenario, method, guidance, seed)
+        self.method, self.guidance, self.states = method, guidance, guidance.states
+        self.scenario = scenario = guidance.states.scenario
+        self.messages = messages_of(scenario, method, seed)
+        self.sensing = sensing_of(self.states, method, seed)
+        self._sensing_time = 0.0
         robots, guide = scenario.robots, guidance.guide
         self.period, self.span = scenario.dt * scenario.steps_per_decision, 2.0 * scenario.horizon
         self.margin = margin_among(scenario, method)
@@ -103,12 +104,28 @@ class FleetDecider:
             outcome=np.zeros(n, np.int64),
         )
         self._others, self._who = [""] * n, np.arange(n)
-        self._said: dict[int, tuple[Array, Array]] = {}
+        self._sent: dict[int, tuple[Array, Array]] = {}
         self._empty = None if scenario.obstacles else self._world(scenario.start)
         for k, robot in enumerate(robots):
             self._commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
 
-    def decide(self, order: Sequence[int], now: float) -> tuple[dict[int, str], dict[int, float]]:
+    def sense(self, now: float) -> None:
+        before, fleet = perf_counter(), self.fleet
+        fleet.acceleration[:] = self.states.acceleration
+        if self.messages is not None:
+            if not self._sent:
+                self._sent[-1] = fleet.committed_times.copy(), fleet.committed_points.copy()
+            self.messages.deliver(fleet.position)
+        elif self.sensing is not None:
+            self.sensing.observe(np.array([fleet.position, fleet.velocity, fleet.acceleration]), now)
+        elif not self.method.shared:
+            self._predict(now)
+        self._sensing_time = perf_counter() - before
+
+    def guide(self, now: float) -> None:
+        self.guidance.update(now, self.period)
+
+    def decide(self, order: Sequence[int], now: float) -> Decisions:
         before = perf_counter()
         s, due = self.scenario, np.array(order, dtype=np.int64)
         regain = np.inf if self.method.regain is None else self.method.regain
@@ -116,7 +133,6 @@ class FleetDecider:
             s.dimension, now, self.period, s.horizon, self.margin, regain, s.patience, self.method.share,
             self.method.shared, np.array(DETOURS),
         )  # fmt: skip
-        self.fleet.acceleration[:] = self.guidance.push
         everywhere, outcomes = self._world(now) if self._empty is None else self._empty, {}
         all_decide = one_by_one if self.method.shared else at_once
         for together, terms in self._turns(due, usual):
@@ -125,22 +141,18 @@ class FleetDecider:
                 outcomes.update(all_decide(some, tables, lambda k: self._ask(k, now).outcome.name, self.threads))
         found = self.fleet.outcome.tolist()
         outcomes.update({k: OUTCOMES[found[k]] for k in order if found[k] != FALL_BACK})
-        spent = (perf_counter() - before) / max(len(order), 1)
-        return outcomes, dict.fromkeys(order, spent)
+        each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)
+        return Decisions(outcomes, dict.fromkeys(order, each))
 
     def _turns(self, due: Indices, terms: DecisionSettings) -> Iterator[tuple[Indices, DecisionSettings]]:
         """Those who decide one after the other from the same knowledge of the others, which is in `fleet` then."""
-        fleet = self.fleet
-        if self.post is not None:
-            yield from self._by_post(self.post, due, terms)
-        elif self.watch is not None:
-            self.watch.look(np.array([fleet.position, fleet.velocity, fleet.acceleration]), terms.now)
+        if self.messages is not None:
+            yield from self._by_messages(self.messages, due, terms)
+        elif self.sensing is not None:
             for k in due:
-                self._look(terms.now, int(k))
+                self._predict(terms.now, int(k))
                 yield due[due == k], terms
         else:
-            if not self.method.shared:
-                self._look(terms.now)
             yield due, terms
 
     def _among_images(self, some: Indices, world: PassiveObstacles) -> Iterator[tuple[Indices, PassiveObstacles]]:
@@ -171,52 +183,49 @@ class FleetDecider:
                 of_all[k] = seen[k]
             self.fleet, self._who = whole, np.arange(len(whole.radius))
 
-    def _by_post(
-        self, post: Messages, due: Indices, terms: DecisionSettings
+    def _by_messages(
+        self, messages: Messages, due: Indices, terms: DecisionSettings
     ) -> Iterator[tuple[Indices, DecisionSettings]]:
         """Each of those who may decide, with what it has heard in `fleet`; the others go on as they are committed.
 
         It expects to decide again after as long as it has waited now.
         """
         fleet, rows = self.fleet, np.arange(len(self.fleet.radius))
-        if not self._said:
-            self._said[-1] = fleet.committed_times.copy(), fleet.committed_points.copy()
-        post.deliver(fleet.position)
         for k in due:
-            if not post.may_decide(int(k), fleet.present):
+            if not messages.may_decide(int(k), fleet.present):
                 fleet.outcome[k] = WAIT
                 continue
             for j in rows[rows != k]:
-                begin, points = self._said[int(post.heard[k, j])]
+                begin, points = self._sent[int(messages.heard[k, j])]
                 fleet.observed_times[j], fleet.observed_points[j] = begin[j], points[j]
-            yield due[due == k], terms._replace(period=max(self.period, post.waited(int(k))))
-        self._said[post.step] = fleet.committed_times.copy(), fleet.committed_points.copy()
-        post.send()
-        for step in [step for step in self._said if step < post.oldest]:
-            del self._said[step]
+            yield due[due == k], terms._replace(period=max(self.period, messages.waited(int(k))))
+        self._sent[messages.step] = fleet.committed_times.copy(), fleet.committed_points.copy()
+        messages.send()
+        for step in [step for step in self._sent if step < messages.oldest]:
+            del self._sent[step]
 
-    def push(self, now: float, dt: float) -> Array:
-        fleet, t = self.fleet, now + dt
+    def accelerations(self, now: float, duration: float) -> Array:
+        fleet, t = self.fleet, now + duration
         rows = np.arange(len(fleet.committed_times))
         piece = np.minimum((fleet.committed_times[:, 1:] < t).sum(axis=1), fleet.committed_points.shape[1] - 1)
         width = (fleet.committed_times[rows, piece + 1] - fleet.committed_times[rows, piece])[:, None]
         x = (t - fleet.committed_times[rows, piece])[:, None] / width
         p = fleet.committed_points[rows, piece]
         bends = (1 - x) ** 2 * (p[:, 1] - p[:, 0]) + 2 * x * (1 - x) * (p[:, 2] - p[:, 1]) + x * x * (p[:, 3] - p[:, 2])
-        return np.asarray((3.0 * bends / width - fleet.velocity) / dt)
+        return self.states.stop_departed((3.0 * bends / width - fleet.velocity) / duration, duration)
 
-    def chosen(self) -> tuple[Array, tuple[str, ...]]:
+    def committed(self) -> tuple[Array, tuple[str, ...]]:
         numbers, texts, others = self.fleet.response.tolist(), self.texts, self._others
         said = tuple(texts[r] if r >= 0 else others[k] for k, r in enumerate(numbers))
         return self.fleet.control[:, : self.scenario.dimension].copy(), said
 
-    def _look(self, now: float, who: int = -1) -> None:
+    def _predict(self, now: float, who: int = -1) -> None:
         """What is seen of each robot, by all alike or by robot `who` as it watches: a forecast from its state."""
         fleet, d = self.fleet, self.scenario.dimension
         states = np.stack([fleet.position, fleet.velocity, fleet.acceleration], axis=1)
         when = np.full(len(states), now)
-        if self.watch is not None:
-            states, when = np.moveaxis(self.watch.seen[who], 0, 1), self.watch.when[who]
+        if self.sensing is not None:
+            states, when = np.moveaxis(self.sensing.seen[who], 0, 1), self.sensing.when[who]
         if self._outlook is not None and when.min() + self._outlook.times[-1] >= now + self.scenario.horizon:
             fleet.observed_times[:] = when[:, None] + self._outlook.times
             fleet.observed_points[:] = self._outlook.points(states)

@@ -1,0 +1,55 @@
+"""What the loop over time notes of a run: each step if it is recorded, the end always."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.checks import Array
+from slalom.sim.scenario import Scenario
+
+
+class Step(NamedTuple):
+    """One step of N robots: their states at its begin, and the accelerations applied during it.
+
+    Attributes:
+        positions, velocities, accelerations: (N, d) [m, m/s, m/s^2].
+        controls: (N, d) of the committed manoeuvres. responses: their responses as text.
+        outcomes: names of decisions, "" where a robot made none. decision_times: (N,) [s] wall clock.
+    """
+
+    positions: Array
+    velocities: Array
+    accelerations: Array
+    controls: Array
+    responses: tuple[str, ...]
+    outcomes: tuple[str, ...]
+    decision_times: Array
+
+
+@dataclass
+class RunLog:
+    """The notes of one run, from which `Recording.of` and `RunSummary.of` are built.
+
+    Attributes:
+        scenario, method, seed, foresight: see `Recording`.
+        steps: the steps of a run that is recorded. count: how many there were, recorded or not.
+        statuses: how often each outcome of a decision occurred.
+        positions, velocities: (N, d) [m, m/s] at the end. arrived: (N,) [s] absolute, inf if not.
+    """
+
+    scenario: Scenario
+    method: str
+    seed: int
+    foresight: str
+    steps: list[Step] = field(default_factory=list)
+    count: int = 0
+    statuses: Counter[str] = field(default_factory=Counter)
+    positions: Array = field(default_factory=lambda: np.empty((0, 2)))
+    velocities: Array = field(default_factory=lambda: np.empty((0, 2)))
+    arrived: Array = field(default_factory=lambda: np.empty(0))
+
+    def end(self, positions: Array, velocities: Array, arrived: Array) -> None:
+        """Note the final states (N, d) and arrivals (N,)."""
+        self.positions, self.velocities, self.arrived = positions, velocities, arrived

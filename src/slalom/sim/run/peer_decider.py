@@ -1,0 +1,115 @@
+"""Robots that another project's method moves."""
+
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+
+from slalom.checks import Array
+from slalom.errors import InvalidInput
+from slalom.kernels.arrays import Flags
+from slalom.peers import Crowd, Peer, discs, outlines
+from slalom.shape import Disc
+from slalom.sim.measure.recording import CHOSEN, UNANSWERED
+from slalom.sim.run.deciders import Decisions
+from slalom.sim.run.robot_states import RobotStates
+from slalom.sim.scenario import Robot, Scenario
+
+
+class PeerDecider:
+    """All robots of a run with a peer, without guidance.
+
+    A robot prefers its goal's `desired_velocity`. It reaches the velocity that the peer chose by a constant
+    acceleration over the step. A `limited` peer uses at most the largest acceleration of the robot, so it may need more
+    than one step. Of obstacles the peer observes position and velocity. The settings of navigators (horizon, margin,
+    patience, holds) do not concern it.
+
+    Controls are the chosen velocities [m/s]; the decision time of a robot is its share of the time for all. Without
+    an answer of the peer a robot keeps its velocity, and the outcome is UNANSWERED.
+
+    Raises:
+        InvalidInput: the peer's package is not installed; a scenario in space, a robot that is not a disc or has
+            other limits than a largest speed and acceleration, an obstacle that the peer cannot avoid; robots that
+            observe each other late or inexactly; a periodic world.
+    """
+
+    def __init__(self, scenario: Scenario, peer: Peer) -> None:
+        _refuse(scenario, peer)
+        self.scenario, self.peer = scenario, peer
+        self.states = states = RobotStates(scenario, arrivals_are_final=True)
+        self._walls = outlines(scenario.obstacles, walls=peer.walls)
+        self._chosen, self._answered = states.velocity[:, :2].copy(), np.ones(len(states.arrived), np.bool_)
+        self._crowd = self._begin(states.present)
+        self._members = states.present.copy()
+
+    def _begin(self, members: Flags) -> Crowd:
+        robots = [robot for robot, member in zip(self.scenario.robots, members, strict=True) if member]
+        radii = np.array([robot.shape.bounding_radius for robot in robots])
+        speeds = np.array([robot.limits.max_speed for robot in robots])
+        return self.peer.begin(radii, speeds, self.scenario.dt * self.scenario.steps_per_decision, self._walls)
+
+    def sense(self, now: float) -> None:
+        pass
+
+    def guide(self, now: float) -> None:
+        pass
+
+    def decide(self, order: Sequence[int], now: float) -> Decisions:
+        before, states = perf_counter(), self.states
+        if not np.array_equal(self._members, states.present):
+            self._members = states.present.copy()
+            self._crowd = self._begin(self._members)
+        here = np.flatnonzero(self._members).tolist()
+        robots, each = [self.scenario.robots[k] for k in here], [states.state(k) for k in here]
+        preferred = np.array(
+            [r.goal.desired_velocity(s.position, s.velocity, now, r.limits) for r, s in zip(robots, each, strict=True)]
+        )
+        positions, velocities = np.array([s.position for s in each]), np.array([s.velocity for s in each])
+        chosen = self._crowd.choose(positions, velocities, preferred, discs(self.scenario.obstacles, now))
+        for k, velocity, robot, state in zip(here, chosen, robots, each, strict=True):
+            self._answered[k] = np.isfinite(velocity).all()
+            # RVO2 computes in single precision and exceeds the largest speed by up to a percent.
+            excess = float(np.linalg.norm(velocity)) / robot.limits.max_speed
+            self._chosen[k] = velocity / max(excess, 1.0) if self._answered[k] else state.velocity
+        outcomes = {k: CHOSEN if self._answered[k] else UNANSWERED for k in here}
+        return Decisions(outcomes, dict.fromkeys(outcomes, (perf_counter() - before) / len(here)))
+
+    def accelerations(self, now: float, duration: float) -> Array:
+        states = self.states
+        self._chosen[~states.present] = 0.0
+        acceleration = np.zeros_like(states.velocity)
+        acceleration[:, :2] = (self._chosen - states.velocity[:, :2]) / duration
+        if self.peer.limited:
+            for k in np.flatnonzero(states.present):
+                size = float(np.linalg.norm(acceleration[k, :2]))
+                max_acceleration = self.scenario.robots[k].limits.max_acceleration
+                if size > max_acceleration:
+                    acceleration[k, :2] *= max_acceleration / size
+        return acceleration
+
+    def committed(self) -> tuple[Array, tuple[str, ...]]:
+        return self._chosen.copy(), (self.peer.name,) * len(self._chosen)
+
+
+def _refuse(scenario: Scenario, peer: Peer) -> None:
+    """Raise InvalidInput for a scenario that the peer cannot be run in."""
+    for name in ("sight_noise", "sight_delay", "sight_loss"):
+        if getattr(scenario, name):
+            raise InvalidInput(
+                f"{name}: expected 0 for {peer.name}, which sees exactly; found {getattr(scenario, name):g}"
+            )
+    if scenario.period is not None:
+        raise InvalidInput(f"period: expected none for {peer.name}, which knows one world; found {scenario.period}")
+    for robot in scenario.robots:
+        _refuse_robot(robot, peer)
+
+
+def _refuse_robot(robot: Robot, peer: Peer) -> None:
+    limits = robot.limits
+    more = [name for name in ("velocity_bounds", "acceleration_bounds", "bounds") if getattr(limits, name)]
+    if not isinstance(robot.shape, Disc) or more:
+        found = more[0] if more else f"a {type(robot.shape).__name__.lower()}"
+        raise InvalidInput(
+            f"{robot.name}: expected a disc in the plane with max_speed and max_acceleration alone, as {peer.name} "
+            f"takes it, found {found}"
+        )

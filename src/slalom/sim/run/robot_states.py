@@ -1,0 +1,87 @@
+"""The states of all robots of a run as arrays, their arrivals, and the one integrator."""
+
+import numpy as np
+
+from slalom.checks import Array
+from slalom.sim.scenario import Scenario
+from slalom.state import State
+from slalom.trajectory import Stationary
+
+
+def integrate(position: Array, velocity: Array, acceleration: Array, duration: float) -> tuple[Array, Array]:
+    """Position [m] and velocity [m/s] of double integrators after `duration` [s], each (..., d).
+
+    Exact for an `acceleration` (..., d) [m/s^2] that is constant over the duration.
+    """
+    return position + duration * (velocity + 0.5 * duration * acceleration), velocity + duration * acceleration
+
+
+def widen(rows: Array) -> Array:
+    """Vectors (n, d) as (n, 3): missing coordinates are 0."""
+    wide = np.zeros((len(rows), 3))
+    wide[:, : rows.shape[1]] = rows
+    return wide
+
+
+class RobotStates:
+    """The states of the n robots of a scenario during a run.
+
+    Attributes:
+        position, velocity, acceleration: (n, 3) [m, m/s, m/s^2]; the acceleration was applied up to now. Tables of
+            kernels share these arrays, so they change in place.
+        arrived: (n,) [s] absolute time of arrival, inf before it.
+        present: (n,) whether a robot is in the scene. A robot that passes its goal without a stop leaves it there.
+        arrivals_are_final: whether a robot counts as arrived for good. Otherwise it no longer does at twice the
+            tolerance from its goal: guidance moves robots away from their goals to let others pass.
+    """
+
+    def __init__(self, scenario: Scenario, *, arrivals_are_final: bool = False) -> None:
+        robots, n = scenario.robots, len(scenario.robots)
+        self.scenario, self.robots, self.dimension = scenario, robots, scenario.dimension
+        self.arrivals_are_final = arrivals_are_final
+        self.position = widen(np.array([robot.state.position for robot in robots]))
+        self.velocity = widen(np.array([robot.state.velocity for robot in robots]))
+        self.acceleration = np.zeros((n, 3))
+        self.arrived = np.full(n, np.inf)
+        self.present = np.ones(n, np.bool_)
+        self._goal = widen(np.array([robot.goal.position(scenario.start) for robot in robots]))
+        self._tolerance = np.array([robot.goal.tolerance for robot in robots])
+        self._moving = [k for k, robot in enumerate(robots) if not isinstance(robot.goal.trajectory, Stationary)]
+
+    def state(self, k: int) -> State:
+        """The state of robot k."""
+        d = self.dimension
+        return State(self.position[k, :d], self.velocity[k, :d], self.acceleration[k, :d])
+
+    def goals(self, now: float) -> Array:
+        """The positions (n, 3) [m] of all goals at `now` [s]; one array that changes in place."""
+        for k in self._moving:
+            self._goal[k, : self.dimension] = self.robots[k].goal.position(now)
+        return self._goal
+
+    def note_arrivals(self, now: float) -> None:
+        """Update `arrived` and `present` at `now` [s]."""
+        d, distance = self.dimension, np.linalg.norm(self.goals(now) - self.position, axis=1)
+        # The goal decides; 1.1 times the tolerance only keeps the number of calls small.
+        for k in np.flatnonzero(self.present & (distance <= 1.1 * self._tolerance)):
+            goal = self.robots[k].goal
+            if not np.isfinite(self.arrived[k]) and goal.reached(self.position[k, :d], self.velocity[k, :d], now):
+                self.arrived[k] = now
+                self.present[k] = goal.stop
+        if not self.arrivals_are_final:
+            self.arrived[self.present & (distance > 2.0 * self._tolerance)] = np.inf
+
+    @property
+    def all_arrived(self) -> bool:
+        """Whether every robot has arrived."""
+        return bool(np.isfinite(self.arrived).all())
+
+    def integrate(self, acceleration: Array, duration: float) -> None:
+        """Advance all robots by `duration` [s] at the accelerations (n, 3) [m/s^2]."""
+        self.position[:], self.velocity[:] = integrate(self.position, self.velocity, acceleration, duration)
+        self.acceleration[:] = acceleration
+
+    def stop_departed(self, acceleration: Array, duration: float) -> Array:
+        """The accelerations (n, 3) with those that stop robots outside the scene within `duration` [s]."""
+        acceleration[~self.present] = -self.velocity[~self.present] / duration
+        return acceleration
