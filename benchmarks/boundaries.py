@@ -1,11 +1,11 @@
-"""The exact boundary of 30 obstacles against unions of discs in shapely: how long, and how near to the truth?
+"""The exact boundary of 30 obstacles compared with unions of discs in shapely: time and accuracy.
 
 usage: python benchmarks/boundaries.py [--scenes 8] [--points 50000] [--quick] [--out FOLDER]
 
-What is common: temporal elements at 200 times for each obstacle as discs, 64 corners each (shapely's default), and
-their union. Ours: `ControlObstacle.boundary`. Both for each obstacle by itself and for all together, over the disc of
-controls within 4 m/s^2. The truth is asked at random controls by the certified test; wrong is a control on the wrong
-side of a boundary.
+The usual method takes the temporal elements of each obstacle at 200 times as discs with 64 corners (shapely's default),
+and forms their union. slalom uses `ControlObstacle.boundary`. Both compute the boundary of each obstacle alone and of
+all together, over the disc of controls within 4 m/s^2. The certified test decides at random controls whether they
+collide. A control is wrong if it lies on the wrong side of a boundary.
 """
 
 from time import perf_counter
@@ -20,18 +20,18 @@ TIMES, CENTER, RADIUS = 200, np.zeros(2), LIMITS.max_acceleration
 
 
 def discs(task: Task, times: int) -> np.ndarray:
-    """The union of each obstacle's elements at so many times: shapely polygons (n,)."""
+    """The union of each obstacle's elements at `times` times: shapely polygons (n,)."""
     after = HORIZON * np.arange(1, times + 1) / times
-    place = task.situation.response.position(task.situation.state, after)
+    own = task.situation.response.position(task.situation.state, after)
     found = []
     for obstacle, radius in zip(task.blocked.obstacles.obstacles, task.radii):
-        centers = place.inverse(obstacle.trajectory.position(task.situation.now + after))
-        found.append(shapely.union_all(shapely.buffer(shapely.points(centers), radius / place.gain)))
+        centers = own.inverse(obstacle.trajectory.position(task.situation.now + after))
+        found.append(shapely.union_all(shapely.buffer(shapely.points(centers), radius / own.gain)))
     return np.array(found)
 
 
 def wrong(region: Any, controls: np.ndarray, collide: np.ndarray) -> float:
-    """The share of controls that are on the wrong side."""
+    """The share of controls on the wrong side of the boundary."""
     shapely.prepare(region)
     return float(np.mean(shapely.contains_xy(region, controls[:, 0], controls[:, 1]) != collide))
 
@@ -47,7 +47,7 @@ def seconds(call: Any) -> tuple[float, Any]:
 
 
 def measure(scenes: int, points: int) -> dict[str, Any]:
-    """Time and closeness on both families of scenes."""
+    """Time and accuracy on both families of scenes."""
     rng = np.random.default_rng(2)
     window = shapely.buffer(shapely.Point(CENTER), RADIUS, quad_segs=256)
     result, rows = {}, []

@@ -3,14 +3,16 @@
 usage: python benchmarks/crossings.py DATA_DIR [--foresight recorded] [--out RESULT.json] [--jobs N]
        [--method nao_ahead]
 
-DATA_DIR holds tasks.json: per recording a file of tracks, the radii and limits of a robot, and tasks with a start, a
-goal and a time. Recorded agents do not react. Writes {task: {"t": [s from the task's begin], "p": [[x, y(, z)], ...]}}
-with 20 samples a second or more, for a judge of its own, and prints per recording: safe and arrived, collided, limit
-violations, the least clearance, and decision times [us].
+DATA_DIR contains tasks.json: per recording a file of tracks, the radii and limits of a robot, and tasks. A task has a
+start, a goal and a time. Recorded agents do not react.
 
-All parameters follow from the limits alone. With v the top speed and a the largest acceleration the robot decides every
-v / (10 a), which is a tenth of the time from rest to top speed; the simulation takes five steps in that time. The
-margin is 5 mm where the future is known and 0.1 m where it is forecast.
+The program writes {task: {"t": [s from the start of the task], "p": [[x, y(, z)], ...]}} for an independent judge. It
+has 20 samples a second or more. The program prints per recording: safe and arrived, collided, limit violations, the
+least clearance, and decision times [us].
+
+All parameters follow from the limits alone. Let v be the maximum speed and a the largest acceleration. The robot
+decides every v / (10 a), a tenth of the time from rest to maximum speed. The simulation takes five steps in that time.
+The margin is 5 mm where the future is known and 0.1 m where it is predicted.
 """
 
 import argparse
@@ -33,7 +35,7 @@ from slalom.sim.measure.metrics import summary
 MARGINS = {"recorded": 0.005, "present": 0.005, "observed": 0.1}
 """[m]"""
 DECISIONS, STEPS, SAMPLES = 10, 5, 40
-"""Decisions from rest to top speed, steps of the simulation in a decision, samples a second in the result."""
+"""Decisions from rest to maximum speed, steps of the simulation per decision, samples per second in the result."""
 
 
 def main() -> None:
@@ -43,26 +45,28 @@ def main() -> None:
     parser.add_argument("--method", default="nao_ahead")
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int, default=1)
-    asked = parser.parse_args()
-    chosen = method(asked.method).seeing(asked.foresight)
-    recordings = json.loads((asked.data / "tasks.json").read_text())
+    arguments = parser.parse_args()
+    chosen = method(arguments.method).seeing(arguments.foresight)
+    recordings = json.loads((arguments.data / "tasks.json").read_text())
     work = [(name, entry, task) for name, entry in recordings.items() for task in entry["tasks"]]
-    runs = Parallel(n_jobs=asked.jobs)(delayed(crossed)(asked.data, entry, task, chosen) for _, entry, task in work)
+    runs = Parallel(n_jobs=arguments.jobs)(
+        delayed(crossed)(arguments.data, entry, task, chosen) for _, entry, task in work
+    )
     results: dict[str, list[dict[str, Any]]] = {}
     for (name, _, _), result in zip(work, runs, strict=True):
         results.setdefault(name, []).append(result)
     for line in table(results):
         print(line)
-    if asked.out is not None:
-        asked.out.write_text(json.dumps({r["task"]: {"t": r["t"], "p": r["p"]} for r in runs}))
+    if arguments.out is not None:
+        arguments.out.write_text(json.dumps({r["task"]: {"t": r["t"], "p": r["p"]} for r in runs}))
         facts = [{k: v for k, v in r.items() if k not in ("t", "p", "times")} for r in runs]
         about = {"method": chosen.name, "margins": MARGINS, "decisions": DECISIONS, "steps": STEPS, **describe()}
-        beside = asked.out.with_suffix(".runs.json")
+        beside = arguments.out.with_suffix(".runs.json")
         beside.write_text(json.dumps({"parameters": about, "runs": facts}, indent=1))
 
 
 def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> dict[str, Any]:
-    """One task: the samples for the judge, and how it went."""
+    """One task: the samples for the judge, and the result of the run."""
     before = perf_counter()
     scenario = crossing(read_recording(folder / entry["file"], interpolation="linear"), entry, task, chosen)
     loading = perf_counter() - before
@@ -70,10 +74,11 @@ def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: M
     simulate(scenario.with_settings({"duration": scenario.dt * STEPS}), chosen)
     run = simulate(scenario, chosen)
     result = summary(run)
-    times, places = samples(run)
+    times, positions = samples(run)
     decided = np.array([row[0] != "" for row in run.outcomes])
-    push, speed = np.linalg.norm(run.accelerations[:, 0], axis=1), np.linalg.norm(run.velocities[:, 0], axis=1)
-    over = bool((push > entry["amax"] * (1 + 1e-6)).any() or (speed > entry["vmax"] * (1 + 1e-6)).any())
+    acceleration = np.linalg.norm(run.accelerations[:, 0], axis=1)
+    speed = np.linalg.norm(run.velocities[:, 0], axis=1)
+    over = bool((acceleration > entry["amax"] * (1 + 1e-6)).any() or (speed > entry["vmax"] * (1 + 1e-6)).any())
     return {
         "task": task["id"],
         "arrived": bool(result["arrived"]),
@@ -84,7 +89,7 @@ def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: M
         "times": run.decision_times[decided, 0].tolist(),
         "loading": loading,
         "t": times.tolist(),
-        "p": places.tolist(),
+        "p": positions.tolist(),
     }
 
 
@@ -115,7 +120,7 @@ def crossing(tracks: Tracks, entry: dict[str, Any], task: dict[str, Any], chosen
 
 
 def radius_of(agent: Agent, rule: float | str) -> float:
-    """The radius [m] of an agent: a number for all, its own, or half the diagonal of what is as long and wide as it."""
+    """The radius [m] of an agent: a number for all, its own, or half the diagonal of its length and width."""
     if not isinstance(rule, str):
         return float(rule)
     if rule == "radius":
@@ -128,14 +133,14 @@ def radius_of(agent: Agent, rule: float | str) -> float:
 
 
 def samples(run: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Times from the begin (n,) [s] and places (n, d) [m] on the exact path, often enough, and where each step ends."""
+    """Times from the start (n,) [s] and positions (n, d) [m] on the exact path, at least SAMPLES a second."""
     parts = max(1, int(np.ceil(SAMPLES * run.dt)))
     h = run.dt * np.arange(parts) / parts
-    place, speed, push = run.positions[:-1, 0], run.velocities[:-1, 0], run.accelerations[:, 0]
-    ways = place[:, None] + h[:, None] * (speed[:, None] + 0.5 * h[:, None] * push[:, None])
+    position, velocity, acceleration = run.positions[:-1, 0], run.velocities[:-1, 0], run.accelerations[:, 0]
+    path = position[:, None] + h[:, None] * (velocity[:, None] + 0.5 * h[:, None] * acceleration[:, None])
     times = (run.times[:-1, None] + h).ravel()
-    ways = ways.reshape(-1, ways.shape[2])
-    return np.append(times, run.times[-1]) - run.times[0], np.concatenate([ways, run.positions[-1:, 0]])
+    path = path.reshape(-1, path.shape[2])
+    return np.append(times, run.times[-1]) - run.times[0], np.concatenate([path, run.positions[-1:, 0]])
 
 
 def table(results: dict[str, list[dict[str, Any]]]) -> Iterator[str]:

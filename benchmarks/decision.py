@@ -1,10 +1,10 @@
-"""What one decision costs: 30 cars in the paper's roundabout, 6 s horizon, called from Python.
+"""The cost of one decision: 30 cars in the paper's roundabout, 6 s horizon, called from Python.
 
 usage: python benchmarks/decision.py [--scenes 300] [--out FOLDER]
 
-Prints median and 99th percentile over the scenes, and each as a ratio to one pass of the chord test over all segments
-in the same run. The scenes are states along nao's own crossings, so that they are those that occur. Many at once:
-robots in all these states among the cars of one scene.
+Times are the median and the 99th percentile over the scenes. Each is also given as a ratio to one pass of the chord
+test over all segments in the same run. The scenes are states from crossings by nao, so they are typical. `select_many`
+decides for robots in all these states among the cars of one scene.
 """
 
 import argparse
@@ -31,8 +31,8 @@ def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray
         run = simulate(scenario, method("nao"), seed=seed)
         for k in rng.integers(0, len(run.accelerations), 30):
             state = State(run.positions[k, 0], run.velocities[k, 0], run.acceleration_before(int(k)))
-            traffic = ObstacleTable(scenario.obstacles, float(run.times[k]), HORIZON)
-            blocked = ControlObstacle(response, state, traffic, scenario.robot.shape, scenario.margin * 0.5)
+            table = ObstacleTable(scenario.obstacles, float(run.times[k]), HORIZON)
+            blocked = ControlObstacle(response, state, table, scenario.robot.shape, scenario.margin * 0.5)
             limits = scenario.robot.limits
             admissible = limits.admissible(response, state, HORIZON)
             situation = Situation(
@@ -54,16 +54,16 @@ def one_pass(blocked: ControlObstacle) -> float:
 def many(scenes: list[tuple[ControlObstacle, Situation, np.ndarray]], threads: int) -> list[float]:
     """Time of each decision [us] when robots in the states of all scenes decide among the cars of one, of many scenes.
 
-    From states to controls: pieces of the cars are shared, all else is each robot's own.
+    From states to controls: the pieces of the cars are shared; each robot has its own segments.
     """
     states = [situation.state for _, situation, _ in scenes]
-    wishes = np.array([preferred for _, _, preferred in scenes])
+    preferred = np.array([each for _, _, each in scenes])
     spent = []
     for blocked, situation, _ in scenes[::10]:
         common = (blocked.response, situation.limits, blocked.obstacles, blocked.robot)
 
         def all_at_once(common: tuple = common) -> object:
-            return select_many(wishes, states, *common, margin=float(blocked.margin), threads=threads)  # noqa: B023
+            return select_many(preferred, states, *common, margin=float(blocked.margin), threads=threads)  # noqa: B023
 
         spent.append(microseconds(all_at_once, 3) / len(states))
     return spent
@@ -80,9 +80,9 @@ def main() -> None:
     rows: dict[str, list[float]] = {"obstacles to pieces": [], "pieces to segments": [], "select": []}
     statuses: dict[str, int] = {}
     for blocked, situation, preferred in scenes:
-        traffic = blocked.obstacles
+        obstacles = blocked.obstacles
         rows["obstacles to pieces"].append(
-            microseconds(lambda t=traffic, r=blocked.robot: ObstacleTable(t.obstacles, t.start, HORIZON).bodies(r), 5)  # type: ignore[misc]
+            microseconds(lambda t=obstacles, r=blocked.robot: ObstacleTable(t.obstacles, t.start, HORIZON).bodies(r), 5)  # type: ignore[misc]
         )
 
         def fresh(blocked: ControlObstacle = blocked) -> object:

@@ -1,13 +1,13 @@
-"""A step of a fleet against other projects' fleets, and a ring of 50 robots for a minute.
+"""A step of a fleet compared with fleets of other projects, and one minute of the scenario `ring` with 50 robots.
 
 usage: python benchmarks/fleet_step.py [--robots 1000] [--steps 8] [--quick] [--out FOLDER]
 
-Robots of 0.5 m with random goals, 100 m^2 for each, so that about 10 are within reach of each over the 6 s that ours
-look ahead. Everybody begins at the same places, by turns: RVO2 (pyrvo) with 10 neighbours within 15 m and a horizon of
-5 s, its step alone and with the preferred velocities that a program in Python has to set; ORCA and the human-like
-behaviour in navground's own world with the same 15 m. Each is in its own simulator, in single precision and without
-limits on acceleration; ours includes the exact motion, the guidance and the recording. Needs the packages pyrvo and
-navground.
+Robots of 0.5 m have random goals and 100 m^2 each. About 10 others are thus within reach of each robot during the
+horizon of 6 s. All programs start from the same positions and run by turns. RVO2 (pyrvo) has 10 neighbours within 15 m
+and a horizon of 5 s. It is timed alone, and with the preferred velocities that a Python program has to set. ORCA and
+the human-like behaviour run in navground's own world with the same 15 m. The peers use single precision and no limits
+on acceleration. The times of slalom include the exact motion, the guidance and the recording. Needs the packages pyrvo
+and navground.
 """
 
 import sys
@@ -22,12 +22,12 @@ from program import finish, options, table, target
 from slalom import Method, method
 from slalom.sim import Scenario, gallery, simulate
 
-NEIGHBOURS, SIGHT, AHEAD, RADIUS, SPEED = 10, 15.0, 5.0, 0.5, 1.5
+NEIGHBOURS, RANGE, TIME_HORIZON, RADIUS, SPEED = 10, 15.0, 5.0, 0.5, 1.5
 MINUTE, ROUNDS = 60.0, 3
 
 
 def times_of(step: Callable[[], object], count: int) -> np.ndarray:
-    """Wall clock of each of so many steps but the first [s]."""
+    """Wall clock of each of `count` steps except the first [s]."""
     stamps = [perf_counter()]
     for _ in range(count):
         step()
@@ -35,18 +35,18 @@ def times_of(step: Callable[[], object], count: int) -> np.ndarray:
     return np.diff(stamps)[1:]
 
 
-def places_of(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+def positions_of(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Starts and goals (n, 2) [m]."""
     starts = np.array([robot.state.position for robot in scenario.robots])
     return starts, np.array([robot.goal.position(0.0) for robot in scenario.robots])
 
 
 def rvo2(scenario: Scenario, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """RVO2: its step alone, and with preferred velocities set and places read [s]."""
+    """RVO2: its step alone, and with preferred velocities set and positions read [s]."""
     from pyrvo import RVOSimulator
 
-    starts, goals = places_of(scenario)
-    simulator = RVOSimulator(DT, SIGHT, NEIGHBOURS, AHEAD, AHEAD, RADIUS, SPEED)
+    starts, goals = positions_of(scenario)
+    simulator = RVOSimulator(DT, RANGE, NEIGHBOURS, TIME_HORIZON, TIME_HORIZON, RADIUS, SPEED)
     for start in starts:
         simulator.add_agent(tuple(start))
     alone, n = [], len(starts)
@@ -54,9 +54,9 @@ def rvo2(scenario: Scenario, count: int) -> tuple[np.ndarray, np.ndarray]:
     def step() -> None:
         away = goals - np.array([simulator.get_agent_position(k).to_tuple() for k in range(n)])
         far = np.linalg.norm(away, axis=1, keepdims=True)
-        wished = away * np.minimum(SPEED / np.maximum(far, 1e-9), 1.0)
+        preferred = away * np.minimum(SPEED / np.maximum(far, 1e-9), 1.0)
         for k in range(n):
-            simulator.set_agent_pref_velocity(k, tuple(wished[k]))
+            simulator.set_agent_pref_velocity(k, tuple(preferred[k]))
         before = perf_counter()
         simulator.do_step()
         alone.append(perf_counter() - before)
@@ -69,23 +69,23 @@ def navground(scenario: Scenario, kind: str, count: int) -> np.ndarray:
     from navground import core, sim
 
     world = sim.World()
-    for start, goal in zip(*places_of(scenario)):
+    for start, goal in zip(*positions_of(scenario)):
         behavior = core.Behavior.make_type(kind)
         kinematics = core.kinematics.OmnidirectionalKinematics(SPEED)
         if kind == "ORCA":
             behavior.set("max_neighbors", NEIGHBOURS)
-            behavior.set("time_horizon", AHEAD)
+            behavior.set("time_horizon", TIME_HORIZON)
         task = sim.tasks.WaypointsTask([tuple(goal)], loop=False, tolerance=0.3)
-        sight = sim.state_estimations.BoundedStateEstimation(range=SIGHT)
+        sight = sim.state_estimations.BoundedStateEstimation(range=RANGE)
         agent = sim.Agent(RADIUS, behavior, kinematics, task, [sight], DT)
-        behavior.optimal_speed, behavior.horizon = SPEED, SIGHT
+        behavior.optimal_speed, behavior.horizon = SPEED, RANGE
         agent.position = start
         world.add_agent(agent)
     return times_of(lambda: world.update(DT), count)
 
 
 def minute(chosen: Method, seconds: float, robots: int) -> dict[str, float]:
-    """The ring from Python: wall clock [s], the time that was simulated until all had arrived [s], and for a minute."""
+    """The scenario `ring`: wall clock [s], simulated time until all arrived [s], and wall clock per minute [s]."""
     scenario = gallery.build("ring", {"robots": robots, "duration": seconds})
     spent = []
     for _ in range(2):
@@ -97,7 +97,7 @@ def minute(chosen: Method, seconds: float, robots: int) -> dict[str, float]:
 
 
 def turn(scenario: Scenario, ours: dict[str, Method], count: int) -> dict[str, np.ndarray]:
-    """So many steps of everybody [s]."""
+    """Times of `count` steps of each program [s]."""
     spent = {f"slalom {name}": steps(scenario, chosen)[0] for name, chosen in ours.items()}
     spent["pyrvo, ORCA, set from Python"], spent["pyrvo, ORCA, its step alone"] = rvo2(scenario, count)
     spent["navground, ORCA"] = navground(scenario, "ORCA", count)
@@ -106,44 +106,53 @@ def turn(scenario: Scenario, ours: dict[str, Method], count: int) -> dict[str, n
 
 
 def measure(robots: int, count: int, ring: int, seconds: float) -> dict[str, Any]:
-    """Everybody on the same robots, one after the other."""
+    """All programs on the same robots, one after the other."""
     scenario = fleet(robots, (count + 1) * DT)
     ours = {name: method(name) for name in ("nao", "nao_shared")}
     for chosen in ours.values():
         steps(fleet(5, 3 * DT), chosen)
-    # By turns: what else the machine does meets everybody.
+    # By turns, so that other load of the machine affects all programs.
     rounds = [turn(scenario, ours, count) for _ in range(ROUNDS)]
     each = {name: 1e6 * float(np.median([r[name] for r in rounds])) / robots for name in rounds[0]}
     peer = each["pyrvo, ORCA, set from Python"]
     rings = {name: minute(chosen, seconds, ring) for name, chosen in ours.items()}
-    heads = ["method", "wall s", "simulated s until all arrived", "wall s for a minute"]
+    heads = ["method", "wall s", "simulated s until all arrived", "wall s per minute"]
     return {
-        "question": "A step of a fleet against other projects' fleets",
+        "question": "A step of a fleet compared with fleets of other projects",
         "parameters": {
             "robots": robots,
             "steps": count,
             "rounds": ROUNDS,
             "neighbours": NEIGHBOURS,
-            "sight_m": SIGHT,
+            "sight_m": RANGE,
             "ring": ring,
         },
         "tables": [
             table(
-                "One step, for each robot",
+                "One step, per robot",
                 ["what", "median us", "ratio to pyrvo set from Python"],
                 [[name, us, us / peer] for name, us in each.items()],
             ),
-            table(f"A ring of {ring} robots, from Python", heads, [[name, *r.values()] for name, r in rings.items()]),
+            table(
+                f"The scenario ring with {ring} robots, from Python",
+                heads,
+                [[name, *r.values()] for name, r in rings.items()],
+            ),
         ],
         "targets": [
-            target("a step of nao for each robot over pyrvo's, set from Python", each["slalom nao"] / peer, most=5.0),
+            target("a step of nao per robot over pyrvo's, set from Python", each["slalom nao"] / peer, most=5.0),
             target(
-                "a step of nao for each robot over pyrvo's own step alone",
+                "a step of nao per robot over pyrvo's own step alone",
                 each["slalom nao"] / each["pyrvo, ORCA, its step alone"],
                 most=5.0,
             ),
             *(
-                target(f"a minute of a ring of {ring} robots, {name}", r["wall_s_per_minute"], most=0.5, unit="s")
+                target(
+                    f"a minute of the scenario ring with {ring} robots, {name}",
+                    r["wall_s_per_minute"],
+                    most=0.5,
+                    unit="s",
+                )
                 for name, r in rings.items()
             ),
         ],

@@ -1,4 +1,4 @@
-"""What every benchmark writes beside its numbers: the machine, the versions, and how fast it was at that moment."""
+"""Facts that every benchmark writes with its numbers: the machine, the versions, and the speed at that moment."""
 
 import json
 import os
@@ -31,7 +31,7 @@ def describe() -> dict[str, Any]:
 
 
 def microseconds(call: Callable[[], Any], repeat: int = 30, share: float = 0.5) -> float:
-    """Median time of one call [us], or another quantile, 0 the quickest; after one that is not counted."""
+    """Median time of one call [us], or another quantile (0: the fastest). The first call is not counted."""
     call()
     spent = []
     for _ in range(repeat):
@@ -42,7 +42,7 @@ def microseconds(call: Callable[[], Any], repeat: int = 30, share: float = 0.5) 
 
 
 def loop() -> float:
-    """Time of a million additions in Python [ms]: the same machine takes several times as long on a busy day."""
+    """Time of a million additions in Python [ms]. Under load the same machine takes several times as long."""
 
     def add() -> None:
         total = 0
@@ -53,7 +53,7 @@ def loop() -> float:
 
 
 def write(name: str, result: dict[str, Any], folder: Path) -> Path:
-    """The result with the machine's description as JSON."""
+    """Write the result with the description of the machine as JSON; return the path."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.json"
     path.write_text(json.dumps({"machine": describe(), "loop_ms": loop(), **result}, indent=2) + "\n")

@@ -1,13 +1,12 @@
-"""Does memory grow, does a step get slower: over many decisions of one robot, and over many steps of a fleet.
+"""Growth of memory and of the time per step, over many decisions of one robot and many steps of a fleet.
 
 usage: python benchmarks/memory.py [--decisions 6000] [--robots 100] [--seconds 60] [--many 3000] [--steps 60] [--quick]
                                    [--out FOLDER]
 
-One robot decides again and again among 30 cars; nothing is recorded, so nothing may stay. A fleet's run is recorded as
-a whole unless it is told otherwise: what its memory grows by is held against what the recording holds. A large fleet's
-run that is not recorded may not grow with time. Growth is the slope of a straight
-line through the resident memory over the second half, after everything was used for the first time. Times are of the
-processor.
+One robot decides repeatedly among 30 cars. Nothing is recorded, so memory must not grow. A run of a fleet is recorded
+by default, and its growth is compared with the size of the recording. A run of a large fleet without recording must not
+grow with time. Growth is the slope of a straight line through the resident memory over the second half of the calls.
+Times are processor times.
 """
 
 import resource
@@ -30,20 +29,20 @@ from slalom.sim.run.robot_states import integrate
 from slalom.state import State
 
 ROOM, CARS_TIME = 900.0, 12.0
-"""[m^2] for each robot: far goals, so that they are all on their way. [s] after which the crossing begins again."""
+"""[m^2] per robot: goals are far, so that no robot arrives. [s] after which the crossing starts again."""
 STATEMENT = Path("/proc/self/statm")
 
 
 def resident() -> float:
-    """Resident memory now [bytes]; where the system does not say, the largest so far."""
+    """Present resident memory [bytes], or the largest so far where the system reports no present value."""
     if STATEMENT.exists():
         return float(STATEMENT.read_text().split()[1]) * resource.getpagesize()
     return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) * (1.0 if sys.platform == "darwin" else 1024.0)
 
 
 def watched(count: int, every: Callable[[Callable[[], None]], None]) -> dict[str, Any]:
-    """Memory [bytes] and time of the processor [s] after each of `count` calls: how they grow."""
-    # Made and touched before: what is noted must not grow either.
+    """Growth of memory [bytes] and processor time [s] over `count` calls."""
+    # Allocated and written before, so that the notes themselves do not grow.
     memory, stamps, done = np.ones(count), np.ones(count), 0
 
     def note() -> None:
@@ -68,7 +67,7 @@ def watched(count: int, every: Callable[[Callable[[], None]], None]) -> dict[str
 
 
 def deciding(count: int) -> dict[str, Any]:
-    """One robot in the roundabout, over and over again, nothing recorded."""
+    """One robot in the roundabout, repeatedly, without recording."""
     scenario = gallery.build("roundabout_crossing")
     navigator, robot, dt = scenario.decider(method("nao")), scenario.robot, scenario.dt
 
@@ -86,7 +85,7 @@ def deciding(count: int) -> dict[str, Any]:
 
 
 def held(run: Recording) -> float:
-    """What a recording holds for each robot and step [bytes]: its arrays, and a reference for each text."""
+    """Size of a recording per robot and step [bytes]: its arrays, and a reference per text."""
     values = [getattr(run, field.name) for field in fields(run)]
     arrays = sum(value.nbytes for value in values if isinstance(value, np.ndarray))
     cells = run.accelerations.shape[0] * run.accelerations.shape[1]
@@ -94,7 +93,7 @@ def held(run: Recording) -> float:
 
 
 def stepping(name: str, robots: int, seconds: float) -> dict[str, Any]:
-    """A fleet for so many seconds."""
+    """A recorded run of a fleet over `seconds`."""
     scenario, chosen, runs = fleet(robots, seconds, ROOM), method(name), []
 
     def run(note: Callable[[], None]) -> None:
@@ -105,20 +104,20 @@ def stepping(name: str, robots: int, seconds: float) -> dict[str, Any]:
 
 
 def unrecorded(name: str, robots: int, steps: int) -> dict[str, Any]:
-    """A fleet for so many steps of which only the end is kept."""
+    """A run of a fleet over `steps` of which only the end is kept."""
     scenario, chosen = fleet(robots, steps * DT, ROOM), method(name)
     found = watched(steps, lambda note: simulate(scenario, chosen, progress=lambda _: note(), record=False))
     return {**found, "growth_per_robot": found["growth_bytes"] / robots, "held_per_robot": 0.0}
 
 
 def apart(call: Callable[..., dict[str, Any]], *arguments: object) -> dict[str, Any]:
-    """What a call returns in a new process."""
+    """The result of a call in a new process."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         return pool.submit(call, *arguments).result()
 
 
 def measure(decisions: int, robots: int, seconds: float, many: int, steps: int) -> dict[str, Any]:
-    """Each in a process of its own: what one frees would serve the next."""
+    """Each in a process of its own, since memory freed by one would serve the next."""
     alone = apart(deciding, decisions)
     fleets = {name: apart(stepping, name, robots, seconds) for name in ("nao", "nao_shared")}
     large = {name: apart(unrecorded, name, many, steps) for name in fleets}
@@ -139,7 +138,7 @@ def measure(decisions: int, robots: int, seconds: float, many: int, steps: int) 
     slower = max(r["last_quarter_us"] / r["first_quarter_us"] for r in (alone, *fleets.values()))
     excess = max(r["growth_per_robot"] - r["held_per_robot"] for r in fleets.values())
     return {
-        "question": "Does memory grow, does a step get slower",
+        "question": "Growth of memory and of the time per step",
         "parameters": {
             "decisions": decisions,
             "robots": robots,
@@ -151,21 +150,21 @@ def measure(decisions: int, robots: int, seconds: float, many: int, steps: int) 
         "tables": [
             table("Memory and time over many calls", [*heads, "largest resident MiB"], rows),
             table(
-                "Growth of a run, for each robot and step",
-                ["method, robots", "bytes that memory grows by", "bytes that the recording holds"],
+                "Growth of a run, per robot and step",
+                ["method, robots", "growth of memory, bytes", "size of the recording, bytes"],
                 kept,
             ),
         ],
         "targets": [
-            target("growth for each decision of one robot", alone["growth_bytes"], most=64.0, unit="bytes"),
-            target("growth for each robot and step beyond what is recorded", excess, most=256.0, unit="bytes"),
+            target("growth per decision of one robot", alone["growth_bytes"], most=64.0, unit="bytes"),
+            target("growth per robot and step beyond the recording", excess, most=256.0, unit="bytes"),
             target(
-                "growth for each robot and step of a run that is not recorded",
+                "growth per robot and step of a run that is not recorded",
                 max(r["growth_per_robot"] for r in large.values()),
                 most=8.0,
                 unit="bytes",
             ),
-            target("the last quarter of calls over the first, median time of the processor", slower, most=1.5),
+            target("the last quarter of calls over the first, median processor time", slower, most=1.5),
         ],
         "results": {"decisions": alone, "fleets": fleets, "unrecorded": large},
     }

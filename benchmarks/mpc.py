@@ -1,11 +1,12 @@
-"""One certified decision against a model predictive controller on the same task: casadi with IPOPT.
+"""One certified decision compared with a model predictive controller on the same task: casadi with IPOPT.
 
 usage: python benchmarks/mpc.py [--scenes 40] [--quick] [--out FOLDER]
 
-The controller: multiple shooting, 20 steps over 6 s, a double integrator within its largest speed and acceleration, the
-distance to each of the 30 obstacles' true places at each step, towards the goal's velocity with little effort. It is
-warm started: from its own solution of the moment 0.1 s before, which is not timed. Of repeated calls on
-a scene the quickest counts, of scenes the median. Needs the package casadi.
+The controller uses multiple shooting with 20 steps over 6 s. The robot is a double integrator with limits on speed and
+acceleration. At each step the distance to the true positions of the 30 obstacles is constrained. The objective is the
+desired velocity with little effort. The controller is warm started from its own solution 0.1 s earlier, which is not
+timed. The time of a scene is that of the fastest repeated call; the table gives the median over the scenes. Needs the
+package casadi.
 """
 
 import sys
@@ -21,29 +22,31 @@ from slalom import select
 STEPS, PERIOD, EFFORT, ITERATIONS = 20, 0.1, 0.1, 300
 STEP = HORIZON / STEPS
 OFTEN = 100
-"""Calls of what takes microseconds: still less time than a call of the other."""
-AHEAD = STEP * np.arange(STEPS + 1)
+"""Calls of slalom per scene: together still faster than one call of the controller."""
+TIMES = STEP * np.arange(STEPS + 1)
 
 
 class Controller:
-    """The nonlinear program, built once; its solution for a task."""
+    """The nonlinear program, built once, and its solution for a task."""
 
     def __init__(self) -> None:
         import casadi as ca
 
         x, u = ca.SX.sym("x", 4, STEPS + 1), ca.SX.sym("u", 2, STEPS)
-        start, wanted = ca.SX.sym("start", 4), ca.SX.sym("wanted", 2)
+        start, desired = ca.SX.sym("start", 4), ca.SX.sym("desired", 2)
         near, others = ca.SX.sym("near", OBSTACLES), ca.SX.sym("others", 2, OBSTACLES * STEPS)
         cost, equal, bounded, apart = EFFORT * ca.sumsqr(u), [x[:, 0] - start], [], []
         for k in range(STEPS):
-            place, velocity, push = x[:2, k], x[2:, k], u[:, k]
-            after = ca.vertcat(place + STEP * velocity + 0.5 * STEP**2 * push, velocity + STEP * push)
+            position, velocity, acceleration = x[:2, k], x[2:, k], u[:, k]
+            after = ca.vertcat(
+                position + STEP * velocity + 0.5 * STEP**2 * acceleration, velocity + STEP * acceleration
+            )
             equal.append(x[:, k + 1] - after)
-            bounded += [ca.sumsqr(push) - LIMITS.max_acceleration**2]
+            bounded += [ca.sumsqr(acceleration) - LIMITS.max_acceleration**2]
             bounded += [ca.sumsqr(x[2:, k + 1]) - LIMITS.max_speed**2]
             gaps = others[:, k * OBSTACLES : (k + 1) * OBSTACLES] - ca.repmat(x[:2, k + 1], 1, OBSTACLES)
             apart.append(near**2 - ca.sum1(gaps * gaps).T)
-            cost += ca.sumsqr(x[2:, k + 1] - wanted)
+            cost += ca.sumsqr(x[2:, k + 1] - desired)
         rows = ca.vertcat(*equal, *bounded, *apart)
         self._most = np.zeros(rows.shape[0])
         self._least = np.where(np.arange(rows.shape[0]) < 4 * (STEPS + 1), 0.0, -np.inf)
@@ -51,17 +54,17 @@ class Controller:
             "x": ca.vertcat(ca.vec(x), ca.vec(u)),
             "f": cost,
             "g": rows,
-            "p": ca.vertcat(start, wanted, near, ca.vec(others)),
+            "p": ca.vertcat(start, desired, near, ca.vec(others)),
         }
         settings = {"print_level": 0, "sb": "yes", "max_iter": ITERATIONS, "warm_start_init_point": "yes"}
         self._solver = ca.nlpsol("mpc", "ipopt", problem, {"print_time": False, "ipopt": {**settings, "mu_init": 1e-2}})
 
     def solve(self, task: Task, before: float, last: dict[str, Any] | None = None) -> dict[str, Any]:
-        """The solution `before` [s] before the task's moment, warm started from the `last` one."""
+        """The solution `before` [s] before the time of the task, warm started from the `last` one."""
         values = parameters(task, before)
         if last is None:
-            place, velocity = values[:2], values[2:4]
-            states = np.column_stack([place + AHEAD[:, None] * velocity, np.tile(velocity, (STEPS + 1, 1))])
+            position, velocity = values[:2], values[2:4]
+            states = np.column_stack([position + TIMES[:, None] * velocity, np.tile(velocity, (STEPS + 1, 1))])
             begin = {"x0": np.concatenate([states.ravel(), np.zeros(2 * STEPS)])}
         else:
             begin = {"x0": last["x"], "lam_x0": last["lam_x"], "lam_g0": last["lam_g"]}
@@ -69,27 +72,27 @@ class Controller:
 
     @property
     def converged(self) -> bool:
-        """Whether the last solution is one."""
+        """Whether IPOPT converged."""
         return bool(self._solver.stats()["success"])
 
     @property
     def iterations(self) -> int:
-        """Of the last solution."""
+        """Iterations of the last solution."""
         return int(self._solver.stats()["iter_count"])
 
 
 def parameters(task: Task, before: float) -> np.ndarray:
-    """What the program is told: the state, the wanted velocity, the radii, where the obstacles will be."""
+    """Parameters of the program: the state, the desired velocity, the radii, the future positions of the obstacles."""
     s = task.situation
-    place, now = s.state.position - before * s.state.velocity, s.now - before
-    wanted = s.goal.desired_velocity(place, s.state.velocity, now, s.limits)
-    times = now + AHEAD[1:]
+    position, now = s.state.position - before * s.state.velocity, s.now - before
+    desired = s.goal.desired_velocity(position, s.state.velocity, now, s.limits)
+    times = now + TIMES[1:]
     others = np.array([obstacle.trajectory.position(times) for obstacle in task.blocked.obstacles.obstacles])
-    return np.concatenate([place, s.state.velocity, wanted, task.radii, others.transpose(1, 0, 2).ravel()])
+    return np.concatenate([position, s.state.velocity, desired, task.radii, others.transpose(1, 0, 2).ravel()])
 
 
 def measure(scenes: int, repeat: int) -> dict[str, Any]:
-    """Both on both families of scenes."""
+    """slalom and the controller on both families of scenes."""
     controller, rows, result = Controller(), [], {}
     for family, tasks in families(scenes).items():
         mine, theirs, iterations, converged, free = [], [], [], 0, 0
@@ -120,7 +123,7 @@ def measure(scenes: int, repeat: int) -> dict[str, Any]:
         rows.append([family, *result[family].values()])
     heads = ["scenes", "slalom median us", "MPC median us", "ratio", "share IPOPT converged", "share slalom finds one"]
     return {
-        "question": "One certified decision against a model predictive controller with IPOPT",
+        "question": "One certified decision compared with a model predictive controller with IPOPT",
         "parameters": {"scenes": scenes, "steps": STEPS, "horizon_s": HORIZON, "obstacles": OBSTACLES, "warm": True},
         "tables": [table("Time of one decision", [*heads, "median iterations"], rows)],
         "targets": [

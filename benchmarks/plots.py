@@ -1,4 +1,4 @@
-"""The pictures of docs/performance.md: each from the results of all programs, by name."""
+"""The figures of docs/performance.md: each from the results of all programs, by name."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ Results = dict[str, dict[str, Any]]
 
 
 def decisions(results: Results) -> Figure:
-    """Bars of what a decision of nao costs, on a logarithmic scale."""
+    """Bars of the time of a decision of nao, on a logarithmic scale."""
     families = ("roundabout", "mixed")
     figure = Figure(figsize=(7.5, 3.4), layout="constrained")
     everything = []
@@ -22,7 +22,7 @@ def decisions(results: Results) -> Figure:
         spent = dict(results["sampling"]["results"][f"{family}, nao"]["us"])
         if "mpc" in results:
             spent["MPC with IPOPT"] = results["mpc"]["results"][family]["mpc_us"]
-        spent.pop("the samplers' futures of the obstacles")
+        spent.pop("future positions for the samplers")
         _bars(axes, spent, "us", family)
         everything += list(spent.values())
     panels[0].set_xlim(0.4 * min(everything), 10.0 * max(everything))
@@ -30,10 +30,10 @@ def decisions(results: Results) -> Figure:
 
 
 def fleets(results: Results) -> Figure:
-    """Bars of a step for each robot."""
+    """Bars of the time of a step per robot."""
     figure = Figure(figsize=(6.5, 2.6), layout="constrained")
     of = results["fleet_step"]
-    _bars(figure.subplots(), of["results"]["us_per_robot"], "us for each robot", f"{of['parameters']['robots']} robots")
+    _bars(figure.subplots(), of["results"]["us_per_robot"], "us per robot", f"{of['parameters']['robots']} robots")
     return figure
 
 
@@ -72,7 +72,7 @@ def stages(results: Results) -> Figure:
 
 
 def scaling(results: Results) -> Figure:
-    """Three panels of lines between logarithms, each with a line of slope 1."""
+    """Three panels with logarithmic axes, each with a line of slope 1."""
     figure = Figure(figsize=(9.0, 3.2), layout="constrained")
     curves = results["scaling"]["results"]
     for axes, what in zip(figure.subplots(1, 3), ("obstacles", "knots", "robots")):
@@ -96,7 +96,7 @@ def scaling(results: Results) -> Figure:
 
 
 def boundaries(results: Results) -> Figure:
-    """Time against the share of controls on the wrong side: the lower left corner is best."""
+    """Time against the share of wrong controls: the lower left corner is best."""
     figure = Figure(figsize=(5.5, 3.2), layout="constrained")
     axes = figure.subplots()
     of = results["boundaries"]
@@ -119,7 +119,7 @@ def boundaries(results: Results) -> Figure:
 
 
 def memory(results: Results) -> Figure:
-    """How memory grows: of one robot, and of fleets with a recording and without."""
+    """Growth of memory: one robot, and fleets with and without recording."""
     figure = Figure(figsize=(9.0, 2.8), layout="constrained")
     of, told = results["memory"]["results"], results["memory"]["parameters"]
     left, middle, right = figure.subplots(1, 3)
@@ -137,7 +137,9 @@ def memory(results: Results) -> Figure:
         axes.set_xlabel("steps")
     kept = next(iter(of["fleets"].values()))
     at = np.array(kept["at"])
-    middle.plot(at, at * told["robots"] * kept["held_per_robot"] / 2**20, ":", color=THEIRS, label="what is recorded")
+    middle.plot(
+        at, at * told["robots"] * kept["held_per_robot"] / 2**20, ":", color=THEIRS, label="size of the recording"
+    )
     left.set_ylabel("MiB more")
     for axes in (left, middle, right):
         axes.tick_params(labelsize=8)

@@ -1,4 +1,4 @@
-"""What all measuring programs share: their options, tables, targets that the numbers decide, and what they write."""
+"""Parts of all measuring programs: options, tables, targets, and the written results."""
 
 import argparse
 import time
@@ -14,7 +14,7 @@ Row = Sequence[str | int | float]
 
 
 def options(doc: str | None) -> argparse.ArgumentParser:
-    """--quick, which measures too little to mean anything but runs every line, and --out."""
+    """The options --quick and --out. A quick run executes every line; its figures mean nothing."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="tiny sizes: for tests, not for figures")
     parser.add_argument("--out", type=Path, default=Path("out/benchmarks"))
@@ -22,17 +22,17 @@ def options(doc: str | None) -> argparse.ArgumentParser:
 
 
 def table(title: str, heads: Sequence[str], rows: Sequence[Row]) -> dict[str, Any]:
-    """A table as it is printed and written: numbers stay numbers."""
+    """A table for printing and writing; numbers stay numbers."""
     return {"title": title, "heads": list(heads), "rows": [list(row) for row in rows]}
 
 
 def target(
     what: str, value: float | None, *, least: float | None = None, most: float | None = None, unit: str = ""
 ) -> dict[str, Any]:
-    """What was wished for, what was found, and whether that is enough; None: it could not be measured."""
+    """A target: the required value, the found value, and whether it is met; None: not measured."""
     met = value is not None and (least is None or value >= least) and (most is None or value <= most)
-    wished = f"at least {shown(least)}" if least is not None else f"at most {shown(most)}"
-    return {"what": what, "wished": f"{wished} {unit}".strip(), "value": value, "unit": unit, "met": bool(met)}
+    required = f"at least {shown(least)}" if least is not None else f"at most {shown(most)}"
+    return {"what": what, "required": f"{required} {unit}".strip(), "value": value, "unit": unit, "met": bool(met)}
 
 
 def shown(value: Any) -> str:
@@ -47,7 +47,7 @@ def shown(value: Any) -> str:
 
 
 def finish(name: str, result: dict[str, Any], arguments: argparse.Namespace, packages: Sequence[str] = ()) -> None:
-    """Print tables and targets, and write them with the machine, the versions and the parameters."""
+    """Print tables and targets; write them with the machine, the versions and the parameters."""
     for one in result["tables"]:
         print(f"\n{one['title']}")
         lines = [one["heads"], *([shown(cell) for cell in row] for row in one["rows"])]
@@ -57,7 +57,7 @@ def finish(name: str, result: dict[str, Any], arguments: argparse.Namespace, pac
     print()
     for one in result["targets"]:
         state = "met" if one["met"] else "MISSED"
-        print(f"{state}: {one['what']}: {shown(one['value'])} {one['unit']}".rstrip() + f", wished {one['wished']}")
+        print(f"{state}: {one['what']}: {shown(one['value'])} {one['unit']}".rstrip() + f", required {one['required']}")
     about = {
         "packages": {package: version(package) for package in packages},
         "quick": arguments.quick,

@@ -1,4 +1,4 @@
-"""Renders docs/performance.md and its pictures from what the other programs wrote; measures nothing.
+"""Render docs/performance.md and its figures from the results of the other programs; measure nothing.
 
 usage: python benchmarks/report.py [--results FOLDER] [--docs FOLDER]
 """
@@ -16,18 +16,18 @@ from program import shown
 PROGRAMS = ("start", "sampling", "mpc", "stages", "decision", "walls", "scaling", "fleet_step", "boundaries", "memory")
 PICTURES: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "sampling": (plots.decisions, "Time of one decision of nao, of samplers and of a model predictive controller."),
-    "stages": (plots.stages, "Where the time of one decision goes."),
-    "scaling": (plots.scaling, "Time against number of obstacles, knots and robots; dotted: in proportion."),
-    "fleet_step": (plots.fleets, "One step of a fleet, for each robot."),
-    "boundaries": (plots.boundaries, "Time of boundaries against the share of controls on the wrong side."),
-    "memory": (plots.memory, "Resident memory over many calls, less that after the first."),
+    "stages": (plots.stages, "Time of the stages of one decision."),
+    "scaling": (plots.scaling, "Time against number of obstacles, knots and robots; dotted: proportional."),
+    "fleet_step": (plots.fleets, "One step of a fleet, per robot."),
+    "boundaries": (plots.boundaries, "Time of boundaries against the share of wrong controls."),
+    "memory": (plots.memory, "Growth of the resident memory over many calls."),
 }
-"""Which figure of which results, and what it shows."""
+"""Per program the figure of its results, and the caption."""
 HERE = Path(__file__).parent
 
 
 def explanation(name: str) -> tuple[str, str]:
-    """The first sentence of a program's docstring, and what follows its usage as one paragraph for each there."""
+    """The first sentence of a program's docstring, and the paragraphs after its usage."""
     doc = ast.get_docstring(ast.parse((HERE / f"{name}.py").read_text())) or ""
     first, *rest = doc.split("\n\n")
     told = [" ".join(part.split()) for part in rest if not part.startswith("usage:")]
@@ -43,7 +43,7 @@ def lines_of(heads: list[str], rows: list[list[Any]]) -> Iterator[str]:
 
 
 def goals(results: dict[str, dict[str, Any]]) -> Iterator[str]:
-    """Every target, and whether it is met, as the programs decided it."""
+    """Every target, and whether it is met, as decided by the programs."""
     found = [(name, one) for name, result in results.items() for one in result.get("targets", [])]
     met = sum(one["met"] for _, one in found)
     yield f"{met} of {len(found)} targets are met."
@@ -52,17 +52,17 @@ def goals(results: dict[str, dict[str, Any]]) -> Iterator[str]:
         [
             f"`{name}`",
             one["what"],
-            one["wished"],
+            one["required"],
             f"{shown(one['value'])} {one['unit'] if one['value'] is not None else ''}".strip(),
             "met" if one["met"] else "**missed**",
         ]
         for name, one in found
     ]
-    yield from lines_of(["program", "what", "wished", "found", ""], rows)
+    yield from lines_of(["program", "quantity", "required", "found", ""], rows)
 
 
 def setting(results: dict[str, dict[str, Any]]) -> Iterator[str]:
-    """Machine, versions and dates: once where all are the same."""
+    """Machine, versions and dates; equal machines once."""
     machines = {json.dumps(result["machine"], sort_keys=True) for result in results.values()}
     packages = {k: v for result in results.values() for k, v in result.get("packages", {}).items()}
     for text in sorted(machines):
@@ -71,17 +71,17 @@ def setting(results: dict[str, dict[str, Any]]) -> Iterator[str]:
         yield f"Machine: {of['processor']}, {of['cores']} cores, {of['system']} on {of['machine']}; {versions}."
     loops = [result["loop_ms"] for result in results.values()]
     took = f"{min(loops):.0f} to {max(loops):.0f} ms"
-    yield f"After each program a million additions in Python took {took}: times, not ratios, go with that."
+    yield f"After each program a million additions in Python took {took}. Times, not ratios, vary accordingly."
     if packages:
         yield "Peers: " + ", ".join(f"{name} {packages[name]}" for name in sorted(packages)) + "."
     days = sorted({result["finished"] for result in results.values()})
     yield f"Measured on {days[0]}." if len(days) == 1 else f"Measured from {days[0]} to {days[-1]}."
     if any(result.get("quick") for result in results.values()):
-        yield "**Some of these are quick runs, of which the figures mean nothing.**"
+        yield "**Some of these are quick runs, and their figures mean nothing.**"
 
 
 def tables(result: dict[str, Any]) -> Iterator[str]:
-    """The tables of a result; of the older programs the one that they have."""
+    """The tables of a result; of the older programs the only one."""
     for one in result.get("tables", []):
         yield f"{one['title']}:"
         yield ""
@@ -94,7 +94,7 @@ def tables(result: dict[str, Any]) -> Iterator[str]:
 
 
 def section(name: str, results: dict[str, dict[str, Any]], images: Path) -> Iterator[str]:
-    """What a program measured."""
+    """The section of one program."""
     title, told = explanation(name)
     yield f"## {name}: {results[name]['question'][0].lower() + results[name]['question'][1:]}"
     yield ""
@@ -120,13 +120,13 @@ def page(results: dict[str, dict[str, Any]], images: Path) -> Iterator[str]:
     yield "# Speed, measured"
     yield ""
     yield (
-        "`make bench` makes this page: it runs every program of `benchmarks/` once, one after the other, and renders "
-        "what they wrote to `out/benchmarks/`; one of them runs alone as `python benchmarks/NAME.py`, and "
-        "`python benchmarks/report.py` renders again. Peers come from packages (`pip install 'slalom[peers,bench]'`) "
-        "and run in the same run on the same scenes, numpy's matrix products on one thread. Times "
-        "depend on the machine and on what else it does; their ratios are the results, and where arrays are large "
-        "these too are larger on a busy machine. Times are medians, from Python, compiling and importing left out. "
-        "Whether a target is met is decided by the programs."
+        "`make bench` makes this page. It runs every program of `benchmarks/` once, one after the other, and renders "
+        "their results from `out/benchmarks/`. `python benchmarks/NAME.py` runs one program, and "
+        "`python benchmarks/report.py` renders the page again. Peers come from packages "
+        "(`pip install 'slalom[peers,bench]'`). They run in the same run on the same scenes; numpy's matrix products "
+        "use one thread. Times depend on the machine and on its load, so the ratios are the results. With large "
+        "arrays the ratios too are larger on a busy machine. Times are medians, called from Python, without "
+        "compilation and imports. The programs decide whether a target is met."
     )
     yield ""
     yield from setting(results)
@@ -144,7 +144,7 @@ def page(results: dict[str, dict[str, Any]], images: Path) -> Iterator[str]:
 
 
 def render(folder: Path, docs: Path) -> Path:
-    """The page from the JSON files of a folder."""
+    """Write the page from the JSON files of a folder; return its path."""
     found = {name: folder / f"{name}.json" for name in PROGRAMS}
     results = {name: json.loads(path.read_text()) for name, path in found.items() if path.exists()}
     if not results:

@@ -1,12 +1,13 @@
-"""One certified decision against sampling in numpy: how much faster, and is the choice better?
+"""One certified decision compared with sampling in numpy: time, and quality of the choice.
 
 usage: python benchmarks/sampling.py [--scenes 60] [--quick] [--out FOLDER]
 
-The samplers try 500 controls, spread evenly over what the limits allow, and take the free one nearest to the preferred
-control. The acceleration obstacle is sampled at 60 times, in three ways of writing it: as one large array of distances,
-in place with x and y apart, as one matrix product. The velocity obstacle has a closed form in time. All work on the
-same scenes, with the obstacles' futures given; what it takes to get these is timed apart. Of repeated calls on a scene
-the quickest counts, of scenes the median: what else the machine does slows large arrays more than small ones.
+The samplers test 500 controls, spread evenly over the smallest disc of the limits, and take the free one nearest to the
+preferred control. The acceleration obstacle is sampled at 60 times, in three implementations. These are one large array
+of distances, x and y separately in place, and one matrix product. The velocity obstacle has a closed form in time. All
+methods use the same scenes and given future positions of the obstacles, which are timed separately. The time of a scene
+is that of the fastest repeated call, since load slows large arrays more than small ones. The tables give medians over
+the scenes.
 """
 
 from collections.abc import Callable
@@ -24,7 +25,7 @@ CONTROLS, TIMES = 500, np.linspace(0.1, HORIZON, 60)
 GAIN = np.where(TIMES < HOLD, 0.5 * TIMES**2, HOLD * (TIMES - 0.5 * HOLD))
 WHOLE = "sampling, all distances at once"
 OFTEN = 40
-"""Calls of what takes microseconds: as long in all as a few of what takes milliseconds."""
+"""Calls of slalom per scene: together as long as a few calls of a sampler."""
 
 
 def controls(task: Task) -> np.ndarray:
@@ -37,35 +38,35 @@ def controls(task: Task) -> np.ndarray:
 
 
 def futures(task: Task) -> np.ndarray:
-    """Where the obstacles are at the sampled times, (n, 60, 2) [m]."""
+    """Positions of the obstacles at the sampled times, (n, 60, 2) [m]."""
     times = task.situation.now + TIMES
     return np.array([obstacle.trajectory.position(times) for obstacle in task.blocked.obstacles.obstacles])
 
 
-def all_at_once(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
+def all_at_once(task: Task, tried: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Whether controls are free at all sampled times."""
     state = task.situation.state
     paths = state.position + TIMES[:, None] * state.velocity + GAIN[:, None] * tried[:, None]
-    gaps = np.linalg.norm(paths[:, None] - places, axis=-1)
+    gaps = np.linalg.norm(paths[:, None] - positions, axis=-1)
     return (gaps >= task.radii[:, None]).all(axis=(1, 2))
 
 
-def in_place(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """The same with x and y apart and no array made twice."""
+def in_place(task: Task, tried: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """The same with x and y separately and no temporary arrays."""
     p, v = task.situation.state.position, task.situation.state.velocity
     x, y = (p[i] + TIMES * v[i] + GAIN * tried[:, i : i + 1] for i in range(2))
-    dx = x[:, None] - np.ascontiguousarray(places[..., 0])
-    dy = y[:, None] - np.ascontiguousarray(places[..., 1])
+    dx = x[:, None] - np.ascontiguousarray(positions[..., 0])
+    dy = y[:, None] - np.ascontiguousarray(positions[..., 1])
     dx *= dx
     dy *= dy
     dx += dy
     return (dx.min(axis=2) >= task.radii**2).all(axis=1)
 
 
-def one_product(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
+def one_product(task: Task, tried: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """The same as a product of two matrices: squared distances are bilinear in (u, |u|^2, 1) and the scene."""
     state = task.situation.state
-    away = places - (state.position + TIMES[:, None] * state.velocity)
+    away = positions - (state.position + TIMES[:, None] * state.velocity)
     spare = (away**2).sum(axis=-1) - (task.radii**2)[:, None]
     square = np.broadcast_to(GAIN**2, spare.shape)
     scene = np.stack([-2.0 * GAIN * away[..., 0], -2.0 * GAIN * away[..., 1], square, spare]).reshape(4, -1)
@@ -73,11 +74,11 @@ def one_product(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray
     return ((rows @ scene) >= 0.0).all(axis=1)
 
 
-def velocities(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Whether velocities are free up to the horizon, obstacles keeping theirs: `places` (n, 2, 2) now and in 1 s."""
+def velocities(task: Task, tried: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Whether velocities are free up to the horizon; `positions` (n, 2, 2) of the obstacles now and in 1 s."""
     state = task.situation.state
-    gap_x, gap_y = (places[:, 0] - state.position).T
-    moving_x, moving_y = (places[:, 1] - places[:, 0]).T
+    gap_x, gap_y = (positions[:, 0] - state.position).T
+    moving_x, moving_y = (positions[:, 1] - positions[:, 0]).T
     closing_x, closing_y = tried[:, :1] - moving_x, tried[:, 1:] - moving_y
     soonest = closing_x * gap_x + closing_y * gap_y
     soonest /= np.maximum(closing_x * closing_x + closing_y * closing_y, 1e-300)
@@ -90,62 +91,64 @@ def velocities(task: Task, tried: np.ndarray, places: np.ndarray) -> np.ndarray:
 Sampler = Callable[[Task, np.ndarray, np.ndarray], np.ndarray]
 
 
-def best(task: Task, sampler: Sampler, tried: np.ndarray, places: np.ndarray) -> np.ndarray | None:
+def best(task: Task, sampler: Sampler, tried: np.ndarray, positions: np.ndarray) -> np.ndarray | None:
     """The free admissible control nearest to the preferred one."""
-    free = sampler(task, tried, places) & (task.situation.admissible.excess(tried) <= 0.0)
+    free = sampler(task, tried, positions) & (task.situation.admissible.excess(tried) <= 0.0)
     away = np.where(free, ((tried - task.preferred) ** 2).sum(axis=1), np.inf)
     nearest = int(np.argmin(away))
     return tried[nearest] if free[nearest] else None
 
 
 def kernel(task: Task) -> Callable[[], object]:
-    """The compiled choice alone."""
+    """The kernel of the choice alone."""
     wanted = np.append(task.preferred, 0.0)
     rows, s = task.situation.admissible.rows(), task.blocked.segments
     rest = (s.points, s.gains, s.radius, s.growth, s.bounding_radius, s.hulls, ELEMENTS, CANDIDATES)
     return lambda: kernels.nearest_free(wanted, 2, rows, *rest)
 
 
-def times(tasks: list[Task], samplers: dict[str, Sampler], look: Callable[[Task], np.ndarray]) -> dict[str, float]:
-    """Median over the scenes of what each needs [us]."""
+def times(
+    tasks: list[Task], samplers: dict[str, Sampler], positions_of: Callable[[Task], np.ndarray]
+) -> dict[str, float]:
+    """Median time over the scenes of each method [us]."""
     spent: dict[str, list[float]] = {}
 
     def note(name: str, call: Callable[[], object], repeat: int) -> None:
         spent.setdefault(name, []).append(microseconds(call, repeat, 0.0))
 
     for task in tasks:
-        tried, places = controls(task), look(task)
-        wish, allowed = task.preferred, task.situation.admissible
+        tried, positions = controls(task), positions_of(task)
+        preferred, allowed = task.preferred, task.situation.admissible
 
-        def decided(traffic: object = None, task: Task = task) -> object:
+        def decided(task: Task = task) -> object:
             return select(task.preferred, task.situation.admissible, task.fresh())
 
         def whole(task: Task = task) -> object:
-            b, traffic = task.blocked, task.foreseen()
-            new = ControlObstacle(b.response, b.state, traffic, b.robot, b.margin)
+            b, obstacles = task.blocked, task.foreseen()
+            new = ControlObstacle(b.response, b.state, obstacles, b.robot, b.margin)
             return select(task.preferred, task.situation.admissible, new)
 
         note("slalom", decided, OFTEN)
-        note("slalom, choice alone", lambda: select(wish, allowed, task.blocked), OFTEN)  # noqa: B023
+        note("slalom, choice alone", lambda: select(preferred, allowed, task.blocked), OFTEN)  # noqa: B023
         note("slalom, kernel of the choice", kernel(task), OFTEN)
-        note("slalom, with the obstacles' futures", whole, OFTEN)
+        note("slalom, with the pieces of the obstacles", whole, OFTEN)
         for name, sampler in samplers.items():
-            note(name, lambda f=sampler: best(task, f, tried, places), 3)  # type: ignore[misc]  # noqa: B023
-        note("the samplers' futures of the obstacles", lambda: look(task), 3)  # noqa: B023
+            note(name, lambda f=sampler: best(task, f, tried, positions), 3)  # type: ignore[misc]  # noqa: B023
+        note("future positions for the samplers", lambda: positions_of(task), 3)  # noqa: B023
     return {name: float(np.median(each)) for name, each in spent.items()}
 
 
-def quality(tasks: list[Task], sampler: Sampler, look: Callable[[Task], np.ndarray]) -> dict[str, Any]:
-    """Whose choice is nearer to the preferred control, and whose collides: by the certified test."""
+def quality(tasks: list[Task], sampler: Sampler, positions_of: Callable[[Task], np.ndarray]) -> dict[str, Any]:
+    """Compare the choices by the certified test: distance from the preferred control, and collisions."""
     found: dict[str, Any] = dict.fromkeys(("scenes", "none_sampled", "none", "collide", "worse", "only_slalom"), 0)
     farther = []
     for task in tasks:
-        tried, places = controls(task), look(task)
+        tried, positions = controls(task), positions_of(task)
         mine, theirs = (
             select(task.preferred, task.situation.admissible, task.blocked),
-            best(task, sampler, tried, places),
+            best(task, sampler, tried, positions),
         )
-        # Whatever is free by the certified test, the samples of time left aside: the best of these is the mark.
+        # The reference is the best sampled control that the certified test finds free, at all times.
         free = (task.situation.admissible.excess(tried) <= 0.0) & (task.blocked.clearance(tried) >= CONTACT + CERTIFIED)
         away = np.linalg.norm(tried - task.preferred, axis=1)
         mark = float(away[free].min(initial=np.inf))
@@ -183,7 +186,7 @@ def measure(scenes: int) -> dict[str, Any]:
         if WHOLE in r["us"]
     )
     return {
-        "question": "One certified decision of nao with one response against sampling",
+        "question": "One certified decision of nao with one response compared with sampling",
         "parameters": {"scenes": scenes, "obstacles": 30, "horizon_s": HORIZON, "controls": CONTROLS, "times": 60},
         "tables": [
             table("Time of one decision", ["scenes", "what", "median us", "ratio to slalom"], rows),
@@ -191,7 +194,7 @@ def measure(scenes: int) -> dict[str, Any]:
         ],
         "targets": [
             target("sampled NAO in numpy, all distances at once, over slalom", min(ratios), least=100.0),
-            target("the same with the fastest of three ways to write it", fair, least=100.0),
+            target("the same with the fastest of three implementations", fair, least=100.0),
             target(
                 "scenes in which a free sample is nearer to the preferred control than slalom's choice",
                 sum(r["quality"]["worse"] for r in result.values()),
@@ -203,7 +206,7 @@ def measure(scenes: int) -> dict[str, Any]:
 
 
 def beginnings(task: Task) -> np.ndarray:
-    """Where the obstacles are now and after a second at their present velocity, (n, 2, 2) [m]."""
+    """Positions of the obstacles now and after a second at their present velocity, (n, 2, 2) [m]."""
     now = task.situation.now
     paths = [obstacle.trajectory for obstacle in task.blocked.obstacles.obstacles]
     return np.array([(path.position(now), path.position(now) + path.velocity(now)) for path in paths])

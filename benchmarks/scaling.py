@@ -1,14 +1,16 @@
-"""What a decision costs as there are more obstacles, knots and robots: the exponents of power laws.
+"""Growth of the cost of a decision with the numbers of obstacles, knots and robots: exponents of power laws.
 
 usage: python benchmarks/scaling.py [--robots 10 30 100 ...] [--budget 30] [--quick] [--out FOLDER]
 
-Obstacles: one decision of one response, from obstacles to control, among discs on circles; at constant density, so that
-most of many are out of reach, and in one and the same square, in which they are smaller the more they are. Knots: 30
-tracks with so many stamps within the 6 s. Robots: one step of all of them, 100 m^2 for each. Exponents are slopes of
-straight lines through the logarithms, by least squares: through all sizes, and through the upper half of them, where
-what every call costs counts less and few robots are at the border; the latter are held against the targets. A size of
-which a run would take longer than the budget [s], judged by the sizes before it, is left out, and the table says so. Of
-repeated decisions in a scene the quickest counts, of scenes the median; of steps the median.
+Obstacles: one decision of one response, from obstacles to control, among discs on circles. In the first family the
+density is constant, so that most obstacles are out of reach. In the second family all obstacles share one square, and
+their size falls with their number. Knots: 30 tracks with a varying number of stamps within the 6 s. Robots: one step of
+a fleet with 100 m^2 per robot.
+
+Exponents are slopes of straight lines through the logarithms, by least squares. They are given for all sizes and for
+the upper half of the sizes, where constant costs and border effects are smaller. The targets apply to the upper half. A
+size is left out, and marked in the table, if its estimated run time exceeds the budget [s]. The time of a scene is that
+of the fastest repeated decision. The tables give medians over scenes and over steps.
 """
 
 from typing import Any
@@ -37,7 +39,7 @@ OBSTACLES = (10, 30, 100, 300, 1000, 3000)
 KNOTS = (20, 50, 100, 200, 500)
 ROBOTS = (10, 30, 100, 300, 1000, 3000, 10000)
 DENSE, SQUARE = 80.0, 50.0
-"""[m^2] for each obstacle. [m] side of the square that does not grow."""
+"""[m^2] per obstacle. [m] side of the fixed square."""
 LEAST_STEPS, MOST_STEPS = 3, 11
 
 
@@ -51,14 +53,14 @@ def exponents(sizes: list[int], times: list[float]) -> dict[str, float | None]:
 
 
 def whole(task: Task) -> None:
-    """From obstacles to the control."""
+    """Decide once, from obstacles to the control."""
     b = task.blocked
     fresh = ControlObstacle(b.response, b.state, ObstacleTable(b.obstacles.obstacles, 0.0, HORIZON), b.robot, b.margin)
     select(task.preferred, task.situation.admissible, fresh)
 
 
 def among(obstacles: list[Obstacle], scene: int) -> Task:
-    """A robot in the middle of them; what covers it is left away."""
+    """A robot in the middle of the obstacles, without those that cover it."""
     state = State((0.0, 0.0), (2.0, 0.0))
     angle = 2.0 * np.pi * scene / 10.0
     goal = Goal(Stationary((40.0 * np.cos(angle), 40.0 * np.sin(angle))), 1.0)
@@ -85,7 +87,7 @@ def crowd(count: int, side: float, size: float, rng: np.random.Generator) -> lis
 
 
 def tracks(knots: int, rng: np.random.Generator) -> list[Obstacle]:
-    """30 tracks with so many knots within the horizon."""
+    """30 tracks with `knots` knots within the horizon."""
     times = np.linspace(0.0, HORIZON, knots)
     return [Obstacle(Disc(1.0), Sampled(times, wander(times, rng.uniform(-20, 20, 2), rng))) for _ in range(30)]
 
@@ -101,13 +103,13 @@ def one_robot(sizes: tuple[int, ...], scenes: int, made: Any) -> dict[str, Any]:
 
 
 def robots(name: str, sizes: list[int], budget: float) -> dict[str, Any]:
-    """Median step of a fleet of each size [s]; None where it would take too long."""
+    """Median step of a fleet of each size [s]; sizes that would take too long are left out."""
     chosen, done, times = method(name), [], []
     steps(fleet(sizes[0], 3 * DT), chosen)
     for size in sizes:
         guess = 0.0
         if done:
-            # At worst every robot looks at all others; at best, at its neighbours.
+            # The worst case is quadratic: every robot considers all others. The best case is linear.
             rise = exponents(done[-2:], times[-2:])["all"]
             guess = times[-1] * (size / done[-1]) ** (2.0 if rise is None else float(np.clip(rise, 1.0, 2.0)))
         count = MOST_STEPS if guess == 0.0 else int(np.clip(budget / guess, LEAST_STEPS, MOST_STEPS))
@@ -120,7 +122,7 @@ def robots(name: str, sizes: list[int], budget: float) -> dict[str, Any]:
 
 
 def measure(obstacles: tuple[int, ...], knots: tuple[int, ...], fleets: list[int], scenes: int, budget: float) -> Any:
-    """All of it."""
+    """All families and methods."""
     curves = {
         "obstacles, constant density": one_robot(
             obstacles, scenes, lambda n, rng: crowd(n, float(np.sqrt(DENSE * n)), 0.5, rng)
@@ -140,7 +142,7 @@ def measure(obstacles: tuple[int, ...], knots: tuple[int, ...], fleets: list[int
     powers = [[what, *curve["exponents"].values()] for what, curve in everything.items()]
     largest = {name: dict(zip(curve["sizes"], curve["s"])).get(10_000) for name, curve in steps_of.items()}
     return {
-        "question": "What a decision costs as there are more obstacles, knots and robots",
+        "question": "Growth of the cost of a decision with obstacles, knots and robots",
         "parameters": {
             "scenes": scenes,
             "obstacle_m2": DENSE,
@@ -151,9 +153,9 @@ def measure(obstacles: tuple[int, ...], knots: tuple[int, ...], fleets: list[int
             "limits": [LIMITS.max_speed, LIMITS.max_acceleration],
         },
         "tables": [
-            table("One decision, from obstacles to control", ["what grows", "number", "median us"], rows),
-            table("One step of a fleet", ["method", "robots", "median s", "us for each robot"], moved),
-            table("Exponents", ["what grows", "all sizes", "upper half of them"], powers),
+            table("One decision, from obstacles to control", ["varied", "number", "median us"], rows),
+            table("One step of a fleet", ["method", "robots", "median s", "us per robot"], moved),
+            table("Exponents", ["varied", "all sizes", "upper half of the sizes"], powers),
         ],
         "targets": [
             *(target(f"exponent of {what}", value, most=1.1) for what, _, value in powers),

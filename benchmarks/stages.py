@@ -1,14 +1,14 @@
-"""Where the time of one decision goes: one response of nao, 30 obstacles, 6 s.
+"""Time of the stages of one decision: one response of nao, 30 obstacles, 6 s.
 
 usage: python benchmarks/stages.py [--scenes 60] [--quick] [--out FOLDER]
 
-Every stage is timed by itself, again and again on the same scene, and so is the whole. The rest of the whole is what
-the stages do not explain: they run on caches that the stages between them would have used, and some of what they
-compute is kept.
+Every stage is timed alone, repeatedly on the same scene, and so is the whole decision. The rest is the part of the
+whole that the stages do not explain. A stage that is timed alone finds its data in the processor's cache, and some of
+its results are stored.
 
-Before: this program's figures before the choice was made in fewer passes, tables of obstacles and responses were kept
-and loops replaced small operations on arrays (docs/design/0012-cost-of-a-decision.md). Measured on 2026-11-22 with 60 scenes
-on an AMD EPYC of 2 cores, python 3.11.7, numpy 2.4.6, numba 0.68.1; on another machine they say nothing.
+The column "before" contains the figures of this program before the changes of docs/design/0012-cost-of-a-decision.md.
+They were measured on 2026-11-22 with 60 scenes on an AMD EPYC of 2 cores, python 3.11.7, numpy 2.4.6, numba 0.68.1.
+They are not comparable with other machines.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ BEFORE = {
     "limits to admissible controls": {"roundabout": 19.2, "mixed": 19.2},
     "goal to preferred control": {"roundabout": 135.0, "mixed": 134.0},
     "obstacles to pieces": {"roundabout": 262.0, "mixed": 289.0},
-    "who overlaps now": {"roundabout": 48.1, "mixed": 48.6},
+    "overlap test": {"roundabout": 48.1, "mixed": 48.6},
     "pieces to segments": {"roundabout": 131.0, "mixed": 194.0},
     "the choice": {"roundabout": 65.8, "mixed": 49.2},
     KERNEL: {"roundabout": 47.7, "mixed": 32.1},
@@ -44,29 +44,29 @@ BEFORE = {
 
 
 def stages(task: Task) -> dict[str, Callable[[], object]]:
-    """What each stage calls, the results of those before it being given."""
+    """The call of each stage, with the results of the earlier stages given."""
     b, s = task.blocked, task.situation
     obstacles, start, robot = b.obstacles.obstacles, b.obstacles.start, b.robot
     table_of, rows, wanted = b.segments, s.admissible.rows(), np.append(task.preferred, 0.0)
     gaps, columns = np.empty(len(table_of.radius)), (table_of.points, table_of.gains)
     rest = (*columns, table_of.radius, table_of.growth, table_of.bounding_radius, table_of.hulls, ELEMENTS, CANDIDATES)
 
-    def apart() -> object:
-        # Distances are kept for a place of the robot: asked for anew they are measured anew.
+    def overlap_test() -> object:
+        # Distances are stored per position of the robot; without the store they are computed again.
         b.obstacles._distances = None
         return b.obstacles.distances(robot, s.state.position)
 
     def whole() -> object:
         admissible = s.limits.admissible(s.response, s.state, HORIZON)
-        wish = preferred_control(Arrive().aims(s))
+        preferred = preferred_control(Arrive().aims(s))
         fresh = ControlObstacle(b.response, b.state, ObstacleTable(obstacles, start, HORIZON), robot, b.margin)
-        return select(wish, admissible, fresh)
+        return select(preferred, admissible, fresh)
 
     return {
         "limits to admissible controls": lambda: s.limits.admissible(s.response, s.state, HORIZON),
         "goal to preferred control": lambda: preferred_control(Arrive().aims(s)),
         "obstacles to pieces": lambda: ObstacleTable(obstacles, start, HORIZON).bodies(robot),
-        "who overlaps now": apart,
+        "overlap test": overlap_test,
         "pieces to segments": lambda: task.fresh().segments,
         "the choice": lambda: select(task.preferred, s.admissible, b),
         KERNEL: lambda: kernels.nearest_free(wanted, 2, rows, *rest),
@@ -95,7 +95,7 @@ def measure(scenes: int, repeat: int) -> dict[str, Any]:
         ]
     heads = ["scenes", "stage", "before, median us", "median us", "99 % us", "share of the whole"]
     return {
-        "question": "Where the time of one decision goes",
+        "question": "Time of the stages of one decision",
         "parameters": {"scenes": scenes, "obstacles": 30, "horizon_s": HORIZON, "response": "accelerate, then coast"},
         "tables": [table("Stages of one decision, before and after", heads, rows)],
         "targets": [

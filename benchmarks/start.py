@@ -1,10 +1,10 @@
-"""How long until the first answer, on a fresh installation and afterwards.
+"""Time until the first result, on a fresh installation and afterwards.
 
 usage: python benchmarks/start.py [--quick] [--out FOLDER]
 
-Each row is a process of its own, from its begin to its end. Fresh: with an empty cache, so that kernels are compiled,
-by one process, and by the command line at a terminal, where a second one helps. Afterwards: with what these left in the
-cache. Beside them what the import of numpy and of numba takes, of which there is no less.
+Each row is a process of its own, from its start to its end. Fresh: with an empty cache, so that kernels are compiled.
+Afterwards: with the kernels in the cache. The import times of numpy and numba are given for comparison, as lower
+bounds.
 """
 
 import os
@@ -14,13 +14,13 @@ from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from time import perf_counter, sleep
+from time import perf_counter
 from typing import Any
 
 from program import finish, options, table, target
 
-REPEATS, PATIENCE = 3, 60.0
-"""Runs of what is quick. [s] At most so long until a second process has come to its end."""
+REPEATS = 3
+"""Runs with a full cache."""
 SCENE = Path(__file__).parents[1] / "examples" / "crossing.yaml"
 DECIDE = """
 import slalom
@@ -41,7 +41,7 @@ MODULES = "import sys; from slalom.cli import call; call(['--help']); sys.exit('
 
 
 def seconds(words: list[str], cache: Path | None, terminal: bool = False) -> float:
-    """How long a process takes that keeps what it compiles in `cache`, with messages to a terminal or to nobody."""
+    """Time of a process [s] with its kernels in `cache`; its messages go to a terminal or to a pipe."""
     environment = dict(os.environ) if cache is None else os.environ | {"NUMBA_CACHE_DIR": str(cache)}
     ends = os.openpty() if terminal else ()
     errors = ends[1] if ends else subprocess.PIPE
@@ -55,22 +55,13 @@ def seconds(words: list[str], cache: Path | None, terminal: bool = False) -> flo
     return spent
 
 
-def settled(cache: Path) -> None:
-    """Wait until nobody has written into the cache for some seconds: who helped has come to its end."""
-    before, since = -1, perf_counter()
-    while (now := sum(1 for _ in cache.rglob("*"))) != before and perf_counter() - since < PATIENCE:
-        before = now
-        sleep(3.0)
-
-
 def both(words: list[str], quick: bool, terminal: bool = False) -> tuple[float, float]:
-    """With an empty cache and, median of some, with what is left in it; quick: with the usual cache."""
+    """Time with an empty cache, and the median with the cache it left [s]; quick: with the usual cache."""
     if quick:
         return (seconds(words, None, terminal),) * 2
     with TemporaryDirectory() as folder:
         cache = Path(folder)
         fresh = seconds(words, cache, terminal)
-        settled(cache)
         return fresh, median(seconds(words, cache, terminal) for _ in range(REPEATS))
 
 
@@ -100,10 +91,10 @@ def measure(quick: bool) -> dict[str, Any]:
         fresh = rows["slalom decide, at a terminal"][0]
         targets.append(target("the first decision, fresh, at a terminal", fresh, most=8.0, unit="s"))
     return {
-        "question": "How long until the first answer",
+        "question": "Time until the first result",
         "parameters": {"repeats": repeats},
         "tables": [
-            table("A process that", heads, lines),
+            table("Time of a process", heads, lines),
             table(
                 "For comparison",
                 ["what", "s"],

@@ -1,7 +1,7 @@
-"""The decisions that several programs measure: 30 moving obstacles, 6 s of foresight, one response of nao.
+"""The decisions that several programs measure: 30 moving obstacles, a horizon of 6 s, one response of nao.
 
-Two families. `roundabout`: moments of nao's own crossings of the paper's roundabout, circles all. `mixed`: random
-places among ten circles, ten chains of quintic polynomials and ten tracks with 5 stamps a second.
+Two families. `roundabout`: states from crossings of the paper's roundabout by nao; all obstacles move on circles.
+`mixed`: random states among ten circles, ten chains of quintic polynomials and ten tracks with 5 stamps a second.
 """
 
 from dataclasses import dataclass, replace
@@ -34,38 +34,38 @@ ROBOT, LIMITS, MARGIN = Disc(1.0), Limits(8.0, 4.0), 0.025
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A decision: the robot in its situation, what it would prefer, and the controls that collide."""
+    """A decision: the situation of the robot, the preferred control, and the control obstacle."""
 
     situation: Situation
     preferred: np.ndarray
     blocked: ControlObstacle
 
     def fresh(self) -> ControlObstacle:
-        """The control obstacle anew: nothing of it has been computed."""
+        """A new control obstacle, without stored results."""
         b = self.blocked
         return ControlObstacle(b.response, b.state, b.obstacles, b.robot, b.margin)
 
     def foreseen(self) -> ObstacleTable:
-        """The obstacles over the window anew, as pieces."""
-        traffic = ObstacleTable(self.blocked.obstacles.obstacles, self.blocked.obstacles.start, HORIZON)
-        traffic.bodies(self.blocked.robot)
-        return traffic
+        """A new table of the obstacles over the window, with its pieces."""
+        table = ObstacleTable(self.blocked.obstacles.obstacles, self.blocked.obstacles.start, HORIZON)
+        table.bodies(self.blocked.robot)
+        return table
 
     @property
     def radii(self) -> np.ndarray:
-        """How near the centres may come [m]: (n,)."""
+        """Least distances of the centres [m]: (n,)."""
         grown = self.blocked.robot.bounding_radius + float(self.blocked.margin)
         return np.array([obstacle.shape.bounding_radius + grown for obstacle in self.blocked.obstacles.obstacles])
 
 
 def families(count: int) -> dict[str, list[Task]]:
-    """So many decisions of each family."""
+    """`count` decisions of each family."""
     rows = [Task(situation, preferred, blocked) for blocked, situation, preferred in situations(count)]
     return {"roundabout": rows, "mixed": mixed(count)}
 
 
 def mixed(count: int) -> list[Task]:
-    """Decisions at random places; none in which the robot overlaps an obstacle already."""
+    """Decisions at random positions, without those in which the robot overlaps an obstacle."""
     rng, found = np.random.default_rng(1), []
     while len(found) < count:
         state = State(rng.uniform(-8.0, 8.0, 2), rng.uniform(-4.0, 4.0, 2))
@@ -87,7 +87,7 @@ def decision(state: State, goal: Goal, obstacles: list[Obstacle]) -> Task:
 
 
 def anything(k: int, rng: np.random.Generator) -> Obstacle:
-    """A disc of 1 m on a circle, on quintic polynomials from stop to stop, or as a tracker saw it."""
+    """A disc of 1 m on a circle, on quintic polynomials from stop to stop, or on a sampled track."""
     body = Disc(1.0)
     if k % 3 == 0:
         center, phase = rng.uniform(-20.0, 20.0, 2), rng.uniform(0.0, 2.0 * np.pi)
@@ -103,14 +103,14 @@ def anything(k: int, rng: np.random.Generator) -> Obstacle:
     return Obstacle(body, Sampled(times, wander(times, rng.uniform(-20.0, 20.0, 2), rng), "smooth"))
 
 
-def wander(times: np.ndarray, place: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Places (n, 2) [m] of somebody who wanders about `place`, at some 3 m/s."""
+def wander(times: np.ndarray, middle: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Positions (n, 2) [m] on a curve about `middle` (2,), at about 3 m/s."""
     rates, phases = rng.uniform(0.3, 1.0, (2, 3)), rng.uniform(0.0, 2.0 * np.pi, (2, 3))
-    return place + 3.0 * np.sin(rates * times[:, None, None] + phases).sum(axis=2)
+    return middle + 3.0 * np.sin(rates * times[:, None, None] + phases).sum(axis=2)
 
 
 def classical(task: Task) -> Task:
-    """The same moment with a velocity obstacle: a new velocity at once, obstacles keep theirs."""
+    """The same state with a velocity obstacle: a jump of the velocity, constant velocities of the obstacles."""
     now, response, forecast = task.situation.now, Velocity(), method("vo").forecast
     seen = [predicted(obstacle, forecast, now) for obstacle in task.blocked.obstacles.obstacles]
     blocked = ControlObstacle(

@@ -1,9 +1,9 @@
-"""What one decision costs in a town: 1000 wall segments at rest and 30 moving obstacles, half of them turning cars.
+"""The cost of one decision in a town: 1000 wall segments at rest and 30 moving obstacles, half of them turning cars.
 
 usage: python benchmarks/walls.py [--scenes 300] [--out FOLDER]
 
-Prints median and 99th percentile over random states of: what is made once for all responses of a decision, the table of
-one response, and the exact choice; and the whole for one response, beside the same without walls.
+Times are the median and the 99th percentile over random states. The rows are the bodies, made once per decision, the
+segments of one response, the exact choice, and the sum of these. They are given with and without walls.
 """
 
 import argparse
@@ -35,15 +35,15 @@ LIMITS, RESPONSE = Limits(3.0, 2.0), AccelerateThenCoast(1.0)
 
 
 def town(rng: np.random.Generator) -> Obstacle:
-    """250 houses of four walls each on 120 m x 120 m; none on the square in the middle."""
+    """250 houses of four walls each on 120 m x 120 m, with a free square in the middle."""
     houses = []
     while len(houses) < 250:
-        place, angle = rng.uniform(-60.0, 60.0, 2), rng.uniform(0.0, 2.0 * np.pi)
+        position, angle = rng.uniform(-60.0, 60.0, 2), rng.uniform(0.0, 2.0 * np.pi)
         width, depth = rng.uniform(1.0, 4.0, 2)
         corners = np.array([[-width, -depth], [width, -depth], [width, depth], [-width, depth], [-width, -depth]])
         turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        if np.linalg.norm(place) > 8.0:
-            houses.append(Polyline(corners @ turn + place, 0.05))
+        if np.linalg.norm(position) > 8.0:
+            houses.append(Polyline(corners @ turn + position, 0.05))
     return Obstacle(Union(tuple(houses)), Stationary((0.0, 0.0)), "town")
 
 
@@ -75,13 +75,13 @@ def main() -> None:
             admissible, wanted = LIMITS.admissible(RESPONSE, state, HORIZON), rng.uniform(-2, 2, 2)
 
             def bodies(now: float = now, obstacles: list[Obstacle] = obstacles) -> ObstacleTable:
-                traffic = ObstacleTable(obstacles, now, HORIZON)
-                traffic.bodies(ROBOT)
-                return traffic
+                table = ObstacleTable(obstacles, now, HORIZON)
+                table.bodies(ROBOT)
+                return table
 
-            def blocked(traffic: ObstacleTable, state: State = state) -> ControlObstacle:
-                fresh = ControlObstacle(RESPONSE, state, traffic, ROBOT)
-                fresh.segments  # noqa: B018  made when asked for
+            def blocked(table: ObstacleTable, state: State = state) -> ControlObstacle:
+                fresh = ControlObstacle(RESPONSE, state, table, ROBOT)
+                fresh.segments  # noqa: B018  computed at first use
                 return fresh
 
             made = bodies()

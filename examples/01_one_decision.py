@@ -1,4 +1,4 @@
-"""One decision among three cars: which accelerations collide, and which one is chosen."""
+"""One decision among three cars: the accelerations that collide, and the selected one."""
 
 import slalom
 
@@ -16,4 +16,4 @@ admissible = limits.admissible(response, me, horizon=6.0)
 preferred = (2.0, 0.0)
 choice = slalom.select(preferred, admissible, blocked)
 print("preferred:", preferred, "collides after", f"{float(blocked.time_to_collision(preferred)):.2f} s")
-print("chosen:   ", choice.control, choice.status.value)
+print("selected: ", choice.control, choice.status.value)

@@ -1,4 +1,4 @@
-"""slalom inside a simulator that is already there: three lines per step."""
+"""slalom in an existing simulator: three lines per step."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ while time < 30.0 and not goal.reached(position, velocity, time):
     state = slalom.State(position, velocity, acceleration)
     decision = navigator.decide(state, crowd, goal, now=time, previous=decision)
     acceleration = decision.manoeuvre.mean_acceleration(time, dt)
-    # From here on it is your simulator's step; this one is the double integrator's.
+    # The rest is the step of your simulator; this one is a double integrator.
     position, velocity = position + dt * velocity + 0.5 * dt * dt * acceleration, velocity + dt * acceleration
     time += dt
 print(f"arrived at {position.round(2)} after {time:.1f} s, last decision: {decision.outcome.value}")

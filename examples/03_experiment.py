@@ -1,4 +1,4 @@
-"""A whole experiment: three methods in the paper's roundabout, from the same start."""
+"""An experiment: three methods in the paper's roundabout, from the same start."""
 
 from slalom import method
 from slalom.sim import gallery, metrics, simulate

@@ -1,4 +1,4 @@
-"""A bicycle that follows the decisions for a robot that can go anywhere: how much larger that robot must be."""
+"""A bicycle follows the decisions for a holonomic robot, which is planned larger by the proven tracking error."""
 
 import numpy as np
 
@@ -27,16 +27,18 @@ state = slalom.State((0.0, 0.0), (4.0, 0.0))
 vehicle, decision, time, nearest, farthest = Vehicle.on(state), None, 0.0, np.inf, 0.0
 while time < 30.0 and not goal.reached(state.position, state.velocity, time):
     decision = navigator.decide(state, rocks, goal, now=time, previous=decision)
-    push = decision.manoeuvre.mean_acceleration(time, dt)
-    vehicle = bicycle.step(vehicle, state, push, dt)
+    applied = decision.manoeuvre.mean_acceleration(time, dt)
+    vehicle = bicycle.step(vehicle, state, applied, dt)
     state = slalom.State(
-        state.position + dt * state.velocity + 0.5 * dt * dt * push, state.velocity + dt * push, acceleration=push
+        state.position + dt * state.velocity + 0.5 * dt * dt * applied,
+        state.velocity + dt * applied,
+        acceleration=applied,
     )
     time += dt
     farthest = max(farthest, float(np.linalg.norm(vehicle.position - state.position)))
     gaps = [np.linalg.norm(vehicle.position - rock.trajectory.position(time)) - 1.0 - radius for rock in rocks]
     nearest = min(nearest, *map(float, gaps))
-print(f"turning radius {turn:.2f} m; arrived after {time:.1f} s, never nearer to a rock than {nearest:.3f} m")
-print(f"off the reference by {1000 * farthest:.2f} mm, by the proof at most {1000 * error:.2f} mm")
+print(f"turning radius {turn:.2f} m; arrived after {time:.1f} s, least clearance {nearest:.3f} m")
+print(f"tracking error {1000 * farthest:.2f} mm, proven bound {1000 * error:.2f} mm")
 assert nearest > 0.0
 assert farthest <= error
