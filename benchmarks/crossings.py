@@ -44,7 +44,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int, default=1)
     asked = parser.parse_args()
-    chosen = method(asked.method).seeing(asked.foresight)
+    chosen = method(asked.method).with_foresight(asked.foresight)
     recordings = json.loads((asked.data / "tasks.json").read_text())
     work = [(name, entry, task) for name, entry in recordings.items() for task in entry["tasks"]]
     runs = Parallel(n_jobs=asked.jobs)(delayed(crossed)(asked.data, entry, task, chosen) for _, entry, task in work)

@@ -552,7 +552,7 @@ CASES = [
         "known",
         InvalidInput,
         r"foresight: expected one of recorded, present, observed, observed_velocity, observed_turn; found 'guessed'",
-        lambda _: METHODS["nao"].seeing("guessed"),
+        lambda _: METHODS["nao"].with_foresight("guessed"),
     ),
     Case("known", InvalidInput, r"foresight: .*; found 'guessed'", lambda _: slalom.method("nao@guessed")),
     Case("known", InvalidInput, r"method: .*; found 'none'", lambda _: slalom.method("none@observed")),

@@ -9,7 +9,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.kernels.arrays import Flags, Indices
-from slalom.minkowski import Grown
+from slalom.minkowski import MinkowskiSum
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.tolerances import INTERPOLATION
@@ -50,7 +50,7 @@ class Bodies(NamedTuple):
 def joined(
     obstacles: Sequence[Obstacle],
     indices: list[int],
-    shapes: list[Grown],
+    shapes: list[MinkowskiSum],
     tables: list[Pieces],
     cuts: list[slice],
     start: float,
@@ -96,7 +96,7 @@ TABULATED = (Circular, Sampled, PiecewisePolynomial, Composite, Function)
 _TABLES: "WeakKeyDictionary[Obstacle, dict[tuple[Shape, int, float], Pieces]]" = WeakKeyDictionary()
 
 
-def tabulated(obstacle: Obstacle, shape: Grown, robot: Shape, start: float, horizon: float) -> Pieces:
+def tabulated(obstacle: Obstacle, shape: MinkowskiSum, robot: Shape, start: float, horizon: float) -> Pieces:
     """The pieces of an obstacle over a stretch of three horizons that holds the window, cut once.
 
     Stretches begin at multiples of two horizons, whenever they are asked for: decisions do not depend on earlier ones.
@@ -126,7 +126,7 @@ def overlapping(pieces: Pieces, begin: float, end: float) -> tuple[Pieces, slice
     )
 
 
-def rows_of(obstacle: Obstacle, shape: Grown, decided: float, begin: float, end: float) -> Pieces:
+def rows_of(obstacle: Obstacle, shape: MinkowskiSum, decided: float, begin: float, end: float) -> Pieces:
     """The pieces of an obstacle's bodies from begin to end, all absolute [s], foreseen at `decided`.
 
     Body after body, each in the order of time.

@@ -54,7 +54,7 @@ class Spans(NamedTuple):
         return same, joint & linked[self.row]
 
 
-class Touch(NamedTuple):
+class GrazingDiscs(NamedTuple):
     """Discs of controls, and where they graze: at the angles heading + opening and heading - opening."""
 
     center: Array  # (2, k)
@@ -69,23 +69,23 @@ class Touch(NamedTuple):
         return np.asarray(self.center + self.radius * np.stack([np.cos(angle), np.sin(angle)]))
 
 
-def touch(point: Array, slope: Array) -> Touch:
+def grazing_discs(point: Array, slope: Array) -> GrazingDiscs:
     """Discs of controls from point (4+, k): place, gain > 0 and radius, and a multiple > 0 of its derivative."""
     gain, radius = point[2:4]
     w = gain * slope[:2] - slope[2] * point[:2]
     cosine = (slope[2] * radius - gain * slope[3]) / np.maximum(np.hypot(w[0], w[1]), 1e-300)
     opening = np.arccos(np.clip(cosine, -1.0, 1.0))
-    return Touch(point[:2] / gain, radius / gain, np.arctan2(w[1], w[0]), opening, cosine)
+    return GrazingDiscs(point[:2] / gain, radius / gain, np.arctan2(w[1], w[0]), opening, cosine)
 
 
-def starts(control: Array) -> Touch:
+def discs_at_start(control: Array) -> GrazingDiscs:
     """The discs at the begin of spans with control points (4, 4+, k)."""
-    return touch(control[0], control[1] - control[0])
+    return grazing_discs(control[0], control[1] - control[0])
 
 
-def ends(control: Array) -> Touch:
+def discs_at_end(control: Array) -> GrazingDiscs:
     """The discs at their end."""
-    return touch(control[3], control[3] - control[2])
+    return grazing_discs(control[3], control[3] - control[2])
 
 
 def halves(control: Array) -> tuple[Array, Array]:
@@ -96,7 +96,7 @@ def halves(control: Array) -> tuple[Array, Array]:
     return np.stack([control[0], a, d, middle]), np.stack([middle, e, c, control[3]])
 
 
-def off_chord(a: Array, b: Array, c: Array) -> Array:
+def chord_distance(a: Array, b: Array, c: Array) -> Array:
     """Distance of c from the segment from a to b: (2, ...) each, (...)."""
     along, away = b - a, c - a
     share = (away * along).sum(axis=0) / np.maximum((along * along).sum(axis=0), 1e-300)
@@ -127,7 +127,7 @@ def may_meet(control: Array, reach: Array, window: Window) -> Mask:
     away = control[:, :2] - control[:, 2:3] * window.center[:, None]
     third = (away[3] - away[0]) / 3.0
     bend = np.maximum(length(away[1] - away[0] - third), length(away[2] - away[3] + third))
-    distance = off_chord(away[0], away[3], np.zeros_like(third)) - 0.75 * bend
+    distance = chord_distance(away[0], away[3], np.zeros_like(third)) - 0.75 * bend
     return np.asarray(distance <= (reach + window.radius * control[:, 2].max(axis=0)) * (1.0 + 1e-9))
 
 
@@ -178,7 +178,7 @@ def discs_bend(window: Window) -> Bends:
     """For `sample`: whether a branch of the envelope leaves its chord near the window."""
 
     def bends(control: Array, left: Array, right: Array) -> tuple[Mask, Mask]:
-        discs = starts(control), starts(right), ends(control)
+        discs = discs_at_start(control), discs_at_start(right), discs_at_end(control)
         a, m, b = discs
         moved = length(m.center - a.center) + length(b.center - m.center)
         still = moved + abs(m.radius - a.radius) + abs(b.radius - m.radius) < STILL * window.tolerance
@@ -192,9 +192,9 @@ def discs_bend(window: Window) -> Bends:
             # The envelope runs along the tangent of each disc, so that its direction is known: an arc over half a chord
             # of length l that turns by d rises l d / 2 over the whole one.
             rise = np.maximum(length(middle - start) * turns[0], length(end - middle) * turns[1])
-            off = np.maximum(rise / 2.0, off_chord(start, end, middle))
+            off = np.maximum(rise / 2.0, chord_distance(start, end, middle))
             here = window.center[:, None]
-            distance = np.minimum(off_chord(start, middle, here), off_chord(middle, end, here))
+            distance = np.minimum(chord_distance(start, middle, here), chord_distance(middle, end, here))
             far = (distance > window.radius + 2.0 * rise) & (np.maximum(turns[0], turns[1]) < 0.5)
             bent |= (off > window.tolerance) & ~far
         inverse = 1.0 / np.maximum(np.stack([disc.shrinking for disc in discs]), 1e-9)
@@ -221,7 +221,7 @@ def linked_rows(segments: RelativeMotion) -> Mask:
 class Nodes(NamedTuple):
     """The discs of point parts one after another, at the ends of spans and on both sides of joints."""
 
-    touch: Touch  # (n,), headings without jumps of 2 pi
+    discs: GrazingDiscs  # (n,), headings without jumps of 2 pi
     run: Indices  # (n,) discs of one run follow each other without a gap in time
     arc: Mask  # (n,) from here to the next disc the element stands while its touching normals turn
     owner: Indices  # (n,)
@@ -241,7 +241,7 @@ def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control
     def both(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> npt.NDArray[Any]:
         return np.stack([a, b], axis=-1).reshape(*a.shape[:-1], -1)[..., keep]
 
-    discs = Touch(*map(both, starts(spans.control), ends(spans.control)))
+    discs = GrazingDiscs(*map(both, discs_at_start(spans.control), discs_at_end(spans.control)))
     owner = segments.owner[spans.row]
     return Nodes(
         discs._replace(heading=np.cumsum(wrapped(np.diff(discs.heading, prepend=0.0)))),
@@ -252,7 +252,7 @@ def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control
     )
 
 
-def parts(segments: RelativeMotion, hull: int) -> tuple[Indices, Array]:
+def rows_of_hull(segments: RelativeMotion, hull: int) -> tuple[Indices, Array]:
     """Rows (k,) of a hull, -1 for points, and their control points (4, 6, k): place, gain, radius, direction."""
     rows = np.flatnonzero(segments.hull == hull)
     radius = segments.radius[rows] + segments.growth[rows] * np.arange(4)[:, None] / 3.0
@@ -260,11 +260,11 @@ def parts(segments: RelativeMotion, hull: int) -> tuple[Indices, Array]:
     return rows, np.concatenate([place, gain, radius[:, None], segments.turns[:, :, rows]], axis=1)
 
 
-def corner_parts(segments: RelativeMotion) -> Iterator[tuple[Indices, Array]]:
+def rows_of_corners(segments: RelativeMotion) -> Iterator[tuple[Indices, Array]]:
     """Point parts, then each corner of each hull as one."""
-    yield parts(segments, -1)
+    yield rows_of_hull(segments, -1)
     for hull in np.unique(segments.hull[segments.hull >= 0]):
-        rows, control = parts(segments, hull)
+        rows, control = rows_of_hull(segments, hull)
         ex, ey = control[:, 4], control[:, 5]
         for x, y, _, turning_x, turning_y in segments.corners[segments.first[hull] : segments.first[hull + 1]]:
             corner = control.copy()
@@ -288,13 +288,13 @@ def grazing_curves(
         owner, times (k,) [s] in order, controls (k, 2): one for each stretch of time without a gap.
     """
     window, curves = Window(center, radius, tolerance), []
-    for rows, control in corner_parts(segments):
+    for rows, control in rows_of_corners(segments):
         nodes = point_nodes(segments, window, rows, control)
-        there = abs(nodes.touch.shrinking) <= 1.0
+        there = abs(nodes.discs.shrinking) <= 1.0
         # A new curve wherever the run or whether there is an envelope changes; at joints the normals turn at once.
         breaks = np.flatnonzero(np.diff(nodes.run) | (there[1:] != there[:-1]) | (nodes.time[1:] <= nodes.time[:-1]))
         for part in np.split(np.arange(len(there)), breaks + 1):
             if len(part) > 1 and there[part[0]]:
                 for side in (1.0, -1.0):
-                    curves.append((int(nodes.owner[part[0]]), nodes.time[part], nodes.touch.at(side).T[part]))
+                    curves.append((int(nodes.owner[part[0]]), nodes.time[part], nodes.discs.at(side).T[part]))
     return curves

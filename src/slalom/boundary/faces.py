@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, parts, point_nodes
+from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, point_nodes, rows_of_hull
 from slalom.boundary.outline import outlines
 from slalom.checks import Array
 from slalom.relative_motion import RelativeMotion
@@ -39,7 +39,7 @@ def boundary(
     """
     window = Window(np.asarray(center, dtype=np.float64), radius, tolerance)
     lines: list[list[Any]] = [[] for _ in range(owners)]
-    found, owner = rings(segments, window)
+    found, owner = closed_lines(segments, window)
     for line, index in zip(found, owner):
         lines[index].append(line)
     for pieces, index in outlines(segments, window):
@@ -71,17 +71,17 @@ def _faces(lines: list[Any], circle: Any, window: Window) -> Any:
     points = shapely.get_coordinates(lines)
     within = np.hypot(*(points - window.center).T).max() < window.radius - window.tolerance
     every = lines if within else [*lines, circle]
-    faces, whole = _between(shapely.unary_union(every))
+    faces, whole = _polygonized(shapely.unary_union(every))
     if not whole:
         # Curves on nearly the same line: a joint was lost to rounding, and with it a face. On a grid none is.
-        faces, _ = _between(shapely.unary_union(every, grid_size=GRID * window.tolerance))
+        faces, _ = _polygonized(shapely.unary_union(every, grid_size=GRID * window.tolerance))
     if within:
         return faces
     away = shapely.get_coordinates(shapely.point_on_surface(faces)) - window.center
     return faces[np.hypot(away[:, 0], away[:, 1]) < window.radius]
 
 
-def _between(noded: Any) -> tuple[Any, bool]:
+def _polygonized(noded: Any) -> tuple[Any, bool]:
     """The faces (n,) between lines that meet at their ends, and whether each line has one on both sides.
 
     All lines have that, being closed, but where rounding opened them.
@@ -90,13 +90,13 @@ def _between(noded: Any) -> tuple[Any, bool]:
     return shapely.get_parts(faces), bool(shapely.is_empty(cuts) and shapely.is_empty(dangles))
 
 
-def rings(segments: RelativeMotion, window: Window) -> tuple[Any, Indices]:
+def closed_lines(segments: RelativeMotion, window: Window) -> tuple[Any, Indices]:
     """Lines around the elements of point parts (n,), closed but for what they run along in both directions.
 
     And their owners (n,). Coarse beyond the window.
     """
-    nodes = point_nodes(segments, window, *parts(segments, -1))
-    heading, opening, n = nodes.touch.heading, nodes.touch.opening, len(nodes.run)
+    nodes = point_nodes(segments, window, *rows_of_hull(segments, -1))
+    heading, opening, n = nodes.discs.heading, nodes.discs.opening, len(nodes.run)
     if not n:
         return np.empty(0, dtype=object), np.empty(0, dtype=np.int64)
     head = np.diff(nodes.run, prepend=-1) != 0
@@ -108,25 +108,25 @@ def rings(segments: RelativeMotion, window: Window) -> tuple[Any, Indices]:
     arc = np.concatenate([nodes.arc | tail, np.roll(nodes.arc, 1) | head, np.zeros(len(heads), dtype=bool)])
     order = np.lexsort((np.concatenate([node, 2 * n - node, np.full(len(heads), 3 * n)]), nodes.run[index]))
     index, angle, arc = index[order], angle[order], arc[order]
-    points, ring = _filled(nodes, index, angle, arc, window)
+    points, ring = _with_arc_points(nodes, index, angle, arc, window)
     # To the bit closed: the angle of the last point is that of the first less 2 pi, with another rounding.
     first = np.flatnonzero(np.diff(ring, prepend=-1))
     points[np.append(first[1:], len(ring)) - 1] = points[first]
     # What is run along in both directions has the same on both sides.
-    line = np.cumsum((np.diff(ring, prepend=-1) != 0) | np.append(False, _both_ways(points, ring)[:-1])) - 1
+    line = np.cumsum((np.diff(ring, prepend=-1) != 0) | np.append(False, _traversed_both_ways(points, ring)[:-1])) - 1
     longer = (np.bincount(line) > 1)[line]
     line = np.unique(line[longer], return_inverse=True)[1]
     starts = np.flatnonzero(np.diff(line, prepend=-1))
     return shapely.linestrings(points[longer], indices=line), nodes.owner[heads][ring[longer][starts]]
 
 
-def _filled(nodes: Nodes, index: Indices, angle: Array, arc: Mask, window: Window) -> tuple[Array, Indices]:
+def _with_arc_points(nodes: Nodes, index: Indices, angle: Array, arc: Mask, window: Window) -> tuple[Array, Indices]:
     """Points (k, 2) on the discs index (n,) at the angles, arcs filled in between; and their runs (k,).
 
     What is filled in lies on the earlier disc, at multiples of one angle: where both sides run along the same arc they
     run along the same points.
     """
-    center, size, _, _, _ = nodes.touch
+    center, size, _, _, _ = nodes.discs
     # Where pieces of a trajectory meet, the same disc up to rounding.
     moved = np.hypot(*np.diff(center, prepend=np.inf)) + abs(np.diff(size, prepend=0.0)) > GRID * window.tolerance
     one = np.maximum.accumulate(np.where(moved, np.arange(len(size)), 0))
@@ -155,7 +155,7 @@ def _filled(nodes: Nodes, index: Indices, angle: Array, arc: Mask, window: Windo
     return points.T[keep], nodes.run[index[source[keep]]]
 
 
-def _both_ways(points: Array, ring: Indices) -> Mask:
+def _traversed_both_ways(points: Array, ring: Indices) -> Mask:
     """Whether the chord from each point (k, 2) to the next one of its ring is run along backwards as well: (k,)."""
     a, b = points[:-1], points[1:]
     middle = (a + b).view(np.complex128)[:, 0]

@@ -15,23 +15,23 @@ from slalom.boundary.envelope import (
     Meets,
     Window,
     arc_step,
+    chord_distance,
     discs_bend,
     halves,
     linked_rows,
     may_meet,
-    off_chord,
-    parts,
+    rows_of_hull,
     sample,
 )
 from slalom.checks import Array
 from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import STILL
 
-COARSE = 0.05  # [rad] between the normals of an outline beyond the window
-FINEST = 65536  # most points on such an arc within it
+COARSE_STEP = 0.05  # [rad] between the normals of an outline beyond the window
+MAX_ARC_POINTS = 65536  # most points on such an arc within it
 
 
-def convex(points: Array) -> Indices:
+def hull_indices(points: Array) -> Indices:
     """Indices of the corners of the convex hull of points (c, 2), counter-clockwise (Andrew's chain)."""
     _, distinct = np.unique(points, axis=0, return_index=True)
     if len(distinct) < 2:
@@ -58,7 +58,7 @@ class Outline(NamedTuple):
     turns: bool  # whether the normals turn with the obstacle
 
 
-def polygons(corners: Array) -> list[tuple[Array, bool]]:
+def edge_polygons(corners: Array) -> list[tuple[Array, bool]]:
     """Polygons that each move as one and bear all edges of the hull of corners (c, 5), and whether they turn.
 
     The sum of a polygon that turns and one that does not has no outline of its own that moves on: but each of its edges
@@ -69,7 +69,7 @@ def polygons(corners: Array) -> list[tuple[Array, bool]]:
     for (kinds, kind), axes, turns in ((turning, [0, 1], False), (fixed, [3, 4], True)):
         for number in range(len(kinds)):
             part = corners[kind.ravel() == number]
-            part = part[convex(part[:, axes])]
+            part = part[hull_indices(part[:, axes])]
             if len(part) > 1 or len(corners) == 1:
                 result.append((part, turns))
     return result[:1] if len(corners) == 1 else result
@@ -78,7 +78,9 @@ def polygons(corners: Array) -> list[tuple[Array, bool]]:
 def outline(corners: Array, turns: bool, step: float) -> Outline:
     """The outline of the polygon (n, 5), its normals at most `step` [rad] apart."""
     if len(corners) == 1:
-        return finer(Outline(corners[[0, 0]], np.array([0.0, np.pi]), turns), np.full(2, int(np.ceil(np.pi / step))))
+        return subdivided(
+            Outline(corners[[0, 0]], np.array([0.0, np.pi]), turns), np.full(2, int(np.ceil(np.pi / step)))
+        )
     places = corners[:, [3, 4] if turns else [0, 1]]
     edges = np.roll(places, -1, axis=0) - places
     after = np.arctan2(-edges[:, 0], edges[:, 1])
@@ -86,10 +88,10 @@ def outline(corners: Array, turns: bool, step: float) -> Outline:
     ends = Outline(np.repeat(corners, 2, axis=0), np.stack([after - turn, after], axis=1).ravel(), turns)
     count = np.ones(len(ends.normals), dtype=np.int64)
     count[::2] = np.ceil(turn / step).astype(np.int64).clip(1)
-    return finer(ends, count)
+    return subdivided(ends, count)
 
 
-def finer(shape: Outline, count: Indices) -> Outline:
+def subdivided(shape: Outline, count: Indices) -> Outline:
     """The outline with each arc (m,) to the next point cut into `count`."""
     source = np.repeat(np.arange(len(count)), count)
     share = (np.arange(len(source)) - np.repeat(np.cumsum(count) - count, count)) / count[source]
@@ -97,24 +99,24 @@ def finer(shape: Outline, count: Indices) -> Outline:
     return Outline(shape.corners[source], shape.normals[source] + share * turn[source], shape.turns)
 
 
-def fitted(times: Array, shape: tuple[Array, bool], window: Window) -> Outline:
+def resolved_outline(times: Array, shape: tuple[Array, bool], window: Window) -> Outline:
     """The outline as fine as it must be where it comes near the window at the times (6, k)."""
-    rough = outline(*shape, COARSE)
-    v, size = swept(times, rough), times[3] / times[2]
-    here, margin = window.center[:, None, None], 1.5 * window.radius + COARSE**2 * size[:, None]
-    near = off_chord(v, np.roll(v, -1, axis=2), here) < margin
+    rough = outline(*shape, COARSE_STEP)
+    v, size = outline_controls(times, rough), times[3] / times[2]
+    here, margin = window.center[:, None, None], 1.5 * window.radius + COARSE_STEP**2 * size[:, None]
+    near = chord_distance(v, np.roll(v, -1, axis=2), here) < margin
     # An outline may pass the window between two times.
-    passes = off_chord(v[:, :-1], v[:, 1:], here) < np.maximum(margin[:-1], margin[1:])
+    passes = chord_distance(v[:, :-1], v[:, 1:], here) < np.maximum(margin[:-1], margin[1:])
     near[:-1] |= passes
     near[1:] |= passes
     near |= np.roll(near, -1, axis=1)
-    need = np.where(near, COARSE / arc_step(size, window.tolerance)[:, None], 1.0).max(axis=0)
+    need = np.where(near, COARSE_STEP / arc_step(size, window.tolerance)[:, None], 1.0).max(axis=0)
     arc = (rough.corners == np.roll(rough.corners, -1, axis=0)).all(axis=1)
-    arc &= np.mod(np.roll(rough.normals, -1) - rough.normals, 2.0 * np.pi) < 1.5 * COARSE
-    return finer(rough, np.where(arc, np.ceil(need).clip(1, FINEST), 1).astype(np.int64))
+    arc &= np.mod(np.roll(rough.normals, -1) - rough.normals, 2.0 * np.pi) < 1.5 * COARSE_STEP
+    return subdivided(rough, np.where(arc, np.ceil(need).clip(1, MAX_ARC_POINTS), 1).astype(np.int64))
 
 
-def swept(control: Array, shape: Outline) -> Array:
+def outline_controls(control: Array, shape: Outline) -> Array:
     """Controls (2, k, m) of the points of an outline at k times, control (6, k)."""
     place, (gain, radius, ex, ey) = control[:2, :, None], control[2:, :, None]
     nx, ny = np.cos(shape.normals), np.sin(shape.normals)
@@ -127,8 +129,8 @@ def outlines(segments: RelativeMotion, window: Window) -> list[tuple[Array, int]
     """Chords (n, 2, 2) that hold the boundary of the elements of hulls, with their owners; coarse beyond the window."""
     linked, result = linked_rows(segments), []
     for hull in np.unique(segments.hull[segments.hull >= 0]):
-        rows, control = parts(segments, hull)
-        shapes = polygons(segments.corners[segments.first[hull] : segments.first[hull + 1]])
+        rows, control = rows_of_hull(segments, hull)
+        shapes = edge_polygons(segments.corners[segments.first[hull] : segments.first[hull + 1]])
         meets = _hulls_meet(segments.bounding_radius[rows], shapes, window)
         spans = sample(rows, control, window, meets, _hulls_bend(shapes, window))
         same, joint = spans.continues(linked)
@@ -136,16 +138,16 @@ def outlines(segments: RelativeMotion, window: Window) -> list[tuple[Array, int]
             if run.size:
                 times = np.concatenate([spans.control[0][:, run], spans.control[3][:, run[-1:]]], axis=1)
                 owner = int(segments.owner[spans.row[run[0]]])
-                result += [(_sweep(times, fitted(times, shape, window)), owner) for shape in shapes]
+                result += [(_sweep(times, resolved_outline(times, shape, window)), owner) for shape in shapes]
     return result
 
 
 def _hulls_meet(reach: Array, shapes: list[tuple[Array, bool]], window: Window) -> Meets:
     """For `sample`: whether neither the circles around hulls nor the hulls themselves keep clear of the window."""
-    return lambda which, control: may_meet(control, reach[which], window) & ~_apart(control, shapes, window)
+    return lambda which, control: may_meet(control, reach[which], window) & ~_separated(control, shapes, window)
 
 
-def _apart(control: Array, shapes: list[tuple[Array, bool]], window: Window) -> Mask:
+def _separated(control: Array, shapes: list[tuple[Array, bool]], window: Window) -> Mask:
     """Whether a line parts the elements of spans (4, 6, k) from the window all the time: (k,)."""
     corners = np.concatenate([shape for shape, _ in shapes])
     place = np.stack([_corner(at[4:, :, None], corners) for at in control])
@@ -154,7 +156,7 @@ def _apart(control: Array, shapes: list[tuple[Array, bool]], window: Window) -> 
     wide = control[:, 3] + control[:, 2] * window.radius
     middle = place.mean(axis=0)
     # A polygon and a point are parted along an edge, or across the direction to a corner.
-    after = np.concatenate([np.roll(np.arange(len(part)), -1) + start for part, start in _numbered(shapes)])
+    after = np.concatenate([np.roll(np.arange(len(part)), -1) + start for part, start in _with_first_corner(shapes)])
     edges = middle[..., after] - middle
     across = np.concatenate([np.stack([-edges[1], edges[0]]), middle], axis=2)
     across = across / np.maximum(np.hypot(across[0], across[1]), 1e-300)
@@ -162,7 +164,7 @@ def _apart(control: Array, shapes: list[tuple[Array, bool]], window: Window) -> 
     return np.asarray((least > wide[..., None]).all(axis=0).any(axis=1))
 
 
-def _numbered(shapes: list[tuple[Array, bool]]) -> list[tuple[Array, int]]:
+def _with_first_corner(shapes: list[tuple[Array, bool]]) -> list[tuple[Array, int]]:
     """The polygons, each with the number of corners before it."""
     sizes = np.array([len(part) for part, _ in shapes])
     return [(part, int(start)) for (part, _), start in zip(shapes, np.cumsum(sizes) - sizes)]
@@ -192,9 +194,9 @@ def _hulls_bend(shapes: list[tuple[Array, bool]], window: Window) -> Bends:
         bent = np.asarray((turns & ~stands).reshape(-1, len(corners)).any(axis=1))
         still = np.asarray(stands.reshape(-1, len(corners)).all(axis=1))
         for shape in rough:
-            a, b, c, d, e = (swept(at, shape) for at in times)
-            off = np.maximum(np.maximum(off_chord(a, e, b), off_chord(a, e, d)), off_chord(a, e, c))
-            far = off_chord(a, e, here) > window.radius + 4.0 * off
+            a, b, c, d, e = (outline_controls(at, shape) for at in times)
+            off = np.maximum(np.maximum(chord_distance(a, e, b), chord_distance(a, e, d)), chord_distance(a, e, c))
+            far = chord_distance(a, e, here) > window.radius + 4.0 * off
             still &= (np.hypot(*(e - a)) + off < STILL * window.tolerance).all(axis=1)
             # Between the places about which an edge turns, the envelope is as far from it as an arc.
             place = [_pivot(*_motion(*pair)) for pair in ((a, c), (c, e))]
@@ -226,7 +228,7 @@ def _sweep(times: Array, shape: Outline) -> Array:
     The union is the first outline's inside and all that edges sweep outwards; where two such pieces of area meet, their
     borders cancel. What is left is closed.
     """
-    v = swept(times, shape)
+    v = outline_controls(times, shape)
     w = np.roll(v, -1, axis=2)
     motion = _motion(v[:, :-1], v[:, 1:])
     pivot = np.pad(_pivot(*motion), ((1, 1), (0, 0)), constant_values=1.0)

@@ -13,7 +13,7 @@ from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, predicted
 from slalom.goal import Goal
 from slalom.lookahead.search import SCALES, Search, new_search, run_searches
-from slalom.lookahead.spacetime_index import ForeseenObstacles
+from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
@@ -23,12 +23,12 @@ from slalom.trajectory import Stationary
 
 MARGIN_SHARES = (1.0, 0.5, 0.25, 0.0)
 """[1] Shares of the margin that are tried in turn."""
-WINDOWS = 2.0
+TABLE_HORIZONS = 2.0
 """[1] Timetables are made for so many times the foresight, so that they serve for many decisions."""
 
 
 @dataclass(frozen=True, eq=False)
-class Planned(Decision):
+class SequenceDecision(Decision):
     """A decision for a whole sequence of accelerations.
 
     Attributes:
@@ -50,8 +50,8 @@ class _Scene(NamedTuple):
     goal: Goal
     now: float
     obstacles: Sequence[Obstacle]
-    timetable: ForeseenObstacles
-    previous: Planned | None
+    prediction: PredictedObstacles
+    previous: SequenceDecision | None
 
 
 @dataclass(frozen=True)
@@ -81,13 +81,13 @@ class LookAhead:
     time_horizon: float = 60.0
     deadline: float = np.inf
     budget: float = 10000.0
-    improving: float = 500.0
-    prepared: ForeseenObstacles | None = None
+    improvement_budget: float = 500.0
+    prepared: PredictedObstacles | None = None
 
     def __post_init__(self) -> None:
         positive(self.time_horizon, "time_horizon")
         positive(self.budget, "budget")
-        not_negative(self.improving, "improving")
+        not_negative(self.improvement_budget, "improving")
         limits = self.navigator.limits
         if limits.bounds or limits.velocity_bounds or limits.acceleration_bounds:
             raise InvalidInput("limits: expected no more than a largest speed and acceleration, found further bounds")
@@ -115,87 +115,89 @@ class LookAhead:
             raise InvalidInput(
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
-        before = previous if isinstance(previous, Planned) else None
-        table = self._foreseen(obstacles, now, self.prepared if before is None else before.search.obstacles)
+        before = previous if isinstance(previous, SequenceDecision) else None
+        table = self._prediction(obstacles, now, self.prepared if before is None else before.search.obstacles)
         scene = _Scene(state, goal, now, obstacles, table, before)
-        planned = self._keep_or_improve(scene) or self._planned(scene)
+        planned = self._keep_or_improve(scene) or self._plan(scene)
         return planned or self.navigator.decide(state, obstacles, goal, now=now, previous=previous)
 
-    def _foreseen(
-        self, obstacles: Sequence[Obstacle], now: float, known: ForeseenObstacles | None
-    ) -> ForeseenObstacles:
+    def _prediction(
+        self, obstacles: Sequence[Obstacle], now: float, known: PredictedObstacles | None
+    ) -> PredictedObstacles:
         """What is foreseen now: the table of the decision before, if that still holds and reaches far enough."""
         n = self.navigator
-        latest = max(self._latest(now), now + n.period)
-        if known is not None and known.serves(obstacles, now, latest):
+        latest = max(self._deadline(now), now + n.period)
+        if known is not None and known.covers(obstacles, now, latest):
             return known
         forecast, step = n.method.forecast, n.limits.max_speed / n.limits.max_acceleration
         if isinstance(forecast, EXACT):
-            end = max(min(self.deadline, now + WINDOWS * self.time_horizon), latest)
-            return ForeseenObstacles.of(obstacles, obstacles, n.robot, now, end, step, everybody=forecast.foresees)
+            end = max(min(self.deadline, now + TABLE_HORIZONS * self.time_horizon), latest)
+            return PredictedObstacles.of(
+                obstacles, obstacles, n.robot, now, end, step, includes_future=forecast.includes_future
+            )
         seen = [predicted(obstacle, forecast, now) for obstacle in obstacles if obstacle.exists(now)]
-        return ForeseenObstacles.of(None, seen, n.robot, now, latest, step)
+        return PredictedObstacles.of(None, seen, n.robot, now, latest, step)
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
         """One that has arranged these very obstacles already, as is else done in its first decision."""
-        return replace(self, prepared=self._foreseen(obstacles, now, None))
+        return replace(self, prepared=self._prediction(obstacles, now, None))
 
-    def _latest(self, now: float) -> float:
+    def _deadline(self, now: float) -> float:
         return min(self.deadline, now + self.time_horizon)
 
-    def _keep_or_improve(self, scene: _Scene) -> Planned | None:
+    def _keep_or_improve(self, scene: _Scene) -> SequenceDecision | None:
         """What was decided before, or what is better by the navigator's patience; None if it is not to be kept."""
         before, now = scene.previous, scene.now
-        if before is None or now >= before.search.ends - 1e-6 * self.navigator.period:
+        if before is None or now >= before.search.end_time - 1e-6 * self.navigator.period:
             return None
         search, motion = before.search, before.manoeuvre
         off = float(np.abs(motion.position(now) - scene.state.position).max())
         off = max(off, float(np.abs(motion.velocity(now) - scene.state.velocity).max()))
-        same = search.obstacles is scene.timetable and scene.timetable.includes_future and off <= COMMITTED_SLACK
-        if off > JUMP or not (same or self._still_free(scene, before)):
+        same = search.obstacles is scene.prediction and scene.prediction.includes_future and off <= COMMITTED_SLACK
+        if off > JUMP or not (same or self._remains_clear(scene, before)):
             return None
         if not search.complete:
-            return self._further(scene, search) if same else None
-        better = self._better(scene, before, same)
+            return self._continue_search(scene, search) if same else None
+        better = self._improved(scene, before, same)
         if better.complete and better.arrival <= before.arrival - self.navigator.patience:
-            return self._decision(scene, better, self._found(scene, better))
+            return self._decision(scene, better, self._outcome(scene, better))
         return replace(before, outcome=Outcome.KEPT, better=better if same else None)
 
-    def _found(self, scene: _Scene, search: Search) -> Outcome:
+    def _outcome(self, scene: _Scene, search: Search) -> Outcome:
         """What a sequence is that was found on the way: one that keeps less of the margin than it could is squeezed."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
+        gap = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
         whole = search.problem.margin >= min(self.navigator.margin, gap) - COMMITTED_SLACK
         return Outcome.CONSTRAINED if whole else Outcome.SQUEEZED
 
-    def _further(self, scene: _Scene, search: Search) -> Planned | None:
+    def _continue_search(self, scene: _Scene, search: Search) -> SequenceDecision | None:
         """What comes of more of a search that has not found an arrival yet."""
-        found = search.resumed(scene.now, self.budget, self.improving)
+        found = search.resumed(scene.now, self.budget, self.improvement_budget)
         if found.complete:
-            return self._decision(scene, found, self._found(scene, found))
-        found = found.stopped(scene.now, self.navigator.horizon)
+            return self._decision(scene, found, self._outcome(scene, found))
+        found = found.with_stop(scene.now, self.navigator.horizon)
         return self._decision(scene, found, Outcome.BEGUN) if found.node >= 0 else None
 
-    def _better(self, scene: _Scene, before: Planned, same: bool) -> Search:
+    def _improved(self, scene: _Scene, before: SequenceDecision, same: bool) -> Search:
         """A little more of the search for what arrives earlier; begun again where it can not be gone on with."""
         latest = before.arrival - self.navigator.patience
         if not same:
-            return self._search(scene, before.search.problem.margin, self.improving, SCALES[:1], latest)[0]
+            return self._search(scene, before.search.problem.margin, self.improvement_budget, SCALES[:1], latest)[0]
         better = before.better
         if better is None or not better.starts_after(scene.now):
             better = before.search.refined(scene.state, scene.now, SCALES[-1], latest)
-        return better.grown(better.root, self.improving, 0.0)[0]
+        return better.extended(better.root, self.improvement_budget, 0.0)[0]
 
-    def _still_free(self, scene: _Scene, before: Planned) -> bool:
+    def _remains_clear(self, scene: _Scene, before: SequenceDecision) -> bool:
         """Whether the rest of what was decided before meets nothing that is foreseen now."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
+        gap = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
         margin = min(before.search.problem.margin, gap)
-        return margin >= 0.0 and before.search.is_free(
-            scene.state, scene.now, scene.timetable, margin - COMMITTED_SLACK
+        return margin >= 0.0 and before.search.is_clear(
+            scene.state, scene.now, scene.prediction, margin - COMMITTED_SLACK
         )
 
-    def _planned(self, scene: _Scene) -> Planned | None:
+    def _plan(self, scene: _Scene) -> SequenceDecision | None:
         """A new sequence, with as much of the margin as can be kept; None if there is none."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
+        gap = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
         if gap < 0.0:
             return None
         start, budget = None, self.budget
@@ -207,7 +209,7 @@ class LookAhead:
                 outcome = Outcome.CLEAR if found.direct else Outcome.CONSTRAINED
                 return self._decision(scene, found, outcome if share == 1.0 else Outcome.SQUEEZED)
             if start is None:
-                stopped = found.stopped(scene.now, self.navigator.horizon)
+                stopped = found.with_stop(scene.now, self.navigator.horizon)
                 start = stopped if stopped.node >= 0 else None
             if found.cut or budget <= 0.0:
                 break
@@ -223,24 +225,24 @@ class LookAhead:
                 scene.state,
                 scene.goal,
                 n.limits,
-                scene.timetable,
+                scene.prediction,
                 now=scene.now,
                 period=n.period,
-                deadline=min(latest, self._latest(scene.now)),
+                deadline=min(latest, self._deadline(scene.now)),
                 margin=margin,
                 scale=scale,
             )
             for scale in scales
         ]
-        return run_searches(searches, budget, min(self.improving, budget))
+        return run_searches(searches, budget, min(self.improvement_budget, budget))
 
-    def _decision(self, scene: _Scene, search: Search, outcome: Outcome) -> Planned:
+    def _decision(self, scene: _Scene, search: Search, outcome: Outcome) -> SequenceDecision:
         motion = search.manoeuvre(scene.state, scene.now)
         forecast, now, horizon = self.navigator.method.forecast, scene.now, self.navigator.horizon
-        there = [o for o in scene.obstacles if forecast.foresees or o.exists(now)]
+        there = [o for o in scene.obstacles if forecast.includes_future or o.exists(now)]
         traffic = ObstacleTable([predicted(o, forecast, now) for o in there], now, horizon)
         blocked = ControlObstacle(motion.response, scene.state, traffic, self.navigator.robot, search.problem.margin)
-        return Planned(
+        return SequenceDecision(
             motion,
             outcome,
             motion.control,

@@ -16,7 +16,7 @@ from slalom.shape import Shape
 
 
 @dataclass(frozen=True, eq=False)
-class ForeseenObstacles:
+class PredictedObstacles:
     """The pieces of all obstacles, grown by a robot's shape, from `start` to `end`, absolute times [s].
 
     Attributes:
@@ -34,24 +34,24 @@ class ForeseenObstacles:
     def of(
         cls,
         obstacles: Sequence[Obstacle] | None,
-        seen: Sequence[Obstacle],
+        predictions: Sequence[Obstacle],
         robot: Shape,
         start: float,
         end: float,
         width: float,
         *,
-        everybody: bool = True,
-    ) -> "ForeseenObstacles":
+        includes_future: bool = True,
+    ) -> "PredictedObstacles":
         """The table of `seen`, the obstacles as they are foreseen, listed in intervals of `width` [s].
 
         Raises:
             InvalidInput: different dimensions, an end that is not after the start.
         """
-        bodies = ObstacleTable(seen, start, end - start).bodies(robot)
-        since = np.array([obstacle.trajectory.span[0] for obstacle in seen], dtype=np.float64)
-        return cls(obstacles, everybody, start, end, _schedule(bodies, since, start, end, width))
+        bodies = ObstacleTable(predictions, start, end - start).bodies(robot)
+        since = np.array([obstacle.trajectory.span[0] for obstacle in predictions], dtype=np.float64)
+        return cls(obstacles, includes_future, start, end, _spacetime_index(bodies, since, start, end, width))
 
-    def serves(self, obstacles: Sequence[Obstacle], now: float, until: float) -> bool:
+    def covers(self, obstacles: Sequence[Obstacle], now: float, until: float) -> bool:
         """Whether this is still what is known of the obstacles, from `now` to `until` [s]."""
         return self.obstacles is obstacles and self.start <= now and until <= self.end
 
@@ -59,7 +59,7 @@ class ForeseenObstacles:
         """Up to when [s] bodies must have appeared to be known of at `now`."""
         return np.inf if self.includes_future else now
 
-    def gap(self, place: Array, now: float) -> float:
+    def clearance(self, place: Array, now: float) -> float:
         """How far [m] a robot at `place` (d,) is from the nearest body at `now` [s]; inf without any."""
         s = self.index
         k = min(max(int((now - s.start) / s.width), 0), len(s.first) - 2)
@@ -80,13 +80,13 @@ class ForeseenObstacles:
         return float((found[:, 0] - s.radius[rows] - s.growth[rows] * x).min())
 
 
-def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: float) -> SpacetimeIndex:
+def _spacetime_index(bodies: Bodies, since: Array, start: float, end: float, width: float) -> SpacetimeIndex:
     rows = bodies.pieces
     times, which = rows.times + start, rows.body
     around = rows.radius + bodies.radius[which]
     middle = rows.points.mean(axis=1)
     bends = np.linalg.norm(rows.points - middle[:, None], axis=2).max(axis=1, initial=0.0)
-    begin, row = _listed(times, start, end, width)
+    begin, row = _rows_by_interval(times, start, end, width)
     hulls: MaybeHulls = ()
     if bodies.hull.max(initial=-1) >= 0:
         hulls = (bodies.hull[which], np.empty((4, 2, 0)), bodies.corners, bodies.first, bodies.unordered)
@@ -108,7 +108,7 @@ def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: flo
     )
 
 
-def _listed(times: Array, start: float, end: float, width: float) -> tuple[Indices, Indices]:
+def _rows_by_interval(times: Array, start: float, end: float, width: float) -> tuple[Indices, Indices]:
     """Which rows overlap which interval: those of interval k are row[begin[k]:begin[k + 1]]."""
     count = max(1, int(np.ceil((end - start) / width)))
     first, last = (np.clip(np.floor((t - start) / width).astype(np.int64), 0, count - 1) for t in times.T)

@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.peers.crowd import Discs, Team, imported, within
+from slalom.peers.crowd import Discs, Team, imported, interaction_distances
 
 
 class Behaviours:
@@ -29,7 +29,7 @@ class Behaviours:
         team: Team,
         kind: str,
         *,
-        sight: float,
+        horizon: float,
         margin: float = 0.0,
         settings: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
@@ -38,12 +38,12 @@ class Behaviours:
         unknown = [name for name in settings if name not in known]
         if unknown:
             raise InvalidInput(f"setting of {kind}: expected one of {', '.join(sorted(known))}; found {unknown[0]!r}")
-        self._team, self._sight, self._behaviours = team, sight, []
-        for radius, speed in zip(team.radii, team.speeds):
+        self._team, self._sight, self._behaviours = team, horizon, []
+        for radius, speed in zip(team.radii, team.max_speeds):
             behaviour = library.Behavior.make_type(kind)
             behaviour.kinematics = library.kinematics.OmnidirectionalKinematics(float(speed))
             behaviour.radius, behaviour.optimal_speed = float(radius), float(speed)
-            behaviour.horizon, behaviour.safety_margin = sight * float(speed), margin
+            behaviour.horizon, behaviour.safety_margin = horizon * float(speed), margin
             for name, value in settings.items():
                 behaviour.set(name, value)
             # The human-like one sets its horizon while it answers: the first answer to a velocity is always along x.
@@ -55,12 +55,14 @@ class Behaviours:
 
     def choose(self, places: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
         library, period = self._library, self._team.period
-        at = np.concatenate([places, others.places])
+        at = np.concatenate([places, others.positions])
         moving = np.concatenate([velocities, others.velocities])
         radii = np.concatenate([self._team.radii, others.radii])
         everybody = [library.Neighbor(p, float(r), v, k) for k, (p, r, v) in enumerate(zip(at, radii, moving))]
         chosen = []
-        for k, (behaviour, away) in enumerate(zip(self._behaviours, within(self._sight, self._team, others))):
+        for k, (behaviour, away) in enumerate(
+            zip(self._behaviours, interaction_distances(self._sight, self._team, others))
+        ):
             near = np.flatnonzero(np.linalg.norm(at - at[k], axis=1) <= away)
             behaviour.position, behaviour.velocity = places[k], velocities[k]
             # What it commanded is not what the robot did: it goes on from that.

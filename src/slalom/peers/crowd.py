@@ -18,7 +18,7 @@ class Team(NamedTuple):
     """
 
     radii: Array
-    speeds: Array
+    max_speeds: Array
     period: float
     walls: tuple[Array, ...] = ()
 
@@ -26,7 +26,7 @@ class Team(NamedTuple):
 class Discs(NamedTuple):
     """M discs that others are at one time: places (M, 2) [m], velocities (M, 2) [m/s], radii (M,) [m]."""
 
-    places: Array
+    positions: Array
     velocities: Array
     radii: Array
 
@@ -43,11 +43,11 @@ class Crowd(Protocol):
         """
 
 
-def within(seconds: float, team: Team, others: Discs) -> Array:
+def interaction_distances(seconds: float, team: Team, others: Discs) -> Array:
     """How far away (N,) [m] may be, centre to centre, what a robot could meet within that time at top speed."""
-    fastest = max(team.speeds.max(), np.linalg.norm(others.velocities, axis=1).max(initial=0.0))
+    fastest = max(team.max_speeds.max(), np.linalg.norm(others.velocities, axis=1).max(initial=0.0))
     widest = max(team.radii.max(), others.radii.max(initial=0.0))
-    return np.asarray(seconds * (team.speeds + fastest) + team.radii + widest)
+    return np.asarray(seconds * (team.max_speeds + fastest) + team.radii + widest)
 
 
 def imported(package: str, module: str = "") -> Any:

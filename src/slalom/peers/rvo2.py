@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from slalom.checks import Array
-from slalom.peers.crowd import Discs, Team, imported, within
+from slalom.peers.crowd import Discs, Team, imported, interaction_distances
 
 
 class Rvo2:
@@ -26,10 +26,10 @@ class Rvo2:
         if self._simulator is None or not np.array_equal(others.radii, self._radii):
             self._begin(others.radii)
         simulator, n = self._simulator, len(places)
-        for k, (place, velocity) in enumerate(zip([*places, *others.places], [*velocities, *others.velocities])):
+        for k, (place, velocity) in enumerate(zip([*places, *others.positions], [*velocities, *others.velocities])):
             simulator.set_agent_position(k, tuple(place))
             simulator.set_agent_velocity(k, tuple(velocity))
-        for k, (wish, away) in enumerate(zip(preferred, within(self._horizon, self._team, others))):
+        for k, (wish, away) in enumerate(zip(preferred, interaction_distances(self._horizon, self._team, others))):
             simulator.set_agent_pref_velocity(k, tuple(wish))
             simulator.set_agent_neighbor_dist(k, float(away))
         simulator.do_step()
@@ -39,7 +39,7 @@ class Rvo2:
         """A new simulator: agents cannot be taken out of one."""
         team, horizon = self._team, self._horizon
         simulator = self._library.RVOSimulator(team.period, 0.0, 0, horizon, horizon, 0.0, 0.0)
-        for radius, speed in zip(team.radii, team.speeds):
+        for radius, speed in zip(team.radii, team.max_speeds):
             simulator.add_agent((0.0, 0.0), 0.0, self._neighbours, horizon, horizon, float(radius), float(speed))
         for radius in radii:
             simulator.add_agent((0.0, 0.0), 0.0, 0, horizon, horizon, float(radius), 0.0)

@@ -47,13 +47,13 @@ class Peer:
         """The same of other robots."""
         return "observed"
 
-    def begin(self, radii: Array, speeds: Array, period: float, walls: tuple[Array, ...] = ()) -> Crowd:
+    def begin(self, radii: Array, max_speeds: Array, period: float, walls: tuple[Array, ...] = ()) -> Crowd:
         """The crowd of robots of those radii (N,) [m] and largest speeds (N,) [m/s], see `Team`.
 
         Raises:
             InvalidInput: the package is not installed.
         """
-        return self.crowd(Team((1.0 + self.inflation) * radii, speeds, period, walls))
+        return self.crowd(Team((1.0 + self.inflation) * radii, max_speeds, period, walls))
 
 
 ORCA, HRVO, HL, FORCE = (
@@ -62,9 +62,9 @@ ORCA, HRVO, HL, FORCE = (
     "Guzzi, Giusti, Gambardella, Theraulaz and Di Caro, ICRA 2013",
     "Helbing and Molnar, Physical Review E 51(5), 1995",
 )
-NEAREST: Final = 30
+MAX_NEIGHBOURS: Final = 30
 """[1] Neighbours that ORCA and HRVO look at."""
-AHEAD: Final = 10.0
+TIME_HORIZON: Final = 10.0
 """[s] The time horizon of ORCA, and how far the others look."""
 MARGIN: Final = 0.1
 """[m] That HRVO and the human-like behaviour keep; with none, their default, they graze each other."""
@@ -72,7 +72,7 @@ MARGIN: Final = 0.1
 _ROWS: Final = (
     Peer(
         "orca",
-        partial(Rvo2, neighbours=NEAREST, horizon=AHEAD),
+        partial(Rvo2, neighbours=MAX_NEIGHBOURS, horizon=TIME_HORIZON),
         "ORCA (RVO2 in pyrvo): velocities that share the work of avoiding",
         ORCA,
         "pyrvo",
@@ -82,8 +82,12 @@ _ROWS: Final = (
         partial(
             Behaviours,
             kind="ORCA",
-            sight=AHEAD,
-            settings={"max_neighbors": NEAREST, "time_horizon": AHEAD, "static_time_horizon": AHEAD},
+            horizon=TIME_HORIZON,
+            settings={
+                "max_neighbors": MAX_NEIGHBOURS,
+                "time_horizon": TIME_HORIZON,
+                "static_time_horizon": TIME_HORIZON,
+            },
         ),
         "ORCA (RVO2 in navground), in which no robot is faster than it prefers to be",
         ORCA,
@@ -91,7 +95,9 @@ _ROWS: Final = (
     ),
     Peer(
         "hrvo",
-        partial(Behaviours, kind="HRVO", sight=AHEAD, margin=MARGIN, settings={"max_neighbors": NEAREST}),
+        partial(
+            Behaviours, kind="HRVO", horizon=TIME_HORIZON, margin=MARGIN, settings={"max_neighbors": MAX_NEIGHBOURS}
+        ),
         "Hybrid reciprocal velocity obstacle (navground), margin 0.1 m; walls are not seen",
         HRVO,
         "navground",
@@ -99,14 +105,14 @@ _ROWS: Final = (
     ),
     Peer(
         "hl",
-        partial(Behaviours, kind="HL", sight=AHEAD, margin=MARGIN),
+        partial(Behaviours, kind="HL", horizon=TIME_HORIZON, margin=MARGIN),
         "Human-like (navground), margin 0.1 m: the heading that leads nearest to the goal",
         HL,
         "navground",
     ),
     Peer(
         "social_force",
-        partial(Behaviours, kind="SocialForce", sight=AHEAD),
+        partial(Behaviours, kind="SocialForce", horizon=TIME_HORIZON),
         "Social force (navground): drawn to the goal, pushed by others, all of them points",
         FORCE,
         "navground",
@@ -151,7 +157,7 @@ def contender_named(name: str) -> Method | Peer:
     plain, at, foresight = name.partition("@")
     chosen = CONTENDERS[known(plain, "method", list(CONTENDERS))]
     if isinstance(chosen, Method):
-        return chosen.seeing(foresight) if at else chosen
+        return chosen.with_foresight(foresight) if at else chosen
     if at:
         raise InvalidInput(f"method: expected {plain} alone, which sees what is there now; found {name!r}")
     return chosen
