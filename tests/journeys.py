@@ -165,7 +165,7 @@ class Journey:
         """Who decides."""
         method = METHODS["nao_ahead"]
         navigator = Navigator(method, self.robot, self.limits, self.period, 6.0, self.margin)
-        return LookAhead(navigator, **{"ahead": 25.0, **settings})
+        return LookAhead(navigator, **{"time_horizon": 25.0, **settings})
 
     def __str__(self) -> str:
         bodies = [f"{type(body.shape).__name__} {body.kind} {body.heading}" for body in self.bodies]

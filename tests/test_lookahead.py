@@ -301,7 +301,7 @@ def test_these_journeys_tell_something() -> None:
 
 def look_ahead(d: int = 2, limits: Limits | None = None, name: str = "nao_ahead", **settings) -> LookAhead:
     """A robot of radius 0.5 m, at most 3 m/s and 1 m/s^2."""
-    own = {"ahead", "deadline", "budget", "improving"} & set(settings)
+    own = {"time_horizon", "deadline", "budget", "improvement_budget"} & set(settings)
     others = {key: value for key, value in settings.items() if key not in own}
     others = {"robot": disc_or_ball(0.5, d), "limits": limits or Limits(3.0, 1.0), "period": PERIOD, **others}
     robot = Navigator(method(name), **others)
@@ -485,7 +485,7 @@ BEHIND = Goal(Stationary((14.0, 0.0)), 0.5)
 
 def test_a_small_budget_ends_a_search_and_not_the_journey() -> None:
     """Out of a pocket, with so little work at each decision that it takes many: begun, and gone on with."""
-    robot, state, decision, found = look_ahead(budget=30.0, improving=30.0), REST, None, []
+    robot, state, decision, found = look_ahead(budget=30.0, improvement_budget=30.0), REST, None, []
     for k in range(600):
         if BEHIND.reached(state.position, state.velocity, PERIOD * k):
             break
@@ -809,7 +809,7 @@ def test_to_wait_for_a_gap_comes_out_of_the_search(robot_radius: float) -> None:
 def table_of(j: Journey, *, everybody: bool = True, end: float = 20.0) -> PredictedObstacles:
     """From the start of a journey on."""
     return PredictedObstacles.of(
-        j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, includes_future=everybody
+        j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, include_future=everybody
     )
 
 
@@ -864,7 +864,7 @@ def test_a_table_serves_for_what_it_was_made_of() -> None:
     assert not table.covers(world, 2.0, 10.1)
     assert not PredictedObstacles.of(None, world, Disc(0.5), 2.0, 10.0, 1.0).covers(world, 2.0, 10.0)
     assert table.known_at(3.0) == np.inf
-    assert PredictedObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, includes_future=False).known_at(3.0) == 3.0
+    assert PredictedObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, include_future=False).known_at(3.0) == 3.0
 
 
 def test_arranging_before_the_first_decision_changes_nothing() -> None:

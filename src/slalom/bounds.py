@@ -1,9 +1,9 @@
 """Bounds on velocity and acceleration other than a largest norm, as half-spaces that depend on the state.
 
-In the body frame x points along the velocity. In the plane y points to its left; in space all other directions are
-lateral. A robot slower than REST takes the heading given to its bound. Without one, a bound on the acceleration that
-needs a heading is replaced by the largest ball about 0 that fits into it under every heading. `TurningRadius`,
-`HeadingCone` and `LeastSpeed` then bound nothing, because they restrict a moving robot only.
+In the body frame x points along the velocity; in the plane y points to its left, in space the rest is lateral. A robot
+slower than REST takes the heading given to its bound. Without one, a bound on the acceleration that needs a heading is
+replaced by the largest ball about 0 that fits into it under every heading. `TurningRadius`, `HeadingCone` and
+`LeastSpeed` then bound nothing, because they restrict a moving robot only.
 """
 
 from dataclasses import dataclass
@@ -22,22 +22,18 @@ HalfSpaces: TypeAlias = tuple[Array, Array]
 """Unit normals (n, d) and offsets (n,): the x with normals @ x <= offsets."""
 
 SIDES: Final = 32
-"""[1] Sides of the polygon that replaces an ellipse. It is inscribed and keeps at least cos(pi / 32) = 0.9952 of every
-radius.
-"""
+"""[1] Sides of the inscribed polygon that replaces an ellipse; it keeps cos(pi / 32) = 0.9952 of every radius."""
 
 FACES: Final = 8
-"""[1] Sides of the pyramid or prism that replaces a round cone or cylinder in space. It keeps cos(pi / 8) = 0.924 of
-every radius.
-"""
+"""[1] Sides of the pyramid or prism that replaces a cone or cylinder; it keeps cos(pi / 8) = 0.924 of every radius."""
 
 
 @runtime_checkable
 class Bound(Protocol):
     """Convex set of admissible accelerations or velocities.
 
-    Laws: every vector that obeys `half_spaces` lies in the set defined by the class. The acceleration 0 and the present
-    velocity obey them, and so do all accelerations -s v / |v| with 0 <= s <= `braking`.
+    Laws: every vector that obeys `half_spaces` lies in the set of the class. The acceleration 0, the present velocity,
+    and all accelerations -s v / |v| with 0 <= s <= `braking` obey them.
     """
 
     @property
@@ -49,11 +45,7 @@ class Bound(Protocol):
         """Largest deceleration [m/s^2] against the velocity, admissible at every velocity; inf if not bounded."""
 
     def half_spaces(self, state: State) -> HalfSpaces:
-        """Half-spaces (n, d), (n,) of the set for a robot in `state`, in the world frame.
-
-        Raises:
-            InvalidInput: a state of a dimension for which the bound is not defined.
-        """
+        """Half-spaces (n, d), (n,) in the world frame. Raises InvalidInput for a state of another dimension."""
 
 
 def _circle(count: int) -> Array:
@@ -89,9 +81,7 @@ def ball_sides(radius: float, dimension: int) -> HalfSpaces:
 
 
 def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
-    """Unit axes of the body as rows (d, d), heading first, in the world frame; None for a robot at rest without
-    `heading` (d,).
-    """
+    """Unit axes (d, d) of the body as rows, heading first; None for a robot at rest without `heading` (d,)."""
     faced = None if heading is None else vector(heading, "heading", state.dimension)
     speed = float(np.linalg.norm(state.velocity))
     ahead = state.velocity / speed if speed >= REST else faced
@@ -117,9 +107,9 @@ class Friction:
     """(a_x / x)^2 + (a_lateral / lateral)^2 <= 1 in the body frame; x is `forward` if a_x >= 0, else `braking`.
 
     Two half ellipses (in space half ellipsoids of revolution): the friction ellipse of a tyre with different limits of
-    engine and brakes. All limits are in m/s^2 and above 0. In the plane the set is replaced by an inscribed polygon of
-    SIDES sides, which loses at most 0.5 % of any acceleration; in space by a polyhedron of 18 faces, which loses at
-    most 18.4 %. Neither loses anything along the heading.
+    engine and brakes, all in m/s^2 and above 0. In the plane an inscribed polygon of SIDES sides, which loses at most
+    0.5 % of any acceleration; in space a polyhedron of 18 faces, which loses at most 18.4 %. Neither loses anything
+    along the heading.
     """
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"
@@ -245,8 +235,8 @@ def _in_world_frame(normals: Array, offsets: Array, state: State, heading: npt.A
 class HeadingCone:
     """The velocity stays within `half_angle` [rad] of the present heading, 0 < half_angle <= pi / 2.
 
-    Imposed at the peaks of the speed; because the cone is convex, it then holds at all times. Exact in the plane. In
-    space it is an inscribed pyramid; the tangent of its half-angle is at least 0.92 of the true one.
+    Imposed at the peaks of the speed; the cone is convex, so it holds at all times. Exact in the plane; in space an
+    inscribed pyramid, the tangent of whose half-angle is at least 0.92 of the true one.
     """
 
     of: ClassVar[Literal["velocity"]] = "velocity"
@@ -271,7 +261,7 @@ class HeadingCone:
 
 @dataclass(frozen=True, eq=False)
 class TurningRadius:
-    """|a_lateral| <= v^2 / `least` in the body frame: the radius of curvature of every path is at least `least` [m].
+    """|a_lateral| <= v^2 / `least` in the body frame: the radius of curvature of a path is at least `least` [m].
 
     The limit of a vehicle's steering. Exact in the plane; in space an inscribed prism that loses at most 7.6 %.
     """
@@ -298,8 +288,8 @@ class TurningRadius:
 class LeastSpeed:
     """The velocity along the present heading stays at or above `least` [m/s]: for vehicles that must not stop.
 
-    A vehicle that is already slower must not become slower. Only the motion until the control has settled is bounded,
-    not the later motion of a response (`AccelerateThenStop` stops).
+    A slower vehicle must not become slower still. Only the motion until the control has settled is bounded, not the
+    later motion of a response (`AccelerateThenStop` stops).
     """
 
     of: ClassVar[Literal["velocity"]] = "velocity"

@@ -181,8 +181,8 @@ class Polygon(_Shaped):
 def _counter_clockwise(polygon: object) -> Array:
     import shapely
 
-    ring = shapely.get_exterior_ring(shapely.orient_polygons(polygon))
-    return np.array(shapely.get_coordinates(ring)[:-1])
+    exterior = shapely.get_exterior_ring(shapely.orient_polygons(polygon))
+    return np.array(shapely.get_coordinates(exterior)[:-1])
 
 
 @dataclass(frozen=True, eq=False)
