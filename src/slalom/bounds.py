@@ -55,11 +55,11 @@ def _circle(count: int) -> Array:
 
 
 def _sphere() -> Array:
-    """18 unit vectors (18, 3): six on the equator and, between them, six on each circle whose latitude has the sine
-    sqrt(2 / 3).
+    """18 unit vectors (18, 3): normals of a polyhedron with corners at the poles.
 
-    The polyhedron with these normals has corners at the poles. It is inscribed in the unit ball if its faces are sqrt(2
-    / 3) away from the centre. The time of a choice in space grows with the third power of the number of faces.
+    Six lie on the equator and, between them, six on each circle whose latitude has the sine sqrt(2 / 3). The polyhedron
+    is inscribed in the unit ball if its faces are sqrt(2 / 3) away from the centre. The time of a choice in space grows
+    with the third power of the number of faces.
     """
     equator, between = np.pi / 3.0 * np.arange(6), _circle(6) / np.sqrt(3.0)
     upper = np.concatenate([np.full((6, 1), np.sqrt(2.0 / 3.0)), between], axis=1)

@@ -215,9 +215,11 @@ FORESIGHTS: Final[dict[str, Forecast]] = {
     "observed_velocity": FromPast(AtConstantVelocity(), growth=0.2),
     "observed_turn": FromPast(AtConstantTurn(), growth=0.1),
 }
-"""Levels of foresight: all trajectories, including obstacles that appear later (recorded); the trajectories of present
-obstacles (present); predictions from past positions, with an acceleration that lasts 1 s (observed), constant velocity,
-or constant turn. The growth rates were tuned on separate tasks (docs/design/0010).
+"""Levels of foresight by name.
+
+recorded: all trajectories, including obstacles that appear later. present: the trajectories of present obstacles.
+observed: predictions from past positions with an acceleration that lasts 1 s, constant velocity, or constant turn. The
+growth rates were tuned on separate tasks (docs/design/0010).
 """
 
 

@@ -75,10 +75,10 @@ class Manoeuvre:
         return advance(self.response, self.state, self.control, duration)
 
     def mean_acceleration(self, now: float, duration: float) -> Array:
-        """Mean acceleration (d,) [m/s^2] over `duration` [s] from `now` [s]: the input of a robot with piecewise
-        constant acceleration.
+        """Mean acceleration (d,) [m/s^2] over `duration` [s] from `now` [s].
 
-        It equals the acceleration of the manoeuvre where that is constant within `duration`.
+        It is the input of a robot with piecewise constant acceleration, and equals the acceleration of the manoeuvre
+        where that is constant within `duration`.
         """
         change = self.velocity(now + duration) - self.velocity(now)
         return np.asarray(change / duration)

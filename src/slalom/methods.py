@@ -112,8 +112,9 @@ def _braking(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[R
 
 
 def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
-    """Holds followed by braking over a whole number of periods, enough from max_speed; one also from twice
-    max_speed.
+    """Holds followed by braking over a whole number of periods, enough from max_speed.
+
+    One further response brakes twice as long, for higher speeds.
     """
     brake = math.ceil(limits.max_speed / limits.braking / period - 1e-9) * period
     rounded_holds = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})

@@ -27,8 +27,9 @@ class MinkowskiSum(NamedTuple):
 
 
 def minkowski_sum(obstacle: Obstacle, robot: Shape) -> MinkowskiSum:
-    """Minkowski sum of an obstacle's shape, in its constant heading if it has one, and the reflection of a robot that
-    never turns.
+    """Minkowski sum of an obstacle's shape and the reflection of a robot that never turns.
+
+    The obstacle is in its constant heading if it has one, otherwise in its body frame.
 
     Raises:
         InvalidInput: in space, neither robot nor obstacle is round.

@@ -33,8 +33,8 @@ class Navigator:
     The committed manoeuvre is kept while it is safe and keeping it has cost less than `patience`. Responses are tried
     in order of optimistic cost (their cost without obstacles) until none can beat the best by MIN_IMPROVEMENT *
     patience. A robot without a safe proposal continues the committed manoeuvre, which remains safe as long as the
-    forecasts hold. If they did not hold, the robot gives up in this order: the margin, then the time of collision, then
-    the impact speed. See docs/design/0005 and 0011.
+    forecasts hold. If they did not hold, requirements are dropped in this order: the margin, the latest collision, the
+    least impact speed. See docs/design/0005 and 0011.
 
     Attributes:
         method: a row of the table of methods.

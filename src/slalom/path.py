@@ -43,8 +43,9 @@ def hermite(times: Array, positions: Array, velocities: Array, error: float | Ar
 
 
 def hermite_weights(times: Array) -> Array:
-    """Steps (n, 4) [s] of `hermite`: control point j is position + step * velocity of the nearer knot, two for each
-    knot.
+    """Steps (n, 4) [s] of `hermite`: control point j is position + step * velocity.
+
+    Control points 0 and 1 belong to the first knot of the piece, 2 and 3 to the second.
     """
     third = (times[1:] - times[:-1]) / 3.0
     return np.stack([0.0 * third, third, -third, 0.0 * third], axis=1)

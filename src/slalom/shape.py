@@ -147,10 +147,9 @@ def _points(value: object, name: str) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Polygon(_Shaped):
-    """Simple polygon of three or more `corners` (n, 2) [m], convex or not, in either orientation, rounded by `radius`
-    [m].
+    """Simple polygon of three or more `corners` (n, 2) [m], rounded by `radius` [m].
 
-    A polygon that is not convex becomes a union of triangles.
+    It may be convex or not, in either orientation. A polygon that is not convex becomes a union of triangles.
     """
 
     corners: Checked = Checked(_points)

@@ -41,8 +41,9 @@ _GAUSS_RULE = np.polynomial.legendre.leggauss(10)
 
 @dataclass(frozen=True, eq=False)
 class Vehicle:
-    """State of a vehicle in the plane: `position` (2,) [m], `heading` [rad] and `speed` [m/s] >= 0 along the
-    heading.
+    """State of a vehicle in the plane.
+
+    `position` (2,) [m], `heading` [rad], and `speed` [m/s] >= 0 along the heading.
     """
 
     position: Checked = Checked(vector)

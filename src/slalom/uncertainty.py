@@ -45,10 +45,10 @@ class BoundedError:
 
 @dataclass(frozen=True)
 class GaussianError:
-    """Independent Gaussian errors of position and velocity with standard deviations `position` [m] and `velocity` [m/s]
-    per axis.
+    """Independent Gaussian errors of position and velocity.
 
-    The obstacle leaves the radius, at any time, with a probability of at most `probability`.
+    `position` [m] and `velocity` [m/s] are the standard deviations per axis. The obstacle leaves the radius, at any
+    time, with a probability of at most `probability`.
 
     With e and f the two errors and k^2 the chi-square quantile of that probability (with d degrees of freedom for each
     deviation above 0), |e|^2 / position^2 + |f|^2 / velocity^2 <= k^2 in all other cases. Then, by Cauchy and Schwarz,

@@ -70,8 +70,9 @@ class GrazingDiscs(NamedTuple):
 
 
 def grazing_discs(point: Array, derivative: Array) -> GrazingDiscs:
-    """Discs of controls from point (4+, k): position, gain > 0, radius; `derivative` is a positive multiple of its
-    derivative.
+    """Discs of controls at `point` (4+, k): position, gain > 0 and radius.
+
+    `derivative` (4+, k) is a positive multiple of the derivative of `point`.
     """
     gain, radius = point[2:4]
     w = gain * derivative[:2] - derivative[2] * point[:2]
@@ -137,14 +138,13 @@ Meets = Callable[[Indices, Array], Mask]
 """(indices of rows, control) -> whether the elements of spans may overlap the window: (k,)."""
 
 Bends = Callable[[Array, Array, Array], tuple[Mask, Mask]]
-"""(control, left half, right half) -> whether curves leave their chords, and whether the element is nearly static: (k,)
-each.
-"""
+"""(control, left half, right half) -> two masks (k,): curves leave their chords; the element is nearly static."""
 
 
 def sample(rows: Indices, control: Array, window: Window, meets: Meets, bends: Bends) -> Spans:
-    """Halve rows until the chords of spans stay within tolerance of their curves; drop spans that cannot overlap the
-    window.
+    """Halve rows until the chords of spans stay within tolerance of their curves.
+
+    Spans that cannot overlap the window are dropped.
 
     Args:
         rows: (n,) of the table.

@@ -51,7 +51,7 @@ def boundary(
     circle = shapely.linestrings(window.center + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
     present = [index for index in range(owners) if lines[index]]
     faces = [_faces(lines[index], circle, window) for index in present]
-    position_of_face = np.repeat(np.arange(len(present)), [len(part) for part in faces])
+    slot_of_face = np.repeat(np.arange(len(present)), [len(part) for part in faces])
     all_faces = np.concatenate(faces) if faces else np.empty(0, dtype=object)
     regions: list[Any] = [shapely.Polygon()] * owners
     if all_faces.size:
@@ -59,9 +59,9 @@ def boundary(
         selected = shapely.area(all_faces) < tolerance / 8.0 * shapely.length(all_faces)
         tested = np.flatnonzero(~selected)
         blocked = inside(shapely.get_coordinates(shapely.point_on_surface(all_faces[tested])))
-        selected[tested] = blocked[np.arange(len(tested)), np.array(present)[position_of_face[tested]]]
-        for position, index in enumerate(present):
-            chosen = all_faces[selected & (position_of_face == position)]
+        selected[tested] = blocked[np.arange(len(tested)), np.array(present)[slot_of_face[tested]]]
+        for slot, index in enumerate(present):
+            chosen = all_faces[selected & (slot_of_face == slot)]
             if chosen.size:
                 regions[index] = chosen[0] if chosen.size == 1 else shapely.coverage_union_all(chosen)
     return regions

@@ -128,8 +128,9 @@ def outline_controls(control: Array, shape: Outline) -> Array:
 
 
 def outlines(segments: RelativeMotion, window: Window) -> list[tuple[Array, int]]:
-    """Chords (n, 2, 2) that contain the boundary of the elements of hulls, with their owners; coarse outside the
-    window.
+    """Chords (n, 2, 2) that contain the boundary of the elements of hulls, with their owners.
+
+    They are coarse outside the window.
     """
     linked, result = linked_rows(segments), []
     for hull in np.unique(segments.hull[segments.hull >= 0]):
@@ -185,9 +186,7 @@ def _corner(direction: Array, corners: Array) -> Array:
 
 
 def _hulls_bend(shapes: list[tuple[Array, bool]], window: Window) -> Bends:
-    """Test for `sample`: whether points of outlines leave their chords, or the envelope of a turning edge leaves its
-    own.
-    """
+    """Test for `sample`: whether points of outlines, or the envelopes of turning edges, leave their chords."""
     coarse = [outline(*shape, 0.8) for shape in shapes]
     corners, disc_bends = np.unique(np.concatenate([part for part, _ in shapes]), axis=0), discs_bend(window)
 

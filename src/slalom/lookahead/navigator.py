@@ -150,8 +150,9 @@ class LookAhead:
         return min(self.deadline, now + self.time_horizon)
 
     def _keep_or_improve(self, scene: _Scene) -> SequenceDecision | None:
-        """Previous sequence, or one that is better by the navigator's patience; None if the previous one must not be
-        kept.
+        """Previous sequence, or one that is better by the navigator's patience.
+
+        None if the previous sequence must not be kept.
         """
         previous, now = scene.previous, scene.now
         if previous is None or now >= previous.search.end_time - 1e-6 * self.navigator.period:

@@ -16,9 +16,7 @@ from slalom.response.sequence import AccelerationSequence
 from slalom.state import State
 
 SCALES = (1.0, 0.5)
-"""[1] Steps, as multiples of the time from rest to max_speed; the finer one is tried if the coarser finds no
-arrival.
-"""
+"""[1] Steps, as multiples of the time from rest to max_speed; the finer one serves if the coarser finds no arrival."""
 HEURISTIC_WEIGHT = 2.0
 """[1] Weight of the time to go relative to the elapsed time. Larger: faster searches that find later arrivals."""
 DIRECTIONS = 8
@@ -84,8 +82,9 @@ class Search:
         return replace(self, root=root, node=node, cut=cut), spent
 
     def resumed(self, now: float, budget: float, improvement_budget: float) -> "Search":
-        """Search continued at a later time `now` [s] with the robot on the sequence; without a node once the tree is
-        full.
+        """Search continued at a later time `now` [s] with the robot on the sequence.
+
+        Without a node once the tree is full.
         """
         if self.full:
             return replace(self, node=-1, cut=True)
@@ -122,9 +121,7 @@ class Search:
         return Manoeuvre(AccelerationSequence(float(durations[0]), later), state, accelerations[0, :d], now)
 
     def is_clear(self, state: State, now: float, prediction: PredictedObstacles, margin: float) -> bool:
-        """Whether a robot that follows the rest of the sequence from `state` keeps `margin` [m] from the predicted
-        obstacles.
-        """
+        """Whether the rest of the sequence, from `state` on, keeps `margin` [m] from the predicted obstacles."""
         durations, accelerations = self._remaining(now)
         positions, velocities = np.zeros((2, len(durations) + 1, 3))
         positions[0, : state.dimension], velocities[0, : state.dimension] = state.position, state.velocity

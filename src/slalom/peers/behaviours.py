@@ -14,8 +14,9 @@ from slalom.peers.crowd import Discs, Team, imported, interaction_distances
 class Behaviours:
     """Team of robots with one navground behaviour each (single precision), of the registered `kind`.
 
-    `time_horizon` [s] times max_speed is the horizon of navground, which is 5 m at any speed by default. `margin` [m] is the safety margin; `settings` are other properties of that kind. Other discs are
-    neighbours like the rest of the team.
+    `time_horizon` [s] times max_speed is the horizon of navground, which is 5 m at any speed by default. `margin` [m]
+    is the safety margin; `settings` are other properties of that kind. Other discs are neighbours like the rest of the
+    team.
 
     A robot whose preferred velocity is 0 gets a stop target, because HRVO returns NaN for that velocity.
 

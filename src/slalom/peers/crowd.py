@@ -35,8 +35,9 @@ class Discs(NamedTuple):
 
 
 class Crowd(Protocol):
-    """Team of robots in another project's library; one object until a robot leaves, with the full state at every
-    decision.
+    """Team of robots in another project's library.
+
+    One object serves until a robot leaves; it receives the full state at every decision.
     """
 
     def choose(self, positions: Array, velocities: Array, preferred: Array, others: Discs) -> Array:

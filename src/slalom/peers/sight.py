@@ -13,9 +13,7 @@ from slalom.shape import Part
 from slalom.trajectory import Stationary
 
 MITRE = 100.0
-"""[1] Largest mitre of the outline of a rounded corner, in radii: corners stay sharp, so that the outline contains the
-shape.
-"""
+"""[1] Largest mitre of the outline of a rounded corner, in radii: sharp corners make the outline contain the shape."""
 
 
 def outlines(obstacles: Iterable[Obstacle], *, walls: bool) -> tuple[Array, ...]:

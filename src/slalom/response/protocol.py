@@ -50,14 +50,16 @@ class Response(Protocol):
         """
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        """Maps of u that bound the speed: it stays below a limit up to the horizon if all images have norms below it.
+        """Maps of u that bound the speed.
 
-        Assumes that the present speed is below the limit.
+        It stays below a limit up to the horizon if all images have norms below the limit. Assumes that the present
+        speed is below the limit.
         """
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        """Maps of u that bound the acceleration: it stays below a limit up to the horizon if all images have norms
-        below it.
+        """Maps of u that bound the acceleration.
+
+        It stays below a limit up to the horizon if all images have norms below the limit.
         """
 
 

@@ -18,9 +18,7 @@ class _Stopping(TimeInvariant):
 
     @abstractmethod
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
-        """Distance, speed and acceleration at times (...) after the choice, per unit of speed at the start of
-        braking.
-        """
+        """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
 
     @property
     def interpolation_error(self) -> float:
@@ -79,9 +77,7 @@ class AccelerateThenStop(_Stopping):
             positive(1.0 - self.rate * self.period, "1 - rate * period")
 
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
-        """Distance, speed and acceleration at times (...) after the choice, per unit of speed at the start of
-        braking.
-        """
+        """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
         elapsed = np.maximum(time - self.hold, 0.0)
         k = np.floor(elapsed / self.period + 1e-9)
         in_period = np.maximum(elapsed - k * self.period, 0.0)
@@ -101,8 +97,7 @@ class AccelerateThenStop(_Stopping):
 
 @dataclass(frozen=True)
 class AccelerateThenBrake(_Stopping):
-    """u is an acceleration [m/s^2], held for `hold` seconds; then the robot brakes evenly to rest within `brake`
-    seconds.
+    """u is an acceleration [m/s^2], held for `hold` seconds; then the robot brakes to rest within `brake` seconds.
 
     From a velocity w it brakes with -w / brake, so that it rests from hold + brake on. The manoeuvre has an end, so
     other robots can avoid it for all time. Braking is within a limit a while |w| <= a brake.
@@ -116,9 +111,7 @@ class AccelerateThenBrake(_Stopping):
         object.__setattr__(self, "brake", positive(self.brake, "brake"))
 
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
-        """Distance, speed and acceleration at times (...) after the choice, per unit of speed at the start of
-        braking.
-        """
+        """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
         elapsed = np.clip(time - self.hold, 0.0, self.brake)
         moving = (time >= self.hold) & (time < self.hold + self.brake)
         distance = elapsed * (1.0 - 0.5 * elapsed / self.brake)

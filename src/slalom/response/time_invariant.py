@@ -17,8 +17,9 @@ Coefficients: TypeAlias = tuple[Array, Array]
 
 
 class Cubic(NamedTuple):
-    """Position map between knots for all states: control points p + position_share v + steps (velocity_share v), and
-    gain.
+    """Position map between knots for all states.
+
+    Control points are p + position_share v + steps (velocity_share v); `gain` holds those of the gain.
     """
 
     knots: Array  # (m + 1,) [s]
@@ -79,9 +80,7 @@ class TimeInvariant(ABC):
         return Affine(coefficient * state.velocity, gain)
 
     def pieces(self, state: State, horizon: float, speed_bound: float) -> tuple[Array, Array, Array]:
-        """Position map as cubic pieces: knots (m + 1,) [s], control points of the drift (m, 4, d) [m] and the gain (m,
-        4).
-        """
+        """Position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) [m] and gain (m, 4)."""
         table = _exact(self, horizon) if self.interpolation_error == 0.0 else _cubic(self, horizon, speed_bound)
         velocity = state.velocity
         drift = (state.position + table.position_share * velocity) + table.steps * (table.velocity_share * velocity)

@@ -1,5 +1,6 @@
-"""Directions of motion along a trajectory, as cubic pieces with a certified error, for headings that follow the
-motion.
+"""Directions of motion along a trajectory, as cubic pieces with a certified error.
+
+They give the heading of bodies that turn with their motion.
 """
 
 from math import comb
@@ -86,8 +87,9 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
 
 
 def _hermite_directions(h: Array, v: Array) -> tuple[Array, Array]:
-    """Cubic pieces (n, 4, 2) and their certified errors (n,) for polynomial velocities v (n, m + 1, 2) over h
-    (n,) [s].
+    """Cubic pieces (n, 4, 2) and their certified errors (n,).
+
+    `v` (n, m + 1, 2) are control points of polynomial velocities, `h` (n,) [s] their durations.
     """
     degree = v.shape[1] - 1
     ends = v[:, [0, -1]]
@@ -119,8 +121,9 @@ def _dot(p: Array, q: Array) -> Array:
 
 
 def _product(p: Array, q: Array, multiply: object) -> Array:
-    """Bernstein coefficients (n, k + m + 1) of the product of polynomials with control points (n, k + 1, 2), (n, m + 1,
-    2).
+    """Bernstein coefficients (n, k + m + 1) of the product of two polynomials.
+
+    Their control points are (n, k + 1, 2) and (n, m + 1, 2).
     """
     k, m = p.shape[1] - 1, q.shape[1] - 1
     result = np.zeros((len(p), k + m + 1))

@@ -96,9 +96,7 @@ class PiecewisePolynomial:
 
     @cached_property
     def _bounds(self) -> dict[int, Array]:
-        """Bounds (n, 8) of the norm of the first, second and fourth derivative on each eighth of each piece, by
-        order.
-        """
+        """Bounds (n, 8) of the norm of derivatives 1, 2 and 4 on each eighth of each piece, by order."""
         return {order: _norm_bounds(_derived(self.coefficients, order), self.durations) for order in (1, 2, 4)}
 
     def _bound(self, start: float, end: float, order: int) -> float:

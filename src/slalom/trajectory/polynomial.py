@@ -76,10 +76,9 @@ class ConstantVelocity(Endless):
 
 @dataclass(frozen=True, eq=False)
 class ConstantAcceleration(Endless):
-    """At `initial_position` [m] with `initial_velocity` [m/s] at time `at` [s]; `initial_acceleration` [m/s^2] is
-    constant.
+    """At `initial_position` with `initial_velocity` at time `at` [s]; `initial_acceleration` is constant.
 
-    All three are (d,).
+    All three are (d,), in [m], [m/s] and [m/s^2].
     """
 
     initial_position: Checked = Checked(vector)
