@@ -14,8 +14,8 @@ class Affine:
     `drift` is (..., d) and `gain` is (...): one map per leading index. The drift of a position map is the position of
     the robot under u = 0: the flow of the drift vector field of control theory, not the field.
 
-    slalom uses the map in four ways: the inverse image of an obstacle is avoided, the inverse image of the speed limit
-    is admissible, the inverse image of the goal is the target, and the map itself moves the simulated robot.
+    slalom uses the map in four ways: the inverse image of an obstacle is avoided; that of the speed limit is
+    admissible; that of the goal is the target; the map itself moves the simulated robot.
     """
 
     drift: Array

@@ -13,13 +13,13 @@ deadbeat: d has no effect after two periods. At the fraction s of a period the e
 
     (1 - s^2 / 2) d_1 + (1 - s)^2 / 2 d_2 + at most (3 s^2 - 2 s^3) D    <=    (3 / 2 + sqrt(3) / 18) D
 
-at all times; |f| <= D / dt and |c| <= 2 D / dt^2. See docs/theory.md, section 15, for J and the proof. Sources: a robot
-that cannot track exactly is avoided as a larger robot in Alonso-Mora, Breitenmoser, Rufli, Beardsley and Siegwart,
-*Optimal reciprocal collision avoidance for multiple non-holonomic robots*, DARS 2010. The inputs of a vehicle follow
-from its path (flatness): Fliess, Levine, Martin and Rouchon, Int. J. Control 61(6), 1995.
+at all times; |f| <= D / dt and |c| <= 2 D / dt^2. See docs/theory.md, section 15, for J and the proof. Sources:
+avoidance of inexact tracking by larger radii is from Alonso-Mora, Breitenmoser, Rufli, Beardsley and Siegwart, *Optimal
+reciprocal collision avoidance for multiple non-holonomic robots*, DARS 2010. The inputs of a vehicle follow from its
+path (flatness): Fliess, Levine, Martin and Rouchon, Int. J. Control 61(6), 1995.
 
-Law: if the robot's radius is grown by `tracking_error` and the vehicle starts in the state of the reference, the grown
-disc about the reference contains the vehicle's disc about the tracked point at all times.
+Law: the disc about the reference, grown by `tracking_error`, contains the vehicle's disc about the tracked point at all
+times, if the vehicle starts in the state of the reference.
 """
 
 from dataclasses import dataclass

@@ -67,9 +67,7 @@ class Sampled:
         return float(self.times[0]), float(self.times[-1])
 
     def _local(self, t: npt.ArrayLike) -> tuple[Array, Array, Array]:
-        """Control points (..., 4, d) of the piece that contains each time, its duration, and the local time in
-        [0, 1].
-        """
+        """Control points (..., 4, d) of the piece at each time, its duration [s], and the local time in [0, 1]."""
         time = np.asarray(t, dtype=np.float64)
         first, last = self.span
         if np.any(time < first) or np.any(time > last):
