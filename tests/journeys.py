@@ -116,8 +116,8 @@ class Motion(NamedTuple):
 def motion_of(manoeuvre: Manoeuvre) -> Motion:
     """What a plan is made of."""
     response = manoeuvre.response
-    lengths = [response.hold, *(seconds for seconds, _ in response.later)]
-    pushes = np.array([manoeuvre.control, *(push for _, push in response.later)])
+    lengths = [response.hold, *(seconds for seconds, _ in response.then)]
+    pushes = np.array([manoeuvre.control, *(push for _, push in response.then)])
     return Motion(manoeuvre.state, manoeuvre.start, manoeuvre.start + np.cumsum(lengths), pushes)
 
 
@@ -213,7 +213,7 @@ def journey(seed: int, d: int) -> Journey:
 
 def _fair(j: Journey, body: Body) -> bool:
     """Whether it does not begin on the robot, and does not stand on its goal for ever."""
-    start, goal = np.array([j.start]), j.goal.trajectory.place[None]
+    start, goal = np.array([j.start]), j.goal.trajectory.initial_position[None]
     if body.gaps(j.robot, j.state.position[None], start, j.start)[0] <= 1e-3:
         return False
     return body.kind != "stationary" or bool(body.gaps(j.robot, goal, start, j.start)[0] > j.margin + 0.05)

@@ -1248,7 +1248,7 @@ CASES = [
         lambda _: Scenario(
             "test",
             (Robot(Disc(1), LIMITS, FLAT, GOAL),),
-            (Obstacle(Disc(9), Stationary(GOAL.trajectory.place + np.array([0.5, 0.0])), "hill"),),
+            (Obstacle(Disc(9), Stationary(GOAL.trajectory.initial_position + np.array([0.5, 0.0])), "hill"),),
         ),
     ),
     Case("compare_all", InvalidInput, r"found 1 and 0", lambda _: compare("empty", ["nao"], 1, jobs=0)),

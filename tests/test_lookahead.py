@@ -141,7 +141,7 @@ def test_peaks_of_a_plan_bound_what_it_does(data: st.DataObject, d: int) -> None
 def test_a_plan_is_named_shortly() -> None:
     """It stands in recordings, once for each step."""
     plan = AccelerationSequence(0.123456789, [(1, [0.1, 0.2])] * 40)
-    assert repr(plan) == "AccelerateInTurn(hold=0.123457, later=40 more)"
+    assert repr(plan) == "AccelerationSequence(hold=0.123457, then=40 more)"
     assert plan == AccelerationSequence(0.123456789, ((1.0, (0.1, 0.2)),) * 40)
     assert hash(plan) == hash(replace(plan))
 
