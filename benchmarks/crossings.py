@@ -46,7 +46,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int, default=1)
     arguments = parser.parse_args()
-    chosen = method(arguments.method).seeing(arguments.foresight)
+    chosen = method(arguments.method).with_foresight(arguments.foresight)
     recordings = json.loads((arguments.data / "tasks.json").read_text())
     work = [(name, entry, task) for name, entry in recordings.items() for task in entry["tasks"]]
     runs = Parallel(n_jobs=arguments.jobs)(

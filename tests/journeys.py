@@ -26,8 +26,8 @@ from slalom import (
     Manoeuvre,
     Navigator,
     Obstacle,
-    Planned,
     Polyline,
+    SequenceDecision,
     Shape,
     State,
     Stationary,
@@ -297,7 +297,7 @@ class Decided(NamedTuple):
 
     now: float
     state: State
-    decision: Planned
+    decision: SequenceDecision
 
 
 def steps_of(journey: Journey, steps: int, robot: LookAhead) -> Iterator[tuple[float, State, Decision]]:
@@ -315,5 +315,5 @@ def steps_of(journey: Journey, steps: int, robot: LookAhead) -> Iterator[tuple[f
 def driven(journey: Journey, steps: int, robot: LookAhead | None = None) -> Iterator[Decided]:
     """Those of the first decisions of a robot on its way that are sequences."""
     for now, state, decision in steps_of(journey, steps, robot or journey.decider()):
-        if isinstance(decision, Planned):
+        if isinstance(decision, SequenceDecision):
             yield Decided(now, state, decision)

@@ -13,7 +13,7 @@ from slalom import (
     Velocity,
     kernels,
 )
-from slalom.objective import _between, _growing
+from slalom.objective import _even_times, _geometric_times
 from slalom.path import hermite
 from slalom.response.time_invariant import TimeInvariant
 
@@ -85,5 +85,5 @@ def test_points_in_balls_are_within_every_radius(dimension: int) -> None:
 
 def test_times_of_arrival_are_those_of_numpy() -> None:
     for last in np.random.default_rng(3).uniform(0.04, 60.0, 50):
-        np.testing.assert_allclose(_growing(last), np.geomspace(0.02, last, 64), rtol=1e-14)
-        np.testing.assert_allclose(_between(0.02, last), np.linspace(0.02, last, 17), rtol=1e-14)
+        np.testing.assert_allclose(_geometric_times(last), np.geomspace(0.02, last, 64), rtol=1e-14)
+        np.testing.assert_allclose(_even_times(0.02, last), np.linspace(0.02, last, 17), rtol=1e-14)

@@ -17,8 +17,8 @@ from slalom import (
     kernels,
 )
 from slalom.boundary import boundary, grazing_curves
-from slalom.boundary.envelope import Window, corner_parts, discs_bend, may_meet, sample
-from slalom.boundary.faces import rings
+from slalom.boundary.envelope import Window, discs_bend, may_meet, rows_of_corners, sample
+from slalom.boundary.faces import closed_lines
 from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import BOUNDARY
 
@@ -284,7 +284,7 @@ def test_the_kernel_cuts_pieces_as_arrays_do():
         smallest = int(np.argmin(s.admissible.radii))
         radius = float(s.admissible.radii[smallest])
         window = Window(s.admissible.centers[smallest], radius, BOUNDARY * radius)
-        for rows, control in corner_parts(s.blocked.segments):
+        for rows, control in rows_of_corners(s.blocked.segments):
             reach = s.blocked.segments.bounding_radius[rows]
 
             def meets(which, part, reach=reach, window=window):
@@ -316,7 +316,7 @@ def test_an_arc_that_is_run_along_both_ways_is_left_out():
     rng, window, opened = np.random.default_rng(4), Window(np.zeros(2), 8.0, 8.0 * BOUNDARY), 0
     for _ in range(20):
         blocked = control_obstacle(Acceleration(), State((0, 0), (1, 0)), [stop_and_go(rng)], Disc(0.4), horizon=4.0)
-        lines, _ = rings(blocked.segments, window)
+        lines, _ = closed_lines(blocked.segments, window)
         chords = np.concatenate([np.stack([c[:-1], c[1:]], axis=1) for c in map(shapely.get_coordinates, lines)])
         chords = chords[(chords[:, 0] != chords[:, 1]).any(axis=1)]
         forth, back = ({chord.tobytes() for chord in some} for some in (chords, chords[:, ::-1]))

@@ -243,7 +243,7 @@ def test_what_comes_later_is_not_seen(d: int, name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("forecast", "foresees"),
+    ("forecast", "includes_future"),
     [
         (Known(), True),
         (Present(), False),
@@ -255,13 +255,13 @@ def test_what_comes_later_is_not_seen(d: int, name: str) -> None:
     ],
     ids=lambda x: type(x).__name__,
 )
-def test_only_one_forecast_knows_who_will_appear(forecast: slalom.Forecast, foresees: bool) -> None:
-    assert forecast.foresees is foresees
+def test_only_one_forecast_knows_who_will_appear(forecast: slalom.Forecast, includes_future: bool) -> None:
+    assert forecast.includes_future is includes_future
     here = Obstacle(Disc(1.0), Sampled([0.0, 9.0], [(5.0, 0.0), (6.0, 1.0)]), "here")
     later = Obstacle(Disc(1.0), Sampled([2.0, 9.0], [(7.0, 0.0), (6.0, 1.0)]), "later")
     method = replace(METHODS["nao"], forecast=forecast)
     robot = Navigator(method, Disc(0.5), Limits(2.0, 1.0))
-    for now, expected in ((1.0, ["here", "later"] if foresees else ["here"]), (2.0, ["here", "later"])):
+    for now, expected in ((1.0, ["here", "later"] if includes_future else ["here"]), (2.0, ["here", "later"])):
         seen = robot.predict([here, later], State((0.0, 0.0), (1.0, 0.0)), now)
         assert [o.name for o in seen.obstacles] == expected
 
@@ -302,7 +302,7 @@ def test_any_method_with_any_foresight(name: str, foresight: str, make: Callable
     assert seeing.forecast is FORESIGHTS[foresight]
     assert seeing.foresight == foresight.partition("_")[0]
     assert replace(seeing, name=plain.name, forecast=plain.forecast) == plain
-    assert seeing.seeing("present").name == f"{name}@present"
+    assert seeing.with_foresight("present").name == f"{name}@present"
 
 
 def test_methods_know_what_they_always_knew() -> None:

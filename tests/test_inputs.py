@@ -212,7 +212,7 @@ CROSS = ("run", "{}/a.csv", "--start", "0,0", "--goal", "9,9")
 def behaviour(kind: str, **settings) -> object:
     """A team of one robot in navground."""
     team = peers.Team(np.array([1.0]), np.array([2.0]), 0.1)
-    return peers.behaviours.Behaviours(team, kind, sight=10.0, **settings)
+    return peers.behaviours.Behaviours(team, kind, time_horizon=10.0, **settings)
 
 
 def bounded() -> Scenario:
@@ -418,7 +418,7 @@ CASES = [
         lambda _: ObstacleTable([ROCK], 0.0, 5.0, [4.0, 9.0]),
     ),
     Case(
-        "_grown",
+        "_minkowski_sum",
         InvalidInput,
         r"robot: expected a ball, or obstacles that are balls, in space; found parts with 2 and 2 corners",
         lambda _: (
@@ -508,7 +508,12 @@ CASES = [
     ),
     Case("positive", InvalidInput, r"time_horizon: .* found 0", lambda _: replace(look_ahead(), time_horizon=0.0)),
     Case("positive", InvalidInput, r"budget: .* found -1", lambda _: replace(look_ahead(), budget=-1.0)),
-    Case("not_negative", InvalidInput, r"improving: .* found -1", lambda _: replace(look_ahead(), improving=-1.0)),
+    Case(
+        "not_negative",
+        InvalidInput,
+        r"improvement_budget: .* found -1",
+        lambda _: replace(look_ahead(), improvement_budget=-1.0),
+    ),
     Case(
         "LookAhead.decide",
         InvalidInput,
@@ -532,7 +537,7 @@ CASES = [
         lambda _: in_turn((1.0, (1, 0)), (1.0, (1, 0, 0))),
     ),
     Case(
-        "AccelerationSequence._pushes",
+        "AccelerationSequence._accelerations",
         InvalidInput,
         r"then: expected dimension 3 as of the state, found 2",
         lambda _: in_turn((1.0, (1, 0))).position(SPACE, 0.5),
@@ -542,7 +547,7 @@ CASES = [
         Case(
             "FromPast.__post_init__",
             InvalidInput,
-            rf"rule: expected a forecast from what is seen, found {type(rule).__name__}\(\)",
+            rf"rule: expected a forecast from the observed state, found {type(rule).__name__}\(\)",
             lambda _, rule=rule: FromPast(rule),
         )
         for rule in (Known(), Present())
@@ -551,7 +556,7 @@ CASES = [
         "known",
         InvalidInput,
         r"foresight: expected one of recorded, present, observed, observed_velocity, observed_turn; found 'guessed'",
-        lambda _: METHODS["nao"].seeing("guessed"),
+        lambda _: METHODS["nao"].with_foresight("guessed"),
     ),
     Case("known", InvalidInput, r"foresight: .*; found 'guessed'", lambda _: slalom.method("nao@guessed")),
     Case("known", InvalidInput, r"method: .*; found 'none'", lambda _: slalom.method("none@observed")),
@@ -608,8 +613,13 @@ CASES = [
         r"acceleration: expected 3 numbers, found \[0, 0\]",
         lambda _: State((0, 0, 0), (0, 0, 0), (0, 0)),
     ),
-    Case("vector", InvalidInput, r"speed: expected 2", lambda _: ConstantVelocity((0, 0), (0, 0, 0))),
-    Case("vector", InvalidInput, r"push: expected 2", lambda _: ConstantAcceleration((0, 0), (0, 0), (0, 0, 0))),
+    Case("vector", InvalidInput, r"initial_velocity: expected 2", lambda _: ConstantVelocity((0, 0), (0, 0, 0))),
+    Case(
+        "vector",
+        InvalidInput,
+        r"initial_acceleration: expected 2",
+        lambda _: ConstantAcceleration((0, 0), (0, 0), (0, 0, 0)),
+    ),
     Case("vector", InvalidInput, r"normal: expected 3", lambda _: Circular((0, 0, 0), 1, 1, normal=(1, 0))),
     Case("vector", InvalidInput, r"control: expected 2", lambda _: Manoeuvre(Acceleration(), FLAT, (0, 0, 0), 0)),
     Case(
@@ -737,7 +747,7 @@ CASES = [
         lambda _: ConvexPolygon(((1, 0), (0, 1), (-1, -1))).half_spaces(SPACE),
     ),
     Case(
-        "_turned",
+        "_in_world_frame",
         InvalidInput,
         r"frame: expected 'world' for a robot in space, .* found 'body'",
         lambda _: Box((1, 1, 1), "body").half_spaces(SPACE),
@@ -758,7 +768,7 @@ CASES = [
         lambda _: Bicycle(1, 2),
     ),
     Case(
-        "_shares",
+        "_motion_bounds",
         InvalidInput,
         r"min_speed: expected a speed .* less than about a third .* 0.1 s at 1 m/s\^2, found 0.1",
         lambda _: Bicycle(1, 1).tracking_error(LIMITS, 0.1, 0.1),
@@ -922,13 +932,13 @@ CASES = [
     Case(
         "Function.__post_init__",
         InvalidInput,
-        r"function: expected a place of 2 or 3 finite numbers, found \[0\.\]",
+        r"function: expected a position of 2 or 3 finite numbers, found \[0\.\]",
         lambda _: Function(lambda t: [0.0], 1, 1, 0, 1),
     ),
     Case(
         "Function.__post_init__",
         InvalidInput,
-        r"function: expected a place of 2 or 3 finite numbers, found \[nan  0\.\]",
+        r"function: expected a position of 2 or 3 finite numbers, found \[nan  0\.\]",
         lambda _: Function(lambda t: [NAN, 0.0], 1, 1, 0, 1),
     ),
     Case(
@@ -1458,7 +1468,7 @@ CASES = [
     Case(
         "outlines",
         InvalidInput,
-        r"obstacle 'bus': .* avoid \(discs, and other shapes that stand\), found a rectangle that moves",
+        r"obstacle 'bus': .* avoid \(discs, and other shapes at rest\), found a rectangle that moves",
         lambda _: simulate(replace(scenario(), obstacles=(BUS,)), peers.PEERS["orca"]),
     ),
     Case(

@@ -31,15 +31,15 @@ from slalom import (
     Navigator,
     Obstacle,
     Outcome,
-    Planned,
     Polyline,
     Sampled,
+    SequenceDecision,
     State,
     Stationary,
     method,
 )
 from slalom.lookahead.navigator import MARGIN_SHARES
-from slalom.lookahead.spacetime_index import ForeseenObstacles
+from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.obstacle_pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
@@ -183,7 +183,7 @@ def faults(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
         yield from (f"{here}: {fault}" for fault in unlawful(j, now, decision))
 
 
-def unlawful(j: Journey, now: float, decision: Planned) -> Iterator[str]:
+def unlawful(j: Journey, now: float, decision: SequenceDecision) -> Iterator[str]:
     """What of a new plan does not obey the limits, the period, or the rule that it ends at rest."""
     plan = motion_of(decision.manoeuvre)
     if np.linalg.norm(plan.pushes, axis=1).max() > j.limits.max_acceleration * (1.0 + ROUNDING):
@@ -301,7 +301,7 @@ def test_these_journeys_tell_something() -> None:
 
 def look_ahead(d: int = 2, limits: Limits | None = None, name: str = "nao_ahead", **settings) -> LookAhead:
     """A robot of radius 0.5 m, at most 3 m/s and 1 m/s^2."""
-    own = {"time_horizon", "deadline", "budget", "improving"} & set(settings)
+    own = {"time_horizon", "deadline", "budget", "improvement_budget"} & set(settings)
     others = {key: value for key, value in settings.items() if key not in own}
     others = {"robot": disc_or_ball(0.5, d), "limits": limits or Limits(3.0, 1.0), "period": PERIOD, **others}
     robot = Navigator(method(name), **others)
@@ -485,7 +485,7 @@ BEHIND = Goal(Stationary((14.0, 0.0)), 0.5)
 
 def test_a_small_budget_ends_a_search_and_not_the_journey() -> None:
     """Out of a pocket, with so little work at each decision that it takes many: begun, and gone on with."""
-    robot, state, decision, found = look_ahead(budget=30.0, improving=30.0), REST, None, []
+    robot, state, decision, found = look_ahead(budget=30.0, improvement_budget=30.0), REST, None, []
     for k in range(600):
         if BEHIND.reached(state.position, state.velocity, PERIOD * k):
             break
@@ -493,7 +493,7 @@ def test_a_small_budget_ends_a_search_and_not_the_journey() -> None:
         found.append(decision)
         state = drive(state, decision.manoeuvre.mean_acceleration(PERIOD * k, PERIOD), PERIOD)
     assert k < 599, "it never arrives"
-    assert all(isinstance(decision, Planned) for decision in found)
+    assert all(isinstance(decision, SequenceDecision) for decision in found)
     begun = [decision for decision in found if decision.outcome is Outcome.BEGUN]
     assert len(begun) > 5
     assert all(decision.cut and decision.arrival == np.inf for decision in begun)
@@ -548,7 +548,7 @@ def test_no_clock_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
 def told(decision: Decision) -> tuple[object, ...]:
     """All that a decision says."""
     plan = decision.manoeuvre
-    more = (decision.arrival, decision.cut) if isinstance(decision, Planned) else ()
+    more = (decision.arrival, decision.cut) if isinstance(decision, SequenceDecision) else ()
     return (decision.outcome, plan.start, plan.control.tobytes(), plan.response, *more)
 
 
@@ -577,7 +577,7 @@ def test_a_deadline_is_met_if_it_can_be() -> None:
     early = goal.time_to_go(REST.position, REST.velocity, 0.0, Limits(3.0, 1.0)) - 0.2
     decision = look_ahead(deadline=early).decide(REST, [rock()], goal)
     assert decision.outcome.safe
-    assert not isinstance(decision, Planned) or decision.arrival == np.inf
+    assert not isinstance(decision, SequenceDecision) or decision.arrival == np.inf
 
 
 def test_after_its_deadline_a_robot_still_decides() -> None:
@@ -585,7 +585,7 @@ def test_after_its_deadline_a_robot_still_decides() -> None:
     for now in (4.95, 5.0, 7.0):
         decision = robot.decide(REST, WALLS, BEHIND, now=now)
         assert decision.outcome.safe
-        assert not isinstance(decision, Planned) or decision.arrival == np.inf
+        assert not isinstance(decision, SequenceDecision) or decision.arrival == np.inf
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -602,7 +602,7 @@ def test_a_plan_is_kept_until_one_is_better_by_the_patience(d: int, first: int) 
             if after.now - before.now > 1.5 * j.period:
                 continue  # in between the navigator decided
             assert after.decision.search.obstacles is before.decision.search.obstacles
-            if before.decision.search.ends <= after.now + 1e-6 * j.period:
+            if before.decision.search.end_time <= after.now + 1e-6 * j.period:
                 continue
             kept = after.decision.manoeuvre is before.decision.manoeuvre
             assert kept == (after.decision.outcome is Outcome.KEPT)
@@ -622,7 +622,7 @@ def test_one_table_serves_a_whole_run() -> None:
         for k in range(60):
             now = scenario.start + k * scenario.dt
             decision = robot.decide(state, scenario.obstacles, scenario.robot.goal, now=now, previous=decision)
-            assert isinstance(decision, Planned)
+            assert isinstance(decision, SequenceDecision)
             tables.append(decision.search.obstacles)
             state = drive(state, decision.manoeuvre.mean_acceleration(now, scenario.dt), scenario.dt)
         assert all(table is tables[0] for table in tables)
@@ -670,7 +670,7 @@ def test_of_journeys_too_who_appears_later_changes_nothing_before(first: int) ->
         j = journey(number, 2)
         stay = Sampled([j.start + 1.0, j.start + 40.0], [j.goal.trajectory.initial_position] * 2)
         late = Obstacle(Disc(0.7), stay, "late")
-        seeing = replace(j.decider().navigator, method=METHODS["nao_ahead"].seeing("present"))
+        seeing = replace(j.decider().navigator, method=METHODS["nao_ahead"].with_foresight("present"))
         robot = replace(j.decider(), navigator=seeing)
         for k, (one, other) in enumerate(both_driven(robot, j, (*j.obstacles, late), 5)):
             assert told(one) == told(other) or k * j.period >= 1.0
@@ -735,7 +735,7 @@ def test_a_robot_off_its_course_plans_anew(off: float, kept: bool) -> None:
     there = drive(REST, first.manoeuvre.mean_acceleration(0.0, PERIOD), PERIOD)
     there = State(there.position + np.array([0.0, off]), there.velocity)
     second = robot.decide(there, [rock()], goal, now=PERIOD, previous=first)
-    assert isinstance(second, Planned)
+    assert isinstance(second, SequenceDecision)
     assert (second.manoeuvre is first.manoeuvre) == kept
     off_course = np.abs(second.manoeuvre.position(PERIOD) - there.position).max()
     assert off_course <= (off if kept else 0.0) + ROUNDING
@@ -761,13 +761,13 @@ def test_without_a_sequence_the_navigator_decides() -> None:
     for state, outcome in ((fast, Outcome.IMPACT), (inside, Outcome.ESCAPING)):
         robot, goal = look_ahead(), Goal(Stationary((20.0, 0.0)))
         decision = robot.decide(state, wall, goal)
-        assert not isinstance(decision, Planned)
+        assert not isinstance(decision, SequenceDecision)
         assert decision.outcome is outcome
         assert told(decision) == told(robot.navigator.decide(state, wall, goal))
         # What was decided so is nothing that a plan goes on from.
         after = drive(state, decision.manoeuvre.mean_acceleration(0.0, PERIOD), PERIOD)
         robot.decide(after, [], goal, now=PERIOD, previous=decision)
-        assert isinstance(robot.decide(after, [], goal, now=PERIOD, previous=decision), Planned)
+        assert isinstance(robot.decide(after, [], goal, now=PERIOD, previous=decision), SequenceDecision)
 
 
 @pytest.mark.parametrize("gap", [2.0 * CONTACT_SLACK, 0.01, 0.05 - 1e-7])
@@ -775,7 +775,7 @@ def test_within_the_margin_it_plans_away(gap: float) -> None:
     """With as much of the margin as it has, and comes no nearer."""
     stone = [Obstacle(Disc(2.0), Stationary((2.5 + gap, 0.0)), "stone")]
     decision = look_ahead().decide(REST, stone, Goal(Stationary((-9.0, 3.0)), 0.5))
-    assert isinstance(decision, Planned)
+    assert isinstance(decision, SequenceDecision)
     assert np.isfinite(decision.arrival)
     places = decision.manoeuvre.position(np.linspace(0.0, decision.arrival, 5000))
     assert np.linalg.norm(places - (2.5 + gap, 0.0), axis=1).min() >= 2.5 + gap - CONTACT_SLACK - COMMITTED_SLACK
@@ -784,9 +784,9 @@ def test_within_the_margin_it_plans_away(gap: float) -> None:
 def test_touching_the_navigator_leads_away_first() -> None:
     stone, goal = [Obstacle(Disc(2.0), Stationary((2.5, 0.0)), "stone")], Goal(Stationary((-9.0, 3.0)), 0.5)
     first, second = decisions(look_ahead(), REST, stone, goal, 2)
-    assert not isinstance(first, Planned)
+    assert not isinstance(first, SequenceDecision)
     assert first.outcome.safe
-    assert isinstance(second, Planned)
+    assert isinstance(second, SequenceDecision)
 
 
 @pytest.mark.parametrize("robot_radius", [0.45, 0.6])
@@ -796,7 +796,7 @@ def test_to_wait_for_a_gap_comes_out_of_the_search(robot_radius: float) -> None:
     train = Obstacle(Polyline([(0.0, 0.0), (0.0, 18.0)], 0.3), ConstantVelocity((8.6, -12.0), (0.0, 2.0)), "train")
     robot = look_ahead(robot=Disc(robot_radius))
     decision = robot.decide(State((0.0, 0.0), (1.0, 0.0)), [*walls, train], Goal(Stationary((14.0, 0.0)), 0.5))
-    assert isinstance(decision, Planned)
+    assert isinstance(decision, SequenceDecision)
     assert decision.outcome is Outcome.CONSTRAINED
     # Its end, 0.3 m about (8.6, -12 + 2 t), has left the door at 6.5 s.
     assert 6.5 < decision.arrival < 12.0
@@ -806,9 +806,11 @@ def test_to_wait_for_a_gap_comes_out_of_the_search(robot_radius: float) -> None:
 # Timetables.
 
 
-def table_of(j: Journey, *, everybody: bool = True, end: float = 20.0) -> ForeseenObstacles:
+def table_of(j: Journey, *, everybody: bool = True, end: float = 20.0) -> PredictedObstacles:
     """From the start of a journey on."""
-    return ForeseenObstacles.of(j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, everybody=everybody)
+    return PredictedObstacles.of(
+        j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, include_future=everybody
+    )
 
 
 @pytest.mark.parametrize("first", range(0, 40, 10))
@@ -829,7 +831,7 @@ def test_the_gap_is_the_least_distance(d: int, first: int) -> None:
         chord = max((body.unsure[2] for body in j.bodies), default=0.0) * (20.0 / UNCERTAINTY_PIECES) ** 2 / 8.0
         for place, t, least in zip(places, times, np.min(gaps, axis=0)):
             for table in tables:
-                found = table.gap(place, float(t))
+                found = table.clearance(place, float(t))
                 assert found == least or least - chord - SLACK <= found <= least + ROUNDING, (str(j), t, found, least)
 
 
@@ -841,28 +843,28 @@ def test_what_is_not_there_has_no_gap() -> None:
     """Before it appears, after it has vanished, far beyond the table; and in an empty world."""
     brief = Obstacle(Disc(1.0), Sampled([2.0, 4.0], [(3.0, 0.0), (3.0, 1.0)]), "brief")
     robot, here = Disc(0.5), np.zeros(2)
-    table = ForeseenObstacles.of([brief], [brief], robot, 0.0, 10.0, 1.0)
+    table = PredictedObstacles.of([brief], [brief], robot, 0.0, 10.0, 1.0)
     for now, gap in ((0.0, np.inf), (1.99, np.inf), (2.0, 1.5), (4.0, np.sqrt(10.0) - 1.5), (4.01, np.inf)):
-        assert table.gap(here, now) == pytest.approx(gap)
-    beyond = ForeseenObstacles.of([brief], [brief], robot, 0.0, 3.0, 1.0)
-    assert [beyond.gap(here, now) for now in (-1.0, 1.0, 50.0)] == [np.inf] * 3
-    empty = ForeseenObstacles.of([], [], robot, 0.0, 10.0, 1.0)
-    assert [empty.gap(here, now) for now in (-5.0, 0.0, 5.0, 10.0, 20.0)] == [np.inf] * 5
-    never = ForeseenObstacles.of([brief], [brief], robot, 5.0, 10.0, 1.0)
-    assert [never.gap(here, now) for now in (5.0, 7.0)] == [np.inf] * 2
+        assert table.clearance(here, now) == pytest.approx(gap)
+    beyond = PredictedObstacles.of([brief], [brief], robot, 0.0, 3.0, 1.0)
+    assert [beyond.clearance(here, now) for now in (-1.0, 1.0, 50.0)] == [np.inf] * 3
+    empty = PredictedObstacles.of([], [], robot, 0.0, 10.0, 1.0)
+    assert [empty.clearance(here, now) for now in (-5.0, 0.0, 5.0, 10.0, 20.0)] == [np.inf] * 5
+    never = PredictedObstacles.of([brief], [brief], robot, 5.0, 10.0, 1.0)
+    assert [never.clearance(here, now) for now in (5.0, 7.0)] == [np.inf] * 2
 
 
 def test_a_table_serves_for_what_it_was_made_of() -> None:
     """The very same obstacles, between its start and its end."""
     world = [rock()]
-    table = ForeseenObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0)
-    assert table.serves(world, 2.0, 10.0)
-    assert not table.serves(list(world), 2.0, 10.0)
-    assert not table.serves(world, 1.9, 10.0)
-    assert not table.serves(world, 2.0, 10.1)
-    assert not ForeseenObstacles.of(None, world, Disc(0.5), 2.0, 10.0, 1.0).serves(world, 2.0, 10.0)
+    table = PredictedObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0)
+    assert table.covers(world, 2.0, 10.0)
+    assert not table.covers(list(world), 2.0, 10.0)
+    assert not table.covers(world, 1.9, 10.0)
+    assert not table.covers(world, 2.0, 10.1)
+    assert not PredictedObstacles.of(None, world, Disc(0.5), 2.0, 10.0, 1.0).covers(world, 2.0, 10.0)
     assert table.known_at(3.0) == np.inf
-    assert ForeseenObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, everybody=False).known_at(3.0) == 3.0
+    assert PredictedObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, include_future=False).known_at(3.0) == 3.0
 
 
 def test_arranging_before_the_first_decision_changes_nothing() -> None:

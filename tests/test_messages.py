@@ -226,14 +226,14 @@ def test_forecasts_as_tables(name, state):
 
 def test_a_forecast_that_is_not_linear_is_no_table():
     class Stopping:
-        foresees = False
+        includes_future = False
 
         def __call__(self, trajectory, now):
             fast = np.linalg.norm(trajectory.velocity(now)) > 1.0
             return AcceleratingBriefly(0.3 if fast else 0.1)(trajectory, now)
 
     class Curved:
-        foresees = False
+        includes_future = False
 
         def __call__(self, trajectory, now):
             place, speed = trajectory.position(now), trajectory.velocity(now)
@@ -245,7 +245,7 @@ def test_a_forecast_that_is_not_linear_is_no_table():
 
 def test_robots_with_a_forecast_that_is_no_table_run_too():
     class Curved:
-        foresees = False
+        includes_future = False
 
         def __call__(self, trajectory, now):
             place, speed = trajectory.position(now), trajectory.velocity(now)

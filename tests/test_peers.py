@@ -228,7 +228,7 @@ def test_walls_are_not_run_into(name, wall):
 @pytest.mark.parametrize("name", ["hrvo", "hrvo_limited"])
 def test_walls_that_are_not_seen_are_refused(name):
     behind = Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS["a line"],))
-    with pytest.raises(InvalidInput, match=r"obstacle 'line': .* \(discs\), found a polyline that stands"):
+    with pytest.raises(InvalidInput, match=r"obstacle 'line': .* \(discs\), found a polyline that is at rest"):
         simulate(behind, peer(name))
 
 
@@ -257,7 +257,7 @@ def test_what_a_peer_is_told():
     simulate(scenario, larger)
     ((crowd),) = begun
     assert crowd.team.radii == pytest.approx([0.65])
-    assert crowd.team.speeds == pytest.approx([1.5])
+    assert crowd.team.max_speeds == pytest.approx([1.5])
     assert crowd.team.period == pytest.approx(0.2)
     assert [wall.tolist() for wall in crowd.team.walls] == [[[5, -1], [5, 4]]]
     places, velocities, preferred, others = crowd.told
@@ -340,7 +340,7 @@ def test_discs_are_where_they_are_now():
     pair = Obstacle(Union((Capsule((5, 0), (5, 3), 0.3), Disc(0.5))), Stationary((1, 2)), "pair", heading=np.pi / 2)
     bar = Obstacle(Union((Disc(0.5), Capsule((1, 0), (1, 0), 0.25))), ConstantVelocity((3, 0), (1, 0), 0), "bar")
     found = discs([pair, bar], 2.0)
-    np.testing.assert_allclose(found.places, [[1, 2], [5, 0], [6, 0]], atol=1e-12)
+    np.testing.assert_allclose(found.positions, [[1, 2], [5, 0], [6, 0]], atol=1e-12)
     np.testing.assert_allclose(found.velocities, [[0, 0], [1, 0], [1, 0]])
     np.testing.assert_allclose(found.radii, [0.5, 0.5, 0.25])
     assert outlines([bar], walls=False) == ()
@@ -355,7 +355,7 @@ def test_discs_are_where_they_are_now():
 def test_a_wish_to_stand_is_answered(kind):
     """Told a velocity of 0, HRVO says NaN."""
     pytest.importorskip("navground.core")
-    crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, sight=10.0)
+    crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, time_horizon=10.0)
     chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2)), NOBODY)
     np.testing.assert_allclose(chosen, 0.0, atol=1e-6)
 
@@ -363,7 +363,7 @@ def test_a_wish_to_stand_is_answered(kind):
 def test_social_force_has_no_answer_on_the_way_of_another():
     """Rounding makes it take the root of a negative number; that is no answer, and no warning."""
     pytest.importorskip("navground.core")
-    crowd = Behaviours(Team(np.array([0.5]), np.array([2.0]), 0.1), "SocialForce", sight=10.0)
+    crowd = Behaviours(Team(np.array([0.5]), np.array([2.0]), 0.1), "SocialForce", time_horizon=10.0)
     comes = Discs(np.array([[0.59, 0.0]]), np.array([[-1.64, 0.0]]), np.array([0.5]))
     chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), np.array([[1.0, 0.0]]), comes)
     assert np.isnan(chosen).any()
@@ -374,7 +374,7 @@ def test_social_force_has_no_answer_on_the_way_of_another():
 def test_a_robot_alone_gets_its_wish_from_the_first_step_on(kind, angle):
     """The human-like behaviour looks along x at first, and never straight behind."""
     pytest.importorskip("navground.core")
-    crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, sight=10.0)
+    crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, time_horizon=10.0)
     wish = 1.5 * np.array([[np.cos(angle), np.sin(angle)]])
     chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), wish, NOBODY)[0]
     assert chosen @ wish[0] > 0.0

@@ -301,7 +301,7 @@ def test_a_trajectory_of_another_kind_is_saved_as_its_pieces(saved: tuple[Record
 def test_a_file_that_does_not_say_its_foresight(tmp_path: Path) -> None:
     """As files were before; the others say it."""
     path = tmp_path / "run.h5"
-    simulate(build("empty", {"duration": 0.2}), METHODS["nao"].seeing("present")).save(path)
+    simulate(build("empty", {"duration": 0.2}), METHODS["nao"].with_foresight("present")).save(path)
     assert Recording.load(path).foresight == "present"
     with h5py.File(path, "a") as file:
         del file["run_0"].attrs["foresight"]

@@ -53,7 +53,7 @@ from .limits import (
 )
 from .lookahead.navigator import (
     LookAhead as LookAhead,
-    Planned as Planned,
+    SequenceDecision as SequenceDecision,
 )
 from .manoeuvre import Manoeuvre as Manoeuvre
 from .methods import (

@@ -1,4 +1,4 @@
-"""The one concept: a map of the control that is affine with a scalar gain."""
+"""Maps of the control that are affine with a scalar gain."""
 
 from dataclasses import dataclass
 
@@ -9,14 +9,13 @@ from slalom.checks import Array
 
 @dataclass(frozen=True, slots=True)
 class Affine:
-    """The map u -> drift + gain * u from controls to the workspace, at one time or at many.
+    """Affine map u -> drift + gain * u from controls (d,) to the workspace, at one time or at many.
 
-    `drift` is (..., d) and `gain` is (...): one map per leading index. The drift of a position map is where
-    the robot would be with u = 0 (not the drift vector field of control theory, but its flow).
+    `drift` is (..., d) and `gain` is (...): one map per leading index. The drift of a position map is the position of
+    the robot under u = 0: the flow of the drift vector field of control theory, not the field.
 
-    Four uses of this map make up slalom: the inverse image of an obstacle is kept out of, the inverse image
-    of the speed limit is kept in, the inverse image of the goal is aimed at, and the map itself moves the
-    simulated robot.
+    slalom uses the map in four ways: the inverse image of an obstacle is avoided; that of the speed limit is
+    admissible; that of the goal is the target; the map itself moves the simulated robot.
     """
 
     drift: Array
@@ -27,5 +26,5 @@ class Affine:
         return self.drift + self.gain[..., None] * control
 
     def inverse(self, point: Array) -> Array:
-        """Control whose image is `point` (..., d). The gain must not be 0. Law: map(map.inverse(x)) = x."""
+        """Control (..., d) whose image is `point` (..., d). The gain must not be 0. Law: map(map.inverse(x)) = x."""
         return np.asarray((point - self.drift) / self.gain[..., None])

@@ -1,9 +1,9 @@
-"""Bounds on what a robot does that are more than a largest norm, as half-spaces from its state.
+"""Bounds on velocity and acceleration other than a largest norm, as half-spaces that depend on the state.
 
-In the frame of the body x points along the velocity, in the plane y to its left; in space everything else is lateral. A
-robot at rest (slower than REST) has the heading that its bound was given. Without one, a bound on the acceleration that
-needs a heading is replaced by the ball about 0 that fits into it whatever the heading, and `TurningRadius`,
-`HeadingCone` and `LeastSpeed` bound nothing: they say how a robot that moves may go on.
+In the body frame x points along the velocity; in the plane y points to its left, in space the rest is lateral. A robot
+slower than REST takes the heading given to its bound. Without one, a bound on the acceleration that needs a heading is
+replaced by the largest ball about 0 that fits into it under every heading. `TurningRadius`, `HeadingCone` and
+`LeastSpeed` then bound nothing, because they restrict a moving robot only.
 """
 
 from dataclasses import dataclass
@@ -23,43 +23,44 @@ HalfSpaces: TypeAlias = tuple[Array, Array]
 
 FRAMES: Final = ("world", "body")  # whose axes a bound is along
 SIDES: Final = 32
-"""Of the polygon that stands for an ellipse: it lies inside and has at least cos(pi / 32) = 0.9952 of every radius."""
+"""[1] Sides of the inscribed polygon that replaces an ellipse; it keeps cos(pi / 32) = 0.9952 of every radius."""
 
 FACES: Final = 8
-"""Of the pyramid or prism that stands for a round cone or cylinder in space: cos(pi / 8) = 0.924 of every radius."""
+"""[1] Sides of the pyramid or prism that replaces a cone or cylinder; it keeps cos(pi / 8) = 0.924 of every radius."""
 
 
 @runtime_checkable
 class Bound(Protocol):
-    """A convex set of accelerations or of velocities.
+    """Convex set of admissible accelerations or velocities.
 
-    Laws: every vector that obeys `half_spaces` is in the set that the class defines; the acceleration 0, and the
-    velocity that the robot has, obey them; so do all accelerations -s v / |v| with 0 <= s <= `braking`.
+    Laws: every vector that obeys `half_spaces` lies in the set of the class. The acceleration 0, the present velocity,
+    and all accelerations -s v / |v| with 0 <= s <= `braking` obey them.
     """
 
     @property
     def of(self) -> Literal["velocity", "acceleration"]:
-        """What is bounded."""
+        """The bounded quantity."""
 
     @property
     def braking(self) -> float:
-        """How hard the robot may brake against its velocity, whatever that is [m/s^2]; inf if not bounded."""
+        """Largest deceleration [m/s^2] against the velocity, admissible at every velocity; inf if not bounded."""
 
     def half_spaces(self, state: State) -> HalfSpaces:
-        """The set for a robot in `state`, in the world frame. Raises InvalidInput for another dimension."""
+        """Half-spaces (n, d), (n,) in the world frame. Raises InvalidInput for a state of another dimension."""
 
 
 def _circle(count: int) -> Array:
-    """The middles of `count` equal arcs of the unit circle, the first of which begins on the x axis."""
+    """Midpoints (count, 2) of `count` equal arcs of the unit circle; the first arc begins on the x axis."""
     angles = 2.0 * np.pi * (np.arange(count) + 0.5) / count
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
 def _sphere() -> Array:
-    """18 directions: six on the equator and, between them, six on each circle whose latitude has the sine sqrt(2 / 3).
+    """18 unit vectors (18, 3): normals of a polyhedron with corners at the poles.
 
-    The polyhedron with these normals has corners at the poles and is inscribed when its faces are sqrt(2 / 3) away
-    from the middle. More faces would make choices in space slow: their time grows with the third power of the number.
+    Six lie on the equator and, between them, six on each circle whose latitude has the sine sqrt(2 / 3). The polyhedron
+    is inscribed in the unit ball if its faces are sqrt(2 / 3) away from the centre. The time of a choice in space grows
+    with the third power of the number of faces.
     """
     equator, between = np.pi / 3.0 * np.arange(6), _circle(6) / np.sqrt(3.0)
     upper = np.concatenate([np.full((6, 1), np.sqrt(2.0 / 3.0)), between], axis=1)
@@ -71,17 +72,17 @@ _ROUND: Final[dict[int, tuple[Array, float]]] = {
     2: (_circle(SIDES), float(np.cos(np.pi / SIDES))),
     3: (_sphere(), float(np.sqrt(2.0 / 3.0))),
 }
-"""By dimension: normals such that {x: normals @ x <= cosine} lies in the unit ball; a mirror image of itself in x."""
+"""Normals (n, d) and cosine by dimension: {x: normals @ x <= cosine} lies in the unit ball and is symmetric in x."""
 
 
 def ball_sides(radius: float, dimension: int) -> HalfSpaces:
-    """Half-spaces whose intersection lies in the ball of that radius about 0."""
+    """Half-spaces (n, d), (n,) whose intersection lies in the ball of `radius` about 0."""
     normals, cosine = _ROUND[dimension]
     return normals, np.full(len(normals), cosine * radius)
 
 
 def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
-    """The axes of the body as rows (d, d), the heading first; None for a robot at rest if no `heading` is given."""
+    """Unit axes (d, d) of the body as rows, heading first; None for a robot at rest without `heading` (d,)."""
     faced = None if heading is None else vector(heading, "heading", state.dimension)
     speed = float(np.linalg.norm(state.velocity))
     ahead = state.velocity / speed if speed >= REST else faced
@@ -89,7 +90,7 @@ def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
         return None
     if ahead.size == 2:
         return np.array([(ahead[0], ahead[1]), (-ahead[1], ahead[0])])
-    # Any two directions across; these are made from the axis of the world that is most so.
+    # Any two lateral directions serve; these come from the world axis that is most lateral.
     x, y, z = ahead.tolist()
     least = min(abs(x), abs(y), abs(z))
     p, q, r = (0.0, z, -y) if abs(x) == least else (-z, 0.0, x) if abs(y) == least else (y, -x, 0.0)
@@ -104,12 +105,12 @@ def _direction(value: npt.ArrayLike | None) -> Array | None:
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """(a_x / x)^2 + (a_lateral / lateral)^2 <= 1 in the frame of the body; x is `forward` if a_x >= 0, else `braking`.
+    """(a_x / x)^2 + (a_lateral / lateral)^2 <= 1 in the body frame; x is `forward` if a_x >= 0, else `braking`.
 
-    Two half ellipses (in space half ellipsoids of revolution): the friction ellipse of a tyre with an engine that is
-    weaker, or stronger, than its brakes. All in m/s^2, above 0. Imposed as an inscribed polygon of SIDES sides, which
-    loses at most 0.5 % of any acceleration, in space as a polyhedron of 18 faces, which loses at most 18.4 %; neither
-    loses anything along the heading.
+    Two half ellipses (in space half ellipsoids of revolution): the friction ellipse of a tyre with different limits of
+    engine and brakes, all in m/s^2 and above 0. In the plane an inscribed polygon of SIDES sides, which loses at most
+    0.5 % of any acceleration; in space a polyhedron of 18 faces, which loses at most 18.4 %. Neither loses anything
+    along the heading.
     """
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"
@@ -125,11 +126,12 @@ class Friction:
 
     @cached_property
     def _sides(self) -> dict[int, HalfSpaces]:
-        """By dimension, in the frame of the body."""
+        """Half-spaces by dimension, in the body frame."""
         sides = {}
         for dimension, (round_normals, cosine) in _ROUND.items():
             normals = round_normals / self.lateral
-            # A half-space of one half bounds the other too, which its mirror image bounds more: nothing is added.
+            # Each half-space is implied in the other half by its mirror image, which is tighter there: no further ones
+            # are needed.
             normals[:, 0] = round_normals[:, 0] / np.where(round_normals[:, 0] >= 0.0, self.forward, self.braking)
             lengths = np.linalg.norm(normals, axis=1)
             sides[dimension] = normals / lengths[:, None], cosine / lengths
@@ -145,7 +147,7 @@ class Friction:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """|a_i| <= half_widths_i along the axes of the world, or with frame "body", in the plane only, of the body.
+    """|a_i| <= half_widths_i along the axes of the world frame or, in the plane only, of the body frame ("body").
 
     Exact. `half_widths` (d,) [m/s^2], each above 0.
     """
@@ -169,12 +171,12 @@ class Box:
         normals, offsets = np.concatenate([np.eye(widths.size), -np.eye(widths.size)]), np.tile(widths, 2)
         if self.frame == "world":
             return normals, offsets
-        return _turned(normals, offsets, state, self.heading)
+        return _in_world_frame(normals, offsets, state, self.heading)
 
 
 @dataclass(frozen=True, eq=False)
 class ConvexPolygon:
-    """The accelerations in a convex polygon, in the plane only: any table of what brakes, engine and tyres allow.
+    """Accelerations in a convex polygon, in the plane only: a table of the limits of brakes, engine and tyres.
 
     Exact. `corners` (n, 2) [m/s^2], counter-clockwise, n >= 3, with 0 inside; in the frame "world" or "body".
     """
@@ -191,7 +193,7 @@ class ConvexPolygon:
         if len(shape) != 2 or shape[0] < 3 or shape[1] != 2:
             raise InvalidInput(f"corners: expected an array (n, 2) with n >= 3, found shape {shape}")
         count, (normals, offsets) = shape[0], self._sides
-        # Each corner but the two on the side itself lies strictly within every side, and so does 0.
+        # Every corner except the two of the side itself lies strictly inside every side, and so does 0.
         inside = normals @ self.corners.T - offsets[:, None] < 0.0
         inside[np.arange(count), np.arange(count)] = inside[np.arange(count), (np.arange(count) + 1) % count] = True
         if not (np.all(inside) and np.all(offsets > 0.0)):
@@ -219,11 +221,11 @@ class ConvexPolygon:
         if state.dimension != 2:
             raise InvalidInput(f"corners: expected a robot in the plane, found one of dimension {state.dimension}")
         normals, offsets = self._sides
-        return (normals, offsets) if self.frame == "world" else _turned(normals, offsets, state, self.heading)
+        return (normals, offsets) if self.frame == "world" else _in_world_frame(normals, offsets, state, self.heading)
 
 
-def _turned(normals: Array, offsets: Array, state: State, heading: npt.ArrayLike | None) -> HalfSpaces:
-    """Half-spaces of the body in the world, in the plane."""
+def _in_world_frame(normals: Array, offsets: Array, state: State, heading: npt.ArrayLike | None) -> HalfSpaces:
+    """Half-spaces (n, 2), (n,) of the body frame in the world frame; those of a ball if the heading is unknown."""
     if state.dimension != 2:
         raise InvalidInput(f"frame: expected 'world' for a robot in space, whose sides are all alike, found {'body'!r}")
     frame = axes(state, heading)
@@ -232,9 +234,9 @@ def _turned(normals: Array, offsets: Array, state: State, heading: npt.ArrayLike
 
 @dataclass(frozen=True, eq=False)
 class HeadingCone:
-    """The velocity points within `half_angle` [rad] of the present heading, 0 < half_angle <= pi / 2.
+    """The velocity stays within `half_angle` [rad] of the present heading, 0 < half_angle <= pi / 2.
 
-    Imposed at the peaks of the speed, hence, the cone being convex, all along. Exact in the plane; in space an
+    Imposed at the peaks of the speed; the cone is convex, so it holds at all times. Exact in the plane; in space an
     inscribed pyramid, the tangent of whose half-angle is at least 0.92 of the true one.
     """
 
@@ -252,7 +254,7 @@ class HeadingCone:
     def half_spaces(self, state: State) -> HalfSpaces:
         frame = axes(state, self.heading)
         if frame is None:
-            return _nothing(state.dimension)
+            return _no_half_spaces(state.dimension)
         sideways, cosine = _sideways(frame)
         angle = np.arctan2(cosine * np.sin(self.half_angle), np.cos(self.half_angle))
         return np.cos(angle) * sideways - np.sin(angle) * frame[0], np.zeros(len(sideways))
@@ -260,9 +262,9 @@ class HeadingCone:
 
 @dataclass(frozen=True, eq=False)
 class TurningRadius:
-    """|a_lateral| <= v^2 / `least` in the frame of the body: no path is bent more than with the radius `least` [m].
+    """|a_lateral| <= v^2 / `least` in the body frame: the radius of curvature of a path is at least `least` [m].
 
-    A vehicle's steering. Exact in the plane, in space an inscribed prism that loses at most 7.6 %.
+    The limit of a vehicle's steering. Exact in the plane; in space an inscribed prism that loses at most 7.6 %.
     """
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"
@@ -277,18 +279,18 @@ class TurningRadius:
     def half_spaces(self, state: State) -> HalfSpaces:
         frame = axes(state, self.heading)
         if frame is None:
-            return _nothing(state.dimension)
+            return _no_half_spaces(state.dimension)
         sideways, cosine = _sideways(frame)
-        most = float(state.velocity @ state.velocity) / self.least
-        return sideways, np.full(len(sideways), cosine * most)
+        max_lateral = float(state.velocity @ state.velocity) / self.least
+        return sideways, np.full(len(sideways), cosine * max_lateral)
 
 
 @dataclass(frozen=True, eq=False)
 class LeastSpeed:
-    """The velocity along the present heading stays at `least` [m/s] or above: for vehicles that must not stop.
+    """The velocity along the present heading stays at or above `least` [m/s]: for vehicles that must not stop.
 
-    One that is slower already must not get slower. Only the motion while the control is carried out is bounded, not
-    what a response does afterwards (`AccelerateThenStop` stops).
+    A slower vehicle must not become slower still. Only the motion until the control has settled is bounded, not the
+    later motion of a response (`AccelerateThenStop` stops).
     """
 
     of: ClassVar[Literal["velocity"]] = "velocity"
@@ -303,18 +305,18 @@ class LeastSpeed:
     def half_spaces(self, state: State) -> HalfSpaces:
         frame = axes(state, self.heading)
         if frame is None:
-            return _nothing(state.dimension)
+            return _no_half_spaces(state.dimension)
         return -frame[:1], np.array([-min(self.least, float(np.linalg.norm(state.velocity)))])
 
 
 def _sideways(frame: Array) -> tuple[Array, float]:
-    """Unit vectors to the sides of the heading; the cosine of half the angle between neighbours, 1 in the plane."""
+    """Lateral unit vectors (k, d), and the cosine of half the angle between neighbours (1 in the plane)."""
     if len(frame) == 2:
         return np.array([frame[1], -frame[1]]), 1.0
     return _circle(FACES) @ frame[1:], float(np.cos(np.pi / FACES))
 
 
-def _nothing(dimension: int) -> HalfSpaces:
+def _no_half_spaces(dimension: int) -> HalfSpaces:
     return np.empty((0, dimension)), np.empty(0)
 
 
@@ -326,4 +328,4 @@ BOUNDS: Final[dict[str, type[Bound]]] = {
     "turning_radius": TurningRadius,
     "least_speed": LeastSpeed,
 }
-"""Every kind of bound by the name that it has in files."""
+"""Kinds of bounds by the name that they have in files."""

@@ -1,4 +1,4 @@
-"""All checking of numbers that come from outside: one clear message each, nothing repaired."""
+"""Checks of all numbers from outside: one message per error, no repairs."""
 
 from collections.abc import Callable, Sequence
 from math import isfinite
@@ -14,7 +14,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 
 def array(value: npt.ArrayLike, name: str) -> Array:
-    """Return `value` as a float64 array of finite numbers, of any shape, that cannot be written to."""
+    """Convert `value` to a read-only float64 array of finite numbers, of any shape."""
     try:
         result = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -26,7 +26,7 @@ def array(value: npt.ArrayLike, name: str) -> Array:
 
 
 def vector(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Array:
-    """Return `value` as a vector of 2 or 3 finite numbers; of `dimension` numbers if that is given."""
+    """Convert `value` to a vector (d,) of finite numbers with d = 2 or 3, or d = `dimension` if given."""
     result = array(value, name)
     expected = f"{dimension}" if dimension else "2 or 3"
     if result.ndim != 1 or result.size not in ((dimension,) if dimension else (2, 3)):
@@ -35,7 +35,7 @@ def vector(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Arr
 
 
 def vectors(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Array:
-    """Return `value` as an array (..., d) of finite numbers with d = 2 or 3, or d = `dimension`."""
+    """Convert `value` to an array (..., d) of finite numbers with d = 2 or 3, or d = `dimension` if given."""
     result = array(value, name)
     allowed = (dimension,) if dimension else (2, 3)
     if result.ndim < 1 or result.shape[-1] not in allowed:
@@ -44,7 +44,7 @@ def vectors(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Ar
 
 
 def number(value: float, name: str) -> float:
-    """Return `value` as a finite float."""
+    """Convert `value` to a finite float."""
     if isinstance(value, float) and isfinite(value):
         return float(value)
     result = array(value, name)
@@ -54,7 +54,7 @@ def number(value: float, name: str) -> float:
 
 
 def positive(value: float, name: str) -> float:
-    """Return `value` as a finite float above 0."""
+    """Convert `value` to a finite float above 0."""
     result = number(value, name)
     if result <= 0:
         raise InvalidInput(f"{name}: expected a number above 0, found {result:g}")
@@ -62,7 +62,7 @@ def positive(value: float, name: str) -> float:
 
 
 def not_negative(value: float, name: str) -> float:
-    """Return `value` as a finite float of 0 or more."""
+    """Convert `value` to a finite float of 0 or more."""
     result = number(value, name)
     if result < 0:
         raise InvalidInput(f"{name}: expected 0 or more, found {result:g}")
@@ -70,7 +70,7 @@ def not_negative(value: float, name: str) -> float:
 
 
 def share(value: float, name: str) -> float:
-    """Return `value` as a float of 0 or more and below 1."""
+    """Convert `value` to a float of 0 or more and below 1."""
     result = number(value, name)
     if not 0 <= result < 1:
         raise InvalidInput(f"{name}: expected 0 or more and below 1, found {result:g}")
@@ -78,28 +78,28 @@ def share(value: float, name: str) -> float:
 
 
 def has(value: object, attributes: Sequence[str], expected: str, name: str) -> None:
-    """Refuse what has not these attributes: something of another kind, such as a point in place of a trajectory."""
+    """Raise InvalidInput unless `value` has these attributes (for example for a point in place of a trajectory)."""
     if not all(hasattr(value, attribute) for attribute in attributes):
         raise InvalidInput(f"{name}: expected {expected}, found {value!r}")
 
 
-def whole(value: float, name: str, least: int = 0) -> int:
-    """Return `value` as a whole number of `least` or more."""
+def whole(value: float, name: str, minimum: int = 0) -> int:
+    """Convert `value` to an integer of `minimum` or more; no rounding."""
     result = number(value, name)
-    if result != round(result) or result < least:
-        raise InvalidInput(f"{name}: expected a whole number of {least} or more, found {result:g}")
+    if result != round(result) or result < minimum:
+        raise InvalidInput(f"{name}: expected a whole number of {minimum} or more, found {result:g}")
     return int(result)
 
 
 def known(name: str, what: str, names: Sequence[str]) -> str:
-    """Return `name` if it is one of `names`; otherwise say which there are."""
+    """Return `name` if it is one of `names`; otherwise raise InvalidInput with all of them."""
     if name not in names:
         raise InvalidInput(f"{what}: expected one of {', '.join(names)}; found {name!r}")
     return name
 
 
 def unit(value: npt.ArrayLike, name: str) -> tuple[Array, float]:
-    """`value` (d,) as a unit vector, and its length; a vector of length 1 stays as it is, to the bit."""
+    """Unit vector (d,) along `value` (d,), and its length. A vector of length 1 is returned unchanged, bit for bit."""
     given = vector(value, name)
     length = float(np.linalg.norm(given))
     if length == 0.0:
@@ -110,7 +110,7 @@ def unit(value: npt.ArrayLike, name: str) -> tuple[Array, float]:
 
 
 def short(values: Array) -> str:
-    """At most six of the values, for a message."""
+    """At most six of the values as text, for a message."""
     flat = values.ravel()
     return "[" + ", ".join(f"{x:g}" for x in flat[:6]) + (", ...]" if flat.size > 6 else "]")
 
@@ -124,9 +124,9 @@ OptionalVector: TypeAlias = Annotated[npt.ArrayLike | None, vector]
 
 
 class Checked:
-    """A field of a frozen dataclass that takes anything like an array and holds a checked, read-only one.
+    """Field of a frozen dataclass that accepts any array-like value and stores a checked, read-only array.
 
-    Type checkers see what is taken (`__set__`) in the constructor and what is held (`__get__`) everywhere else.
+    Type checkers use the type of `__set__` for the constructor and the type of `__get__` elsewhere.
 
     Args:
         check: what makes the array, or raises InvalidInput. shape: of the array, for files; "d" is 2 or 3, "n" any
@@ -141,7 +141,7 @@ class Checked:
 
     def __get__(self, instance: Any, owner: type | None = None) -> Array:
         if instance is None:
-            raise AttributeError(self.name)  # so that the dataclass sees a field without a default
+            raise AttributeError(self.name)  # makes the field one without a default
         value: Array = instance.__dict__[self.name]
         return value
 

@@ -1,4 +1,4 @@
-"""What a decision is: a manoeuvre, how it came about, and what it answers."""
+"""Decisions and their outcomes."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -9,23 +9,23 @@ from slalom.manoeuvre import Manoeuvre
 
 
 class Outcome(Enum):
-    """What a decision is; the value is the sentence for the user. Ordered from best to worst."""
+    """Kind of a decision; the value is the sentence for the user. Ordered from best to worst."""
 
-    CLEAR = "The preferred control collides with nothing."
+    CLEAR = "The preferred control is collision-free."
     CONSTRAINED = "The nearest safe control to the preferred one was chosen."
-    KEPT = "The committed manoeuvre is safe and no new one promises enough to change it."
-    CONTINUED = "No new safe manoeuvre exists; the committed one is continued and still safe."
-    WAITING = "Not before it has heard of others may the robot change its manoeuvre; it goes on, and that is safe."
-    BEGUN = "No sequence that arrives is known yet; one that is promising is begun, and ends at rest, clear of all."
-    SQUEEZED = "No manoeuvre keeps the margin; this one keeps a clearance above 0."
-    DELAYED = "Every manoeuvre collides as predicted; the one that collides last was chosen."
-    IMPACT = "A collision within this control period is inevitable; the impact speed was made least."
-    INADMISSIBLE = "No control obeys the limits in this state; a compromise between them was made."
-    ESCAPING = "The robot overlaps an obstacle; it moves apart as fast as it can."
+    KEPT = "The committed manoeuvre is safe and no alternative improves the arrival time enough to change it."
+    CONTINUED = "No new safe manoeuvre exists; the committed one continues and is safe."
+    WAITING = "Waiting for messages before changing the manoeuvre; the committed one continues and is safe."
+    BEGUN = "No sequence to the goal is known yet; a safe partial sequence that ends at rest was started."
+    SQUEEZED = "No manoeuvre keeps the margin; one with a clearance above 0 was chosen."
+    DELAYED = "Every manoeuvre is predicted to collide; the one with the latest collision was chosen."
+    IMPACT = "A collision within this control period is inevitable; the impact speed was minimised."
+    INADMISSIBLE = "No control obeys all limits in this state; a compromise between them was chosen."
+    ESCAPING = "The robot overlaps an obstacle; it separates as fast as the limits allow."
 
     @property
     def safe(self) -> bool:
-        """Whether nothing is hit as long as the forecasts hold, up to the horizon."""
+        """Whether the robot stays collision-free up to the horizon as long as the forecasts hold."""
         return self in SAFE
 
 
@@ -37,15 +37,15 @@ SAFE = (
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What the robot does next.
+    """Manoeuvre that the robot commits to, and its outcome.
 
     Attributes:
         manoeuvre: the committed future path; apply `manoeuvre.mean_acceleration(now, period)`.
-        outcome: how it came about.
-        preferred: the control (d,) that the objective asked of the manoeuvre's response.
-        blocked: the control obstacle of that response, for pictures and questions; not asked, not computed.
-        regret: [s] of predicted arrival that keeping the manoeuvre has lost since it was chosen, or less: what was
-            promised instead counts, which others in the way may not have let it have.
+        outcome: how the manoeuvre was chosen.
+        preferred: the control (d,) that the objective prefers for the manoeuvre's response.
+        blocked: the control obstacle of that response, for figures and queries; computed on demand.
+        regret: upper bound [s] on the arrival time lost by keeping the manoeuvre; alternatives count at their
+            optimistic cost.
     """
 
     manoeuvre: Manoeuvre

@@ -1,4 +1,4 @@
-"""What a robot does when nothing is safe: collide as late as possible, then as softly; and leave what it overlaps."""
+"""Decisions without a safe manoeuvre: latest collision, least impact speed, or separation from overlapped obstacles."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,15 +17,25 @@ from slalom.shape import Shape
 
 
 def latest_collision(
-    situations: Sequence[Situation], wishes: Sequence[Array], robot: Shape, period: float, traffic: ObstacleTable
+    situations: Sequence[Situation],
+    preferred_controls: Sequence[Array],
+    robot: Shape,
+    period: float,
+    obstacle_table: ObstacleTable,
 ) -> Decision:
-    """The latest collision; among equals (within one `period` [s]) the least impact speed.
+    """Decision with the latest predicted collision.
 
-    `wishes` are the preferred controls, one for each situation.
+    Among collisions within one `period` [s] of the latest, the one with the least impact speed.
+
+    Args:
+        situations: one for each response, in the same state.
+        preferred_controls: the preferred control (d,) of each situation.
+        robot: its shape.
+        obstacle_table: the predicted obstacles.
     """
     options = []
-    for s, preferred in zip(situations, wishes):
-        blocked = ControlObstacle(s.response, s.state, traffic, robot)
+    for s, preferred in zip(situations, preferred_controls):
+        blocked = ControlObstacle(s.response, s.state, obstacle_table, robot)
         low, high, control = 0.0, s.horizon, None
         while high - low > 0.1 * period:
             middle = 0.5 * (low + high)
@@ -39,14 +49,14 @@ def latest_collision(
             options.append((low, speed, Manoeuvre(s.response, s.state, control, s.now), preferred, blocked))
     latest = max((option[0] for option in options), default=0.0)
     if latest < period:
-        return least_impact(situations[0], robot, period, traffic)
+        return least_impact(situations[0], robot, period, obstacle_table)
     equal = [option for option in options if option[0] >= latest - period]
     _, _, manoeuvre, preferred, blocked = min(equal, key=lambda option: option[1])
     return Decision(manoeuvre, Outcome.DELAYED, preferred, blocked)
 
 
 def impact_speed(blocked: ControlObstacle, control: Array) -> float:
-    """Relative speed [m/s] at the first collision under `control`; 0 without one."""
+    """Relative speed [m/s] at the first collision under `control` (d,); 0 without one."""
     times = blocked.times_to_collision(control)
     first = int(np.argmin(times))
     if not np.isfinite(times[first]):
@@ -56,9 +66,9 @@ def impact_speed(blocked: ControlObstacle, control: Array) -> float:
     return float(np.linalg.norm(own - other))
 
 
-def least_impact(s: Situation, robot: Shape, period: float, traffic: ObstacleTable) -> Decision:
-    """A collision within this period: approach the velocity of what will be hit first."""
-    blocked = ControlObstacle(s.response, s.state, traffic, robot)
+def least_impact(s: Situation, robot: Shape, period: float, obstacle_table: ObstacleTable) -> Decision:
+    """Decision for a collision within this period: match the velocity of the obstacle that is hit first."""
+    blocked = ControlObstacle(s.response, s.state, obstacle_table, robot)
     times = blocked.times_to_collision(np.zeros(s.state.dimension))
     preferred, outcome = np.zeros(s.state.dimension), Outcome.INADMISSIBLE
     alone = ControlObstacle(s.response, s.state, ObstacleTable((), s.now, s.horizon), robot)
@@ -66,33 +76,39 @@ def least_impact(s: Situation, robot: Shape, period: float, traffic: ObstacleTab
         outcome = Outcome.IMPACT
     if np.any(np.isfinite(times)):
         first = int(np.argmin(times))
-        other = traffic.obstacles[first].trajectory.velocity(s.now + float(times[first]))
+        other = obstacle_table.obstacles[first].trajectory.velocity(s.now + float(times[first]))
         preferred = s.response.velocity(s.state, period).inverse(other)
     manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, []), s.now)
     return Decision(manoeuvre, outcome, preferred, blocked)
 
 
 def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) -> Decision:
-    """Apart from what is overlapped, as fast as the limits allow, and clear of everything else if possible."""
+    """Decision of a robot that overlaps obstacles: separate as fast as the limits allow.
+
+    The control is also clear of all other obstacles if possible.
+    """
     overlapped = [blocked.obstacles.obstacles[index].trajectory for index in blocked.overlapping]
-    aways = [blocked.escape_direction(int(index)) for index in blocked.overlapping]
-    away = np.mean(aways, axis=0)
-    if np.linalg.norm(away) < 1e-6:
-        # Squeezed from opposite sides: out sideways, where both grow more distant.
-        axis = np.eye(s.state.dimension)[int(np.argmin(np.abs(aways[0])))]
-        away = axis - (axis @ aways[0]) * aways[0]
-    carried = np.mean([trajectory.velocity(s.now) for trajectory in overlapped], axis=0)
-    wanted = carried + s.limits.max_speed * away / np.linalg.norm(away)
-    preferred = s.response.velocity(s.state, period).inverse(wanted)
+    directions = [blocked.escape_direction(int(index)) for index in blocked.overlapping]
+    direction = np.mean(directions, axis=0)
+    if np.linalg.norm(direction) < 1e-6:
+        # Overlaps on opposite sides cancel: leave sideways, where both distances grow.
+        axis = np.eye(s.state.dimension)[int(np.argmin(np.abs(directions[0])))]
+        direction = axis - (axis @ directions[0]) * directions[0]
+    obstacle_velocity = np.mean([trajectory.velocity(s.now) for trajectory in overlapped], axis=0)
+    desired_velocity = obstacle_velocity + s.limits.max_speed * direction / np.linalg.norm(direction)
+    preferred = s.response.velocity(s.state, period).inverse(desired_velocity)
     others = [o for i, o in enumerate(blocked.obstacles.obstacles) if i not in blocked.overlapping]
     manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, others), s.now)
     return Decision(manoeuvre, Outcome.ESCAPING, preferred, blocked)
 
 
 def nearest(preferred: Array, s: Situation, robot: Shape, others: Sequence[Obstacle]) -> Array:
-    """The admissible control nearest to `preferred`, clear of `others` if possible; a compromise if none is."""
-    for avoided in (others, ()):
-        blocked = ControlObstacle(s.response, s.state, ObstacleTable(avoided, s.now, s.horizon), robot)
+    """Admissible control (d,) nearest to `preferred`, clear of `others` if possible.
+
+    If no control is admissible, a compromise between the limits.
+    """
+    for obstacles in (others, ()):
+        blocked = ControlObstacle(s.response, s.state, ObstacleTable(obstacles, s.now, s.horizon), robot)
         choice = select(preferred, s.admissible, blocked)
         if choice.control is not None:
             return choice.control

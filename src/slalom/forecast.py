@@ -1,4 +1,4 @@
-"""From what is observed of an obstacle now to where it will be: a rule that gives a trajectory."""
+"""Forecasts: rules that predict an obstacle's trajectory from what is known of it now."""
 
 from dataclasses import dataclass, replace
 from typing import Final, Protocol, runtime_checkable
@@ -15,26 +15,26 @@ from slalom.uncertainty import BoundedError
 
 @runtime_checkable
 class Forecast(Protocol):
-    """A rule from an obstacle's true trajectory and the time of observation to the trajectory that is assumed.
+    """Rule from an obstacle's true trajectory and the time of observation to the predicted trajectory.
 
-    Law: a rule uses the true trajectory only at `now`, except `Known` and `Present`, which are given all of it, and
-    `FromPast`, which uses what was before.
+    Law: a rule uses the true trajectory at `now` only. Exceptions: `Known` and `Present` use all of it, `FromPast` uses
+    its past.
     """
 
     @property
-    def foresees(self) -> bool:
-        """Whether obstacles that are not there yet are known of. If not, the rule is asked only of those that are."""
+    def includes_future(self) -> bool:
+        """Whether obstacles that appear later are known. If not, the rule applies to present obstacles only."""
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
-        """The trajectory assumed from `now` on. Raises OutsideSpan when there is no obstacle at `now`."""
+        """Predicted trajectory from `now` [s] on. Raises OutsideSpan if the obstacle does not exist at `now`."""
 
 
 @dataclass(frozen=True)
 class Known:
-    """The trajectory itself: published plans, lanes, recordings. The assumption of NLVO and NAO."""
+    """The true trajectory: published plans, lanes, recordings. The assumption of NLVO and NAO."""
 
     @property
-    def foresees(self) -> bool:
+    def includes_future(self) -> bool:
         return True
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
@@ -43,10 +43,10 @@ class Known:
 
 @dataclass(frozen=True)
 class Present:
-    """The trajectory itself, of those that are there: nothing is known of who will appear."""
+    """The true trajectory of obstacles that exist now; obstacles that appear later are unknown."""
 
     @property
-    def foresees(self) -> bool:
+    def includes_future(self) -> bool:
         return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
@@ -55,10 +55,10 @@ class Present:
 
 @dataclass(frozen=True)
 class AtConstantVelocity:
-    """The velocity of this moment for ever. The assumption of VO and AVO."""
+    """The present velocity for ever. The assumption of VO and AVO."""
 
     @property
-    def foresees(self) -> bool:
+    def includes_future(self) -> bool:
         return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
@@ -67,10 +67,10 @@ class AtConstantVelocity:
 
 @dataclass(frozen=True)
 class AtConstantAcceleration:
-    """The velocity and acceleration of this moment, the acceleration for ever. The assumption of AO."""
+    """The present velocity, and the present acceleration for ever. The assumption of AO."""
 
     @property
-    def foresees(self) -> bool:
+    def includes_future(self) -> bool:
         return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
@@ -81,10 +81,10 @@ class AtConstantAcceleration:
 
 @dataclass(frozen=True)
 class AcceleratingBriefly:
-    """The acceleration of this moment for `seconds`, then the velocity reached: for robots that decide often.
+    """The present acceleration for `seconds`, then constant velocity: for robots that decide often.
 
-    What a robot accelerates now tells where it is about to go, and nothing of what it will do later; assumed for ever,
-    a robot that brakes would come back.
+    The present acceleration indicates the next velocity of a robot, but nothing beyond. Extrapolated for ever, a
+    braking robot would reverse.
     """
 
     seconds: float = 0.3
@@ -93,58 +93,68 @@ class AcceleratingBriefly:
         positive(self.seconds, "seconds")
 
     @property
-    def foresees(self) -> bool:
+    def includes_future(self) -> bool:
         return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
-        place, speed = trajectory.position(now), trajectory.velocity(now)
-        push, s = trajectory.acceleration(now), self.seconds
-        nothing = np.zeros_like(push)
-        rows = [[place, speed, 0.5 * push], [place + s * speed + 0.5 * s * s * push, speed + s * push, nothing]]
+        position, velocity = trajectory.position(now), trajectory.velocity(now)
+        acceleration, s = trajectory.acceleration(now), self.seconds
+        zero = np.zeros_like(acceleration)
+        rows = [
+            [position, velocity, 0.5 * acceleration],
+            [position + s * velocity + 0.5 * s * s * acceleration, velocity + s * acceleration, zero],
+        ]
         return PiecewisePolynomial(np.array([s, FAR]), np.array(rows), now)
 
 
 @dataclass(frozen=True)
 class AtConstantTurn:
-    """The speed and the rate of turning of this moment for ever: what vehicles on bends and in roundabouts do.
+    """The present speed and turn rate for ever: vehicles on bends and in roundabouts.
 
-    The rate is that of the acceleration across the velocity; what accelerates along it is dropped. Straight on where
-    that turns by less than STRAIGHT radians per second, or where nothing moves.
+    The turn rate follows from the acceleration across the velocity; the acceleration along it is ignored. An obstacle
+    at rest, or with a turn rate below STRAIGHT, moves straight on.
     """
 
     @property
-    def foresees(self) -> bool:
+    def includes_future(self) -> bool:
         return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
-        place, speed, push = trajectory.position(now), trajectory.velocity(now), trajectory.acceleration(now)
-        square = float(speed @ speed)
-        across = push - speed * float(push @ speed) / square if square > 0.0 else 0.0 * speed
-        fast, size = float(np.sqrt(square)), float(np.linalg.norm(across))
-        if size <= STRAIGHT * fast:
-            return ConstantVelocity(place, speed, now)
-        radius = square / size
-        center = place + across / size * radius
+        position, velocity, acceleration = (
+            trajectory.position(now),
+            trajectory.velocity(now),
+            trajectory.acceleration(now),
+        )
+        speed_squared = float(velocity @ velocity)
+        across = (
+            acceleration - velocity * float(acceleration @ velocity) / speed_squared
+            if speed_squared > 0.0
+            else 0.0 * velocity
+        )
+        speed, lateral = float(np.sqrt(speed_squared)), float(np.linalg.norm(across))
+        if lateral <= STRAIGHT * speed:
+            return ConstantVelocity(position, velocity, now)
+        radius = speed_squared / lateral
+        center = position + across / lateral * radius
         normal = None
-        if place.size == 2:
-            turning = float(np.sign(speed[0] * across[1] - speed[1] * across[0]))
+        if position.size == 2:
+            sense = float(np.sign(velocity[0] * across[1] - velocity[1] * across[0]))
         else:
-            normal, turning = np.cross(speed, across), 1.0
-        start = Circular(center, radius, turning * fast, 0.0, normal)
-        x, y = start.basis @ (place - center)
+            normal, sense = np.cross(velocity, across), 1.0
+        start = Circular(center, radius, sense * speed, 0.0, normal)
+        x, y = start.basis @ (position - center)
         return replace(start, phase=float(np.arctan2(y, x)) - start.rate * now)
 
 
 @dataclass(frozen=True)
 class FromPast:
-    """What `rule` makes of the velocity and acceleration that the positions of the last `seconds` show.
+    """`rule` applied to the velocity and acceleration estimated from the positions of the last `seconds`.
 
-    A parabola through where the obstacle is now, fitted to where it was; one that has just appeared is seen to have the
-    velocity that it has, and no acceleration. So a rule sees nothing of what a recording holds for later, and little
-    of the noise of single samples.
+    The estimate is the least-squares parabola through the present position, fitted to LOOKS earlier ones. An obstacle
+    that has just appeared has its true velocity and no acceleration. The rule thus uses no future data of a recording,
+    and little of the noise of single samples.
 
-    What is foreseen so may be off: an obstacle without an uncertainty of its own is given a bounded error that grows by
-    `doubt` times its speed.
+    An obstacle without an uncertainty of its own gets a bounded error that grows with time by `growth` times its speed.
     """
 
     rule: Forecast
@@ -153,37 +163,39 @@ class FromPast:
 
     def __post_init__(self) -> None:
         positive(self.seconds, "seconds")
-        not_negative(self.growth, "doubt")
-        if self.rule.foresees or isinstance(self.rule, Present):
-            raise InvalidInput(f"rule: expected a forecast from what is seen, found {self.rule}")
+        not_negative(self.growth, "growth")
+        if self.rule.includes_future or isinstance(self.rule, Present):
+            raise InvalidInput(f"rule: expected a forecast from the observed state, found {self.rule}")
 
     @property
-    def foresees(self) -> bool:
+    def includes_future(self) -> bool:
         return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
-        place, first = trajectory.position(now), trajectory.span[0]
-        back = min(self.seconds, now - first)
-        if back < 0.2 * self.seconds:
-            return self.rule(ConstantAcceleration(place, trajectory.velocity(now), 0.0 * place, now), now)
-        ago = -back * np.arange(1, LOOKS + 1) / LOOKS
-        was = trajectory.position(np.maximum(now + ago, first)) - place
-        if np.abs(was).max() <= REST * back:
-            # It rests: what is left is rounding, and a direction would be made of that.
-            return self.rule(ConstantAcceleration(place, 0.0 * place, 0.0 * place, now), now)
-        speed, push = np.linalg.lstsq(np.stack([ago, 0.5 * ago**2], axis=1), was, rcond=None)[0]
-        return self.rule(ConstantAcceleration(place, speed, push, now), now)
+        position, first = trajectory.position(now), trajectory.span[0]
+        duration = min(self.seconds, now - first)
+        if duration < 0.2 * self.seconds:
+            return self.rule(ConstantAcceleration(position, trajectory.velocity(now), 0.0 * position, now), now)
+        times = -duration * np.arange(1, LOOKS + 1) / LOOKS
+        displacements = trajectory.position(np.maximum(now + times, first)) - position
+        if np.abs(displacements).max() <= REST * duration:
+            # At rest: the remaining displacement is rounding and has no meaningful direction.
+            return self.rule(ConstantAcceleration(position, 0.0 * position, 0.0 * position, now), now)
+        velocity, acceleration = np.linalg.lstsq(np.stack([times, 0.5 * times**2], axis=1), displacements, rcond=None)[
+            0
+        ]
+        return self.rule(ConstantAcceleration(position, velocity, acceleration, now), now)
 
 
 STRAIGHT: Final = 1e-3
-"""[rad/s] Obstacles that turn more slowly are foreseen to go straight on."""
+"""[rad/s] Obstacles that turn more slowly are predicted to move straight on."""
 LOOKS: Final = 5
-"""[1] Positions of the past that a forecast is fitted to."""
+"""[1] Past positions that `FromPast` fits."""
 FAR: Final = 1e4
-"""[s] Longer than any horizon."""
+"""[s] Exceeds every horizon."""
 
 EXACT: Final = (Known, Present)
-"""Kinds of forecasts that give the trajectory itself, at any time the same."""
+"""Forecasts that return the true trajectory, at every time the same object."""
 
 FORECASTS: Final[dict[str, Forecast]] = {
     "known": Known(),
@@ -193,7 +205,7 @@ FORECASTS: Final[dict[str, Forecast]] = {
     "constant_acceleration": AtConstantAcceleration(),
     "constant_turn": AtConstantTurn(),
 }
-"""Every forecast by name."""
+"""Forecasts by name."""
 
 
 FORESIGHTS: Final[dict[str, Forecast]] = {
@@ -203,20 +215,26 @@ FORESIGHTS: Final[dict[str, Forecast]] = {
     "observed_velocity": FromPast(AtConstantVelocity(), growth=0.2),
     "observed_turn": FromPast(AtConstantTurn(), growth=0.1),
 }
-"""Levels of foresight: the futures of all, also of who will appear; the futures of those who are there; and what was
-seen until now, with accelerations that last a second, with constant velocity, or on circles. The doubts were tuned on
-tasks of their own (docs/design/0010)."""
+"""Levels of foresight by name.
+
+recorded: all trajectories, including obstacles that appear later. present: the trajectories of present obstacles.
+observed: predictions from past positions with an acceleration that lasts 1 s, constant velocity, or constant turn. The
+growth rates were tuned on separate tasks (docs/design/0010).
+"""
 
 
 def foresight_of(forecast: Forecast) -> str:
-    """The level of foresight of a forecast: recorded, present, or observed."""
-    return "recorded" if forecast.foresees else "present" if isinstance(forecast, Present) else "observed"
+    """Level of foresight of a forecast: recorded, present, or observed."""
+    return "recorded" if forecast.includes_future else "present" if isinstance(forecast, Present) else "observed"
 
 
 def predicted(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
-    """The obstacle as a forecast sees it at `now` [s]; the same object if the forecast changes nothing.
+    """The obstacle on its predicted trajectory from `now` [s] on; the same object if the forecast changes nothing.
 
-    One that is seen at rest keeps the heading that it stopped with.
+    An obstacle that is predicted to stay at rest keeps its last heading.
+
+    Raises:
+        OutsideSpan: the obstacle does not exist at `now`.
     """
     trajectory = forecast(obstacle.trajectory, now)
     if trajectory is obstacle.trajectory:

@@ -1,4 +1,4 @@
-"""Where the robot should be."""
+"""Goals at rest or in motion."""
 
 from dataclasses import dataclass
 
@@ -14,13 +14,13 @@ from slalom.trajectory.protocol import FOREVER
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """A place, at rest or moving, to pass within `tolerance` [m], or with `stop` to reach and stay at.
+    """Target position, at rest or moving, to pass within `tolerance` [m] or, with `stop`, to reach and stay at.
 
-    Before and after the span of its trajectory the goal rests where that begins and ends. A robot has arrived when it
-    is within `tolerance` of the goal; with `stop` also at most `tolerance` / s faster or slower than it.
+    Before and after the span of its trajectory the goal rests at its first and last position. A robot has arrived when
+    it is within `tolerance` of the goal; with `stop` its relative speed must also be at most `tolerance` / s.
 
     Raises:
-        InvalidInput: no trajectory; a tolerance that is not above 0.
+        InvalidInput: not a trajectory; a tolerance that is not above 0.
     """
 
     trajectory: Trajectory
@@ -32,70 +32,74 @@ class Goal:
         object.__setattr__(self, "tolerance", positive(self.tolerance, "tolerance"))
 
     def position(self, t: npt.ArrayLike) -> Array:
-        """Where the goal is at times t (...): (..., d) [m]."""
+        """Position (..., d) [m] of the goal at times t (...) [s]."""
         span = self.trajectory.span
         return self.trajectory.position(t if span == FOREVER else np.clip(np.asarray(t, dtype=np.float64), *span))
 
     def velocity(self, t: npt.ArrayLike) -> Array:
-        """How fast the goal is at times t (...): (..., d) [m/s]."""
+        """Velocity (..., d) [m/s] of the goal at times t (...) [s]; 0 outside the span of its trajectory."""
         first, last = self.trajectory.span
         time = np.asarray(t, dtype=np.float64)
-        there = ((time >= first) & (time <= last))[..., None]
-        return np.asarray(np.where(there, self.trajectory.velocity(np.clip(time, first, last)), 0.0))
+        exists = ((time >= first) & (time <= last))[..., None]
+        return np.asarray(np.where(exists, self.trajectory.velocity(np.clip(time, first, last)), 0.0))
 
     def reached(self, position: Array, velocity: Array, now: float) -> bool:
         """Whether a robot in this state at time `now` [s] has arrived."""
         return bool(self.reached_at(position, velocity, np.asarray(now)))
 
     def reached_at(self, positions: Array, velocities: Array, times: Array) -> npt.NDArray[np.bool_]:
-        """As `reached`, for states (..., d) at times (...)."""
-        near = np.linalg.norm(self.position(times) - positions, axis=-1) <= self.tolerance
-        if not self.stop or not np.any(near):
-            return np.asarray(near)
-        return np.asarray(near & (np.linalg.norm(self.velocity(times) - velocities, axis=-1) <= self.tolerance))
+        """As `reached`, for positions and velocities (..., d) at times (...) [s]: (...)."""
+        within = np.linalg.norm(self.position(times) - positions, axis=-1) <= self.tolerance
+        if not self.stop or not np.any(within):
+            return np.asarray(within)
+        return np.asarray(within & (np.linalg.norm(self.velocity(times) - velocities, axis=-1) <= self.tolerance))
 
-    def meeting_point(self, position: Array, now: float, limits: Limits) -> Array:
-        """Where a robot at `position` (d,) [m], at top speed from now on, meets the goal; the goal itself if at rest.
+    def interception_point(self, position: Array, now: float, limits: Limits) -> Array:
+        """Position (d,) [m] where a robot at `position` (d,) [m], at max_speed from now on, meets the goal.
 
-        A few rounds of "where will it be when I get there"; a goal that runs away is led by a bounded time.
+        Fixed-point iteration with four steps on the time of arrival. The time is bounded for goals that outrun the
+        robot.
         """
-        ahead = 0.0
+        duration = 0.0
         for _ in range(4):
-            away = np.linalg.norm(self.position(now + ahead) - position)
-            ahead = min(float(away) / limits.max_speed, 2.0 * ahead + 10.0)
-        return self.position(now + ahead)
+            distance = np.linalg.norm(self.position(now + duration) - position)
+            duration = min(float(distance) / limits.max_speed, 2.0 * duration + 10.0)
+        return self.position(now + duration)
 
     def desired_velocity(self, position: Array, velocity: Array, now: float, limits: Limits) -> Array:
-        """The velocity (d,) [m/s] that leads a robot in this state to the goal as soon as possible.
+        """Velocity (d,) [m/s] that leads a robot in this state to the goal as soon as possible.
 
-        Towards the meeting point at top speed, but no faster than lets it turn there: the arc from the present heading
-        to the point has the radius distance / (2 sin angle), or robots would orbit their goals. With `stop` no
-        faster, relative to the goal, than 0.7 of the limit brakes away.
+        It points to the interception point, at max_speed or, if lower, the speed at which the robot can still turn
+        there. The arc from the present heading to the point has the radius distance / (2 sin angle); without this limit
+        robots orbit their goals. With `stop` the speed relative to the goal is at most what 0.7 of max_acceleration can
+        brake within the distance.
         """
-        wanted = np.empty_like(position)
+        desired = np.empty_like(position)
         if not self.stop:
-            away = self.meeting_point(position, now, limits) - position
-            kernels.passing_velocity(away, velocity, limits.max_acceleration, limits.max_speed, wanted)
-            return wanted
-        away = self.position(now) - position
-        kernels.stopping_velocity(away, limits.max_acceleration, limits.max_speed, wanted)
-        wanted += self.velocity(now)
-        return np.asarray(wanted / max(float(np.linalg.norm(wanted)) / limits.max_speed, 1.0))
+            displacement = self.interception_point(position, now, limits) - position
+            kernels.passing_velocity(displacement, velocity, limits.max_acceleration, limits.max_speed, desired)
+            return desired
+        displacement = self.position(now) - position
+        kernels.stopping_velocity(displacement, limits.max_acceleration, limits.max_speed, desired)
+        desired += self.velocity(now)
+        return np.asarray(desired / max(float(np.linalg.norm(desired)) / limits.max_speed, 1.0))
 
     def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits) -> float:
-        """An estimate [s] of how long a robot in this state needs to the goal, alone in the world.
+        """Estimated time [s] that a robot in this state needs to the goal without obstacles.
 
-        To pass through a goal at rest: the earliest arrival by one push and coasting, exact (`kernels/arrival.py`); a
-        moving goal is taken where it is met. With `stop`: exact on a line for a robot that is not faster than
-        its distance allows; what turning the velocity costs is |dv|^2 / (2 a v).
+        To pass a goal at rest: the earliest arrival under one constant acceleration followed by coasting, exact
+        (`kernels/decision/time_to_go.py`). A moving goal is evaluated where it is intercepted. With `stop`: exact on a
+        line for a robot that can still brake within its distance; a change of velocity dv costs |dv|^2 / (2 a v).
         """
-        top, push = limits.max_speed, limits.max_acceleration
+        max_speed, max_acceleration = limits.max_speed, limits.max_acceleration
         if not self.stop:
-            ahead = 0.0
+            duration = 0.0
             for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
-                away = self.position(now + ahead) - position
-                ahead = kernels.earliest_arrival(away, velocity, push, top, 0.5 * self.tolerance)
-            return float(ahead)
+                displacement = self.position(now + duration) - position
+                duration = kernels.earliest_arrival(
+                    displacement, velocity, max_acceleration, max_speed, 0.5 * self.tolerance
+                )
+            return float(duration)
         distance = max(0.0, float(np.linalg.norm(self.position(now) - position)) - self.tolerance)
-        change = float(np.linalg.norm(self.desired_velocity(position, velocity, now, limits) - velocity))
-        return float(kernels.time_to_stop(distance, change, push, top))
+        velocity_change = float(np.linalg.norm(self.desired_velocity(position, velocity, now, limits) - velocity))
+        return float(kernels.time_to_stop(distance, velocity_change, max_acceleration, max_speed))

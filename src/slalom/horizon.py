@@ -1,4 +1,4 @@
-"""How far ahead collisions with each obstacle count: for all alike, by name, or until the robot can have stopped."""
+"""Horizons of single obstacles: one for all, by name, or the time that the robot needs to stop."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ from slalom.state import State
 
 @runtime_checkable
 class Horizon(Protocol):
-    """A rule for the horizon of each obstacle, as it is foreseen.
+    """Rule for the horizon of each predicted obstacle.
 
-    Law: every horizon is above 0. The navigator cuts those that exceed its own `horizon`.
+    Law: every horizon is above 0. The navigator limits them to its own `horizon`.
     """
 
     def __call__(self, state: State, obstacles: Sequence[Obstacle], limits: Limits, now: float) -> Array:
-        """Horizons (n,) [s] for a robot in `state` at time `now` [s]."""
+        """Horizons (n,) [s] of n predicted obstacles for a robot in `state` at time `now` [s]."""
 
 
 @dataclass(frozen=True)
 class HorizonByName:
-    """seconds[name] for the obstacles that are named, `otherwise` [s] for all others."""
+    """seconds[name] for named obstacles, `otherwise` [s] for all others."""
 
     seconds: Mapping[str, float]
     otherwise: float
@@ -41,13 +41,13 @@ class HorizonByName:
 
 @dataclass(frozen=True)
 class SafeTime:
-    """The safe time horizon: as long as the robot needs to stop, relative to the obstacle, by full braking.
+    """Safe time horizon: the time that the robot needs to stop relative to the obstacle under full braking.
 
-    |v - v_B| / braking, and `extra` >= 0 [s] for what a decision takes and a manoeuvre holds; v_B is the velocity of
-    the obstacle now, or when it appears. A longer horizon forbids controls that can still be corrected, a shorter one
-    lets the robot get to where braking comes too late (Gal, Shiller and Rimon, ICRA 2009; Shiller, Gal and Raz, IROS
-    2011, who cut the velocity obstacle where its boundary meets that of the states from which a collision is
-    inevitable; for a robot that brakes straight this is the time to stop).
+    |v - v_B| / braking + `extra`; `extra` >= 0 [s] allows for the decision period and the hold of a manoeuvre. v_B is
+    the velocity of the obstacle now, or when it appears. A longer horizon forbids controls that can still be corrected.
+    With a shorter one the robot may enter states in which braking is too late. Source: Gal, Shiller and Rimon, ICRA
+    2009; Shiller, Gal and Raz, IROS 2011. They cut the velocity obstacle where its boundary meets that of the
+    inevitable collision states; for a robot that brakes straight this is the time to stop.
     """
 
     extra: float = 1.0
@@ -58,7 +58,7 @@ class SafeTime:
     def __call__(self, state: State, obstacles: Sequence[Obstacle], limits: Limits, now: float) -> Array:
         times = []
         for obstacle in obstacles:
-            seen = min(max(now, obstacle.trajectory.span[0]), obstacle.trajectory.span[1])
-            relative = state.velocity - obstacle.trajectory.velocity(seen)
+            time = min(max(now, obstacle.trajectory.span[0]), obstacle.trajectory.span[1])
+            relative = state.velocity - obstacle.trajectory.velocity(time)
             times.append(float(np.linalg.norm(relative)) / limits.braking + self.extra)
         return np.maximum(np.array(times, dtype=np.float64), 1e-3)

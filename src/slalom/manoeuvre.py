@@ -1,4 +1,4 @@
-"""A response with its control and its start: a whole future path."""
+"""Manoeuvres: a response with a control, an initial state and a start time."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,9 +15,9 @@ from slalom.state import State
 
 @dataclass(frozen=True, eq=False)
 class Manoeuvre:
-    """The motion of a robot that was in `state` at absolute time `start` [s] and answers `control` by `response`.
+    """Motion of a robot in `state` at absolute time `start` [s] that applies `control` (d,) through `response`.
 
-    It is a trajectory (see `trajectory.Trajectory`), so others can avoid it.
+    A manoeuvre is a `Trajectory`, so that other robots can avoid it.
     """
 
     tabulated: ClassVar[bool] = False
@@ -51,8 +51,8 @@ class Manoeuvre:
         return self.response.acceleration(self.state, self._elapsed(t))(self.control)
 
     def _knots(self, start: float, end: float) -> Array:
-        reach = float(np.linalg.norm(self.state.velocity) + np.linalg.norm(self.control)) + 1.0
-        knots = self.start + self.response.knots(max(end - self.start, 1e-9), reach)
+        speed_bound = float(np.linalg.norm(self.state.velocity) + np.linalg.norm(self.control)) + 1.0
+        knots = self.start + self.response.knots(max(end - self.start, 1e-9), speed_bound)
         return np.concatenate([[start], knots[(knots > start) & (knots < end)], [end]])
 
     def breaks(self, start: float, end: float) -> Array:
@@ -60,45 +60,46 @@ class Manoeuvre:
 
     def speed_bound(self, start: float, end: float) -> float:
         path = self.path(start, end)
-        steps = 3.0 * np.diff(path.points, axis=1) / np.diff(path.times)[:, None, None]
-        return float(np.linalg.norm(steps, axis=-1).max()) + 1e-3
+        velocities = 3.0 * np.diff(path.points, axis=1) / np.diff(path.times)[:, None, None]
+        return float(np.linalg.norm(velocities, axis=-1).max()) + 1e-3
 
     def acceleration_bound(self, start: float, end: float) -> float:
         path = self.path(start, end)
-        bends = 6.0 * np.diff(path.points, 2, axis=1) / (np.diff(path.times) ** 2)[:, None, None]
-        return 1.1 * float(np.linalg.norm(bends, axis=-1).max()) + 1e-3
+        accelerations = 6.0 * np.diff(path.points, 2, axis=1) / (np.diff(path.times) ** 2)[:, None, None]
+        return 1.1 * float(np.linalg.norm(accelerations, axis=-1).max()) + 1e-3
 
     def path(self, start: float, end: float) -> Path:
         knots = self._knots(start, end)
         return hermite(knots, self.position(knots), self.velocity(knots), self.response.interpolation_error)
 
     def advance(self, duration: float) -> State:
-        """The state `duration` seconds after the start."""
+        """State `duration` [s] after the start."""
         return advance(self.response, self.state, self.control, duration)
 
     def mean_acceleration(self, now: float, duration: float) -> Array:
-        """What a robot driven by piecewise constant accelerations applies from `now` on [m/s^2].
+        """Mean acceleration (d,) [m/s^2] over `duration` [s] from `now` [s].
 
-        The manoeuvre itself where its acceleration does not change within `duration`.
+        It is the input of a robot with piecewise constant acceleration, and equals the acceleration of the manoeuvre
+        where that is constant within `duration`.
         """
         change = self.velocity(now + duration) - self.velocity(now)
         return np.asarray(change / duration)
 
     def settled_time(self, period: float, horizon: float) -> float:
-        """When its control has been carried out, if at the earliest one period after its start: absolute time [s]."""
+        """Absolute time [s] at which the control has settled, at the earliest one period after the start."""
         return self.start + max(period, self.response.settled(horizon))
 
     def continuation(self, state: State, now: float) -> "Continuation":
-        """The rest of the manoeuvre for a robot that is in `state` at `now`, perhaps a little off its course."""
+        """Rest of the manoeuvre for a robot in `state` at `now` [s], which may deviate slightly from it."""
         return Continuation(self, now, state.position - self.position(now), state.velocity - self.velocity(now))
 
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """The response of a robot that goes on with a manoeuvre whatever the control: gain 0.
+    """Response of a robot that continues a manoeuvre for every control: gain 0.
 
-    It repeats the manoeuvre's accelerations from `now` on; a deviation (`off_place`, `off_speed`) therefore
-    stays and drifts. Serves to ask whether the committed manoeuvre is still safe.
+    It repeats the accelerations of the manoeuvre from `now` [s] on. An error of position (d,) [m] therefore stays, and
+    an error of velocity (d,) [m/s] drifts. Used to test whether the committed manoeuvre is still safe.
     """
 
     manoeuvre: Manoeuvre
@@ -127,9 +128,9 @@ class Continuation:
         time = np.asarray(t, dtype=np.float64)
         return Affine(self.manoeuvre.acceleration(self.now + time), np.zeros_like(time))
 
-    def knots(self, horizon: float, reach: float) -> Array:
+    def knots(self, horizon: float, speed_bound: float) -> Array:
         elapsed = self.now - self.manoeuvre.start
-        knots = self.manoeuvre.response.knots(elapsed + horizon, reach) - elapsed
+        knots = self.manoeuvre.response.knots(elapsed + horizon, speed_bound) - elapsed
         return np.concatenate([[0.0], knots[(knots > 1e-9) & (knots < horizon - 1e-9)], [horizon]])
 
     def settled(self, horizon: float) -> float:

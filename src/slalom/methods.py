@@ -1,4 +1,4 @@
-"""The table of methods: a method is a response and a forecast."""
+"""Table of methods: a method combines responses with a forecast."""
 
 import math
 from collections.abc import Callable
@@ -26,30 +26,31 @@ from slalom.response import (
 )
 
 HOLDS: Final = (0.2, 0.5, 1.0, 2.0, 4.0)
-"""[s] How long accelerations are held when nothing else is asked for; see docs/design/0004."""
+"""[s] Default durations for which accelerations are held; see docs/design/0004."""
 
 Responses = Callable[[Limits, float, tuple[float, ...]], tuple[Response, ...]]
 
 
 @dataclass(frozen=True)
 class Method:
-    """A row of the table: how controls move the robot, and how obstacles are assumed to move.
+    """Row of the table: how controls move the robot, and how obstacles are predicted to move.
 
     Attributes:
-        name: what the command line calls it.
-        responses: from limits, control period [s] and holds [s] to the responses tried at each decision.
-        forecast: from an obstacle's trajectory to the assumed one.
-        sentence: what it is. source: where it comes from.
-        of_robots: the same for other robots, of which only the state now can be seen.
-        among: the responses of robots that meet each other, where they are others.
-        share: how much of the avoidance between robots each does itself, above 0 and at most 1: as the others do their
-            part, the change of the control u from the present one is tested 1 / share as large (with 1/2 and velocities
-            the reciprocal velocity obstacle of van den Berg, Lin and Manocha, ICRA 2008).
-        regain: [s] within which robots that only see each other restore what they have lost of the margin between them,
-            above 0; None: not to lose more is enough. Discs and balls with goals at rest share and regain; robots of
-            other shapes avoid in full.
-        ahead: whether a robot alone looks ahead over sequences of accelerations (`lookahead.LookAhead`).
-        shared: robots know the manoeuvres that the others are committed to, and decide one after the other.
+        name: the name on the command line.
+        responses: from limits, control period [s] and holds [s] to the responses that a decision compares.
+        forecast: from an obstacle's trajectory to the predicted one.
+        sentence: the description for users.
+        source: the publication.
+        robot_forecast: the forecast for other robots, of which only the present state is observed.
+        responses_among: the responses among other robots, where they differ; None: `responses`.
+        share: fraction of the avoidance between robots that each contributes, above 0 and at most 1. The others
+            contribute the rest, so the change of the control u from the present one is tested 1 / share as large. With
+            1/2 and velocities this is the reciprocal velocity obstacle (van den Berg, Lin and Manocha, ICRA 2008).
+        regain: [s] above 0 within which robots that only observe each other restore a lost part of the margin between
+            them; None: the margin must only not shrink further. Discs and balls with goals at rest use share and
+            regain; robots of other shapes avoid in full.
+        shared: robots know the committed manoeuvres of the others, and decide one after the other.
+        looks_ahead: whether a single robot searches over sequences of accelerations (`lookahead.LookAhead`).
     """
 
     name: str
@@ -66,21 +67,25 @@ class Method:
 
     @property
     def foresight(self) -> str:
-        """What it knows of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`)."""
+        """Level of foresight of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`)."""
         return foresight_of(self.forecast)
 
     @property
     def foresight_among(self) -> str:
-        """What robots that meet each other know of each other: published manoeuvres, or what is observed."""
+        """Knowledge of other robots: published manoeuvres, or the level of foresight."""
         return "published" if self.shared else foresight_of(self.robot_forecast)
 
-    def seeing(self, foresight: str) -> "Method":
-        """The method with another level of foresight. Raises InvalidInput for one that there is not."""
+    def with_foresight(self, foresight: str) -> "Method":
+        """The method with another level of foresight.
+
+        Raises:
+            InvalidInput: an unknown level.
+        """
         forecast = FORESIGHTS[known(foresight, "foresight", list(FORESIGHTS))]
         return replace(self, name=f"{self.name.partition('@')[0]}@{foresight}", forecast=forecast)
 
     def among_robots(self) -> "Method":
-        """The method of robots that meet each other."""
+        """The method for robots among other robots."""
         return self if self.responses_among is None else replace(self, responses=self.responses_among)
 
 
@@ -93,24 +98,30 @@ def _lagged(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Re
 
 
 def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
-    rounded = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
+    rounded_holds = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
     rate = min(limits.braking / limits.max_speed, 0.5 / period)
-    coasting = [AccelerateThenCoast(hold) for hold in rounded]
-    stopping = [AccelerateThenStop(hold, rate, period) for hold in rounded]
+    coasting = [AccelerateThenCoast(hold) for hold in rounded_holds]
+    stopping = [AccelerateThenStop(hold, rate, period) for hold in rounded_holds]
     return (*coasting, *stopping)
 
 
 def _braking(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
-    """As `_acceleration`, but the stops have an end, and few pieces: there are many robots to be tested against."""
+    """As `_acceleration`, but stops have an end and few pieces, because there are many robots to test against."""
     coasting = [r for r in _acceleration(limits, period, holds) if isinstance(r, AccelerateThenCoast)]
     return (*coasting, *_ending_at_rest(limits, period, holds)[:-1])
 
 
 def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
-    """Braking takes a whole number of periods, enough to brake from the largest speed; once also from twice that."""
+    """Holds followed by braking over a whole number of periods, enough from max_speed.
+
+    One further response brakes twice as long, for higher speeds.
+    """
     brake = math.ceil(limits.max_speed / limits.braking / period - 1e-9) * period
-    rounded = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
-    return (*(AccelerateThenBrake(hold, brake) for hold in rounded), AccelerateThenBrake(rounded[0], 2.0 * brake))
+    rounded_holds = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
+    return (
+        *(AccelerateThenBrake(hold, brake) for hold in rounded_holds),
+        AccelerateThenBrake(rounded_holds[0], 2.0 * brake),
+    )
 
 
 METHODS: Final[dict[str, Method]] = {
@@ -169,7 +180,7 @@ METHODS: Final[dict[str, Method]] = {
             "nao_ahead",
             _acceleration,
             Known(),
-            "As nao, and looks ahead: accelerate now, then otherwise, then otherwise again. One robot among obstacles.",
+            "As nao, with a search over sequences of accelerations. One robot among obstacles.",
             "Sequences: docs/theory.md, 18; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
             looks_ahead=True,
         ),
@@ -177,22 +188,22 @@ METHODS: Final[dict[str, Method]] = {
             "nao_shared",
             _ending_at_rest,
             Known(),
-            "As nao, and robots publish manoeuvres that end at rest, each of which avoids all published before it.",
+            "As nao, and robots publish manoeuvres that end at rest; each avoids all published before it.",
             "The guarantee: docs/theory.md, 16; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
             robot_forecast=Known(),
             shared=True,
         ),
     )
 }
-"""Every method by name."""
+"""Methods by name."""
 
 
 def method(name: str) -> Method:
-    """The method of that name, or with another foresight NAME@FORESIGHT, as in nao@observed.
+    """Method by name, or with another foresight by NAME@FORESIGHT, as in nao@observed.
 
     Raises:
-        InvalidInput: there is no such method or foresight; the names that there are.
+        InvalidInput: an unknown method or foresight; the message lists the known ones.
     """
     plain, at, foresight = name.partition("@")
     found = METHODS[known(plain, "method", list(METHODS))]
-    return found.seeing(foresight) if at else found
+    return found.with_foresight(foresight) if at else found

@@ -1,4 +1,4 @@
-"""Shapes grown by the shape of a robot: the convex bodies that a point must keep out of (Minkowski)."""
+"""Minkowski sums of obstacle and robot shapes: convex bodies that the robot's position must avoid."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -15,36 +15,38 @@ Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
 
-class Grown(NamedTuple):
-    """An obstacle's shape grown by a robot's, as bodies: the convex hulls of the differences of their corners."""
+class MinkowskiSum(NamedTuple):
+    """Obstacle shape grown by the robot shape, as b convex bodies: hulls of the differences of their corners."""
 
     offsets: Array  # (b, d) [m] the body's origin from the obstacle's position
     counts: Indices  # (b,) corners
-    corners: Array  # (c, 5) [m] from the body's origin, see `segments.Segments`
-    radius: Array  # (b,) [m] radius
+    corners: Array  # (c, 5) [m] from the body's origin, see `RelativeMotion`
+    radius: Array  # (b,) [m] rounding
     hull_radius: Array  # (b,) [m] the largest distance of a corner from the body's origin
     unordered: Flags  # (b,)
 
 
-def grown(obstacle: Obstacle, robot: Shape) -> Grown:
-    """The shape of an obstacle, in its constant heading if it has one, grown by that of a robot that never turns.
+def minkowski_sum(obstacle: Obstacle, robot: Shape) -> MinkowskiSum:
+    """Minkowski sum of an obstacle's shape and the reflection of a robot that never turns.
+
+    The obstacle is in its constant heading if it has one, otherwise in its body frame.
 
     Raises:
-        InvalidInput: in space, a robot and an obstacle that are both not round.
+        InvalidInput: in space, neither robot nor obstacle is round.
     """
     angle = None if obstacle.turns else 0.0 if isinstance(obstacle.heading, str) else obstacle.heading
-    result: Grown = _grown(obstacle.shape, robot, angle)  # type: ignore[arg-type]  # shapes are values
+    result: MinkowskiSum = _minkowski_sum(obstacle.shape, robot, angle)  # type: ignore[arg-type]  # shapes are values
     return result
 
 
 @lru_cache(maxsize=4096)
-def _grown(shape: Shape, robot: Shape, angle: float | None) -> Grown:
+def _minkowski_sum(shape: Shape, robot: Shape, angle: float | None) -> MinkowskiSum:
     d = shape.dimension
-    offsets, corners, around, mixed = [], [], [], []
+    offsets, corners, radii, unordered = [], [], [], []
     for part in shape.parts:
         for other in robot.parts:
-            several = len(part.corners) > 1 and len(other.corners) > 1
-            if several and d == 3:
+            both_polygonal = len(part.corners) > 1 and len(other.corners) > 1
+            if both_polygonal and d == 3:
                 raise InvalidInput(
                     "robot: expected a ball, or obstacles that are balls, in space; found parts with "
                     f"{len(other.corners)} and {len(part.corners)} corners"
@@ -55,16 +57,16 @@ def _grown(shape: Shape, robot: Shape, angle: float | None) -> Grown:
                 offset, hull = _fixed(part, other, angle)
             offsets.append(offset)
             corners.append(hull)
-            around.append(part.radius + other.radius)
-            # Turned against each other, the corners of the sum change places.
-            mixed.append(several and angle is None)
-    return Grown(
+            radii.append(part.radius + other.radius)
+            # The order of the corners of the sum changes with the heading.
+            unordered.append(both_polygonal and angle is None)
+    return MinkowskiSum(
         np.array(offsets),
         np.array([len(c) for c in corners], dtype=np.int64),
         np.concatenate(corners),
-        np.array(around),
+        np.array(radii),
         np.array([float((_length(c[:, :3]) + _length(c[:, 3:])).max()) for c in corners]),
-        np.array(mixed),
+        np.array(unordered),
     )
 
 
@@ -73,10 +75,10 @@ def _length(vectors: Array) -> Array:
 
 
 def _turning(part: Part, other: Part) -> tuple[Array, Array]:
-    """A body's origin and corners (n, 5): those of the obstacle turn, those of the robot do not."""
-    mine, its = np.indices((len(part.corners), len(other.corners))).reshape(2, -1)
-    corners = np.zeros((len(mine), 5))
-    corners[:, :2], corners[:, 3:] = -other.corners[its], part.corners[mine]
+    """Origin (2,) and corners (n, 5) [m] of a body; the parts of the obstacle turn, those of the robot do not."""
+    own, others = np.indices((len(part.corners), len(other.corners))).reshape(2, -1)
+    corners = np.zeros((len(own), 5))
+    corners[:, :2], corners[:, 3:] = -other.corners[others], part.corners[own]
     offset = np.zeros(2)
     if len(other.corners) == 1:
         offset, corners[:, :2] = -other.corners[0], 0.0
@@ -84,7 +86,7 @@ def _turning(part: Part, other: Part) -> tuple[Array, Array]:
 
 
 def _fixed(part: Part, other: Part, angle: float) -> tuple[Array, Array]:
-    """A body's origin and corners (n, 5) for an obstacle in a constant heading."""
+    """Origin (d,) and corners (n, 5) [m] of a body for an obstacle in a constant heading `angle` [rad]."""
     own = part.corners if not angle else part.corners @ _rotation(angle).T
     d = own.shape[1]
     points = (own[:, None] - other.corners[None]).reshape(-1, d)
@@ -102,7 +104,7 @@ def _rotation(angle: float) -> Array:
 
 
 def hull_corners(points: Array) -> Array:
-    """The corners (n, 2) of the convex hull of points in the plane, counter-clockwise; two if they lie on a line."""
+    """Corners (n, 2) of the convex hull of points (m, 2) in the plane, counter-clockwise; two if they are collinear."""
     import shapely
 
     hull = shapely.MultiPoint(points).convex_hull
@@ -112,10 +114,10 @@ def hull_corners(points: Array) -> Array:
 
 
 def outline_parts(obstacle: Obstacle, t: float) -> list[Part]:
-    """What an obstacle covers at absolute time t [s]: rounded hulls with corners in the world frame."""
-    place = obstacle.trajectory.position(t)
+    """Parts of an obstacle at absolute time t [s]: rounded hulls with corners (n, d) [m] in the world frame."""
+    position = obstacle.trajectory.position(t)
     if obstacle.dimension == 3:
-        return [Part(place + part.corners, part.radius) for part in obstacle.shape.parts]
+        return [Part(position + part.corners, part.radius) for part in obstacle.shape.parts]
     e = obstacle.direction(t) if obstacle.turns or not isinstance(obstacle.heading, str) else np.array([1.0, 0.0])
     turn = np.array([[e[0], -e[1]], [e[1], e[0]]])
-    return [Part(place + part.corners @ turn.T, part.radius) for part in obstacle.shape.parts]
+    return [Part(position + part.corners @ turn.T, part.radius) for part in obstacle.shape.parts]

@@ -1,4 +1,4 @@
-"""What the robot wants: a preferred control for each response, and how good a manoeuvre is."""
+"""Objectives: the preferred control of each response, and the cost of a manoeuvre."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -17,7 +17,7 @@ from slalom.trajectory import Stationary, Trajectory
 
 
 class Aim(NamedTuple):
-    """One quadratic wish: weight * |map(u) - target|^2 should be small."""
+    """Quadratic term of an objective: weight * |map(u) - target|^2."""
 
     map: Affine
     target: Array
@@ -25,24 +25,27 @@ class Aim(NamedTuple):
 
 
 def preferred_control(aims: tuple[Aim, ...]) -> Array:
-    """The control (d,) that minimises the sum of the aims.
+    """Control (d,) that minimises the sum of the aims.
 
-    Because every gain is a scalar, the sum is (sum w g^2) |u - preferred|^2 + constant: the optimum under any
-    constraint is the point nearest to `preferred`, which is what `select` finds.
+    Because every gain is a scalar, the sum is (sum w g^2) |u - preferred|^2 + constant. The optimum under any
+    constraint is therefore the point nearest to `preferred`, which `select` computes.
+
+    Raises:
+        InvalidInput: no aim with weight and gain above 0.
     """
-    total, pull = 0.0, np.zeros(1)
+    total, weighted = 0.0, np.zeros(1)
     for aim in aims:
         gain = float(aim.map.gain)
         total += aim.weight * gain**2
-        pull = pull + aim.weight * gain * (aim.target - aim.map.drift)
+        weighted = weighted + aim.weight * gain * (aim.target - aim.map.drift)
     if not total > 0.0:
         raise InvalidInput("aims: expected one with weight and gain above 0, found none")
-    return np.asarray(pull / total)
+    return np.asarray(weighted / total)
 
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """What an objective may look at: one response in one state."""
+    """Input of an objective: one response in one state."""
 
     response: Response
     state: State
@@ -55,25 +58,25 @@ class Situation:
 
 @runtime_checkable
 class Objective(Protocol):
-    """Quadratic wishes for one decision; and how much clearance beyond the margin is wished for."""
+    """Quadratic aims for one decision, the cost of a manoeuvre, and the preferred clearance beyond the margin."""
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
-        """At least one aim of positive weight and gain."""
+        """At least one aim with weight and gain above 0."""
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
-        """How long [s] the wish takes for a robot that follows `motion` until the time `until` and is free then."""
+        """Cost [s] of a robot that follows `motion` until the absolute time `until` [s] and moves freely afterwards."""
 
     @property
     def enough_clearance(self) -> float:
-        """[m] Clearance beyond the margin up to which more is better than being nearer to the aims; usually 0."""
+        """Clearance [m] beyond the margin up to which more clearance outweighs the aims; usually 0."""
 
 
 @dataclass(frozen=True)
 class Arrive:
-    """Be at the goal as soon as possible.
+    """Arrive at the goal as early as possible.
 
-    To pass through the goal: be there at the earliest time that an admissible control allows. Where none
-    does, and to stop at the goal: have the velocity that leads there and can be braked (`Goal.desired_velocity`).
+    To pass through the goal: reach it at the earliest time that an admissible control allows. If no control does, and
+    to stop at the goal: reach the velocity `Goal.desired_velocity`.
     """
 
     enough_clearance: float = 0.0
@@ -82,9 +85,12 @@ class Arrive:
         s = situation
         if s.goal.stop:
             return (self._velocity_aim(s),)
-        away = s.goal.position(s.now) - s.state.position
-        slowest = 4.0 * sqrt(away.dot(away)) / s.limits.max_speed + 4.0 * s.limits.max_speed / s.limits.max_acceleration
-        times = _growing(max(slowest, 0.04))
+        displacement = s.goal.position(s.now) - s.state.position
+        latest = (
+            4.0 * sqrt(displacement.dot(displacement)) / s.limits.max_speed
+            + 4.0 * s.limits.max_speed / s.limits.max_acceleration
+        )
+        times = _geometric_times(max(latest, 0.04))
         for _ in range(2):
             maps = s.response.position(s.state, times)
             controls = maps.inverse(s.goal.position(s.now + times))
@@ -92,42 +98,42 @@ class Arrive:
             k = int(reached.argmax())
             if not reached[k]:
                 return (self._velocity_aim(s),)
-            # Between the last time that is too early and this one lies the earliest: look again, closer.
-            found, times = times[k], _between(times[max(k - 1, 0)], times[k])
-        place = s.response.position(s.state, found)
-        return (Aim(place, s.goal.position(s.now + found)),)
+            # The earliest time lies between the last infeasible time and this one: repeat with smaller steps.
+            earliest, times = times[k], _even_times(times[max(k - 1, 0)], times[k])
+        position_map = s.response.position(s.state, earliest)
+        return (Aim(position_map, s.goal.position(s.now + earliest)),)
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         s = situation
         if self._may_arrive(s, until):
-            ahead = np.linspace(s.now, until, 9)
-            reached = s.goal.reached_at(motion.position(ahead), motion.velocity(ahead), ahead)
+            times = np.linspace(s.now, until, 9)
+            reached = s.goal.reached_at(motion.position(times), motion.velocity(times), times)
             if np.any(reached):
-                return float(ahead[int(np.argmax(reached))] - s.now)
-        after = s.goal.time_to_go(motion.position(until), motion.velocity(until), until, s.limits)
-        return float(until - s.now + after)
+                return float(times[int(np.argmax(reached))] - s.now)
+        time_to_go = s.goal.time_to_go(motion.position(until), motion.velocity(until), until, s.limits)
+        return float(until - s.now + time_to_go)
 
     def _may_arrive(self, s: Situation, until: float) -> bool:
-        """Whether a robot that obeys its limits could be at the goal before `until`; a goal that moves may come."""
+        """Whether the robot can reach the goal before `until` [s] within its limits; True for a moving goal."""
         if not isinstance(s.goal.trajectory, Stationary):
             return True
-        away = s.goal.position(s.now) - s.state.position
-        fastest = s.limits.max_speed + float(np.abs(s.state.velocity).sum())
-        return sqrt(away.dot(away)) <= s.goal.tolerance + fastest * (until - s.now)
+        displacement = s.goal.position(s.now) - s.state.position
+        speed = s.limits.max_speed + float(np.abs(s.state.velocity).sum())
+        return sqrt(displacement.dot(displacement)) <= s.goal.tolerance + speed * (until - s.now)
 
     def _velocity_aim(self, s: Situation) -> Aim:
-        """Have the desired velocity of the place where the robot will be, once the control has had its effect."""
-        after = s.response.settled(s.horizon)
-        place = s.state.position + after * s.state.velocity
-        wanted = s.goal.desired_velocity(place, s.state.velocity, s.now + after, s.limits)
-        return Aim(s.response.velocity(s.state, after), wanted)
+        """Aim at the desired velocity at the position extrapolated to the time at which the control has settled."""
+        settled = s.response.settled(s.horizon)
+        position = s.state.position + settled * s.state.velocity
+        desired = s.goal.desired_velocity(position, s.state.velocity, s.now + settled, s.limits)
+        return Aim(s.response.velocity(s.state, settled), desired)
 
 
-_EARLIEST, _STEPS, _CLOSER = 0.02, np.arange(64.0), np.arange(17.0)
+_EARLIEST, _STEPS, _REFINED_STEPS = 0.02, np.arange(64.0), np.arange(17.0)
 
 
-def _growing(last: float) -> Array:
-    """64 times from 0.02 s to `last`, each by the same factor later than the one before: np.geomspace."""
+def _geometric_times(last: float) -> Array:
+    """64 times [s] from 0.02 s to `last` in geometric progression, as np.geomspace."""
     first, end = np.log10(_EARLIEST), np.log10(last)
     powers = _STEPS * ((end - first) / 63.0) + first
     powers[-1] = end
@@ -136,16 +142,16 @@ def _growing(last: float) -> Array:
     return times
 
 
-def _between(first: float, last: float) -> Array:
-    """17 times at even steps: np.linspace."""
-    times = _CLOSER * ((last - first) / 16.0) + first
+def _even_times(first: float, last: float) -> Array:
+    """17 evenly spaced times [s], as np.linspace."""
+    times = _REFINED_STEPS * ((last - first) / 16.0) + first
     times[-1] = last
     return times
 
 
 @dataclass(frozen=True)
 class KeepAcceleration:
-    """Change the acceleration least: comfort, and few adjustments."""
+    """Change the acceleration as little as possible: comfort, and few adjustments."""
 
     enough_clearance: float = 0.0
 
@@ -161,28 +167,28 @@ class KeepAcceleration:
 
 @dataclass(frozen=True, eq=False)
 class FollowVelocity:
-    """Have the given velocity (d,) [m/s] once the control has been carried out."""
+    """Reach the given velocity (d,) [m/s] when the control has settled."""
 
-    SOON: ClassVar[float] = 1e-3
-    """[s] For controls that take effect at once."""
+    MIN_TIME: ClassVar[float] = 1e-3
+    """[s] Time of the aim for controls with immediate effect."""
 
     velocity: Checked = Checked(vector)
     enough_clearance: float = 0.0
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
-        wanted = vector(self.velocity, "velocity to follow", s.state.dimension)
-        return (Aim(s.response.velocity(s.state, max(s.response.settled(s.horizon), self.SOON)), wanted),)
+        desired = vector(self.velocity, "velocity to follow", s.state.dimension)
+        return (Aim(s.response.velocity(s.state, max(s.response.settled(s.horizon), self.MIN_TIME)), desired),)
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         s = situation
-        missing = float(np.linalg.norm(motion.velocity(until) - self.velocity))
-        return float(until - s.now) + missing / s.limits.max_acceleration
+        difference = float(np.linalg.norm(motion.velocity(until) - self.velocity))
+        return float(until - s.now) + difference / s.limits.max_acceleration
 
 
 @dataclass(frozen=True)
 class MostClearance:
-    """Keep as far from everything as possible, up to `enough` [m] beyond the margin; then as `then` wishes."""
+    """Maximise the clearance up to `enough` [m] beyond the margin; then minimise `then`."""
 
     enough: float
     then: Objective
@@ -203,7 +209,7 @@ class MostClearance:
 
 @dataclass(frozen=True)
 class Mix:
-    """A weighted sum of objectives: ((weight, objective), ...), weights of 0 or more."""
+    """Weighted sum of objectives: ((weight, objective), ...), weights of 0 or more."""
 
     parts: tuple[tuple[float, Objective], ...]
 
@@ -217,7 +223,7 @@ class Mix:
         return max(part.enough_clearance for _, part in self.parts)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
-        # Each part is normalised to the same curvature in u, so that weights compare accelerations, not seconds.
+        # Each part is normalised to the same curvature in u, so that weights compare accelerations, not times.
         mixed = []
         for weight, part in self.parts:
             aims = part.aims(situation)

@@ -1,4 +1,4 @@
-"""An obstacle: a shape on a trajectory."""
+"""Obstacles: shapes on trajectories."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,16 +21,16 @@ MOTION: Final = "motion"
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A `shape` that moves along a `trajectory`; `name` appears in messages and recordings.
+    """`shape` that moves along `trajectory`; `name` appears in messages and recordings.
 
     Attributes:
-        heading: where the shape's x axis points, in the plane: an angle [rad], counter-clockwise from the world's, or
-            "motion": along the velocity at every time. While that is zero the last direction is kept.
-        uncertainty: how far from its trajectory the obstacle may be, by the time since the decision; None: nowhere
-        else.
+        heading: direction of the shape's x axis in the plane: an angle [rad], counter-clockwise from the world's x
+            axis, or "motion": along the velocity. While the velocity is zero the last direction is kept.
+        uncertainty: bound on the distance from the trajectory as a function of the time since the decision; None:
+            exact.
 
     Raises:
-        InvalidInput: no shape or trajectory, or two of different dimension; a heading in space, or none of the above.
+        InvalidInput: no shape or trajectory, or two of different dimension; a heading in space, or an invalid one.
     """
 
     shape: Shape
@@ -54,9 +54,7 @@ class Obstacle:
         else:
             object.__setattr__(self, "heading", number(self.heading, "heading"))
         if self.dimension == 3 and self.heading != 0.0:
-            raise InvalidInput(
-                f"heading: expected 0 in space, where shapes keep their orientation, found {self.heading!r}"
-            )
+            raise InvalidInput(f"heading: expected 0 in space, where orientation is constant, found {self.heading!r}")
 
     @cached_property
     def dimension(self) -> int:
@@ -65,14 +63,14 @@ class Obstacle:
 
     @property
     def turns(self) -> bool:
-        """Whether the shape is seen to turn: a disc is not."""
+        """Whether the covered set turns: always False for a disc."""
         return self.heading == MOTION and not isinstance(self.shape, Disc)
 
     def direction(self, t: npt.ArrayLike) -> Array:
-        """Where the shape's x axis points at times t (...) [s] in the plane: unit vectors (..., 2).
+        """Unit vectors (..., 2) of the shape's x axis at times t (...) [s], in the plane.
 
         Raises:
-            InvalidInput: it should point along the motion, and the obstacle has not moved up to then.
+            InvalidInput: the heading follows the motion, and the obstacle has not moved before t.
         """
         time = np.asarray(t, dtype=np.float64)
         if not isinstance(self.heading, str):
@@ -80,12 +78,12 @@ class Obstacle:
         velocity = self.trajectory.velocity(time)
         speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
         result = velocity / np.where(speed > 0.0, speed, 1.0)
-        for place in np.argwhere(speed[..., 0] == 0.0):
-            result[tuple(place)] = self._last_direction(float(time[tuple(place)]))
+        for index in np.argwhere(speed[..., 0] == 0.0):
+            result[tuple(index)] = self._last_direction(float(time[tuple(index)]))
         return np.asarray(result)
 
     def _last_direction(self, t: float) -> Array:
-        """The direction with which the obstacle came to rest before t [s]."""
+        """Direction (2,) of the last motion before t [s]."""
         earliest = max(self.trajectory.span[0], t - LOOK_BACK)
         if self.trajectory.speed_bound(earliest, t) == 0.0:
             raise InvalidInput(
@@ -97,7 +95,7 @@ class Obstacle:
         return np.asarray(last / np.linalg.norm(last))
 
     def directions(self, start: float, end: float, tolerance: float) -> Path:
-        """`direction` over start to end as cubic pieces, within `tolerance` [1] or with their own error."""
+        """`direction` from start to end [s] as cubic pieces, within `tolerance` [1] or with their own error."""
         resting = self.heading != MOTION or self.trajectory.speed_bound(start, end) == 0.0
         if resting:
             pieces = np.broadcast_to(self.direction(start), (1, 4, 2))
@@ -106,12 +104,12 @@ class Obstacle:
         first = int(np.argmax(np.any(self.trajectory.velocity(path.times) != 0.0, axis=-1)))
         if first == 0:
             return path
-        # It stands at first: the direction from before holds until it moves.
+        # At rest at first: the previous direction holds until the obstacle moves.
         points = path.points.copy()
         points[: first - 1] = self.direction(start)
         return path._replace(points=points)
 
     def exists(self, t: float) -> bool:
-        """Whether the obstacle is there at time t [s]."""
+        """Whether the obstacle exists at time t [s]."""
         first, last = self.trajectory.span
         return first <= t <= last

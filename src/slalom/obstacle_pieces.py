@@ -9,7 +9,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
-from slalom.minkowski import Grown
+from slalom.minkowski import MinkowskiSum
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.tolerances import INTERPOLATION
@@ -55,7 +55,7 @@ class Bodies(NamedTuple):
 def joined(
     obstacles: Sequence[Obstacle],
     indices: list[int],
-    shapes: list[Grown],
+    shapes: list[MinkowskiSum],
     tables: list[Pieces],
     cuts: list[slice],
     start: float,
@@ -98,7 +98,7 @@ def joined(
 _TABLES: "WeakKeyDictionary[Obstacle, dict[tuple[Shape, int, float], Pieces]]" = WeakKeyDictionary()
 
 
-def tabulated(obstacle: Obstacle, shape: Grown, robot: Shape, start: float, horizon: float) -> Pieces:
+def tabulated(obstacle: Obstacle, shape: MinkowskiSum, robot: Shape, start: float, horizon: float) -> Pieces:
     """The pieces of an obstacle over an interval of three horizons that holds the window, made once.
 
     Intervals begin at multiples of two horizons, whenever they are needed: decisions do not depend on earlier ones.
@@ -128,7 +128,7 @@ def overlapping(pieces: Pieces, begin: float, end: float) -> tuple[Pieces, slice
     )
 
 
-def rows_of(obstacle: Obstacle, shape: Grown, decided: float, begin: float, end: float) -> Pieces:
+def rows_of(obstacle: Obstacle, shape: MinkowskiSum, decided: float, begin: float, end: float) -> Pieces:
     """The pieces of an obstacle's bodies from begin to end, all absolute [s], foreseen at `decided`.
 
     Body after body, each in the order of time.

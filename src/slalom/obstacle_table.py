@@ -9,7 +9,7 @@ from slalom import kernels
 from slalom.checks import Array, number, positive
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Snapshot
-from slalom.minkowski import grown
+from slalom.minkowski import minkowski_sum
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import (
     Bodies,
@@ -115,7 +115,7 @@ class ObstacleTable:
         first, last = max(span[0] for span in spans), min(span[1] for span in spans)
         if not (first < self.start + self.horizon and last > self.start):
             return None
-        shapes = [grown(obstacle, robot) for obstacle in self.obstacles]
+        shapes = [minkowski_sum(obstacle, robot) for obstacle in self.obstacles]
         tables = [
             tabulated(obstacle, shape, robot, self.start, self.horizon)
             for obstacle, shape in zip(self.obstacles, shapes)
@@ -131,7 +131,7 @@ class ObstacleTable:
             begin, end = max(self.start, first), min(self.start + until, last)
             if begin >= end:
                 continue
-            shape = grown(obstacle, robot)
+            shape = minkowski_sum(obstacle, robot)
             many = obstacle.trajectory.tabulated and obstacle.uncertainty is None
             if many and until == self.horizon:
                 table = tabulated(obstacle, shape, robot, self.start, self.horizon)

@@ -1,4 +1,4 @@
-"""What an obstacle or a robot covers around its position."""
+"""Shapes of obstacles and robots."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,9 +11,10 @@ from slalom.errors import InvalidInput
 
 
 class Part(NamedTuple):
-    """The convex hull of `corners` (n, d) [m], relative to the position, rounded by `radius` [m].
+    """Convex hull of `corners` (n, d) [m], relative to the position, rounded by `radius` [m].
 
-    All points within `radius` of the hull. In the plane three or more corners go counter-clockwise around it.
+    The part is the set of all points within `radius` of the hull. In the plane three or more corners are
+    counter-clockwise.
     """
 
     corners: Array
@@ -22,10 +23,10 @@ class Part(NamedTuple):
 
 @runtime_checkable
 class Shape(Protocol):
-    """A union of rounded convex hulls around a position, in the body frame: x forward, y to the left.
+    """Union of rounded convex hulls around a position, in the body frame: x forward, y to the left.
 
-    Law: a robot of shape A at p meets an obstacle of shape B at c exactly if p lies in B grown by A (the Minkowski sum
-    of B and -A) at c. Elements are open sets: touching is not meeting.
+    Law: a robot of shape A at p overlaps an obstacle of shape B at c exactly if p lies in the Minkowski sum of B and -A
+    at c. Shapes are open sets: contact is not overlap.
     """
 
     @property
@@ -34,15 +35,15 @@ class Shape(Protocol):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """At least one."""
+        """Convex parts, at least one."""
 
     @property
     def bounding_radius(self) -> float:
-        """Radius [m] of the smallest ball around the position that holds the shape."""
+        """Radius [m] of the smallest ball about the position that contains the shape."""
 
 
 class _Shaped:
-    """What all shapes that are not round have in common."""
+    """Members shared by all shapes that are not round."""
 
     parts: tuple[Part, ...]
 
@@ -56,7 +57,7 @@ class _Shaped:
 
 
 class _Round:
-    """What discs and balls have in common."""
+    """Members shared by discs and balls."""
 
     radius: float
     dimension: int
@@ -72,7 +73,7 @@ class _Round:
 
 @dataclass(frozen=True)
 class Disc(_Round):
-    """A disc of `radius` >= 0 [m] in the plane."""
+    """Disc of `radius` >= 0 [m] in the plane."""
 
     radius: NotNegative
 
@@ -86,7 +87,7 @@ class Disc(_Round):
 
 @dataclass(frozen=True)
 class Ball(_Round):
-    """A ball of `radius` >= 0 [m] in space."""
+    """Ball of `radius` >= 0 [m] in space."""
 
     radius: NotNegative
 
@@ -100,9 +101,7 @@ class Ball(_Round):
 
 @dataclass(frozen=True, eq=False)
 class Capsule(_Shaped):
-    """All points within `radius` > 0 [m] of the straight line from `start` to `end` (d,) [m], in the plane or in
-    space.
-    """
+    """All points within `radius` > 0 [m] of the segment from `start` to `end` (d,) [m], in the plane or in space."""
 
     start: Checked = Checked(vector)
     end: Checked = Checked(vector)
@@ -119,8 +118,9 @@ class Capsule(_Shaped):
 
 @dataclass(frozen=True)
 class Rectangle(_Shaped):
-    """A rectangle about the position: `length` > 0 [m] along x (forward), `width` > 0 [m] along y, rounded by
-    `radius`.
+    """Rectangle centred at the position, rounded by `radius` [m].
+
+    `length` > 0 [m] is the extent along x (forward), `width` > 0 [m] along y.
     """
 
     length: Positive
@@ -147,9 +147,9 @@ def _points(value: object, name: str) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Polygon(_Shaped):
-    """A simple polygon of three or more `corners` (n, 2) [m], convex or not, in either sense, rounded by `radius` [m].
+    """Simple polygon of three or more `corners` (n, 2) [m], rounded by `radius` [m].
 
-    One that is not convex is a union of triangles.
+    It may be convex or not, in either orientation. A polygon that is not convex becomes a union of triangles.
     """
 
     corners: Checked = Checked(_points, "n 2")
@@ -180,13 +180,13 @@ class Polygon(_Shaped):
 def _counter_clockwise(polygon: object) -> Array:
     import shapely
 
-    ring = shapely.get_exterior_ring(shapely.orient_polygons(polygon))
-    return np.array(shapely.get_coordinates(ring)[:-1])
+    exterior = shapely.get_exterior_ring(shapely.orient_polygons(polygon))
+    return np.array(shapely.get_coordinates(exterior)[:-1])
 
 
 @dataclass(frozen=True, eq=False)
 class Polyline(_Shaped):
-    """A wall: all points within `radius` >= 0 [m] of the line through two or more `points` (n, 2) [m]."""
+    """Wall: all points within `radius` >= 0 [m] of the polyline through two or more `points` (n, 2) [m]."""
 
     points: Checked = Checked(_points, "n 2")
     radius: NotNegative = 0.0
@@ -205,7 +205,7 @@ class Polyline(_Shaped):
 
 @dataclass(frozen=True, eq=False)
 class Union(_Shaped):
-    """Several shapes of one dimension that move together: everything that one of them covers."""
+    """Union of shapes of one dimension that move together."""
 
     shapes: tuple[Shape, ...]
 
@@ -225,7 +225,7 @@ def _segment(a: Array, b: Array, radius: float) -> Part:
 
 
 def round_shape(radius: float, dimension: int) -> Shape:
-    """The disc or ball of that radius."""
+    """Disc or ball of `radius` [m]."""
     return Disc(radius) if dimension == 2 else Ball(radius)
 
 
@@ -238,4 +238,4 @@ SHAPES: Final[dict[str, type[Shape]]] = {
     "polyline": Polyline,
     "union": Union,
 }
-"""Every shape by name."""
+"""Shapes by name."""

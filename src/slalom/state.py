@@ -1,4 +1,4 @@
-"""The state of a robot or of an observed obstacle."""
+"""State of a robot or an observed obstacle."""
 
 from dataclasses import dataclass
 
@@ -12,10 +12,10 @@ from slalom.checks import Array, vector
 class State:
     """Position [m], velocity [m/s] and acceleration [m/s^2] in the world frame, each (d,), d = 2 or 3.
 
-    The acceleration is the one applied up to now; only responses that start from it (jerk) and forecasts use it.
+    The acceleration is the one applied up to now. Only responses that start from it (jerk) and forecasts use it.
 
     Raises:
-        InvalidInput: not finite, or of different dimensions.
+        InvalidInput: values that are not finite, or of different dimensions.
     """
 
     position: Array
@@ -25,11 +25,11 @@ class State:
     def __init__(
         self, position: npt.ArrayLike, velocity: npt.ArrayLike, acceleration: npt.ArrayLike | None = None
     ) -> None:
-        place = vector(position, "position")
-        object.__setattr__(self, "position", place)
-        object.__setattr__(self, "velocity", vector(velocity, "velocity", place.size))
-        still = np.zeros(place.size) if acceleration is None else acceleration
-        object.__setattr__(self, "acceleration", vector(still, "acceleration", place.size))
+        checked_position = vector(position, "position")
+        object.__setattr__(self, "position", checked_position)
+        object.__setattr__(self, "velocity", vector(velocity, "velocity", checked_position.size))
+        acceleration_or_zero = np.zeros(checked_position.size) if acceleration is None else acceleration
+        object.__setattr__(self, "acceleration", vector(acceleration_or_zero, "acceleration", checked_position.size))
 
     @property
     def dimension(self) -> int:

@@ -1,4 +1,4 @@
-"""How far an obstacle may be from where it is foreseen: a radius that grows with the time of prediction."""
+"""Bounds on the distance of an obstacle from its predicted position: a radius that grows with the prediction time."""
 
 from dataclasses import dataclass
 from math import erf, exp, log, pi, sqrt
@@ -13,20 +13,21 @@ from slalom.errors import InvalidInput
 
 @runtime_checkable
 class Uncertainty(Protocol):
-    """A radius [m] about the foreseen place that holds the true one, by the time t [s] >= 0 since the prediction.
+    """Radius [m] about the predicted position that contains the true one, at time t [s] >= 0 since the prediction.
 
-    Laws: it is 0 or more, never falls, and is convex in t, so that straight lines between its values lie above it.
+    Laws: the radius is 0 or more, non-decreasing and convex in t, so that linear interpolation between its values is an
+    upper bound.
     """
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
-        """The radius (...) [m] at times (...) in that dimension."""
+        """Radius (...) [m] at times t (...) [s] in `dimension`."""
 
 
 @dataclass(frozen=True)
 class BoundedError:
-    """The error is at most position + velocity t + acceleration t^2 / 2 (m, m/s, m/s^2): of a sensor and of intentions.
+    """Error of at most position + velocity t + acceleration t^2 / 2 (m, m/s, m/s^2), from sensors and intentions.
 
-    With velocity and acceleration the largest by which those of the obstacle may differ from the forecast.
+    `velocity` and `acceleration` are the largest differences between the obstacle and the forecast.
     """
 
     position: NotNegative = 0.0
@@ -44,16 +45,17 @@ class BoundedError:
 
 @dataclass(frozen=True)
 class GaussianError:
-    """Position and velocity have independent Gaussian errors, `position` [m] and `velocity` [m/s] the standard
-    deviations along every axis; the obstacle leaves its radius, at whatever time, with a probability of at most
-    `probability`.
+    """Independent Gaussian errors of position and velocity.
+
+    `position` [m] and `velocity` [m/s] are the standard deviations per axis. The obstacle leaves the radius, at any
+    time, with a probability of at most `probability`.
 
     With e and f the two errors and k^2 the chi-square quantile of that probability (with d degrees of freedom for each
-    deviation above 0), |e|^2 / position^2 + |f|^2 / velocity^2 <= k^2 in all other cases; then, by Cauchy and Schwarz,
-    |e + f t| <= k sqrt(position^2 + velocity^2 t^2) at all times at once. A robot that keeps out of this radius
-    collides with the obstacle with at most that probability over the whole horizon. (The ellipsoid is the usual
+    deviation above 0), |e|^2 / position^2 + |f|^2 / velocity^2 <= k^2 in all other cases. Then, by Cauchy and Schwarz,
+    |e + f t| <= k sqrt(position^2 + velocity^2 t^2) at all times at once. A robot that stays outside this radius
+    collides with the obstacle with at most that probability over the whole horizon. The ellipsoid is the usual
     Mahalanobis region of a Gaussian; Du Toit and Burdick, IEEE T-RO 28(1), 2012, use such bounds for chance
-    constraints. The radius for all times is derived here.)
+    constraints. The radius for all times is derived here.
     """
 
     position: NotNegative
@@ -68,31 +70,31 @@ class GaussianError:
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         time = np.asarray(t, dtype=np.float64)
-        freedoms = dimension * ((self.position > 0.0) + (self.velocity > 0.0))
+        degrees = dimension * ((self.position > 0.0) + (self.velocity > 0.0))
         deviation = np.sqrt(self.position**2 + (self.velocity * time) ** 2)
-        return np.asarray(chi_quantile(self.probability, freedoms) * deviation if freedoms else 0.0 * time)
+        return np.asarray(chi_quantile(self.probability, degrees) * deviation if degrees else 0.0 * time)
 
 
-def chi_quantile(probability: float, freedoms: int) -> float:
-    """The k that a chi-distributed number with that many degrees of freedom exceeds with `probability`.
+def chi_quantile(probability: float, degrees: int) -> float:
+    """Value k that a chi-distributed number with `degrees` degrees of freedom exceeds with `probability`.
 
-    The number is the length of a vector of `freedoms` (2, 3, 4 or 6) independent standard normal numbers.
+    The number is the norm of `degrees` (2, 3, 4 or 6) independent standard normal numbers.
     """
-    if freedoms == 2:
+    if degrees == 2:
         return sqrt(-2.0 * log(probability))
 
-    def beyond(k: float) -> float:
+    def tail_probability(k: float) -> float:
         half = 0.5 * k * k
-        if freedoms == 3:
+        if degrees == 3:
             return 1.0 - erf(k / sqrt(2.0)) + sqrt(2.0 / pi) * k * exp(-half)
-        # For an even number 2 n of them: exp(-h) (1 + h + ... + h^(n - 1) / (n - 1)!), h = k^2 / 2.
-        terms = 1.0 + half if freedoms == 4 else 1.0 + half + 0.5 * half * half
+        # For an even number 2 n: exp(-h) (1 + h + ... + h^(n - 1) / (n - 1)!), h = k^2 / 2.
+        terms = 1.0 + half if degrees == 4 else 1.0 + half + 0.5 * half * half
         return terms * exp(-half)
 
     low, high = 0.0, 50.0
     for _ in range(80):
         middle = 0.5 * (low + high)
-        if beyond(middle) > probability:
+        if tail_probability(middle) > probability:
             low = middle
         else:
             high = middle

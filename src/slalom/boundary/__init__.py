@@ -1,4 +1,4 @@
-"""The boundary of control obstacles in the plane: envelopes of elements, outlines of hulls, faces between them."""
+"""Boundary of control obstacles in the plane: envelopes of elements, outlines of hulls, and the faces between them."""
 
 from slalom.boundary.envelope import grazing_curves
 from slalom.boundary.faces import boundary

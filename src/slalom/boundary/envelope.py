@@ -1,16 +1,16 @@
-"""Where the elements of a control obstacle graze: curves in the plane whose faces make up the control obstacle.
+"""Grazing curves of the elements of a control obstacle, in the plane; their faces make up the control obstacle.
 
-At one time the element of a point is a disc of controls, that of a hull a rounded polygon. A control enters or leaves
-the union of elements only across the envelope of their outlines, the back of a first element or the front of a last
-one (theory.md section 6; Stern and Shiller, arXiv:2506.06255). These pieces are joined to closed curves here, so that
-gaps, caps, swallowtails and jumps of the velocity need not be looked for:
+At one time the element of a point is a disc of controls, and that of a hull a rounded polygon. A control enters or
+leaves the union of elements only across the envelope of their outlines, the back of a first element, or the front of a
+last one. Source: theory.md section 6; Stern and Shiller, arXiv:2506.06255. This module joins these pieces to closed
+curves. Gaps, caps, swallowtails and jumps of the velocity then need no special treatment:
 
-* The centre C / g of a disc moves along w = g C' - g' C, and the disc touches the envelope at the angles +-a from w,
-  where |w| cos a = g' R - g R'. The ring runs along +a forwards in time, around the front of the last disc, along -a
-  back, and around the back of the first. It winds about a control as often as the robot visits the obstacle under
-  it. While a disc shrinks inside its predecessors a is 0: the two sides run on one line and cancel.
-* The outline of a rounded polygon sweeps cells, each outwards or inwards. The curves between the two kinds, the first
-  outline where it moves inwards and the last one where it moves outwards, are closed for the same reason.
+* The centre C / g of a disc moves along w = g C' - g' C. The disc touches the envelope at the angles +-a from w, where
+  |w| cos a = g' R - g R'. The closed curve follows +a forwards in time, the front of the last disc, -a backwards, and
+  the back of the first disc. Its winding number about a control is the number of visits of the robot to the obstacle
+  under that control. While a disc shrinks inside its predecessors a is 0: the two sides coincide and cancel.
+* The outline of a rounded polygon sweeps cells, each outwards or inwards. Three curves together are closed for the same
+  reason: between the two kinds, the first outline where it moves inwards, and the last one where it moves outwards.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,7 +29,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 class Window(NamedTuple):
-    """The disc of controls that is looked at, and how far a curve may be off there [unit of the control]."""
+    """Disc of controls to resolve, and the tolerance of the curves in it [unit of the control]."""
 
     center: Array  # (2,)
     radius: float
@@ -37,55 +37,58 @@ class Window(NamedTuple):
 
 
 class Spans(NamedTuple):
-    """Parts of rows during which elements may meet the window, in order of row and time."""
+    """Parts of rows in which elements may overlap the window, ordered by row and time."""
 
     row: Indices  # (k,) row of the table
     begin: Array  # (k,) local time from 0 to 1
     end: Array  # (k,)
-    control: Array  # (4, c, k) control points: place (2), gain, radius, for hulls direction (2)
-    sharp: Mask  # (k,) the element hardly moves, yet its touching normals turn
+    control: Array  # (4, c, k) control points: position (2), gain, radius, for hulls direction (2)
+    sharp: Mask  # (k,) the element hardly moves, but its normals at contact turn
 
     def continues(self, linked: Mask) -> tuple[Mask, Mask]:
-        """Whether each goes on from the one before it: within its row, or from a row `linked` to it; (k,) each."""
-        same = np.zeros(len(self.row), dtype=bool)
-        same[1:] = (self.row[1:] == self.row[:-1]) & (self.begin[1:] == self.end[:-1])
-        joint = np.zeros(len(self.row), dtype=bool)
-        joint[1:] = (self.row[1:] == self.row[:-1] + 1) & (self.end[:-1] == 1.0) & (self.begin[1:] == 0.0)
-        return same, joint & linked[self.row]
+        """Whether each span continues the previous one: within its row, or from a `linked` row; (k,) each."""
+        same_row = np.zeros(len(self.row), dtype=bool)
+        same_row[1:] = (self.row[1:] == self.row[:-1]) & (self.begin[1:] == self.end[:-1])
+        joined = np.zeros(len(self.row), dtype=bool)
+        joined[1:] = (self.row[1:] == self.row[:-1] + 1) & (self.end[:-1] == 1.0) & (self.begin[1:] == 0.0)
+        return same_row, joined & linked[self.row]
 
 
-class Touch(NamedTuple):
-    """Discs of controls, and where they graze: at the angles heading + opening and heading - opening."""
+class GrazingDiscs(NamedTuple):
+    """Discs of controls, and their grazing points at the angles heading + opening and heading - opening."""
 
     center: Array  # (2, k)
     radius: Array  # (k,)
     heading: Array  # (k,) [rad]
     opening: Array  # (k,) [rad], 0 where the disc shrinks inside its predecessors
-    shrinking: Array  # (k,) cosine of the opening; 1 and more where there is none
+    shrinking: Array  # (k,) cosine of the opening; 1 or more where the disc has no grazing point
 
     def at(self, side: float) -> Array:
-        """(2, k) grazing controls of the branch side = 1 or -1."""
+        """Grazing controls (2, k) of the branch side = 1 or -1."""
         angle = self.heading + side * self.opening
         return np.asarray(self.center + self.radius * np.stack([np.cos(angle), np.sin(angle)]))
 
 
-def touch(point: Array, slope: Array) -> Touch:
-    """Discs of controls from point (4+, k): place, gain > 0 and radius, and a multiple > 0 of its derivative."""
+def grazing_discs(point: Array, derivative: Array) -> GrazingDiscs:
+    """Discs of controls at `point` (4+, k): position, gain > 0 and radius.
+
+    `derivative` (4+, k) is a positive multiple of the derivative of `point`.
+    """
     gain, radius = point[2:4]
-    w = gain * slope[:2] - slope[2] * point[:2]
-    cosine = (slope[2] * radius - gain * slope[3]) / np.maximum(np.hypot(w[0], w[1]), 1e-300)
+    w = gain * derivative[:2] - derivative[2] * point[:2]
+    cosine = (derivative[2] * radius - gain * derivative[3]) / np.maximum(np.hypot(w[0], w[1]), 1e-300)
     opening = np.arccos(np.clip(cosine, -1.0, 1.0))
-    return Touch(point[:2] / gain, radius / gain, np.arctan2(w[1], w[0]), opening, cosine)
+    return GrazingDiscs(point[:2] / gain, radius / gain, np.arctan2(w[1], w[0]), opening, cosine)
 
 
-def starts(control: Array) -> Touch:
-    """The discs at the begin of spans with control points (4, 4+, k)."""
-    return touch(control[0], control[1] - control[0])
+def discs_at_start(control: Array) -> GrazingDiscs:
+    """Discs at the start of spans with control points (4, 4+, k)."""
+    return grazing_discs(control[0], control[1] - control[0])
 
 
-def ends(control: Array) -> Touch:
-    """The discs at their end."""
-    return touch(control[3], control[3] - control[2])
+def discs_at_end(control: Array) -> GrazingDiscs:
+    """Discs at the end of spans with control points (4, 4+, k)."""
+    return grazing_discs(control[3], control[3] - control[2])
 
 
 def halves(control: Array) -> tuple[Array, Array]:
@@ -96,67 +99,70 @@ def halves(control: Array) -> tuple[Array, Array]:
     return np.stack([control[0], a, d, middle]), np.stack([middle, e, c, control[3]])
 
 
-def off_chord(a: Array, b: Array, c: Array) -> Array:
-    """Distance of c from the segment from a to b: (2, ...) each, (...)."""
-    along, away = b - a, c - a
-    share = (away * along).sum(axis=0) / np.maximum((along * along).sum(axis=0), 1e-300)
-    away = away - np.clip(share, 0.0, 1.0) * along
-    return np.asarray(np.hypot(away[0], away[1]))
+def chord_distance(a: Array, b: Array, c: Array) -> Array:
+    """Distance (...) of c from the segment from a to b, (2, ...) each."""
+    direction, difference = b - a, c - a
+    share = (difference * direction).sum(axis=0) / np.maximum((direction * direction).sum(axis=0), 1e-300)
+    difference = difference - np.clip(share, 0.0, 1.0) * direction
+    return np.asarray(np.hypot(difference[0], difference[1]))
 
 
 def length(a: Array) -> Array:
-    """Lengths of vectors (2, ...): (...)."""
+    """Lengths (...) of vectors (2, ...)."""
     return np.asarray(np.hypot(a[0], a[1]))
 
 
 def wrapped(angle: Array) -> Array:
-    """The same angles within -pi to pi."""
+    """Angles wrapped to -pi to pi."""
     return np.asarray(angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi)))
 
 
 def arc_step(radius: Array, tolerance: float) -> Array:
-    """The angle [rad] over which an arc rises by the tolerance over its chord."""
+    """Angle [rad] over which an arc rises by the tolerance above its chord."""
     return np.asarray(2.0 * np.arccos(1.0 - np.minimum(tolerance / np.maximum(radius, 1e-300), 0.1)))
 
 
-def may_meet(control: Array, reach: Array, window: Window) -> Mask:
-    """Whether the elements of spans (4, 4+, k) may meet the window: (k,), never False where one does.
+def may_meet(control: Array, bounding_radius: Array, window: Window) -> Mask:
+    """Whether the elements of spans (4, 4+, k) may overlap the window: (k,), never False where one does.
 
-    The chord bound of theory.md section 9 for the control in the middle; from there on gain * radius is gone.
+    Chord bound of theory.md section 9 for the central control; it allows for gain * radius. `bounding_radius` (k,).
     """
-    away = control[:, :2] - control[:, 2:3] * window.center[:, None]
-    third = (away[3] - away[0]) / 3.0
-    bend = np.maximum(length(away[1] - away[0] - third), length(away[2] - away[3] + third))
-    distance = off_chord(away[0], away[3], np.zeros_like(third)) - 0.75 * bend
-    return np.asarray(distance <= (reach + window.radius * control[:, 2].max(axis=0)) * (1.0 + 1e-9))
+    relative = control[:, :2] - control[:, 2:3] * window.center[:, None]
+    third = (relative[3] - relative[0]) / 3.0
+    bulge = np.maximum(length(relative[1] - relative[0] - third), length(relative[2] - relative[3] + third))
+    distance = chord_distance(relative[0], relative[3], np.zeros_like(third)) - 0.75 * bulge
+    return np.asarray(distance <= (bounding_radius + window.radius * control[:, 2].max(axis=0)) * (1.0 + 1e-9))
 
 
 Meets = Callable[[Indices, Array], Mask]
-"""(which of the rows, control) -> whether the elements of spans may meet the window: (k,)."""
+"""(indices of rows, control) -> whether the elements of spans may overlap the window: (k,)."""
 
 Bends = Callable[[Array, Array, Array], tuple[Mask, Mask]]
-"""(control, left half, right half) -> curves leave their chords; the element all but stands still: (k,) each."""
+"""(control, left half, right half) -> two masks (k,): curves leave their chords; the element is nearly static."""
 
 
 def sample(rows: Indices, control: Array, window: Window, meets: Meets, bends: Bends) -> Spans:
-    """Halve rows until the chords of spans stay within tolerance of their curves; drop what cannot meet the window.
+    """Halve rows until the chords of spans stay within tolerance of their curves.
+
+    Spans that cannot overlap the window are dropped.
 
     Args:
-        rows: (n,) of the table. control: (4, c, n) of these rows.
+        rows: (n,) of the table.
+        control: (4, c, n) control points of these rows.
     """
     which, begin, end = np.arange(len(rows)), np.zeros(len(rows)), np.ones(len(rows))
     done = [Spans(which[:0], begin[:0], end[:0], control[:, :, :0], np.empty(0, dtype=bool))]
     for _ in range(DEPTH):
-        # Before the controls of the window are CONTACT apart they meet nothing but what overlaps the robot at once.
+        # While the controls of the window are less than CONTACT apart, only an initial overlap can collide.
         near = meets(which, control) & (control[:, 2].max(axis=0) * window.radius > CONTACT)
         which, begin, end, control = which[near], begin[near], end[near], control[:, :, near]
         if not which.size:
             break
         left, right = halves(control)
-        # Where the gain is 0 there is no element.
-        begun = control[0, 2] > 0.0
-        bent, still = np.ones_like(begun), np.zeros_like(begun)
-        bent[begun], still[begun] = bends(*(part[:, :, begun] for part in (control, left, right)))
+        # Without gain there is no element.
+        started = control[0, 2] > 0.0
+        bent, still = np.ones_like(started), np.zeros_like(started)
+        bent[started], still[started] = bends(*(part[:, :, started] for part in (control, left, right)))
         ready = ~bent | still
         done.append(Spans(which[ready], begin[ready], end[ready], control[:, :, ready], bent[ready]))
         middle, which = ((begin + end) / 2.0)[~ready], np.tile(which[~ready], 2)
@@ -175,10 +181,10 @@ def sample(rows: Indices, control: Array, window: Window, meets: Meets, bends: B
 
 
 def discs_bend(window: Window) -> Bends:
-    """For `sample`: whether a branch of the envelope leaves its chord near the window."""
+    """Test for `sample`: whether a branch of the envelope leaves its chord near the window."""
 
     def bends(control: Array, left: Array, right: Array) -> tuple[Mask, Mask]:
-        discs = starts(control), starts(right), ends(control)
+        discs = discs_at_start(control), discs_at_start(right), discs_at_end(control)
         a, m, b = discs
         moved = length(m.center - a.center) + length(b.center - m.center)
         still = moved + abs(m.radius - a.radius) + abs(b.radius - m.radius) < STILL * window.tolerance
@@ -189,16 +195,16 @@ def discs_bend(window: Window) -> Bends:
                 abs(wrapped(after.heading - before.heading) + side * (after.opening - before.opening))
                 for before, after in ((a, m), (m, b))
             ]
-            # The envelope runs along the tangent of each disc, so that its direction is known: an arc over half a chord
-            # of length l that turns by d rises l d / 2 over the whole one.
+            # The envelope is tangent to each disc, so its direction is known: an arc over half a chord of length l that
+            # turns by d rises l d / 2 over the whole chord.
             rise = np.maximum(length(middle - start) * turns[0], length(end - middle) * turns[1])
-            off = np.maximum(rise / 2.0, off_chord(start, end, middle))
+            off = np.maximum(rise / 2.0, chord_distance(start, end, middle))
             here = window.center[:, None]
-            distance = np.minimum(off_chord(start, middle, here), off_chord(middle, end, here))
+            distance = np.minimum(chord_distance(start, middle, here), chord_distance(middle, end, here))
             far = (distance > window.radius + 2.0 * rise) & (np.maximum(turns[0], turns[1]) < 0.5)
             bent |= (off > window.tolerance) & ~far
         inverse = 1.0 / np.maximum(np.stack([disc.shrinking for disc in discs]), 1e-9)
-        # Not only at the three times: the reciprocal cosine is below 1 there by more than it varies.
+        # Valid between the three times too: the reciprocal cosine is below 1 by more than its variation.
         nested = inverse.max(axis=0) * 2.0 - inverse.min(axis=0) < 1.0
         return bent & ~nested, still
 
@@ -206,7 +212,7 @@ def discs_bend(window: Window) -> Bends:
 
 
 def linked_rows(segments: RelativeMotion) -> Mask:
-    """Whether each row goes on where the one before it ends: (s,)."""
+    """Whether each row continues where the previous one ends: (s,)."""
     linked = np.zeros(len(segments.begin), dtype=bool)
     linked[1:] = (
         (segments.owner[1:] == segments.owner[:-1])
@@ -219,29 +225,29 @@ def linked_rows(segments: RelativeMotion) -> Mask:
 
 
 class Nodes(NamedTuple):
-    """The discs of point parts one after another, at the ends of spans and on both sides of joints."""
+    """Discs of point parts in order, at the ends of spans and on both sides of joints."""
 
-    touch: Touch  # (n,), headings without jumps of 2 pi
-    run: Indices  # (n,) discs of one run follow each other without a gap in time
-    arc: Mask  # (n,) from here to the next disc the element stands while its touching normals turn
+    discs: GrazingDiscs  # (n,), headings without jumps of 2 pi
+    run: Indices  # (n,) run: discs of one run have no gap in time
+    arc: Mask  # (n,) the element is static until the next disc while its normals at contact turn
     owner: Indices  # (n,)
     time: Array  # (n,) [s]
 
 
 def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control: Array) -> Nodes:
-    """The discs of the points in rows (k,) with control points (4, 4, k), where they may meet the window."""
+    """Discs of the points in rows (k,) with control points (4, 4, k) that may overlap the window."""
     view = np.array([*window.center, window.radius, window.tolerance])
     piece, (begin, end), points, sharp = kernels.grazing_discs(control, segments.bounding_radius[rows], view)
     spans = Spans(rows[piece], begin, end, np.ascontiguousarray(np.moveaxis(points, 0, 2)), sharp)
     same, joint = spans.continues(linked_rows(segments))
     before, length = segments.begin[spans.row], (segments.end - segments.begin)[spans.row]
-    # The begin of each span, and its end unless the next one in its row begins there.
+    # The start of each span, and its end unless the next span of the row starts there.
     keep = np.stack([np.ones_like(same), ~np.append(same, False)[1:]], axis=1).ravel()
 
     def both(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> npt.NDArray[Any]:
         return np.stack([a, b], axis=-1).reshape(*a.shape[:-1], -1)[..., keep]
 
-    discs = Touch(*map(both, starts(spans.control), ends(spans.control)))
+    discs = GrazingDiscs(*map(both, discs_at_start(spans.control), discs_at_end(spans.control)))
     owner = segments.owner[spans.row]
     return Nodes(
         discs._replace(heading=np.cumsum(wrapped(np.diff(discs.heading, prepend=0.0)))),
@@ -252,19 +258,19 @@ def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control
     )
 
 
-def parts(segments: RelativeMotion, hull: int) -> tuple[Indices, Array]:
-    """Rows (k,) of a hull, -1 for points, and their control points (4, 6, k): place, gain, radius, direction."""
+def rows_of_hull(segments: RelativeMotion, hull: int) -> tuple[Indices, Array]:
+    """Rows (k,) of a hull, -1 for points, and their control points (4, 6, k): position, gain, radius, direction."""
     rows = np.flatnonzero(segments.hull == hull)
     radius = segments.radius[rows] + segments.growth[rows] * np.arange(4)[:, None] / 3.0
-    place, gain = segments.points[:, :2, rows], segments.gains[:, None, rows]
-    return rows, np.concatenate([place, gain, radius[:, None], segments.turns[:, :, rows]], axis=1)
+    position, gain = segments.points[:, :2, rows], segments.gains[:, None, rows]
+    return rows, np.concatenate([position, gain, radius[:, None], segments.turns[:, :, rows]], axis=1)
 
 
-def corner_parts(segments: RelativeMotion) -> Iterator[tuple[Indices, Array]]:
-    """Point parts, then each corner of each hull as one."""
-    yield parts(segments, -1)
+def rows_of_corners(segments: RelativeMotion) -> Iterator[tuple[Indices, Array]]:
+    """Rows and control points of all point parts, then of each corner of each hull."""
+    yield rows_of_hull(segments, -1)
     for hull in np.unique(segments.hull[segments.hull >= 0]):
-        rows, control = parts(segments, hull)
+        rows, control = rows_of_hull(segments, hull)
         ex, ey = control[:, 4], control[:, 5]
         for x, y, _, turning_x, turning_y in segments.corners[segments.first[hull] : segments.first[hull + 1]]:
             corner = control.copy()
@@ -276,25 +282,28 @@ def corner_parts(segments: RelativeMotion) -> Iterator[tuple[Indices, Array]]:
 def grazing_curves(
     segments: RelativeMotion, center: Array, radius: float, tolerance: float
 ) -> list[tuple[int, Array, Array]]:
-    """The controls that graze point parts and corners of hulls, with the time of touching (theory.md section 6).
+    """Controls that graze point parts and corners of hulls, with the times of contact (theory.md section 6).
 
-    Both branches e+- of the envelope of each. Not all of it bounds the control obstacle: another element may hold a
-    grazing control, and the disc of a corner may touch on the inner side of its hull.
+    Both branches e+- of the envelope of each. Not every grazing control bounds the control obstacle: another element
+    may contain it, and the disc of a corner may touch the inner side of its hull.
 
     Args:
-        center, radius: (2,) and > 0, the disc of controls that is looked at; tolerance: of the chords.
+        center, radius: (2,) and > 0, the disc of controls to resolve.
+        tolerance: of the chords.
 
     Returns:
-        owner, times (k,) [s] in order, controls (k, 2): one for each stretch of time without a gap.
+        owner, increasing times (k,) [s], controls (k, 2): one for each time interval without a gap.
     """
     window, curves = Window(center, radius, tolerance), []
-    for rows, control in corner_parts(segments):
+    for rows, control in rows_of_corners(segments):
         nodes = point_nodes(segments, window, rows, control)
-        there = abs(nodes.touch.shrinking) <= 1.0
-        # A new curve wherever the run or whether there is an envelope changes; at joints the normals turn at once.
-        breaks = np.flatnonzero(np.diff(nodes.run) | (there[1:] != there[:-1]) | (nodes.time[1:] <= nodes.time[:-1]))
-        for part in np.split(np.arange(len(there)), breaks + 1):
-            if len(part) > 1 and there[part[0]]:
+        has_envelope = abs(nodes.discs.shrinking) <= 1.0
+        # A new curve starts where the run changes or the envelope starts or ends; at joints the normals jump.
+        breaks = np.flatnonzero(
+            np.diff(nodes.run) | (has_envelope[1:] != has_envelope[:-1]) | (nodes.time[1:] <= nodes.time[:-1])
+        )
+        for part in np.split(np.arange(len(has_envelope)), breaks + 1):
+            if len(part) > 1 and has_envelope[part[0]]:
                 for side in (1.0, -1.0):
-                    curves.append((int(nodes.owner[part[0]]), nodes.time[part], nodes.touch.at(side).T[part]))
+                    curves.append((int(nodes.owner[part[0]]), nodes.time[part], nodes.discs.at(side).T[part]))
     return curves

@@ -1,7 +1,7 @@
-"""The boundary of a control obstacle in the plane: faces between closed curves, each decided in the workspace.
+"""Boundary of a control obstacle in the plane: faces between closed curves, each tested in the workspace.
 
-The curves of `envelope.py` may hold more than the boundary, never less: they cut the window into faces that are free
-or blocked as a whole, and one control of each is asked for.
+The curves of `envelope.py` include the whole boundary and possibly more. They divide the window into faces that are
+free or blocked as a whole, so one control of each face is tested.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, parts, point_nodes
+from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, point_nodes, rows_of_hull
 from slalom.boundary.outline import outlines
 from slalom.checks import Array
 from slalom.relative_motion import RelativeMotion
@@ -26,21 +26,22 @@ def boundary(
     radius: float,
     tolerance: float,
 ) -> list[Any]:
-    """The control obstacle of each owner within a disc of controls.
+    """Control obstacle of each owner within a disc of controls.
 
     Args:
-        segments: the table, in the plane; rows of one part one after another. owners: how many there are.
+        segments: the table, in the plane; rows of one part are consecutive.
+        owners: number of owners.
         inside: for controls (n, 2) whether they collide with each owner, (n, owners).
-        center, radius: (2,) and > 0, the disc. tolerance: > 0, how far the result may be off, about; all in units of
-            the control.
+        center, radius: (2,) and > 0, the disc.
+        tolerance: > 0, approximate error of the result; all in units of the control.
 
     Returns:
-        For each owner a shapely Polygon or MultiPolygon, perhaps empty.
+        For each owner a shapely Polygon or MultiPolygon, possibly empty.
     """
     window = Window(np.asarray(center, dtype=np.float64), radius, tolerance)
     lines: list[list[Any]] = [[] for _ in range(owners)]
-    found, owner = rings(segments, window)
-    for line, index in zip(found, owner):
+    closed, owner = closed_lines(segments, window)
+    for line, index in zip(closed, owner):
         lines[index].append(line)
     for pieces, index in outlines(segments, window):
         lines[index].append(shapely.multilinestrings(shapely.linestrings(pieces)))
@@ -48,121 +49,121 @@ def boundary(
     angle = 2.0 * np.pi * np.arange(count + 1) / count
     angle[-1] = 0.0
     circle = shapely.linestrings(window.center + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
-    there = [index for index in range(owners) if lines[index]]
-    faces = [_faces(lines[index], circle, window) for index in there]
-    place = np.repeat(np.arange(len(there)), [len(part) for part in faces])
-    every = np.concatenate(faces) if faces else np.empty(0, dtype=object)
+    present = [index for index in range(owners) if lines[index]]
+    faces = [_faces(lines[index], circle, window) for index in present]
+    slot_of_face = np.repeat(np.arange(len(present)), [len(part) for part in faces])
+    all_faces = np.concatenate(faces) if faces else np.empty(0, dtype=object)
     regions: list[Any] = [shapely.Polygon()] * owners
-    if every.size:
-        # Faces thinner than a quarter of the tolerance lie between two curves that are meant to be one.
-        chosen = shapely.area(every) < tolerance / 8.0 * shapely.length(every)
-        asked = np.flatnonzero(~chosen)
-        blocked = inside(shapely.get_coordinates(shapely.point_on_surface(every[asked])))
-        chosen[asked] = blocked[np.arange(len(asked)), np.array(there)[place[asked]]]
-        for number, index in enumerate(there):
-            taken = every[chosen & (place == number)]
-            if taken.size:
-                regions[index] = taken[0] if taken.size == 1 else shapely.coverage_union_all(taken)
+    if all_faces.size:
+        # Faces thinner than a quarter of the tolerance lie between two approximations of one curve.
+        selected = shapely.area(all_faces) < tolerance / 8.0 * shapely.length(all_faces)
+        tested = np.flatnonzero(~selected)
+        blocked = inside(shapely.get_coordinates(shapely.point_on_surface(all_faces[tested])))
+        selected[tested] = blocked[np.arange(len(tested)), np.array(present)[slot_of_face[tested]]]
+        for slot, index in enumerate(present):
+            chosen = all_faces[selected & (slot_of_face == slot)]
+            if chosen.size:
+                regions[index] = chosen[0] if chosen.size == 1 else shapely.coverage_union_all(chosen)
     return regions
 
 
 def _faces(lines: list[Any], circle: Any, window: Window) -> Any:
-    """The faces within the window between the lines: (n,) polygons."""
+    """Faces (n,) within the window between the lines, as polygons."""
     points = shapely.get_coordinates(lines)
     within = np.hypot(*(points - window.center).T).max() < window.radius - window.tolerance
-    every = lines if within else [*lines, circle]
-    faces, whole = _between(shapely.unary_union(every))
-    if not whole:
-        # Curves on nearly the same line: a joint was lost to rounding, and with it a face. On a grid none is.
-        faces, _ = _between(shapely.unary_union(every, grid_size=GRID * window.tolerance))
+    all_lines = lines if within else [*lines, circle]
+    faces, complete = _polygonized(shapely.unary_union(all_lines))
+    if not complete:
+        # Curves that nearly coincide: rounding lost a joint, and with it a face. Snapping to a grid restores it.
+        faces, _ = _polygonized(shapely.unary_union(all_lines, grid_size=GRID * window.tolerance))
     if within:
         return faces
-    away = shapely.get_coordinates(shapely.point_on_surface(faces)) - window.center
-    return faces[np.hypot(away[:, 0], away[:, 1]) < window.radius]
+    offset = shapely.get_coordinates(shapely.point_on_surface(faces)) - window.center
+    return faces[np.hypot(offset[:, 0], offset[:, 1]) < window.radius]
 
 
-def _between(noded: Any) -> tuple[Any, bool]:
-    """The faces (n,) between lines that meet at their ends, and whether each line has one on both sides.
+def _polygonized(noded: Any) -> tuple[Any, bool]:
+    """Faces (n,) between lines that meet at their ends, and whether each line has one on both sides.
 
-    All lines have that, being closed, but where rounding opened them.
+    Closed curves always do, except where rounding opened them.
     """
     faces, cuts, dangles, _ = shapely.polygonize_full(shapely.get_parts(noded))
     return shapely.get_parts(faces), bool(shapely.is_empty(cuts) and shapely.is_empty(dangles))
 
 
-def rings(segments: RelativeMotion, window: Window) -> tuple[Any, Indices]:
-    """Lines around the elements of point parts (n,), closed but for what they run along in both directions.
+def closed_lines(segments: RelativeMotion, window: Window) -> tuple[Any, Indices]:
+    """Lines (n,) around the elements of point parts, and their owners (n,); coarse outside the window.
 
-    And their owners (n,). Coarse beyond the window.
+    The lines are closed, except for parts that they traverse in both directions.
     """
-    nodes = point_nodes(segments, window, *parts(segments, -1))
-    heading, opening, n = nodes.touch.heading, nodes.touch.opening, len(nodes.run)
+    nodes = point_nodes(segments, window, *rows_of_hull(segments, -1))
+    heading, opening, n = nodes.discs.heading, nodes.discs.opening, len(nodes.run)
     if not n:
         return np.empty(0, dtype=object), np.empty(0, dtype=np.int64)
     head = np.diff(nodes.run, prepend=-1) != 0
     tail = np.append(head[1:], True)
     node, heads = np.arange(n), np.flatnonzero(head)
-    # Forwards on the one side, backwards on the other, and to the first point again after a whole turn clockwise.
+    # Forwards on one side, backwards on the other, and after a full clockwise turn to the first point.
     index = np.concatenate([node, node, heads])
     angle = np.concatenate([heading + opening, heading - opening, (heading + opening)[heads] - 2.0 * np.pi])
     arc = np.concatenate([nodes.arc | tail, np.roll(nodes.arc, 1) | head, np.zeros(len(heads), dtype=bool)])
     order = np.lexsort((np.concatenate([node, 2 * n - node, np.full(len(heads), 3 * n)]), nodes.run[index]))
     index, angle, arc = index[order], angle[order], arc[order]
-    points, ring = _filled(nodes, index, angle, arc, window)
-    # To the bit closed: the angle of the last point is that of the first less 2 pi, with another rounding.
-    first = np.flatnonzero(np.diff(ring, prepend=-1))
-    points[np.append(first[1:], len(ring)) - 1] = points[first]
-    # What is run along in both directions has the same on both sides.
-    line = np.cumsum((np.diff(ring, prepend=-1) != 0) | np.append(False, _both_ways(points, ring)[:-1])) - 1
-    longer = (np.bincount(line) > 1)[line]
-    line = np.unique(line[longer], return_inverse=True)[1]
+    points, curve = _with_arc_points(nodes, index, angle, arc, window)
+    # Close exactly: the angle of the last point is that of the first minus 2 pi, with other rounding.
+    first = np.flatnonzero(np.diff(curve, prepend=-1))
+    points[np.append(first[1:], len(curve)) - 1] = points[first]
+    # Parts traversed in both directions have the same face on both sides.
+    line = np.cumsum((np.diff(curve, prepend=-1) != 0) | np.append(False, _traversed_both_ways(points, curve)[:-1])) - 1
+    nondegenerate = (np.bincount(line) > 1)[line]
+    line = np.unique(line[nondegenerate], return_inverse=True)[1]
     starts = np.flatnonzero(np.diff(line, prepend=-1))
-    return shapely.linestrings(points[longer], indices=line), nodes.owner[heads][ring[longer][starts]]
+    return shapely.linestrings(points[nondegenerate], indices=line), nodes.owner[heads][curve[nondegenerate][starts]]
 
 
-def _filled(nodes: Nodes, index: Indices, angle: Array, arc: Mask, window: Window) -> tuple[Array, Indices]:
-    """Points (k, 2) on the discs index (n,) at the angles, arcs filled in between; and their runs (k,).
+def _with_arc_points(nodes: Nodes, index: Indices, angle: Array, arc: Mask, window: Window) -> tuple[Array, Indices]:
+    """Points (k, 2) on the discs `index` (n,) at the angles (n,), with arcs filled in, and their runs (k,).
 
-    What is filled in lies on the earlier disc, at multiples of one angle: where both sides run along the same arc they
-    run along the same points.
+    Arc points lie on the earlier disc at multiples of one angle, so that both sides use the same points on a common
+    arc.
     """
-    center, size, _, _, _ = nodes.touch
-    # Where pieces of a trajectory meet, the same disc up to rounding.
-    moved = np.hypot(*np.diff(center, prepend=np.inf)) + abs(np.diff(size, prepend=0.0)) > GRID * window.tolerance
-    one = np.maximum.accumulate(np.where(moved, np.arange(len(size)), 0))
-    center, size = center[:, one], size[one]
-    away = np.hypot(*(center - window.center[:, None])) - size > window.radius
-    # A chord of a disc beyond the window stays beyond it.
-    parts = np.ceil(2.0 * np.pi / np.where(away, 1.0, arc_step(size, window.tolerance))).astype(np.int64)
-    disc = one[np.minimum(index, np.append(index[1:], index[-1:]))]
+    center, radius, _, _, _ = nodes.discs
+    # The same disc up to rounding where pieces of a trajectory join.
+    moved = np.hypot(*np.diff(center, prepend=np.inf)) + abs(np.diff(radius, prepend=0.0)) > GRID * window.tolerance
+    representative = np.maximum.accumulate(np.where(moved, np.arange(len(radius)), 0))
+    center, radius = center[:, representative], radius[representative]
+    outside = np.hypot(*(center - window.center[:, None])) - radius > window.radius
+    # A chord of a disc outside the window stays outside it.
+    divisions = np.ceil(2.0 * np.pi / np.where(outside, 1.0, arc_step(radius, window.tolerance))).astype(np.int64)
+    disc = representative[np.minimum(index, np.append(index[1:], index[-1:]))]
     sign = np.sign(np.append(np.diff(angle), 0.0))
-    # Angles that grow when multiplied by the sign; the first and the last multiple strictly between them.
-    low = sign * angle * parts[disc] / (2.0 * np.pi)
-    high = np.append(sign[:-1] * angle[1:] * parts[disc[:-1]] / (2.0 * np.pi), 0.0)
-    first = np.floor(low) + 1.0
-    count = np.where(arc, np.ceil(high) - first, 0.0).clip(0.0).astype(np.int64) + 1
+    # Angles times the sign increase; the first and the last multiple strictly between them.
+    first_exact = sign * angle * divisions[disc] / (2.0 * np.pi)
+    last_exact = np.append(sign[:-1] * angle[1:] * divisions[disc[:-1]] / (2.0 * np.pi), 0.0)
+    first = np.floor(first_exact) + 1.0
+    count = np.where(arc, np.ceil(last_exact) - first, 0.0).clip(0.0).astype(np.int64) + 1
     source = np.repeat(np.arange(len(index)), count)
     number = np.arange(len(source)) - np.repeat(np.cumsum(count) - count, count)
     filled = number > 0
-    place = np.where(filled, disc[source], index[source])
-    multiple = (sign[source] * (first[source] + number - 1.0)).astype(np.int64) % parts[place]
-    direction = np.where(filled, 2.0 * np.pi * multiple / parts[place], angle[source])
-    points = center[:, place] + size[place] * np.stack([np.cos(direction), np.sin(direction)])
-    # Beyond the window every so many points are enough: their chords do not come back.
+    disc_of_point = np.where(filled, disc[source], index[source])
+    multiple = (sign[source] * (first[source] + number - 1.0)).astype(np.int64) % divisions[disc_of_point]
+    direction = np.where(filled, 2.0 * np.pi * multiple / divisions[disc_of_point], angle[source])
+    points = center[:, disc_of_point] + radius[disc_of_point] * np.stack([np.cos(direction), np.sin(direction)])
+    # Outside the window fewer points suffice: their chords stay outside.
     coarse = max(1, int(np.sqrt(0.4 * window.radius / window.tolerance)))
     near = np.hypot(*(points - window.center[:, None])) < 1.5 * window.radius
     keep = near | ~filled | (multiple % coarse == 0)
     return points.T[keep], nodes.run[index[source[keep]]]
 
 
-def _both_ways(points: Array, ring: Indices) -> Mask:
-    """Whether the chord from each point (k, 2) to the next one of its ring is run along backwards as well: (k,)."""
+def _traversed_both_ways(points: Array, curve: Indices) -> Mask:
+    """Whether the chord from each point (k, 2) to the next one of its curve is also traversed backwards: (k,)."""
     a, b = points[:-1], points[1:]
     middle = (a + b).view(np.complex128)[:, 0]
     order = np.argsort(middle, kind="stable")
-    new = (np.diff(middle[order]) != 0.0) | (np.diff(ring[:-1][order]) != 0)
-    which = np.empty(len(order), dtype=np.int64)
-    which[order] = np.cumsum(np.append(False, new))
-    forth = (a[:, 0] < b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] < b[:, 1]))
-    back = np.bincount(which, np.where(forth, 1.0, -1.0))[which] == 0.0
-    return np.append(back & (ring[1:] == ring[:-1]), False)
+    new = (np.diff(middle[order]) != 0.0) | (np.diff(curve[:-1][order]) != 0)
+    group = np.empty(len(order), dtype=np.int64)
+    group[order] = np.cumsum(np.append(False, new))
+    forwards = (a[:, 0] < b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] < b[:, 1]))
+    cancelled = np.bincount(group, np.where(forwards, 1.0, -1.0))[group] == 0.0
+    return np.append(cancelled & (curve[1:] == curve[:-1]), False)

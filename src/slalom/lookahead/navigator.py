@@ -1,4 +1,4 @@
-"""One robot that looks ahead over sequences of accelerations, and always has one that it goes on with."""
+"""Navigator of one robot that searches over sequences of accelerations and always has a safe one to continue."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -13,7 +13,7 @@ from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, predicted
 from slalom.goal import Goal
 from slalom.lookahead.search import SCALES, Search, new_search, run_searches
-from slalom.lookahead.spacetime_index import ForeseenObstacles
+from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
@@ -22,19 +22,20 @@ from slalom.tolerances import COMMITTED_SLACK, CONTACT_SLACK, JUMP
 from slalom.trajectory import Stationary
 
 MARGIN_SHARES = (1.0, 0.5, 0.25, 0.0)
-"""[1] Shares of the margin that are tried in turn."""
-WINDOWS = 2.0
-"""[1] Timetables are made for so many times the foresight, so that they serve for many decisions."""
+"""[1] Fractions of the margin, tried in this order."""
+TABLE_HORIZONS = 2.0
+"""[1] A predicted table covers this many time horizons, so that it serves many decisions."""
 
 
 @dataclass(frozen=True, eq=False)
-class Planned(Decision):
-    """A decision for a whole sequence of accelerations.
+class SequenceDecision(Decision):
+    """Decision for a whole sequence of accelerations.
 
     Attributes:
-        search: what it came from. better: the search for an earlier arrival, which the next decision goes on with.
-        arrival: absolute time [s] at which the sequence is at the goal; inf if it ends before.
-        cut: whether the budget ended the search, not the search itself.
+        search: the search that found the sequence.
+        better: the search for an earlier arrival, which the next decision continues.
+        arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
+        cut: whether the budget ended the search.
     """
 
     search: Search = field(kw_only=True)
@@ -44,50 +45,53 @@ class Planned(Decision):
 
 
 class _Scene(NamedTuple):
-    """What a decision is made from."""
+    """Input of one decision."""
 
     state: State
     goal: Goal
     now: float
     obstacles: Sequence[Obstacle]
-    timetable: ForeseenObstacles
-    previous: Planned | None
+    prediction: PredictedObstacles
+    previous: SequenceDecision | None
 
 
 @dataclass(frozen=True)
 class LookAhead:
-    """A robot that decides by a search over sequences: accelerate now, then otherwise, then otherwise again.
+    """Robot that decides by a search over sequences of accelerations.
 
-    Sequences are grown best first, each step by the exact choice for several wishes (`kernels/ahead.py`). The best
-    that arrives is gone on with until another arrives earlier by the navigator's `patience`, or until what is foreseen
-    has changed so that it collides. To wait for a gap, to pass behind and to arrive in time come out of that. Where no
-    sequence that arrives is known yet, the most promising is begun, and the search goes on at the next decision as
-    long as nothing that is foreseen has changed; where there is none at all, the navigator decides.
+    Sequences grow best first; each step is an exact choice near several candidate accelerations
+    (`kernels/sequence_search/`). The best sequence that arrives is kept until another arrives earlier by the
+    navigator's `patience`, or until it collides with new predictions. The robot thus waits for gaps, passes behind
+    obstacles and arrives in time without further rules. While no sequence to the goal is known, the most promising safe
+    one is started. The search continues at the next decision as long as the predictions do not change. Without any, the
+    navigator decides.
 
-    Safety: a sequence keeps the margin, or the largest share of it that it can, at all times until it ends, as long as
-    the forecasts hold; a robot that passes its goal is not looked at beyond. Plain limits only: a largest speed and
+    Law: a sequence keeps the margin, or the largest possible fraction of it, until it ends, as long as the forecasts
+    hold. The motion after a pass through the goal is not tested. Limits: only a largest speed and a largest
     acceleration.
 
     Attributes:
-        navigator: the method, whose forecast counts, the shape, the limits, period, margin, patience; and what decides
-            where there is nothing to go on with.
-        ahead: [s] how far ahead is looked. deadline: absolute time [s]; later arrivals do not count.
-        budget: [us] of work in one decision, counted and not measured, so that results do not depend on the machine;
-            a search that it ends goes on with the next decision. improving: [us] once an arrival is known.
-        prepared: see `preparing`.
+        navigator: provides forecast, shape, limits, period, margin and patience, and decides where the search has no
+            sequence.
+        time_horizon: [s] length of the searched future.
+        deadline: absolute time [s]; later arrivals do not count.
+        budget: [us] of work per decision, counted and not measured, so that results do not depend on the machine. A
+            search that it ends continues at the next decision.
+        improvement_budget: [us] of work once an arrival is known.
+        prepared: see `prepared_for`.
     """
 
     navigator: Navigator
     time_horizon: float = 60.0
     deadline: float = np.inf
     budget: float = 10000.0
-    improving: float = 500.0
-    prepared: ForeseenObstacles | None = None
+    improvement_budget: float = 500.0
+    prepared: PredictedObstacles | None = None
 
     def __post_init__(self) -> None:
         positive(self.time_horizon, "time_horizon")
         positive(self.budget, "budget")
-        not_negative(self.improving, "improving")
+        not_negative(self.improvement_budget, "improvement_budget")
         limits = self.navigator.limits
         if limits.bounds or limits.velocity_bounds or limits.acceleration_bounds:
             raise InvalidInput("limits: expected no more than a largest speed and acceleration, found further bounds")
@@ -104,7 +108,7 @@ class LookAhead:
         """As `Navigator.decide`.
 
         Args:
-            obstacles: the same sequence at every decision spares the work of arranging it again.
+            obstacles: passing the same sequence object at every decision avoids building its table again.
 
         Raises:
             InvalidInput: dimensions that differ, a goal that moves.
@@ -115,99 +119,106 @@ class LookAhead:
             raise InvalidInput(
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
-        before = previous if isinstance(previous, Planned) else None
-        table = self._foreseen(obstacles, now, self.prepared if before is None else before.search.obstacles)
+        before = previous if isinstance(previous, SequenceDecision) else None
+        table = self._prediction(obstacles, now, self.prepared if before is None else before.search.obstacles)
         scene = _Scene(state, goal, now, obstacles, table, before)
-        planned = self._keep_or_improve(scene) or self._planned(scene)
+        planned = self._keep_or_improve(scene) or self._plan(scene)
         return planned or self.navigator.decide(state, obstacles, goal, now=now, previous=previous)
 
-    def _foreseen(
-        self, obstacles: Sequence[Obstacle], now: float, known: ForeseenObstacles | None
-    ) -> ForeseenObstacles:
-        """What is foreseen now: the table of the decision before, if that still holds and reaches far enough."""
-        n = self.navigator
-        latest = max(self._latest(now), now + n.period)
-        if known is not None and known.serves(obstacles, now, latest):
-            return known
-        forecast, step = n.method.forecast, n.limits.max_speed / n.limits.max_acceleration
+    def _prediction(
+        self, obstacles: Sequence[Obstacle], now: float, previous: PredictedObstacles | None
+    ) -> PredictedObstacles:
+        """Predicted obstacles now: those of the previous decision if they are still valid and cover enough time."""
+        navigator = self.navigator
+        latest = max(self._deadline(now), now + navigator.period)
+        if previous is not None and previous.covers(obstacles, now, latest):
+            return previous
+        forecast, step = navigator.method.forecast, navigator.limits.max_speed / navigator.limits.max_acceleration
         if isinstance(forecast, EXACT):
-            end = max(min(self.deadline, now + WINDOWS * self.time_horizon), latest)
-            return ForeseenObstacles.of(obstacles, obstacles, n.robot, now, end, step, everybody=forecast.foresees)
-        seen = [predicted(obstacle, forecast, now) for obstacle in obstacles if obstacle.exists(now)]
-        return ForeseenObstacles.of(None, seen, n.robot, now, latest, step)
+            end = max(min(self.deadline, now + TABLE_HORIZONS * self.time_horizon), latest)
+            return PredictedObstacles.of(
+                obstacles, obstacles, navigator.robot, now, end, step, include_future=forecast.includes_future
+            )
+        predictions = [predicted(obstacle, forecast, now) for obstacle in obstacles if obstacle.exists(now)]
+        return PredictedObstacles.of(None, predictions, navigator.robot, now, latest, step)
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
-        """One that has arranged these very obstacles already, as is else done in its first decision."""
-        return replace(self, prepared=self._foreseen(obstacles, now, None))
+        """Copy whose first decision reuses a table built now for exactly these obstacles."""
+        return replace(self, prepared=self._prediction(obstacles, now, None))
 
-    def _latest(self, now: float) -> float:
+    def _deadline(self, now: float) -> float:
         return min(self.deadline, now + self.time_horizon)
 
-    def _keep_or_improve(self, scene: _Scene) -> Planned | None:
-        """What was decided before, or what is better by the navigator's patience; None if it is not to be kept."""
-        before, now = scene.previous, scene.now
-        if before is None or now >= before.search.ends - 1e-6 * self.navigator.period:
+    def _keep_or_improve(self, scene: _Scene) -> SequenceDecision | None:
+        """Previous sequence, or one that is better by the navigator's patience.
+
+        None if the previous sequence must not be kept.
+        """
+        previous, now = scene.previous, scene.now
+        if previous is None or now >= previous.search.end_time - 1e-6 * self.navigator.period:
             return None
-        search, motion = before.search, before.manoeuvre
-        off = float(np.abs(motion.position(now) - scene.state.position).max())
-        off = max(off, float(np.abs(motion.velocity(now) - scene.state.velocity).max()))
-        same = search.obstacles is scene.timetable and scene.timetable.includes_future and off <= COMMITTED_SLACK
-        if off > JUMP or not (same or self._still_free(scene, before)):
+        search, motion = previous.search, previous.manoeuvre
+        deviation = float(np.abs(motion.position(now) - scene.state.position).max())
+        deviation = max(deviation, float(np.abs(motion.velocity(now) - scene.state.velocity).max()))
+        same = (
+            search.obstacles is scene.prediction and scene.prediction.includes_future and deviation <= COMMITTED_SLACK
+        )
+        if deviation > JUMP or not (same or self._remains_clear(scene, previous)):
             return None
         if not search.complete:
-            return self._further(scene, search) if same else None
-        better = self._better(scene, before, same)
-        if better.complete and better.arrival <= before.arrival - self.navigator.patience:
-            return self._decision(scene, better, self._found(scene, better))
-        return replace(before, outcome=Outcome.KEPT, better=better if same else None)
+            return self._continue_search(scene, search) if same else None
+        improved = self._improved(scene, previous, same)
+        if improved.complete and improved.arrival <= previous.arrival - self.navigator.patience:
+            return self._decision(scene, improved, self._outcome(scene, improved))
+        return replace(previous, outcome=Outcome.KEPT, better=improved if same else None)
 
-    def _found(self, scene: _Scene, search: Search) -> Outcome:
-        """What a sequence is that was found on the way: one that keeps less of the margin than it could is squeezed."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
-        whole = search.problem.margin >= min(self.navigator.margin, gap) - COMMITTED_SLACK
-        return Outcome.CONSTRAINED if whole else Outcome.SQUEEZED
+    def _outcome(self, scene: _Scene, search: Search) -> Outcome:
+        """Outcome of a sequence found by a continued search: SQUEEZED if it keeps less of the margin than possible."""
+        clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
+        full_margin = search.problem.margin >= min(self.navigator.margin, clearance) - COMMITTED_SLACK
+        return Outcome.CONSTRAINED if full_margin else Outcome.SQUEEZED
 
-    def _further(self, scene: _Scene, search: Search) -> Planned | None:
-        """What comes of more of a search that has not found an arrival yet."""
-        found = search.resumed(scene.now, self.budget, self.improving)
+    def _continue_search(self, scene: _Scene, search: Search) -> SequenceDecision | None:
+        """Decision after more work on a search without an arrival; None if it has no safe sequence."""
+        found = search.resumed(scene.now, self.budget, self.improvement_budget)
         if found.complete:
-            return self._decision(scene, found, self._found(scene, found))
-        found = found.stopped(scene.now, self.navigator.horizon)
+            return self._decision(scene, found, self._outcome(scene, found))
+        found = found.with_stop(scene.now, self.navigator.horizon)
         return self._decision(scene, found, Outcome.BEGUN) if found.node >= 0 else None
 
-    def _better(self, scene: _Scene, before: Planned, same: bool) -> Search:
-        """A little more of the search for what arrives earlier; begun again where it can not be gone on with."""
-        latest = before.arrival - self.navigator.patience
+    def _improved(self, scene: _Scene, previous: SequenceDecision, same: bool) -> Search:
+        """Search for an earlier arrival after a little more work; a new one where the old one cannot continue."""
+        latest = previous.arrival - self.navigator.patience
         if not same:
-            return self._search(scene, before.search.problem.margin, self.improving, SCALES[:1], latest)[0]
-        better = before.better
-        if better is None or not better.starts_after(scene.now):
-            better = before.search.refined(scene.state, scene.now, SCALES[-1], latest)
-        return better.grown(better.root, self.improving, 0.0)[0]
+            return self._search(scene, previous.search.problem.margin, self.improvement_budget, SCALES[:1], latest)[0]
+        search = previous.better
+        if search is None or not search.starts_after(scene.now):
+            search = previous.search.refined(scene.state, scene.now, SCALES[-1], latest)
+        return search.extended(search.root, self.improvement_budget, 0.0)[0]
 
-    def _still_free(self, scene: _Scene, before: Planned) -> bool:
-        """Whether the rest of what was decided before meets nothing that is foreseen now."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
-        margin = min(before.search.problem.margin, gap)
-        return margin >= 0.0 and before.search.is_free(
-            scene.state, scene.now, scene.timetable, margin - COMMITTED_SLACK
+    def _remains_clear(self, scene: _Scene, previous: SequenceDecision) -> bool:
+        """Whether the rest of the previous sequence is collision-free under the present predictions."""
+        clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
+        margin = min(previous.search.problem.margin, clearance)
+        return margin >= 0.0 and previous.search.is_clear(
+            scene.state, scene.now, scene.prediction, margin - COMMITTED_SLACK
         )
 
-    def _planned(self, scene: _Scene) -> Planned | None:
-        """A new sequence, with as much of the margin as can be kept; None if there is none."""
-        gap = scene.timetable.gap(scene.state.position, scene.now) - CONTACT_SLACK
-        if gap < 0.0:
+    def _plan(self, scene: _Scene) -> SequenceDecision | None:
+        """Decision for a new sequence with as much of the margin as possible; None if there is none."""
+        clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
+        if clearance < 0.0:
             return None
         start, budget = None, self.budget
         for share in MARGIN_SHARES if self.navigator.margin > 0.0 else MARGIN_SHARES[:1]:
-            margin = min(gap, share * self.navigator.margin)
+            margin = min(clearance, share * self.navigator.margin)
             found, spent = self._search(scene, margin, budget, SCALES)
             budget -= spent
             if found.complete:
                 outcome = Outcome.CLEAR if found.direct else Outcome.CONSTRAINED
                 return self._decision(scene, found, outcome if share == 1.0 else Outcome.SQUEEZED)
             if start is None:
-                stopped = found.stopped(scene.now, self.navigator.horizon)
+                stopped = found.with_stop(scene.now, self.navigator.horizon)
                 start = stopped if stopped.node >= 0 else None
             if found.cut or budget <= 0.0:
                 break
@@ -216,31 +227,31 @@ class LookAhead:
     def _search(
         self, scene: _Scene, margin: float, budget: float, scales: Sequence[float], latest: float = np.inf
     ) -> tuple[Search, float]:
-        """A new search for arrivals until `latest` [s], and what it took [us]."""
-        n = self.navigator
+        """New search for arrivals up to `latest` [s], and its work [us]."""
+        navigator = self.navigator
         searches = [
             new_search(
                 scene.state,
                 scene.goal,
-                n.limits,
-                scene.timetable,
+                navigator.limits,
+                scene.prediction,
                 now=scene.now,
-                period=n.period,
-                deadline=min(latest, self._latest(scene.now)),
+                period=navigator.period,
+                deadline=min(latest, self._deadline(scene.now)),
                 margin=margin,
                 scale=scale,
             )
             for scale in scales
         ]
-        return run_searches(searches, budget, min(self.improving, budget))
+        return run_searches(searches, budget, min(self.improvement_budget, budget))
 
-    def _decision(self, scene: _Scene, search: Search, outcome: Outcome) -> Planned:
+    def _decision(self, scene: _Scene, search: Search, outcome: Outcome) -> SequenceDecision:
         motion = search.manoeuvre(scene.state, scene.now)
         forecast, now, horizon = self.navigator.method.forecast, scene.now, self.navigator.horizon
-        there = [o for o in scene.obstacles if forecast.foresees or o.exists(now)]
-        traffic = ObstacleTable([predicted(o, forecast, now) for o in there], now, horizon)
-        blocked = ControlObstacle(motion.response, scene.state, traffic, self.navigator.robot, search.problem.margin)
-        return Planned(
+        present = [o for o in scene.obstacles if forecast.includes_future or o.exists(now)]
+        table = ObstacleTable([predicted(o, forecast, now) for o in present], now, horizon)
+        blocked = ControlObstacle(motion.response, scene.state, table, self.navigator.robot, search.problem.margin)
+        return SequenceDecision(
             motion,
             outcome,
             motion.control,

@@ -1,4 +1,4 @@
-"""A search over sequences of accelerations, begun at one decision and gone on with at the next."""
+"""Search over sequences of accelerations that continues over several decisions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,38 +10,40 @@ from slalom.checks import Array
 from slalom.goal import Goal
 from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, SearchProblem, SearchTree
 from slalom.limits import Limits
-from slalom.lookahead.spacetime_index import ForeseenObstacles
+from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.manoeuvre import Manoeuvre
 from slalom.response.sequence import AccelerationSequence
 from slalom.state import State
 
 SCALES = (1.0, 0.5)
-"""[1] Steps, in times from rest to top speed; the finer one is tried where the coarser finds nothing."""
+"""[1] Steps, as multiples of the time from rest to max_speed; the finer one serves if the coarser finds no arrival."""
 HEURISTIC_WEIGHT = 2.0
-"""[1] How much more the time to go counts than the time gone: larger is quicker and finds later arrivals."""
+"""[1] Weight of the time to go relative to the elapsed time. Larger: faster searches that find later arrivals."""
 DIRECTIONS = 8
-"""[1] Directions of pushes in the plane; in space there are 26."""
-AIM = 0.8
-"""[1] Which share of the goal's tolerance is near enough for a plan."""
-ROOM, SPARE = 20_000, 2
-"""[1] Nodes of a tree, and those that are kept free for what ends a sequence. A search that has filled it is cut."""
-TRIED = 30
-"""[1] Sequences that are tried, the most promising first, for one after which the robot can stop."""
+"""[1] Directions of accelerations in the plane; in space there are 26."""
+TOLERANCE_SHARE = 0.8
+"""[1] Fraction of the goal's tolerance within which a sequence must arrive."""
+MAX_NODES, SPARE_NODES = 20_000, 2
+"""[1] Nodes of a tree, and the nodes reserved for the ends of sequences. A full tree cuts the search."""
+MAX_STOP_TESTS = 30
+"""[1] Sequences tested for a stop at their end, the most promising first."""
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """A tree of sequences that keep clear, and the one that is gone on with.
+    """Tree of collision-free sequences, and the selected one.
 
-    The tree is grown in place: searches that go on from this one share it.
+    The tree is extended in place: searches that continue this one share it.
 
     Attributes:
-        timetable: what is kept clear of. quest: who wants where. tree: see `kernels/quest.py`.
-        root: the node that all sequences go over. node: the last one of the sequence; -1: there is none.
+        obstacles: the predicted obstacles.
+        problem, tree: see `kernels/sequence_search/tables.py`.
+        root: the node that all sequences pass.
+        node: the last node of the selected sequence; -1: none.
         cut: whether the budget ended the search.
     """
 
-    obstacles: ForeseenObstacles
+    obstacles: PredictedObstacles
     problem: SearchProblem
     tree: SearchTree
     root: int = 0
@@ -55,117 +57,128 @@ class Search:
 
     @property
     def full(self) -> bool:
-        """Whether the tree has no room for more."""
-        return bool(self.tree.counts[NODES] >= len(self.tree.time) - SPARE)
+        """Whether the tree has no room for further nodes."""
+        return bool(self.tree.counts[NODES] >= len(self.tree.time) - SPARE_NODES)
 
     @property
-    def ends(self) -> float:
-        """When the sequence ends [s]."""
+    def end_time(self) -> float:
+        """Time [s] at which the sequence ends."""
         return float(self.tree.time[self.node])
 
     @property
     def arrival(self) -> float:
-        """When the sequence is at the goal [s]; inf if it does not get there."""
-        return self.ends if self.complete else np.inf
+        """Time [s] at which the sequence reaches the goal; inf if it does not."""
+        return self.end_time if self.complete else np.inf
 
     @property
     def direct(self) -> bool:
-        """Whether the sequence is one push and coasting or braking, as the robot would drive alone in the world."""
-        return len(self._way()) <= 2
+        """Whether the sequence is one acceleration followed by coasting or braking, as without obstacles."""
+        return len(self._sequence_nodes()) <= 2
 
-    def grown(self, root: int, budget: float, improving: float) -> tuple["Search", float]:
-        """After more work on what descends from node `root`, and how much work that was [us]."""
-        schedule = self.obstacles.index
-        node, cut, spent = kernels.grow_tree(self.tree, root, schedule, self.problem, budget, improving)
+    def extended(self, root: int, budget: float, improvement_budget: float) -> tuple["Search", float]:
+        """Search after more work on the descendants of node `root`, and that work [us]."""
+        index = self.obstacles.index
+        node, cut, spent = kernels.grow_tree(self.tree, root, index, self.problem, budget, improvement_budget)
         return replace(self, root=root, node=node, cut=cut), spent
 
-    def resumed(self, now: float, budget: float, improving: float) -> "Search":
-        """The search at a later time, at which the robot is on the sequence; without a node once the tree is full."""
+    def resumed(self, now: float, budget: float, improvement_budget: float) -> "Search":
+        """Search continued at a later time `now` [s] with the robot on the sequence.
+
+        Without a node once the tree is full.
+        """
         if self.full:
             return replace(self, node=-1, cut=True)
-        return self.grown(self._after(now)[0], budget, improving)[0]
+        return self.extended(self._upcoming_nodes(now)[0], budget, improvement_budget)[0]
 
-    def refined(self, state: State, now: float, scale: float, before: float) -> "Search":
-        """A new search, in finer steps, for sequences that leave this one at its next node and arrive by `before` [s].
+    def refined(self, state: State, now: float, scale: float, deadline: float) -> "Search":
+        """New search with finer steps for sequences that branch off at the next node and arrive before `deadline` [s].
 
-        The robot can go on until then, and so can the search.
+        The robot continues on this sequence until that node, and the search may take as long.
         """
-        node = self._after(now)[0]
-        start, push = float(self.tree.time[node]), self.tree.acceleration[node]
-        quest = self.problem._replace(
+        node = self._upcoming_nodes(now)[0]
+        start, acceleration = float(self.tree.time[node]), self.tree.acceleration[node]
+        problem = self.problem._replace(
             step=_step(self.problem.max_speed, self.problem.max_acceleration, self.problem.period, scale),
-            deadline=before,
+            deadline=deadline,
         )
-        tree = _planted(state, now)
+        tree = _new_tree(state, now)
         tree.status[0] = CLOSED
-        place, speed = self.tree.position[node], self.tree.velocity[node]
-        _append(tree, 0, start, place, speed, push, OPEN)
-        return Search(self.obstacles, quest, tree, root=1)
+        position, velocity = self.tree.position[node], self.tree.velocity[node]
+        _append_node(tree, 0, start, position, velocity, acceleration, OPEN)
+        return Search(self.obstacles, problem, tree, root=1)
 
     def starts_after(self, now: float) -> bool:
-        """Whether the robot has not yet come to the node that all sequences of this search have in common."""
+        """Whether the robot has not yet reached the node that all sequences of this search share."""
         return bool(self.tree.time[self.root] >= now)
 
     def manoeuvre(self, state: State, now: float) -> Manoeuvre:
-        """What is left of the sequence at `now`, as one response to the acceleration that comes first."""
-        lengths, pushes = self._left(now)
+        """Rest of the sequence at `now` [s], as one response to its first acceleration."""
+        durations, accelerations = self._remaining(now)
         d = state.dimension
-        later = tuple((float(t), tuple(map(float, u[:d]))) for t, u in zip(lengths[1:], pushes[1:], strict=True))
-        return Manoeuvre(AccelerationSequence(float(lengths[0]), later), state, pushes[0, :d], now)
+        later = tuple(
+            (float(t), tuple(map(float, u[:d]))) for t, u in zip(durations[1:], accelerations[1:], strict=True)
+        )
+        return Manoeuvre(AccelerationSequence(float(durations[0]), later), state, accelerations[0, :d], now)
 
-    def is_free(self, state: State, now: float, timetable: ForeseenObstacles, margin: float) -> bool:
-        """Whether a robot that goes on from `state` with what is left meets nothing of a timetable."""
-        lengths, pushes = self._left(now)
-        places, speeds = np.zeros((2, len(lengths) + 1, 3))
-        places[0, : state.dimension], speeds[0, : state.dimension] = state.position, state.velocity
-        for k, (h, u) in enumerate(zip(lengths, pushes, strict=True)):
-            places[k + 1] = places[k] + h * (speeds[k] + 0.5 * h * u)
-            speeds[k + 1] = speeds[k] + h * u
-        times = now + np.concatenate([[0.0], np.cumsum(lengths)])
-        quest = self.problem._replace(margin=margin, now=timetable.known_at(now))
-        return bool(kernels.sequence_is_clear(times, places[:-1], speeds[:-1], pushes, timetable.index, quest))
+    def is_clear(self, state: State, now: float, prediction: PredictedObstacles, margin: float) -> bool:
+        """Whether the rest of the sequence, from `state` on, keeps `margin` [m] from the predicted obstacles."""
+        durations, accelerations = self._remaining(now)
+        positions, velocities = np.zeros((2, len(durations) + 1, 3))
+        positions[0, : state.dimension], velocities[0, : state.dimension] = state.position, state.velocity
+        for k, (h, u) in enumerate(zip(durations, accelerations, strict=True)):
+            positions[k + 1] = positions[k] + h * (velocities[k] + 0.5 * h * u)
+            velocities[k + 1] = velocities[k] + h * u
+        times = now + np.concatenate([[0.0], np.cumsum(durations)])
+        problem = self.problem._replace(margin=margin, now=prediction.known_at(now))
+        return bool(
+            kernels.sequence_is_clear(times, positions[:-1], velocities[:-1], accelerations, prediction.index, problem)
+        )
 
-    def _way(self) -> list[int]:
-        """The nodes of the sequence after the root of the tree."""
-        way, k = [], self.node
+    def _sequence_nodes(self) -> list[int]:
+        """Nodes of the sequence after the root of the tree."""
+        nodes, k = [], self.node
         while k > 0:
-            way.append(k)
+            nodes.append(k)
             k = int(self.tree.parent[k])
-        return way[::-1]
+        return nodes[::-1]
 
-    def _after(self, now: float) -> list[int]:
-        """The nodes of the sequence that are yet to come; the last one if none is."""
-        way = self._way()
-        return [k for k in way if self.tree.time[k] > now + 1e-6 * self.problem.period] or way[-1:]
+    def _upcoming_nodes(self, now: float) -> list[int]:
+        """Nodes of the sequence after `now` [s]; the last node if there is none."""
+        nodes = self._sequence_nodes()
+        return [k for k in nodes if self.tree.time[k] > now + 1e-6 * self.problem.period] or nodes[-1:]
 
-    def _left(self, now: float) -> tuple[Array, Array]:
-        """How long (n,) [s] and with which accelerations (n, 3) [m/s^2] the sequence goes on from `now`."""
-        after = self._after(now)
-        times = self.tree.time[after]
-        return np.maximum(np.diff(times, prepend=now), 1e-6 * self.problem.period), self.tree.acceleration[after]
+    def _remaining(self, now: float) -> tuple[Array, Array]:
+        """Durations (n,) [s] and accelerations (n, 3) [m/s^2] of the sequence from `now` [s] on."""
+        nodes = self._upcoming_nodes(now)
+        times = self.tree.time[nodes]
+        return np.maximum(np.diff(times, prepend=now), 1e-6 * self.problem.period), self.tree.acceleration[nodes]
 
-    def stopped(self, now: float, horizon: float) -> "Search":
-        """The search with the most promising open sequence after which the robot can brake and rest until the horizon.
+    def with_stop(self, now: float, horizon: float) -> "Search":
+        """Search with the most promising open sequence after which the robot can brake and rest until the horizon.
 
-        No node if none of the best does. `horizon`: [s] from `now`.
+        Without a node if none of the tested sequences qualifies. `horizon` is in [s] from `now`.
         """
-        count, tree, quest = self.tree.counts[NODES], self.tree, self.problem
+        count, tree, problem = self.tree.counts[NODES], self.tree, self.problem
         nodes = np.flatnonzero(tree.status[:count] == OPEN) if not self.full else np.empty(0, np.int64)
         nodes = nodes[np.argsort(tree.cost[nodes], kind="stable")]
-        for node in [int(k) for k in nodes if self._descends(int(k))][:TRIED]:
-            place, speed, start = tree.position[node], tree.velocity[node], float(tree.time[node])
-            fast = float(np.linalg.norm(speed))
-            brake = max(1, int(np.ceil(fast / quest.max_acceleration / quest.period - 1e-9))) * quest.period
-            push, end = -speed / brake, place + 0.5 * brake * speed
+        for node in [int(k) for k in nodes if self._descends(int(k))][:MAX_STOP_TESTS]:
+            position, velocity, start = tree.position[node], tree.velocity[node], float(tree.time[node])
+            speed = float(np.linalg.norm(velocity))
+            brake = max(1, int(np.ceil(speed / problem.max_acceleration / problem.period - 1e-9))) * problem.period
+            acceleration, end = -velocity / brake, position + 0.5 * brake * velocity
             times = np.array([start, start + brake, max(start + brake, now + horizon)])
-            ways = np.stack([place, end]), np.stack([speed, 0.0 * speed]), np.stack([push, 0.0 * push])
-            if kernels.sequence_is_clear(times, *ways, self.obstacles.index, quest):
-                last = _append(tree, node, start + brake, end, 0.0 * speed, push, CLOSED)
+            motion = (
+                np.stack([position, end]),
+                np.stack([velocity, 0.0 * velocity]),
+                np.stack([acceleration, 0.0 * acceleration]),
+            )
+            if kernels.sequence_is_clear(times, *motion, self.obstacles.index, problem):
+                last = _append_node(tree, node, start + brake, end, 0.0 * velocity, acceleration, CLOSED)
                 return replace(self, node=last)
         return replace(self, node=-1)
 
     def _descends(self, node: int) -> bool:
-        """Whether the way to `node` leads over the root, and on."""
+        """Whether the path to `node` passes the root and does not end there."""
         k = node
         while k > self.root:
             k = int(self.tree.parent[k])
@@ -176,7 +189,7 @@ def new_search(
     state: State,
     goal: Goal,
     limits: Limits,
-    timetable: ForeseenObstacles,
+    obstacles: PredictedObstacles,
     *,
     now: float,
     period: float,
@@ -184,12 +197,12 @@ def new_search(
     margin: float,
     scale: float,
 ) -> Search:
-    """A search from a state that has not looked at anything yet."""
+    """Search from a state, without any work done."""
     d = state.dimension
-    quest = SearchProblem(
+    problem = SearchProblem(
         dimension=d,
-        goal=_three(goal.position(now)),
-        tolerance=AIM * goal.tolerance,
+        goal=_padded(goal.position(now)),
+        tolerance=TOLERANCE_SHARE * goal.tolerance,
         stop=goal.stop,
         max_acceleration=limits.max_acceleration,
         max_speed=limits.max_speed,
@@ -197,62 +210,64 @@ def new_search(
         period=period,
         deadline=deadline,
         margin=margin,
-        now=timetable.known_at(now),
+        now=obstacles.known_at(now),
         directions=directions(d),
         heuristic_weight=HEURISTIC_WEIGHT,
     )
-    return Search(timetable, quest, _planted(state, now))
+    return Search(obstacles, problem, _new_tree(state, now))
 
 
-def _step(top: float, push: float, period: float, scale: float) -> float:
-    """`scale` times from rest to top speed, in whole periods [s]."""
-    return max(1, round(scale * top / push / period)) * period
+def _step(max_speed: float, max_acceleration: float, period: float, scale: float) -> float:
+    """`scale` times the time from rest to max_speed, in whole periods [s]."""
+    return max(1, round(scale * max_speed / max_acceleration / period)) * period
 
 
-def _planted(state: State, now: float) -> SearchTree:
-    """A tree of one open node."""
-    cells = 1 << int(np.ceil(np.log2(2.0 * ROOM)))
+def _new_tree(state: State, now: float) -> SearchTree:
+    """Tree of one open node."""
+    cells = 1 << int(np.ceil(np.log2(2.0 * MAX_NODES)))
     tree = SearchTree(
-        time=np.empty(ROOM),
-        position=np.empty((ROOM, 3)),
-        velocity=np.empty((ROOM, 3)),
-        acceleration=np.empty((ROOM, 3)),
-        parent=np.zeros(ROOM, np.int64),
-        cost=np.empty(ROOM),
-        status=np.zeros(ROOM, np.int64),
+        time=np.empty(MAX_NODES),
+        position=np.empty((MAX_NODES, 3)),
+        velocity=np.empty((MAX_NODES, 3)),
+        acceleration=np.empty((MAX_NODES, 3)),
+        parent=np.zeros(MAX_NODES, np.int64),
+        cost=np.empty(MAX_NODES),
+        status=np.zeros(MAX_NODES, np.int64),
         cells=np.zeros(cells, np.int64),
         counts=np.array([1, -1]),
     )
     tree.time[0], tree.cost[0], tree.status[0], tree.acceleration[0] = now, 0.0, OPEN, 0.0
-    tree.position[0], tree.velocity[0] = _three(state.position), _three(state.velocity)
+    tree.position[0], tree.velocity[0] = _padded(state.position), _padded(state.velocity)
     return tree
 
 
-def _append(tree: SearchTree, parent: int, time: float, place: Array, speed: Array, push: Array, mark: int) -> int:
-    """A node after `parent`; its number."""
+def _append_node(
+    tree: SearchTree, parent: int, time: float, position: Array, velocity: Array, acceleration: Array, status: int
+) -> int:
+    """Append a node after `parent`; return its index."""
     k = int(tree.counts[NODES])
-    tree.time[k], tree.parent[k], tree.cost[k], tree.status[k] = time, parent, 0.0, mark
-    tree.position[k], tree.velocity[k], tree.acceleration[k] = place, speed, push
+    tree.time[k], tree.parent[k], tree.cost[k], tree.status[k] = time, parent, 0.0, status
+    tree.position[k], tree.velocity[k], tree.acceleration[k] = position, velocity, acceleration
     tree.counts[NODES] = k + 1
     return k
 
 
-def run_searches(searches: Sequence[Search], budget: float, improving: float) -> tuple[Search, float]:
-    """The first of several new searches, tried in turn, that finds an arrival or is cut; else the last. What it took.
+def run_searches(searches: Sequence[Search], budget: float, improvement_budget: float) -> tuple[Search, float]:
+    """First of several new searches, in order, that arrives or is cut, else the last; and the work done [us].
 
-    `budget` is for all of them together, `improving` for what comes after the first arrival, both in [us].
+    `budget` [us] is shared by all of them; `improvement_budget` [us] is for the work after the first arrival.
     """
-    left = budget
+    remaining = budget
     for search in searches:
-        found, spent = search.grown(0, left, improving)
-        left -= spent
-        if found.complete or found.cut or left <= 0.0:
+        extended, spent = search.extended(0, remaining, improvement_budget)
+        remaining -= spent
+        if extended.complete or extended.cut or remaining <= 0.0:
             break
-    return found, budget - left
+    return extended, budget - remaining
 
 
 def directions(dimension: int) -> Array:
-    """Unit vectors (k, 3) of pushes, the first axis to the goal: 8 in the plane, 26 in space."""
+    """Unit vectors (k, 3) of accelerations, the first axis towards the goal: 8 in the plane, 26 in space."""
     if dimension == 2:
         angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
         return np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
@@ -261,7 +276,7 @@ def directions(dimension: int) -> Array:
     return np.asarray(corners / np.linalg.norm(corners, axis=1)[:, None])
 
 
-def _three(vector: Array) -> Array:
-    wide = np.zeros(3)
-    wide[: len(vector)] = vector
-    return wide
+def _padded(vector: Array) -> Array:
+    padded = np.zeros(3)
+    padded[: len(vector)] = vector
+    return padded

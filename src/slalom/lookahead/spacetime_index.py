@@ -1,4 +1,4 @@
-"""Obstacles over a long time, ordered so that who is near a place at a time is found at once."""
+"""Predicted obstacles over a long time, indexed by time for fast queries."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,12 +16,13 @@ from slalom.shape import Shape
 
 
 @dataclass(frozen=True, eq=False)
-class ForeseenObstacles:
-    """The pieces of all obstacles, grown by a robot's shape, from `start` to `end`, absolute times [s].
+class PredictedObstacles:
+    """Pieces of all obstacles, grown by a robot's shape, from `start` to `end`, absolute times [s].
 
     Attributes:
-        obstacles: those that were asked about, if the table serves for more than one decision; else None.
-        everybody: whether who appears later is known of now. schedule: the table.
+        obstacles: the sequence that the table was built for, if it serves more than one decision; else None.
+        includes_future: whether obstacles that appear later are known now.
+        index: the table.
     """
 
     obstacles: Sequence[Obstacle] | None
@@ -34,84 +35,92 @@ class ForeseenObstacles:
     def of(
         cls,
         obstacles: Sequence[Obstacle] | None,
-        seen: Sequence[Obstacle],
+        predictions: Sequence[Obstacle],
         robot: Shape,
         start: float,
         end: float,
         width: float,
         *,
-        everybody: bool = True,
-    ) -> "ForeseenObstacles":
-        """The table of `seen`, the obstacles as they are foreseen, listed in intervals of `width` [s].
+        include_future: bool = True,
+    ) -> "PredictedObstacles":
+        """Table of `predictions`, the obstacles on their predicted trajectories, indexed by intervals of `width` [s].
 
         Raises:
             InvalidInput: different dimensions, an end that is not after the start.
         """
-        bodies = ObstacleTable(seen, start, end - start).bodies(robot)
-        since = np.array([obstacle.trajectory.span[0] for obstacle in seen], dtype=np.float64)
-        return cls(obstacles, everybody, start, end, _schedule(bodies, since, start, end, width))
+        bodies = ObstacleTable(predictions, start, end - start).bodies(robot)
+        appearances = np.array([obstacle.trajectory.span[0] for obstacle in predictions], dtype=np.float64)
+        return cls(obstacles, include_future, start, end, _spacetime_index(bodies, appearances, start, end, width))
 
-    def serves(self, obstacles: Sequence[Obstacle], now: float, until: float) -> bool:
-        """Whether this is still what is known of the obstacles, from `now` to `until` [s]."""
+    def covers(self, obstacles: Sequence[Obstacle], now: float, until: float) -> bool:
+        """Whether the table is still valid for these obstacles from `now` to `until` [s]."""
         return self.obstacles is obstacles and self.start <= now and until <= self.end
 
     def known_at(self, now: float) -> float:
-        """Up to when [s] bodies must have appeared to be known of at `now`."""
+        """Latest time [s] of appearance of the bodies that are known at `now` [s]."""
         return np.inf if self.includes_future else now
 
-    def gap(self, place: Array, now: float) -> float:
-        """How far [m] a robot at `place` (d,) is from the nearest body at `now` [s]; inf without any."""
+    def clearance(self, position: Array, now: float) -> float:
+        """Distance [m] of a robot at `position` (d,) [m] from the nearest body at `now` [s]; inf without bodies."""
         s = self.index
         k = min(max(int((now - s.start) / s.width), 0), len(s.first) - 2)
         rows = s.row[s.first[k] : s.first[k + 1]]
-        there = (s.times[rows, 0] <= now) & (s.times[rows, 1] >= now) & (s.appears[rows] <= now)
-        rows = rows[there]
+        present = (s.times[rows, 0] <= now) & (s.times[rows, 1] >= now) & (s.appears[rows] <= now)
+        rows = rows[present]
         if not len(rows):
             return np.inf
-        x = (now - s.times[rows, 0]) / (s.times[rows, 1] - s.times[rows, 0])
-        weights = np.stack([(1 - x) ** 3, 3 * x * (1 - x) ** 2, 3 * x * x * (1 - x), x**3], axis=1)
-        places, ahead = np.zeros((len(rows), 3)), np.zeros((len(rows), 2))
-        places[:, : len(place)] = np.einsum("nj,njd->nd", weights, s.points[rows]) - place
-        ahead[:, 0] = 1.0
+        fraction = (now - s.times[rows, 0]) / (s.times[rows, 1] - s.times[rows, 0])
+        weights = np.stack(
+            [
+                (1 - fraction) ** 3,
+                3 * fraction * (1 - fraction) ** 2,
+                3 * fraction * fraction * (1 - fraction),
+                fraction**3,
+            ],
+            axis=1,
+        )
+        positions, directions = np.zeros((len(rows), 3)), np.zeros((len(rows), 2))
+        positions[:, : len(position)] = np.einsum("nj,njd->nd", weights, s.points[rows]) - position
+        directions[:, 0] = 1.0
         if len(s.turns):
-            ahead = np.einsum("nj,njd->nd", weights, s.turns[rows])
-        which = s.hulls[0][rows] if s.hulls else np.full(len(rows), -1)
-        found = kernels.distances(places, ahead, which, s.hulls)
-        return float((found[:, 0] - s.radius[rows] - s.growth[rows] * x).min())
+            directions = np.einsum("nj,njd->nd", weights, s.turns[rows])
+        hull = s.hulls[0][rows] if s.hulls else np.full(len(rows), -1)
+        distances = kernels.distances(positions, directions, hull, s.hulls)
+        return float((distances[:, 0] - s.radius[rows] - s.growth[rows] * fraction).min())
 
 
-def _schedule(bodies: Bodies, since: Array, start: float, end: float, width: float) -> SpacetimeIndex:
+def _spacetime_index(bodies: Bodies, appearances: Array, start: float, end: float, width: float) -> SpacetimeIndex:
     rows = bodies.pieces
-    times, which = rows.times + start, rows.body
-    around = rows.radius + bodies.radius[which]
-    middle = rows.points.mean(axis=1)
-    bends = np.linalg.norm(rows.points - middle[:, None], axis=2).max(axis=1, initial=0.0)
-    begin, row = _listed(times, start, end, width)
+    times, body = rows.times + start, rows.body
+    radius = rows.radius + bodies.radius[body]
+    centers = rows.points.mean(axis=1)
+    extents = np.linalg.norm(rows.points - centers[:, None], axis=2).max(axis=1, initial=0.0)
+    first, row = _rows_by_interval(times, start, end, width)
     return SpacetimeIndex(
         times=times,
         points=np.ascontiguousarray(rows.points),
-        radius=around,
+        radius=radius,
         growth=np.ascontiguousarray(rows.growth),
         turns=np.ascontiguousarray(rows.turns) if bodies.turning else np.empty((0, 4, 2)),
-        centers=middle,
-        bounding_radius=bends + around + np.maximum(rows.growth, 0.0) + bodies.hull_radius[which],
-        hull_radius=bodies.hull_radius[which],
-        appears=since[bodies.owner[which]],
-        hulls=bodies.hulls_of(which),
+        centers=centers,
+        bounding_radius=extents + radius + np.maximum(rows.growth, 0.0) + bodies.hull_radius[body],
+        hull_radius=bodies.hull_radius[body],
+        appears=appearances[bodies.owner[body]],
+        hulls=bodies.hulls_of(body),
         start=float(start),
         width=float(width),
-        first=begin,
+        first=first,
         row=row,
     )
 
 
-def _listed(times: Array, start: float, end: float, width: float) -> tuple[Indices, Indices]:
-    """Which rows overlap which interval: those of interval k are row[begin[k]:begin[k + 1]]."""
+def _rows_by_interval(times: Array, start: float, end: float, width: float) -> tuple[Indices, Indices]:
+    """Rows that overlap each interval: those of interval k are row[starts[k]:starts[k + 1]]."""
     count = max(1, int(np.ceil((end - start) / width)))
     first, last = (np.clip(np.floor((t - start) / width).astype(np.int64), 0, count - 1) for t in times.T)
-    many = last - first + 1
-    rows = np.repeat(np.arange(len(times)), many)
-    place = np.repeat(first, many) + np.arange(len(rows)) - np.repeat(np.cumsum(many) - many, many)
-    order = np.argsort(place, kind="stable")
-    begin = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=count))])
-    return begin.astype(np.int64), rows[order]
+    counts = last - first + 1
+    rows = np.repeat(np.arange(len(times)), counts)
+    interval = np.repeat(first, counts) + np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
+    order = np.argsort(interval, kind="stable")
+    starts = np.concatenate([[0], np.cumsum(np.bincount(interval, minlength=count))])
+    return starts.astype(np.int64), rows[order]

@@ -1,8 +1,8 @@
-"""Other projects' methods as rows of one table, to run the same scenarios and be measured in the same way.
+"""Methods of other projects as rows of one table, to run the same scenarios under the same measurements.
 
-They are the optional extra `peers`: `pip install 'slalom[peers]'`. Nothing of it is imported before a peer is asked
-for. (The wheel of `pyrvo` declares the simulator that it was made for, ir-sim, and with it scipy, imageio and loguru;
-its code imports none of them: `pip install --no-deps pyrvo` is enough to run it.)
+They need the optional extra `peers`: `pip install 'slalom[peers]'`. Its packages are imported when a peer is first
+used. (The wheel of `pyrvo` declares the simulator that it was made for, ir-sim, and with it scipy, imageio and loguru.
+Its code imports none of them: `pip install --no-deps pyrvo` suffices.)
 """
 
 from slalom.peers.crowd import Crowd, Discs, Team

@@ -1,4 +1,4 @@
-"""The behaviours of navground: ORCA, HRVO, human-like, social force."""
+"""Behaviours of navground: ORCA, HRVO, human-like, social force."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -8,20 +8,20 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.peers.crowd import Discs, Team, imported, within
+from slalom.peers.crowd import Discs, Team, imported, interaction_distances
 
 
 class Behaviours:
-    """A team of robots with one navground behaviour each (single precision), of the registered `kind`.
+    """Team of robots with one navground behaviour each (single precision), of the registered `kind`.
 
-    `sight` [s] is the horizon, as the time that a robot at top speed takes for it (navground's is 5 m at any speed);
-    `margin` [m] the safety margin; `settings` are other properties of that kind. Others are neighbours like the rest
-    of the team.
+    `time_horizon` [s] times max_speed is the horizon of navground, which is 5 m at any speed by default. `margin` [m]
+    is the safety margin; `settings` are other properties of that kind. Other discs are neighbours like the rest of the
+    team.
 
-    A robot whose preferred velocity is 0 is told to stop: HRVO's answer to such a wish is not a number.
+    A robot whose preferred velocity is 0 gets a stop target, because HRVO returns NaN for that velocity.
 
     Raises:
-        InvalidInput: a setting that is not a property of the kind: navground itself takes any name and forgets it.
+        InvalidInput: a setting that is not a property of the kind; navground ignores unknown names.
     """
 
     def __init__(
@@ -29,7 +29,7 @@ class Behaviours:
         team: Team,
         kind: str,
         *,
-        sight: float,
+        time_horizon: float,
         margin: float = 0.0,
         settings: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
@@ -38,48 +38,54 @@ class Behaviours:
         unknown = [name for name in settings if name not in known]
         if unknown:
             raise InvalidInput(f"setting of {kind}: expected one of {', '.join(sorted(known))}; found {unknown[0]!r}")
-        self._team, self._sight, self._behaviours = team, sight, []
-        for radius, speed in zip(team.radii, team.speeds):
+        self._team, self._time_horizon, self._behaviours = team, time_horizon, []
+        for radius, speed in zip(team.radii, team.max_speeds):
             behaviour = library.Behavior.make_type(kind)
             behaviour.kinematics = library.kinematics.OmnidirectionalKinematics(float(speed))
             behaviour.radius, behaviour.optimal_speed = float(radius), float(speed)
-            behaviour.horizon, behaviour.safety_margin = sight * float(speed), margin
+            behaviour.horizon, behaviour.safety_margin = time_horizon * float(speed), margin
             for name, value in settings.items():
                 behaviour.set(name, value)
-            # The human-like one sets its horizon while it answers: the first answer to a velocity is always along x.
+            # The human-like behaviour sets its horizon in its first call, which always returns a velocity along x.
             behaviour.target = library.Target.Velocity((1.0, 0.0))
             behaviour.compute_cmd(team.period)
             self._behaviours.append(behaviour)
         edges = [edge for wall in team.walls for edge in _edges(wall)]
         self._walls = [library.LineSegment(start, end) for start, end in edges]
 
-    def choose(self, places: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
+    def choose(self, positions: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
         library, period = self._library, self._team.period
-        at = np.concatenate([places, others.places])
-        moving = np.concatenate([velocities, others.velocities])
+        all_positions = np.concatenate([positions, others.positions])
+        all_velocities = np.concatenate([velocities, others.velocities])
         radii = np.concatenate([self._team.radii, others.radii])
-        everybody = [library.Neighbor(p, float(r), v, k) for k, (p, r, v) in enumerate(zip(at, radii, moving))]
+        neighbours = [
+            library.Neighbor(p, float(r), v, k) for k, (p, r, v) in enumerate(zip(all_positions, radii, all_velocities))
+        ]
         chosen = []
-        for k, (behaviour, away) in enumerate(zip(self._behaviours, within(self._sight, self._team, others))):
-            near = np.flatnonzero(np.linalg.norm(at - at[k], axis=1) <= away)
-            behaviour.position, behaviour.velocity = places[k], velocities[k]
-            # What it commanded is not what the robot did: it goes on from that.
+        for k, (behaviour, distance) in enumerate(
+            zip(self._behaviours, interaction_distances(self._time_horizon, self._team, others))
+        ):
+            indices = np.flatnonzero(np.linalg.norm(all_positions - all_positions[k], axis=1) <= distance)
+            behaviour.position, behaviour.velocity = positions[k], velocities[k]
+            # The command is not the motion of the robot: set the latter, from which the behaviour continues.
             behaviour.actuated_twist = library.Twist2(velocities[k], 0.0, library.Frame.absolute)
-            wish = preferred[k]
-            behaviour.target = library.Target.Velocity(wish) if np.any(wish) else library.Target.Stop()
-            # The human-like behaviour looks all around, but for the very direction behind it.
-            behaviour.orientation = float(np.arctan2(wish[1], wish[0]))
-            behaviour.environment_state.neighbors = [everybody[j] for j in near if j != k]
-            # Told anew: of what it was told before it forgets what was out of its sight then.
+            preferred_velocity = preferred[k]
+            behaviour.target = (
+                library.Target.Velocity(preferred_velocity) if np.any(preferred_velocity) else library.Target.Stop()
+            )
+            # The human-like behaviour considers all directions except the one straight behind its orientation.
+            behaviour.orientation = float(np.arctan2(preferred_velocity[1], preferred_velocity[0]))
+            behaviour.environment_state.neighbors = [neighbours[j] for j in indices if j != k]
+            # Set again: the behaviour drops obstacles that were out of range at its last call.
             behaviour.environment_state.line_obstacles = self._walls
-            # Social force may take the root of what rounding made negative, if one robot is just ahead of another.
+            # Social force may take the root of a rounding error below 0, if one robot is straight ahead of another.
             with np.errstate(invalid="ignore", divide="ignore"):
                 chosen.append(behaviour.compute_cmd(period, library.Frame.absolute).velocity)
         return np.array(chosen, dtype=np.float64)
 
 
 def _edges(outline: Array) -> list[tuple[Array, Array]]:
-    """Its sides: one of a line, as many as corners of a polygon."""
+    """Edges of an outline (k, 2): one of a line, k of a polygon."""
     if len(outline) == 2:
         return [(outline[0], outline[1])]
     return list(zip(outline, np.roll(outline, -1, axis=0)))

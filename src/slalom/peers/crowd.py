@@ -1,4 +1,4 @@
-"""What a run asks of another project's method, and what it tells it."""
+"""Interface between a run and a method of another project."""
 
 from importlib import import_module
 from typing import Any, NamedTuple, Protocol
@@ -10,48 +10,58 @@ from slalom.errors import InvalidInput
 
 
 class Team(NamedTuple):
-    """N robots that move by one method, and what never changes around them.
+    """N robots that move by one method, and the walls around them.
 
     Attributes:
-        radii: (N,) [m] that the method plans with. speeds: (N,) [m/s], the largest. period: [s] between decisions.
-        walls: outlines (k, 2) [m] of what stands: two points are a line, three or more a polygon, counter-clockwise.
+        radii: (N,) [m] with which the method plans.
+        max_speeds: (N,) [m/s].
+        period: [s] between decisions.
+        walls: outlines (k, 2) [m] of static obstacles: two points are a line, three or more a polygon,
+            counter-clockwise.
     """
 
     radii: Array
-    speeds: Array
+    max_speeds: Array
     period: float
     walls: tuple[Array, ...] = ()
 
 
 class Discs(NamedTuple):
-    """M discs that others are at one time: places (M, 2) [m], velocities (M, 2) [m/s], radii (M,) [m]."""
+    """M discs of obstacles at one time: positions (M, 2) [m], velocities (M, 2) [m/s], radii (M,) [m]."""
 
-    places: Array
+    positions: Array
     velocities: Array
     radii: Array
 
 
 class Crowd(Protocol):
-    """A team of robots in another project's library; one object until a robot leaves, told all at every decision."""
+    """Team of robots in another project's library.
 
-    def choose(self, places: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
-        """The velocities (N, 2) [m/s] that the robots want at the end of the period.
+    One object serves until a robot leaves; it receives the full state at every decision.
+    """
 
-        All of them see the same past: places (N, 2) [m] and velocities (N, 2) [m/s] of the team, and the others, of
-        which they know no future. `preferred` (N, 2) [m/s] are the velocities that lead them to their goals. NaN
-        is no answer.
+    def choose(self, positions: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
+        """Velocities (N, 2) [m/s] of the robots at the end of the period.
+
+        All robots decide simultaneously from the present positions (N, 2) [m] and velocities (N, 2) [m/s] of the team,
+        and from the present state of `others`. `preferred` (N, 2) [m/s] are the velocities that lead to the goals. NaN
+        means that the method returned no velocity.
         """
 
 
-def within(seconds: float, team: Team, others: Discs) -> Array:
-    """How far away (N,) [m] may be, centre to centre, what a robot could meet within that time at top speed."""
-    fastest = max(team.speeds.max(), np.linalg.norm(others.velocities, axis=1).max(initial=0.0))
-    widest = max(team.radii.max(), others.radii.max(initial=0.0))
-    return np.asarray(seconds * (team.speeds + fastest) + team.radii + widest)
+def interaction_distances(seconds: float, team: Team, others: Discs) -> Array:
+    """Distances (N,) [m] between centres within which each robot may meet another disc within that time [s]."""
+    max_speed = max(team.max_speeds.max(), np.linalg.norm(others.velocities, axis=1).max(initial=0.0))
+    max_radius = max(team.radii.max(), others.radii.max(initial=0.0))
+    return np.asarray(seconds * (team.max_speeds + max_speed) + team.radii + max_radius)
 
 
 def imported(package: str, module: str = "") -> Any:
-    """A module of a package of the extra `peers`. Raises InvalidInput when it is not installed or does not load."""
+    """Import a module of a package of the extra `peers`.
+
+    Raises:
+        InvalidInput: the package is not installed or does not load.
+    """
     try:
         return import_module(module or package)
     except ImportError as error:

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 
 from slalom.checks import Array
-from slalom.peers.crowd import Discs, Team, imported, within
+from slalom.peers.crowd import Discs, Team, imported, interaction_distances
 
 
 class Rvo2:
-    """A team in one RVO2 simulator (single precision). Others are agents in it that do not answer.
+    """Team in one RVO2 simulator (single precision). Other discs are agents in it that do not react.
 
-    Of each other and of the others, robots see the `neighbours` nearest that they could meet within `horizon` [s], and
-    ORCA shares the work with every one of them: with one that does not answer half of it is left undone. Walls are
-    avoided alone, over the same horizon.
+    Robots consider the `neighbours` nearest agents that they could meet within `horizon` [s]. ORCA shares the avoidance
+    with every one of them: with an agent that does not react, half of it is missing. Walls are avoided in full, over
+    the same horizon.
     """
 
     def __init__(self, team: Team, *, neighbours: int, horizon: float) -> None:
@@ -22,24 +22,28 @@ class Rvo2:
         self._radii = np.empty(0)
         self._simulator: Any = None
 
-    def choose(self, places: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
+    def choose(self, positions: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
         if self._simulator is None or not np.array_equal(others.radii, self._radii):
             self._begin(others.radii)
-        simulator, n = self._simulator, len(places)
-        for k, (place, velocity) in enumerate(zip([*places, *others.places], [*velocities, *others.velocities])):
-            simulator.set_agent_position(k, tuple(place))
+        simulator, n = self._simulator, len(positions)
+        for k, (position, velocity) in enumerate(
+            zip([*positions, *others.positions], [*velocities, *others.velocities])
+        ):
+            simulator.set_agent_position(k, tuple(position))
             simulator.set_agent_velocity(k, tuple(velocity))
-        for k, (wish, away) in enumerate(zip(preferred, within(self._horizon, self._team, others))):
-            simulator.set_agent_pref_velocity(k, tuple(wish))
-            simulator.set_agent_neighbor_dist(k, float(away))
+        for k, (preferred_velocity, distance) in enumerate(
+            zip(preferred, interaction_distances(self._horizon, self._team, others))
+        ):
+            simulator.set_agent_pref_velocity(k, tuple(preferred_velocity))
+            simulator.set_agent_neighbor_dist(k, float(distance))
         simulator.do_step()
         return np.array([simulator.get_agent_velocity(k).to_tuple() for k in range(n)])
 
     def _begin(self, radii: Array) -> None:
-        """A new simulator: agents cannot be taken out of one."""
+        """Build a new simulator, because agents cannot be removed from one."""
         team, horizon = self._team, self._horizon
         simulator = self._library.RVOSimulator(team.period, 0.0, 0, horizon, horizon, 0.0, 0.0)
-        for radius, speed in zip(team.radii, team.speeds):
+        for radius, speed in zip(team.radii, team.max_speeds):
             simulator.add_agent((0.0, 0.0), 0.0, self._neighbours, horizon, horizon, float(radius), float(speed))
         for radius in radii:
             simulator.add_agent((0.0, 0.0), 0.0, 0, horizon, horizon, float(radius), 0.0)

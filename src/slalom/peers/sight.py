@@ -1,4 +1,4 @@
-"""The obstacles of a scenario as other projects' methods see them: discs now, walls for ever."""
+"""Obstacles of a scenario as other projects' methods represent them: present discs and permanent walls."""
 
 from collections.abc import Iterable
 
@@ -13,27 +13,27 @@ from slalom.shape import Part
 from slalom.trajectory import Stationary
 
 MITRE = 100.0
-"""[1] How far the outline of a rounded corner may reach, in radii: corners stay sharp, so that nothing is left out."""
+"""[1] Largest mitre of the outline of a rounded corner, in radii: sharp corners make the outline contain the shape."""
 
 
 def outlines(obstacles: Iterable[Obstacle], *, walls: bool) -> tuple[Array, ...]:
-    """What is not round, as outlines (k, 2) [m], see `Team`; of a part with a radius somewhat larger than it is.
+    """Outlines (k, 2) [m] of obstacles that are not round, see `Team`; those of rounded parts are slightly larger.
 
     Raises:
-        InvalidInput: an obstacle is not round and moves or, without `walls`, is not round; or is several discs and
-            turns.
+        InvalidInput: an obstacle that is not round and moves or, without `walls`, any that is not round; or several
+            discs that turn.
     """
-    sees = "discs, and other shapes that stand" if walls else "discs"
+    expected = "discs, and other shapes at rest" if walls else "discs"
     found: list[Array] = []
     for obstacle in obstacles:
-        stands = isinstance(obstacle.trajectory, Stationary)
-        edged = [part for part in obstacle.shape.parts if len(part.corners) > 1]
-        if (edged and not (walls and stands)) or (obstacle.turns and not stands):
-            what = f"a {type(obstacle.shape).__name__.lower()} that {'stands' if stands else 'moves'}"
+        at_rest = isinstance(obstacle.trajectory, Stationary)
+        polygonal = [part for part in obstacle.shape.parts if len(part.corners) > 1]
+        if (polygonal and not (walls and at_rest)) or (obstacle.turns and not at_rest):
+            kind = f"a {type(obstacle.shape).__name__.lower()} that {'is at rest' if at_rest else 'moves'}"
             raise InvalidInput(
-                f"obstacle {obstacle.name!r}: expected a shape that this method can avoid ({sees}), found {what}"
+                f"obstacle {obstacle.name!r}: expected a shape that this method can avoid ({expected}), found {kind}"
             )
-        found += [_outline(part) @ _rotation(obstacle) + obstacle.trajectory.position(0.0) for part in edged]
+        found += [_outline(part) @ _rotation(obstacle) + obstacle.trajectory.position(0.0) for part in polygonal]
     return tuple(found)
 
 
@@ -46,22 +46,22 @@ def _outline(part: Part) -> Array:
 
 
 def _rotation(obstacle: Obstacle) -> Array:
-    """From the body to the world, for rows, of an obstacle that does not turn."""
+    """Rotation (2, 2) from the body to the world frame, for row vectors, of an obstacle that does not turn."""
     x, y = obstacle.direction(0.0)
     return np.array([[x, y], [-y, x]])
 
 
 def discs(obstacles: Iterable[Obstacle], now: float) -> Discs:
-    """What is round and there at time `now` [s], as large as the uncertainty of where it is now makes it."""
-    places, velocities, radii = [], [], []
+    """Round parts of the obstacles that exist at time `now` [s], grown by their present uncertainty."""
+    positions, velocities, radii = [], [], []
     for obstacle in obstacles:
         round_parts = [part for part in obstacle.shape.parts if len(part.corners) == 1]
         if not round_parts or not obstacle.exists(now):
             continue
-        more = float(obstacle.uncertainty.radius(0.0, 2)) if obstacle.uncertainty else 0.0
+        uncertainty = float(obstacle.uncertainty.radius(0.0, 2)) if obstacle.uncertainty else 0.0
         for part in round_parts:
-            off = part.corners[0] @ _rotation(obstacle) if np.any(part.corners) else 0.0
-            places.append(obstacle.trajectory.position(now) + off)
+            offset = part.corners[0] @ _rotation(obstacle) if np.any(part.corners) else 0.0
+            positions.append(obstacle.trajectory.position(now) + offset)
             velocities.append(obstacle.trajectory.velocity(now))
-            radii.append(part.radius + more)
-    return Discs(np.reshape(places, (-1, 2)), np.reshape(velocities, (-1, 2)), np.array(radii, dtype=np.float64))
+            radii.append(part.radius + uncertainty)
+    return Discs(np.reshape(positions, (-1, 2)), np.reshape(velocities, (-1, 2)), np.array(radii, dtype=np.float64))

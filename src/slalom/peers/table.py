@@ -1,4 +1,4 @@
-"""The table of peers: which method of which project, and how it is set."""
+"""Table of peers: methods of other projects, and their settings."""
 
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
@@ -16,17 +16,18 @@ from slalom.peers.rvo2 import Rvo2
 
 @dataclass(frozen=True)
 class Peer:
-    """A row of the table: a method of another project that gives all robots a new velocity at every decision.
+    """Row of the table: a method of another project that returns new velocities for all robots at every decision.
 
     Attributes:
-        name: what the command line calls it.
+        name: the name on the command line.
         crowd: from a team to the object that moves it.
-        sentence: what it is. source: where it comes from.
-        package: what it runs in, of the extra `peers`.
-        limited: the simulator holds accelerations to the robot's limit; otherwise velocities change at once, as the
+        sentence: the description for users.
+        source: the publication.
+        package: the package that implements it, of the extra `peers`.
+        limited: the simulator applies the robot's acceleration limit; otherwise velocities change at once, as the
             method assumes.
-        inflation: share by which the robots are larger for the method than they are.
-        walls: whether it sees anything but discs.
+        inflation: fraction by which the method plans with larger radii.
+        walls: whether the method accepts obstacles other than discs.
     """
 
     name: str
@@ -40,21 +41,21 @@ class Peer:
 
     @property
     def foresight(self) -> str:
-        """It sees where obstacles are now, and how fast."""
+        """Level of foresight: present positions and velocities of obstacles."""
         return "observed"
 
     @property
     def foresight_among(self) -> str:
-        """The same of other robots."""
+        """Level of foresight of other robots."""
         return "observed"
 
-    def begin(self, radii: Array, speeds: Array, period: float, walls: tuple[Array, ...] = ()) -> Crowd:
-        """The crowd of robots of those radii (N,) [m] and largest speeds (N,) [m/s], see `Team`.
+    def begin(self, radii: Array, max_speeds: Array, period: float, walls: tuple[Array, ...] = ()) -> Crowd:
+        """Crowd of robots with radii (N,) [m] and max_speeds (N,) [m/s], see `Team`.
 
         Raises:
             InvalidInput: the package is not installed.
         """
-        return self.crowd(Team((1.0 + self.inflation) * radii, speeds, period, walls))
+        return self.crowd(Team((1.0 + self.inflation) * radii, max_speeds, period, walls))
 
 
 ORCA, HRVO, HL, FORCE = (
@@ -63,18 +64,18 @@ ORCA, HRVO, HL, FORCE = (
     "Guzzi, Giusti, Gambardella, Theraulaz and Di Caro, ICRA 2013",
     "Helbing and Molnar, Physical Review E 51(5), 1995",
 )
-NEAREST: Final = 30
-"""[1] Neighbours that ORCA and HRVO look at."""
-AHEAD: Final = 10.0
-"""[s] The time horizon of ORCA, and how far the others look."""
+MAX_NEIGHBOURS: Final = 30
+"""[1] Neighbours that ORCA and HRVO consider."""
+TIME_HORIZON: Final = 10.0
+"""[s] Time horizon of ORCA, and of the neighbours of the others."""
 MARGIN: Final = 0.1
-"""[m] That HRVO and the human-like behaviour keep; with none, their default, they graze each other."""
+"""[m] Margin of HRVO and the human-like behaviour. With their default 0, robots touch each other."""
 
 _ROWS: Final = (
     Peer(
         "orca",
-        partial(Rvo2, neighbours=NEAREST, horizon=AHEAD),
-        "ORCA (RVO2 in pyrvo): velocities that share the work of avoiding",
+        partial(Rvo2, neighbours=MAX_NEIGHBOURS, horizon=TIME_HORIZON),
+        "ORCA (RVO2 in pyrvo): velocities that share the avoidance",
         ORCA,
         "pyrvo",
     ),
@@ -83,32 +84,42 @@ _ROWS: Final = (
         partial(
             Behaviours,
             kind="ORCA",
-            sight=AHEAD,
-            settings={"max_neighbors": NEAREST, "time_horizon": AHEAD, "static_time_horizon": AHEAD},
+            time_horizon=TIME_HORIZON,
+            settings={
+                "max_neighbors": MAX_NEIGHBOURS,
+                "time_horizon": TIME_HORIZON,
+                "static_time_horizon": TIME_HORIZON,
+            },
         ),
-        "ORCA (RVO2 in navground), in which no robot is faster than it prefers to be",
+        "ORCA (RVO2 in navground), with speeds of at most the preferred one",
         ORCA,
         "navground",
     ),
     Peer(
         "hrvo",
-        partial(Behaviours, kind="HRVO", sight=AHEAD, margin=MARGIN, settings={"max_neighbors": NEAREST}),
-        "Hybrid reciprocal velocity obstacle (navground), margin 0.1 m; walls are not seen",
+        partial(
+            Behaviours,
+            kind="HRVO",
+            time_horizon=TIME_HORIZON,
+            margin=MARGIN,
+            settings={"max_neighbors": MAX_NEIGHBOURS},
+        ),
+        "Hybrid reciprocal velocity obstacle (navground), margin 0.1 m; walls are ignored",
         HRVO,
         "navground",
         walls=False,
     ),
     Peer(
         "hl",
-        partial(Behaviours, kind="HL", sight=AHEAD, margin=MARGIN),
+        partial(Behaviours, kind="HL", time_horizon=TIME_HORIZON, margin=MARGIN),
         "Human-like (navground), margin 0.1 m: the heading that leads nearest to the goal",
         HL,
         "navground",
     ),
     Peer(
         "social_force",
-        partial(Behaviours, kind="SocialForce", sight=AHEAD),
-        "Social force (navground): drawn to the goal, pushed by others, all of them points",
+        partial(Behaviours, kind="SocialForce", time_horizon=TIME_HORIZON),
+        "Social force (navground): attraction to the goal, repulsion from others as points",
         FORCE,
         "navground",
     ),
@@ -116,7 +127,7 @@ _ROWS: Final = (
 
 
 def _variants(row: Peer) -> Iterator[Peer]:
-    """The row as its project has it, within the robot's acceleration, and the latter with larger robots."""
+    """The row with unlimited accelerations, with the robot's limit, and (for ORCA) the latter with larger robots."""
     yield replace(row, sentence=f"{row.sentence}.")
     limited = replace(row, name=f"{row.name}_limited", sentence=f"{row.name}, accelerations limited.", limited=True)
     yield limited
@@ -126,16 +137,16 @@ def _variants(row: Peer) -> Iterator[Peer]:
 
 
 PEERS: Final[dict[str, Peer]] = {peer.name: peer for row in _ROWS for peer in _variants(row)}
-"""Every peer by name."""
+"""Peers by name."""
 CONTENDERS: Final[Mapping[str, Method | Peer]] = ChainMap(cast(Any, PEERS), cast(Any, METHODS))
-"""Every method and every peer by name."""
+"""Methods and peers by name."""
 
 
 def contender(name: str) -> Method | Peer:
-    """The method or the peer of that name, see `contender_named`, of which the package is installed.
+    """Method or peer by name, see `contender_named`; the package of a peer must be installed.
 
     Raises:
-        InvalidInput: there is none, or its package is not installed.
+        InvalidInput: an unknown name, or a package that is not installed.
     """
     chosen = contender_named(name)
     if isinstance(chosen, Peer):
@@ -144,15 +155,15 @@ def contender(name: str) -> Method | Peer:
 
 
 def contender_named(name: str) -> Method | Peer:
-    """The method or the peer of that name, installed or not; of methods also NAME@FORESIGHT, see `methods.method`.
+    """Method or peer by name, installed or not; for methods also NAME@FORESIGHT, see `methods.method`.
 
     Raises:
-        InvalidInput: there is none, with all names; or it is a peer with a foresight.
+        InvalidInput: an unknown name, with all known ones; or a peer with a foresight.
     """
     plain, at, foresight = name.partition("@")
     chosen = CONTENDERS[known(plain, "method", list(CONTENDERS))]
     if isinstance(chosen, Method):
-        return chosen.seeing(foresight) if at else chosen
+        return chosen.with_foresight(foresight) if at else chosen
     if at:
-        raise InvalidInput(f"method: expected {plain} alone, which sees what is there now; found {name!r}")
+        raise InvalidInput(f"method: expected {plain} alone, which observes the present only; found {name!r}")
     return chosen

@@ -1,4 +1,4 @@
-"""How a control u, held from now, moves the robot: an affine map of u with a scalar gain, at every time."""
+"""Responses: the motion of the robot under a constant control u, affine in u with a scalar gain at every time."""
 
 from typing import Final
 
@@ -20,4 +20,4 @@ RESPONSES: Final[tuple[type[Response], ...]] = (
     AccelerateThenBrake,
     Jerk,
 )
-"""Every kind of response."""
+"""Kinds of responses."""

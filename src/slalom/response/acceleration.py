@@ -1,4 +1,4 @@
-"""Responses to an acceleration: held for ever, or held and then coasting."""
+"""Responses to an acceleration: held for ever, or held and followed by constant velocity."""
 
 from dataclasses import dataclass
 
@@ -23,16 +23,16 @@ class Acceleration(TimeInvariant):
     def restartable(self) -> bool:
         return True
 
-    def place_shares(self, time: Array) -> Coefficients:
+    def position_coefficients(self, time: Array) -> Coefficients:
         return time, 0.5 * time * time
 
-    def speed_shares(self, time: Array) -> Coefficients:
+    def velocity_coefficients(self, time: Array) -> Coefficients:
         return np.ones_like(time), time
 
-    def push_shares(self, time: Array) -> Coefficients:
+    def acceleration_coefficients(self, time: Array) -> Coefficients:
         return np.zeros_like(time), np.ones_like(time)
 
-    def knots(self, horizon: float, reach: float) -> Array:
+    def knots(self, horizon: float, speed_bound: float) -> Array:
         return np.array([0.0, horizon])
 
     def settled(self, horizon: float) -> float:
@@ -47,9 +47,9 @@ class Acceleration(TimeInvariant):
 
 @dataclass(frozen=True)
 class AccelerateThenCoast(TimeInvariant):
-    """u is an acceleration [m/s^2], held for `hold` seconds; then the velocity stays.
+    """u is an acceleration [m/s^2], held for `hold` seconds; then the velocity is constant.
 
-    Gain t^2 / 2, then hold (t - hold / 2). A vehicle's speed does not grow for ever; this one's does not.
+    Gain t^2 / 2, then hold (t - hold / 2). The speed stays bounded, as that of a vehicle does.
     """
 
     hold: float
@@ -65,16 +65,16 @@ class AccelerateThenCoast(TimeInvariant):
     def restartable(self) -> bool:
         return False
 
-    def place_shares(self, time: Array) -> Coefficients:
+    def position_coefficients(self, time: Array) -> Coefficients:
         return time, ramp(time, self.hold)
 
-    def speed_shares(self, time: Array) -> Coefficients:
+    def velocity_coefficients(self, time: Array) -> Coefficients:
         return np.ones_like(time), np.minimum(time, self.hold)
 
-    def push_shares(self, time: Array) -> Coefficients:
+    def acceleration_coefficients(self, time: Array) -> Coefficients:
         return np.zeros_like(time), np.where(time < self.hold, 1.0, 0.0)
 
-    def knots(self, horizon: float, reach: float) -> Array:
+    def knots(self, horizon: float, speed_bound: float) -> Array:
         return with_break(horizon, self.hold)
 
     def settled(self, horizon: float) -> float:

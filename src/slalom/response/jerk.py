@@ -1,4 +1,4 @@
-"""The response to a jerk."""
+"""Response to a jerk."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -37,14 +37,14 @@ class Jerk:
         time, column = times_of(t)
         return affine(state.acceleration + 0.0 * column, time)
 
-    def knots(self, horizon: float, reach: float) -> Array:
+    def knots(self, horizon: float, speed_bound: float) -> Array:
         return np.array([0.0, horizon])
 
     def settled(self, horizon: float) -> float:
         return min(1.0, horizon)
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        # The velocity is a quadratic in t; on each eighth of the horizon it stays in the hull of its control points.
+        # The velocity is quadratic in t: on each eighth of the horizon it lies in the hull of its control points.
         times = np.linspace(0.0, horizon, 9)
         peaks = []
         for start, end in pairwise(times):

@@ -1,4 +1,4 @@
-"""What every response is, and the motion under it."""
+"""Protocol of responses, and the motion under a response."""
 
 from typing import Protocol, runtime_checkable
 
@@ -12,53 +12,59 @@ from slalom.state import State
 
 @runtime_checkable
 class Response(Protocol):
-    """Position, velocity and acceleration as affine maps of the control, t seconds after it was chosen.
+    """Position, velocity and acceleration as affine maps of the control, t seconds after its choice.
 
-    Laws: position(state, 0) maps every u to the present position; its gain increases from 0 until the robot rests, if
-    it does, and never falls; `velocity` is the derivative of `position`, `acceleration` that of `velocity` (except at
-    knots); advancing twice is advancing once by the sum, for the responses whose `restartable` is True. t may have any
-    shape (...): drift (..., d), gain (...).
+    Laws: position(state, 0) maps every u to the present position. Its gain starts at 0, never decreases, and increases
+    until the robot rests (if it ever does). `velocity` is the derivative of `position`, and `acceleration` that of
+    `velocity`, except at knots. For responses with `restartable`, advancing twice equals advancing once by the sum. t
+    may have any shape (...): drift (..., d), gain (...).
     """
 
     @property
     def restartable(self) -> bool:
-        """Whether holding u from any later state of the motion continues the same motion."""
+        """Whether the same u, held from any later state of the motion, continues the same motion."""
 
     @property
     def interpolation_error(self) -> float:
-        """By how much the position map may differ from its cubic pieces between `knots` [m]; 0 if it is cubic."""
+        """Largest difference [m] between the position map and its cubic pieces between `knots`; 0 if it is cubic."""
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        """u -> position [m] at elapsed time t [s] >= 0."""
+        """Map u -> position [m] at elapsed time t [s] >= 0."""
 
     def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        """u -> velocity [m/s]."""
+        """Map u -> velocity [m/s]."""
 
     def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        """u -> acceleration [m/s^2]; at a jump, the one that follows it."""
+        """Map u -> acceleration [m/s^2]; at a jump, the value that follows it."""
 
-    def knots(self, horizon: float, reach: float) -> Array:
-        """Times from 0 to `horizon` between which the position map is cubic, or differs from one by little.
+    def knots(self, horizon: float, speed_bound: float) -> Array:
+        """Times (m + 1,) [s] from 0 to `horizon` between which the position map is nearly cubic.
 
-        At most by `interpolation_error`, as long as speed + |velocity that the control stands for| <= reach [m/s].
+        The error is at most `interpolation_error` if speed + |velocity that u stands for| <= `speed_bound` [m/s].
         """
 
     def settled(self, horizon: float) -> float:
-        """When the control has been carried out [s]: afterwards it changes the velocity no more, or, for
-        responses that never end, one second or the horizon if that is shorter."""
+        """Time [s] after which the control no longer changes the velocity.
+
+        For responses that never end, one second, or the horizon if that is shorter.
+        """
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        """Maps of u such that the speed stays below a limit up to the horizon when all their images' norms do.
+        """Maps of u that bound the speed.
 
-        The present speed is taken to be below the limit.
+        It stays below a limit up to the horizon if all images have norms below the limit. Assumes that the present
+        speed is below the limit.
         """
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        """Maps of u such that the acceleration stays below a limit up to the horizon when their images' norms do."""
+        """Maps of u that bound the acceleration.
+
+        It stays below a limit up to the horizon if all images have norms below the limit.
+        """
 
 
 def advance(response: Response, state: State, control: Array, duration: float) -> State:
-    """The state `duration` seconds after `control` was chosen. The simulator's step and every prediction."""
+    """State `duration` [s] after the choice of `control` (d,): the step of the simulator and of every prediction."""
     return State(
         response.position(state, duration)(control),
         response.velocity(state, duration)(control),
@@ -67,22 +73,22 @@ def advance(response: Response, state: State, control: Array, duration: float) -
 
 
 def affine(drift: Array, gain: Array) -> Affine:
-    """The map with this drift and gain."""
+    """Map with this drift (..., d) and gain (...)."""
     return Affine(np.asarray(drift), np.asarray(gain))
 
 
 def times_of(t: npt.ArrayLike) -> tuple[Array, Array]:
-    """Times as an array, and with a last axis to multiply vectors with."""
+    """Times as an array (...), and with a last axis (..., 1) to multiply vectors."""
     time = np.asarray(t, dtype=np.float64)
     return time, time[..., None]
 
 
 def ramp(time: Array, hold: float) -> Array:
-    """Integral of min(t, hold)."""
+    """Integral of min(t, hold) from 0 to each time (...)."""
     held = np.minimum(time, hold)
     return np.asarray(held * (time - 0.5 * held))
 
 
 def with_break(horizon: float, at: float) -> Array:
-    """Knots at 0, `at` and the horizon; without `at` if that is not between them."""
+    """Knots at 0, `at` and the horizon; without `at` if it is not between them."""
     return np.array([0.0, at, horizon]) if 0.0 < at < horizon else np.array([0.0, horizon])

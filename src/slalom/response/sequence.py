@@ -1,4 +1,4 @@
-"""A response that goes on with further accelerations: a whole plan as one manoeuvre."""
+"""Response that continues with a fixed sequence of accelerations."""
 
 from dataclasses import dataclass
 
@@ -14,10 +14,10 @@ from slalom.state import State
 
 @dataclass(frozen=True, repr=False)
 class AccelerationSequence:
-    """u is an acceleration [m/s^2], held for `hold` seconds; `then` follows, then the velocity stays.
+    """u is an acceleration [m/s^2], held for `hold` seconds; `then` follows, then the velocity is constant.
 
-    The gain is that of `AccelerateThenCoast`; what follows is the same whatever u is. `then` holds the further
-    accelerations in their order, each with the time for which it is held: ((seconds, (ax, ay)), ...).
+    The gain is that of `AccelerateThenCoast`; the later accelerations do not depend on u. `then` holds them in order,
+    each with its duration: ((seconds, (ax, ay)), ...).
     """
 
     hold: float
@@ -25,12 +25,12 @@ class AccelerationSequence:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "hold", positive(self.hold, "hold"))
-        dimensions = {len(push) for _, push in self.then}
+        dimensions = {len(acceleration) for _, acceleration in self.then}
         if len(dimensions) > 1:
             raise InvalidInput(f"then: expected accelerations of one dimension, found {sorted(dimensions)}")
         then = tuple(
-            (positive(seconds, f"then[{k}]"), tuple(float(x) for x in vector(push, f"then[{k}]")))
-            for k, (seconds, push) in enumerate(self.then)
+            (positive(seconds, f"then[{k}]"), tuple(float(x) for x in vector(acceleration, f"then[{k}]")))
+            for k, (seconds, acceleration) in enumerate(self.then)
         )
         object.__setattr__(self, "then", then)
 
@@ -47,40 +47,46 @@ class AccelerationSequence:
 
     @property
     def ends(self) -> Array:
-        """When each acceleration ends (1 + n,) [s]."""
+        """End times (1 + n,) [s] of the accelerations."""
         return np.cumsum([self.hold, *(seconds for seconds, _ in self.then)])
 
-    def _pushes(self, dimension: int) -> Array:
-        """The further accelerations (n, d) [m/s^2]. Raises InvalidInput for those of another dimension."""
+    def _accelerations(self, dimension: int) -> Array:
+        """Later accelerations (n, d) [m/s^2].
+
+        Raises:
+            InvalidInput: accelerations of another dimension.
+        """
         if self.then and len(self.then[0][1]) != dimension:
             raise InvalidInput(f"then: expected dimension {dimension} as of the state, found {len(self.then[0][1])}")
-        return np.array([push for _, push in self.then]).reshape(-1, dimension)
+        return np.array([acceleration for _, acceleration in self.then]).reshape(-1, dimension)
 
-    def _since(self, time: Array) -> tuple[Array, Array]:
-        """How long each of the further accelerations is past its begin (..., n) [s], and how long it is held (n,)."""
+    def _elapsed(self, time: Array) -> tuple[Array, Array]:
+        """Time since each later acceleration started (..., n) [s], 0 before it, and its duration (n,) [s]."""
         ends = self.ends
         return np.maximum(time[..., None] - ends[:-1], 0.0), np.diff(ends)
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
         time, column = times_of(t)
-        since, held = self._since(time)
-        later = np.where(since < held, 0.5 * since**2, held * (since - 0.5 * held)) @ self._pushes(state.dimension)
+        since, held = self._elapsed(time)
+        later = np.where(since < held, 0.5 * since**2, held * (since - 0.5 * held)) @ self._accelerations(
+            state.dimension
+        )
         return affine(state.position + column * state.velocity + later, ramp(time, self.hold))
 
     def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
         time, column = times_of(t)
-        since, held = self._since(time)
-        later = np.minimum(since, held) @ self._pushes(state.dimension)
+        since, held = self._elapsed(time)
+        later = np.minimum(since, held) @ self._accelerations(state.dimension)
         return affine(state.velocity + 0.0 * column + later, np.minimum(time, self.hold))
 
     def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
         time, _ = times_of(t)
         ends = self.ends
-        there = (time[..., None] >= ends[:-1]) & (time[..., None] < ends[1:])
-        later = there.astype(np.float64) @ self._pushes(state.dimension)
+        active = (time[..., None] >= ends[:-1]) & (time[..., None] < ends[1:])
+        later = active.astype(np.float64) @ self._accelerations(state.dimension)
         return affine(later, np.where(time < self.hold, 1.0, 0.0))
 
-    def knots(self, horizon: float, reach: float) -> Array:
+    def knots(self, horizon: float, speed_bound: float) -> Array:
         ends = self.ends
         return np.concatenate([[0.0], ends[ends < horizon], [horizon]])
 
@@ -88,7 +94,7 @@ class AccelerationSequence:
         return self.hold
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        # Speed is convex while an acceleration is held: largest where it ends.
+        # The speed is convex while an acceleration is held: its maximum is at an end.
         return tuple(self.velocity(state, min(float(end), horizon)) for end in self.ends)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:

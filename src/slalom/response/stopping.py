@@ -1,4 +1,4 @@
-"""Responses to an acceleration that is held and then followed by a stop."""
+"""Responses to an acceleration that is held and followed by a stop."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from slalom.state import State
 
 
 class _Stopping(TimeInvariant):
-    """Held for `hold` seconds, then a braking that is proportional to the speed at which it begins."""
+    """Acceleration held for `hold` seconds, then braking proportional to the velocity at the start of braking."""
 
     hold: float
 
     @abstractmethod
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
-        """Distance, speed and acceleration at time t, per unit of the speed at which braking begins."""
+        """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
 
     @property
     def interpolation_error(self) -> float:
@@ -28,15 +28,15 @@ class _Stopping(TimeInvariant):
     def restartable(self) -> bool:
         return False
 
-    def place_shares(self, time: Array) -> Coefficients:
+    def position_coefficients(self, time: Array) -> Coefficients:
         held, (distance, _, _) = np.minimum(time, self.hold), self._braking(time)
         return held + distance, 0.5 * held * held + self.hold * distance
 
-    def speed_shares(self, time: Array) -> Coefficients:
+    def velocity_coefficients(self, time: Array) -> Coefficients:
         held, (_, speed, _) = np.minimum(time, self.hold), self._braking(time)
         return speed, np.where(time < self.hold, held, self.hold * speed)
 
-    def push_shares(self, time: Array) -> Coefficients:
+    def acceleration_coefficients(self, time: Array) -> Coefficients:
         _, _, braking = self._braking(time)
         return braking, np.where(time < self.hold, 1.0, self.hold * braking)
 
@@ -55,12 +55,14 @@ class _Stopping(TimeInvariant):
 class AccelerateThenStop(_Stopping):
     """u is an acceleration [m/s^2], held for `hold` seconds; then the robot brakes to rest.
 
-    From then on the acceleration at each control period is -rate * v, held over the period, so the speed falls
-    by the factor 1 - rate * period each time and a robot driven by constant accelerations follows exactly.
-    rate <= max_acceleration / max_speed keeps the braking admissible.
+    From then on the acceleration of each control period is -rate * v, constant over the period. The speed thus
+    decreases by the factor 1 - rate * period per period, and a robot with piecewise constant acceleration follows
+    exactly. rate <= max_acceleration / max_speed keeps the braking admissible.
 
     Args:
-        hold: [s] > 0. rate: [1/s] > 0 with rate * period < 1. period: [s] > 0.
+        hold: [s] > 0.
+        rate: [1/s] > 0 with rate * period < 1.
+        period: [s] > 0.
     """
 
     hold: float
@@ -75,18 +77,18 @@ class AccelerateThenStop(_Stopping):
             positive(1.0 - self.rate * self.period, "1 - rate * period")
 
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
-        """Distance, speed and acceleration at time t after braking began, per unit of speed at its begin."""
-        since = np.maximum(time - self.hold, 0.0)
-        k = np.floor(since / self.period + 1e-9)
-        within = np.maximum(since - k * self.period, 0.0)
+        """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
+        elapsed = np.maximum(time - self.hold, 0.0)
+        k = np.floor(elapsed / self.period + 1e-9)
+        in_period = np.maximum(elapsed - k * self.period, 0.0)
         factor = 1.0 - self.rate * self.period
         speed = factor**k
-        # Over one period from speed s the distance is s (period - rate period^2 / 2); these add up geometrically.
-        whole = (1.0 - speed) / self.rate * (1.0 - 0.5 * self.rate * self.period)
-        distance = whole + speed * within * (1.0 - 0.5 * self.rate * within)
-        return distance, speed * (1.0 - self.rate * within), np.where(time < self.hold, 0.0, -self.rate * speed)
+        # Over one period from speed s the distance is s (period - rate period^2 / 2): a geometric series.
+        full_periods = (1.0 - speed) / self.rate * (1.0 - 0.5 * self.rate * self.period)
+        distance = full_periods + speed * in_period * (1.0 - 0.5 * self.rate * in_period)
+        return distance, speed * (1.0 - self.rate * in_period), np.where(time < self.hold, 0.0, -self.rate * speed)
 
-    def knots(self, horizon: float, reach: float) -> Array:
+    def knots(self, horizon: float, speed_bound: float) -> Array:
         braking = np.arange(self.hold, horizon, self.period)
         if braking.size and horizon - braking[-1] < 1e-9 * self.period:
             braking = braking[:-1]
@@ -95,11 +97,10 @@ class AccelerateThenStop(_Stopping):
 
 @dataclass(frozen=True)
 class AccelerateThenBrake(_Stopping):
-    """u is an acceleration [m/s^2], held for `hold` seconds; then the robot brakes evenly to rest within `brake`
-    seconds.
+    """u is an acceleration [m/s^2], held for `hold` seconds; then the robot brakes to rest within `brake` seconds.
 
-    From a velocity w it brakes with -w / brake, so that it stands exactly at hold + brake and stays: a manoeuvre with
-    an end, which others can avoid for all time. Braking is within a limit a while |w| <= a brake.
+    From a velocity w it brakes with -w / brake, so that it rests from hold + brake on. The manoeuvre has an end, so
+    other robots can avoid it for all time. Braking is within a limit a while |w| <= a brake.
     """
 
     hold: float
@@ -110,12 +111,12 @@ class AccelerateThenBrake(_Stopping):
         object.__setattr__(self, "brake", positive(self.brake, "brake"))
 
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
-        """Distance, speed and acceleration at time t, per unit of the speed at which braking begins."""
-        since = np.clip(time - self.hold, 0.0, self.brake)
+        """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
+        elapsed = np.clip(time - self.hold, 0.0, self.brake)
         moving = (time >= self.hold) & (time < self.hold + self.brake)
-        distance = since * (1.0 - 0.5 * since / self.brake)
-        return distance, 1.0 - since / self.brake, np.where(moving, -1.0 / self.brake, 0.0)
+        distance = elapsed * (1.0 - 0.5 * elapsed / self.brake)
+        return distance, 1.0 - elapsed / self.brake, np.where(moving, -1.0 / self.brake, 0.0)
 
-    def knots(self, horizon: float, reach: float) -> Array:
+    def knots(self, horizon: float, speed_bound: float) -> Array:
         inner = np.array([self.hold, self.hold + self.brake])
         return np.concatenate([[0.0], inner[inner < horizon], [horizon]])

@@ -1,4 +1,4 @@
-"""What responses that start from position and velocity alone have in common: tables that no state changes."""
+"""Base of responses that start from position and velocity alone: tables that do not depend on the state."""
 
 from abc import ABC, abstractmethod
 from functools import lru_cache
@@ -13,37 +13,40 @@ from slalom.path import hermite_weights
 from slalom.state import State
 
 Coefficients: TypeAlias = tuple[Array, Array]
-"""How much of the present velocity and of the control there is in something, at times (...): two arrays (...)."""
+"""Coefficients of the present velocity and of the control at times (...): two arrays (...)."""
 
 
 class Cubic(NamedTuple):
-    """The position map between knots, for all states: points are p + early v + steps (rate v), gains are gain."""
+    """Position map between knots for all states.
+
+    Control points are p + position_share v + steps (velocity_share v); `gain` holds those of the gain.
+    """
 
     knots: Array  # (m + 1,) [s]
-    early: Array  # (m, 4, 1) [s] shares of velocity at the knot that a control point belongs to
+    position_share: Array  # (m, 4, 1) [s] coefficients of v in the position at the knot of each control point
     steps: Array  # (m, 4, 1) [s] from that knot to the control point
-    rate: Array  # (m, 4, 1) shares of velocity in the velocity there
+    velocity_share: Array  # (m, 4, 1) coefficients of v in the velocity at that knot
     gain: Array  # (m, 4)
 
 
 class TimeInvariant(ABC):
-    """Position p + share * v + gain * u, velocity and acceleration share * v + gain * u.
+    """Position p + c * v + gain * u; velocity and acceleration c * v + gain * u.
 
-    Shares and gains are functions of time: where times are asked for again and again they are computed once. Responses
-    are found again as what they are equal to, so they must be hashable.
+    The coefficients c and the gains are functions of time and are cached for repeated times. The caches are keyed by
+    equality, so subclasses must be hashable.
     """
 
     @abstractmethod
-    def place_shares(self, time: Array) -> Coefficients:
-        """Of the position, [s] and of the gain's unit, beyond p."""
+    def position_coefficients(self, time: Array) -> Coefficients:
+        """Coefficients of the position beyond p, in [s] and in the unit of the gain."""
 
     @abstractmethod
-    def speed_shares(self, time: Array) -> Coefficients:
-        """Of the velocity."""
+    def velocity_coefficients(self, time: Array) -> Coefficients:
+        """Coefficients of the velocity."""
 
     @abstractmethod
-    def push_shares(self, time: Array) -> Coefficients:
-        """Of the acceleration."""
+    def acceleration_coefficients(self, time: Array) -> Coefficients:
+        """Coefficients of the acceleration."""
 
     @property
     @abstractmethod
@@ -51,49 +54,49 @@ class TimeInvariant(ABC):
         """See `Response`."""
 
     @abstractmethod
-    def knots(self, horizon: float, reach: float) -> Array:
-        """See `Response`; where `interpolation_error` is 0 they do not depend on `reach`."""
+    def knots(self, horizon: float, speed_bound: float) -> Array:
+        """See `Response`; where `interpolation_error` is 0 the knots do not depend on `speed_bound`."""
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
-        share, gain = self.place_shares(np.asarray(t, dtype=np.float64))
-        return Affine(state.position + share[..., None] * state.velocity, np.asarray(gain))
+        coefficient, gain = self.position_coefficients(np.asarray(t, dtype=np.float64))
+        return Affine(state.position + coefficient[..., None] * state.velocity, np.asarray(gain))
 
     def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
-        share, gain = self.speed_shares(np.asarray(t, dtype=np.float64))
-        return Affine(share[..., None] * state.velocity, np.asarray(gain))
+        coefficient, gain = self.velocity_coefficients(np.asarray(t, dtype=np.float64))
+        return Affine(coefficient[..., None] * state.velocity, np.asarray(gain))
 
     def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
-        share, gain = self.push_shares(np.asarray(t, dtype=np.float64))
-        return Affine(share[..., None] * state.velocity, np.asarray(gain))
+        coefficient, gain = self.acceleration_coefficients(np.asarray(t, dtype=np.float64))
+        return Affine(coefficient[..., None] * state.velocity, np.asarray(gain))
 
     def velocity_at(self, state: State, t: float) -> Affine:
-        """As `velocity`, at a time at which it is asked for by every state."""
-        share, gain = _speed_shares(self, t)
-        return Affine(share * state.velocity, gain)
+        """As `velocity`, cached, for one time t [s] that many states share."""
+        coefficient, gain = _velocity_coefficients(self, t)
+        return Affine(coefficient * state.velocity, gain)
 
     def acceleration_at(self, state: State, t: float) -> Affine:
-        """As `acceleration`, at a time at which it is asked for by every state."""
-        share, gain = _push_shares(self, t)
-        return Affine(share * state.velocity, gain)
+        """As `acceleration`, cached, for one time t [s] that many states share."""
+        coefficient, gain = _acceleration_coefficients(self, t)
+        return Affine(coefficient * state.velocity, gain)
 
-    def pieces(self, state: State, horizon: float, reach: float) -> tuple[Array, Array, Array]:
-        """The position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) and gain (m, 4)."""
-        table = _exact(self, horizon) if self.interpolation_error == 0.0 else _cubic(self, horizon, reach)
+    def pieces(self, state: State, horizon: float, speed_bound: float) -> tuple[Array, Array, Array]:
+        """Position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) [m] and gain (m, 4)."""
+        table = _exact(self, horizon) if self.interpolation_error == 0.0 else _cubic(self, horizon, speed_bound)
         velocity = state.velocity
-        drift = (state.position + table.early * velocity) + table.steps * (table.rate * velocity)
+        drift = (state.position + table.position_share * velocity) + table.steps * (table.velocity_share * velocity)
         return table.knots, drift, table.gain
 
 
 @lru_cache(maxsize=256)
-def _speed_shares(response: TimeInvariant, t: float) -> tuple[float, Array]:
-    share, gain = response.speed_shares(np.asarray(t, dtype=np.float64))
-    return float(share), _fixed(np.asarray(gain))
+def _velocity_coefficients(response: TimeInvariant, t: float) -> tuple[float, Array]:
+    coefficient, gain = response.velocity_coefficients(np.asarray(t, dtype=np.float64))
+    return float(coefficient), _read_only(np.asarray(gain))
 
 
 @lru_cache(maxsize=256)
-def _push_shares(response: TimeInvariant, t: float) -> tuple[float, Array]:
-    share, gain = response.push_shares(np.asarray(t, dtype=np.float64))
-    return float(share), _fixed(np.asarray(gain))
+def _acceleration_coefficients(response: TimeInvariant, t: float) -> tuple[float, Array]:
+    coefficient, gain = response.acceleration_coefficients(np.asarray(t, dtype=np.float64))
+    return float(coefficient), _read_only(np.asarray(gain))
 
 
 @lru_cache(maxsize=64)
@@ -101,18 +104,24 @@ def _exact(response: TimeInvariant, horizon: float) -> Cubic:
     return _cubic(response, horizon, 0.0)
 
 
-def _cubic(response: TimeInvariant, horizon: float, reach: float) -> Cubic:
-    knots = response.knots(horizon, reach)
-    (place, gain), (speed, rise) = response.place_shares(knots), response.speed_shares(knots)
+def _cubic(response: TimeInvariant, horizon: float, speed_bound: float) -> Cubic:
+    knots = response.knots(horizon, speed_bound)
+    (position, gain), (velocity, velocity_gain) = (
+        response.position_coefficients(knots),
+        response.velocity_coefficients(knots),
+    )
     ends, steps = np.array([0, 0, 1, 1]), hermite_weights(knots)
-    which = np.arange(len(knots) - 1)[:, None] + ends
-    gains = gain[which] + steps * rise[which]
-    early, rate = _fixed(place[which][..., None]), _fixed(speed[which][..., None])
-    # Kernels are compiled once more for arrays that are not to be written to: knots and gains, which they take, may be.
-    return Cubic(knots, early, _fixed(steps[..., None]), rate, gains)
+    knot_of_point = np.arange(len(knots) - 1)[:, None] + ends
+    gains = gain[knot_of_point] + steps * velocity_gain[knot_of_point]
+    position_share, velocity_share = (
+        _read_only(position[knot_of_point][..., None]),
+        _read_only(velocity[knot_of_point][..., None]),
+    )
+    # Kernels would be compiled again for read-only arrays: knots and gains, which they take, stay writable.
+    return Cubic(knots, position_share, _read_only(steps[..., None]), velocity_share, gains)
 
 
-def _fixed(values: Array) -> Array:
-    """The same array, not to be written to: it serves every state."""
+def _read_only(values: Array) -> Array:
+    """The same array, made read-only, because all states share it."""
     values.setflags(write=False)
     return values

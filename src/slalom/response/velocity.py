@@ -15,11 +15,11 @@ from slalom.tolerances import INTERPOLATION
 
 @dataclass(frozen=True)
 class Velocity(TimeInvariant):
-    """u is a velocity [m/s], reached by a constant acceleration over `ramp` seconds and then kept.
+    """u is a velocity [m/s], reached by a constant acceleration over `ramp` seconds and then constant.
 
-    ramp = 0 is the classical velocity obstacle's assumption, an instant change: gain t (Fiorini and Shiller
-    1998). With ramp = the control period it is exactly what a robot driven by acceleration does, so prediction and
-    simulation agree and |u - v| <= max_acceleration * ramp are the velocities reachable in one period.
+    ramp = 0 is the assumption of the classical velocity obstacle, an instant change: gain t (Fiorini and Shiller 1998).
+    With ramp = the control period it is the exact motion of a robot driven by acceleration. Prediction and simulation
+    then agree, and |u - v| <= max_acceleration * ramp are the velocities reachable in one period.
     """
 
     ramp: float = 0.0
@@ -35,19 +35,19 @@ class Velocity(TimeInvariant):
     def restartable(self) -> bool:
         return self.ramp == 0.0
 
-    def place_shares(self, time: Array) -> Coefficients:
+    def position_coefficients(self, time: Array) -> Coefficients:
         gain = time if self.ramp == 0 else ramp(time, self.ramp) / self.ramp
         return time - gain, gain
 
-    def speed_shares(self, time: Array) -> Coefficients:
+    def velocity_coefficients(self, time: Array) -> Coefficients:
         gain = np.ones_like(time) if self.ramp == 0 else np.minimum(time, self.ramp) / self.ramp
         return 1.0 - gain, gain
 
-    def push_shares(self, time: Array) -> Coefficients:
+    def acceleration_coefficients(self, time: Array) -> Coefficients:
         gain = np.zeros_like(time) if self.ramp == 0 else (time < self.ramp) / self.ramp
         return -gain, gain
 
-    def knots(self, horizon: float, reach: float) -> Array:
+    def knots(self, horizon: float, speed_bound: float) -> Array:
         return with_break(horizon, self.ramp)
 
     def settled(self, horizon: float) -> float:
@@ -62,7 +62,7 @@ class Velocity(TimeInvariant):
 
 @dataclass(frozen=True)
 class LaggedVelocity(TimeInvariant):
-    """u is a velocity [m/s] that is approached as by a proportional controller: dv/dt = (u - v) / lag.
+    """u is a velocity [m/s], approached by a proportional controller: dv/dt = (u - v) / lag.
 
     Gain t - lag (1 - e^(-t/lag)) (van den Berg, Snape, Guy and Manocha 2011, the AVO).
     """
@@ -80,29 +80,29 @@ class LaggedVelocity(TimeInvariant):
     def restartable(self) -> bool:
         return True
 
-    def place_shares(self, time: Array) -> Coefficients:
+    def position_coefficients(self, time: Array) -> Coefficients:
         x = time / self.lag
-        spent = -np.expm1(-x) * self.lag
-        # t - lag (1 - e^-x) loses all digits for small x; there its series is exact to rounding.
+        initial = -np.expm1(-x) * self.lag
+        # For small x, t - lag (1 - e^-x) loses all digits; the series is exact to rounding there.
         series = time * x * (0.5 - x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x / 720))))
-        return spent, np.where(x < 1e-2, series, time - spent)
+        return initial, np.where(x < 1e-2, series, time - initial)
 
-    def speed_shares(self, time: Array) -> Coefficients:
+    def velocity_coefficients(self, time: Array) -> Coefficients:
         return np.exp(-time / self.lag), -np.expm1(-time / self.lag)
 
-    def push_shares(self, time: Array) -> Coefficients:
-        left = np.exp(-time / self.lag) / self.lag
-        return -left, left
+    def acceleration_coefficients(self, time: Array) -> Coefficients:
+        decay = np.exp(-time / self.lag) / self.lag
+        return -decay, decay
 
-    def knots(self, horizon: float, reach: float) -> Array:
-        # The fourth derivative is at most reach e^(-t/lag) / lag^3 and falls along a step, so its value at the
-        # beginning of each step bounds it; steps grow until the last one reaches the horizon.
+    def knots(self, horizon: float, speed_bound: float) -> Array:
+        # The fourth derivative is at most speed_bound e^(-t/lag) / lag^3 and decreases along a step. Its value at the
+        # start of each step therefore bounds it, and steps grow until the last one ends at the horizon.
         times = [0.0]
         while times[-1] < horizon:
-            fourth = reach * np.exp(-times[-1] / self.lag) / self.lag**3
-            rest = horizon - times[-1]
-            step = rest if fourth * rest**4 <= 384.0 * INTERPOLATION else hermite_step(fourth, INTERPOLATION)
-            times.append(times[-1] + min(step, rest))
+            fourth = speed_bound * np.exp(-times[-1] / self.lag) / self.lag**3
+            remaining = horizon - times[-1]
+            step = remaining if fourth * remaining**4 <= 384.0 * INTERPOLATION else hermite_step(fourth, INTERPOLATION)
+            times.append(times[-1] + min(step, remaining))
         times[-1] = horizon
         return np.array(times)
 

@@ -151,7 +151,7 @@ class Scenario:
         me, forecast = self.robots[robot], method.forecast
         speed = max(me.limits.max_speed, float(np.linalg.norm(state.velocity)))
         reach = speed * self.horizon + me.shape.bounding_radius + (self.margin if margin is None else margin)
-        there = [o for o in self.obstacles if forecast.foresees or o.exists(now)]
+        there = [o for o in self.obstacles if forecast.includes_future or o.exists(now)]
         seen = [predicted(obstacle, forecast, now) for obstacle in there]
         low, high = state.position - reach, state.position + reach
         return [displaced(there[k], by) for k, by in in_box(seen, self.period, now, self.horizon, low, high)]

@@ -1,4 +1,4 @@
-"""Where an obstacle is at every time of its life."""
+"""Trajectories: positions of obstacles over absolute time."""
 
 from typing import Final
 
@@ -21,4 +21,4 @@ TRAJECTORIES: Final[dict[str, type[Trajectory]]] = {
     "sampled": Sampled,
     "piecewise_polynomial": PiecewisePolynomial,
 }
-"""Every kind of trajectory that is plain numbers, by the name that scenario files and recordings use."""
+"""Kinds of trajectories that are plain numbers, by the name that scenario files and recordings use."""

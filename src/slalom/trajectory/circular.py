@@ -1,4 +1,4 @@
-"""On a circle at constant speed."""
+"""Circular motion at constant speed."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,10 +15,13 @@ from slalom.trajectory.protocol import Endless
 
 @dataclass(frozen=True, eq=False)
 class Circular(Endless):
-    """On a circle of `radius` [m] about `center` (d,) [m] at constant `speed` [m/s].
+    """Circle of `radius` [m] about `center` (d,) [m] at constant `speed` [m/s].
 
-    Counter-clockwise for speed > 0, seen from the tip of `normal` (in space; in the plane there is none to give).
-    At time 0 the angle from the x axis (in space: from the first of the two directions `basis`) is `phase` [rad].
+    Counter-clockwise for speed > 0, seen from the tip of `normal` (in space only). At time 0 the angle from the x axis
+    (in space: from the first of the two directions `basis`) is `phase` [rad].
+
+    Raises:
+        InvalidInput: a radius that is not above 0, or a normal in the plane.
     """
 
     tabulated: ClassVar[bool] = True
@@ -44,7 +47,7 @@ class Circular(Endless):
 
     @property
     def basis(self) -> Array:
-        """Two unit vectors (2, d) that span the plane of the circle; the x and y axes for a normal along z."""
+        """Unit vectors (2, d) that span the plane of the circle; the x and y axes for a normal along z."""
         if self.dimension == 2:
             return np.eye(2)
         n = np.array([0.0, 0.0, 1.0] if self.normal is None else self.normal)

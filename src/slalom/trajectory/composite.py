@@ -1,4 +1,4 @@
-"""Trajectories made of others, and of plain functions."""
+"""Trajectories composed of others, and of plain functions."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ from slalom.trajectory.protocol import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class Composite:
-    """One trajectory after the other: parts[k] until switches[k], the last one until its own end.
+    """Concatenation of trajectories: parts[k] until switches[k] [s], the last one until its own end.
 
-    Follow a lane, then a line: Composite((lane, line), (4.0,)) where both are at the same place at 4 s.
+    For example a lane, then a line: Composite((lane, line), (4.0,)), where both have the same position at 4 s.
 
     Raises:
-        InvalidInput: not one switch between two parts each, switches that do not increase or at which a part does not
-            exist or parts do not meet within JUMP.
+        InvalidInput: not one switch between two parts each; switches that do not increase; a part that does not exist
+            at its switch; parts with a gap above JUMP.
     """
 
     tabulated: ClassVar[bool] = True
@@ -56,14 +56,15 @@ class Composite:
     def span(self) -> tuple[float, float]:
         return self.parts[0].span[0], self.parts[-1].span[1]
 
-    def _of_parts(self, t: npt.ArrayLike, what: str) -> Array:
+    def _of_parts(self, t: npt.ArrayLike, name: str) -> Array:
+        """Evaluate the method `name` of the part that applies at each time (...): (..., d)."""
         time = np.asarray(t, dtype=np.float64)
         k = np.searchsorted(self.switches, time, side="right")
         result = np.empty((*time.shape, self.dimension))
         for index, part in enumerate(self.parts):
-            there = k == index
-            if np.any(there):
-                result[there] = getattr(part, what)(time[there])
+            applies = k == index
+            if np.any(applies):
+                result[applies] = getattr(part, name)(time[applies])
         return result
 
     def position(self, t: npt.ArrayLike) -> Array:
@@ -76,7 +77,7 @@ class Composite:
         return self._of_parts(t, "acceleration")
 
     def _pieces(self, start: float, end: float) -> list[tuple[Trajectory, float, float]]:
-        """The parts that are in force between start and end, and when."""
+        """Parts that apply between start and end [s], each with its interval."""
         edges = (-np.inf, *self.switches, np.inf)
         cut = [(part, max(start, a), min(end, b)) for part, a, b in zip(self.parts, edges[:-1], edges[1:])]
         return [(part, a, b) for part, a, b in cut if a < b or (a == b == start == end)]
@@ -101,22 +102,21 @@ class Composite:
 
 
 def _joined(paths: list[Path]) -> Path:
-    """One path after the other."""
+    """Concatenation of paths."""
     times = np.concatenate([paths[0].times[:1], *(path.times[1:] for path in paths)])
     return Path(times, np.concatenate([p.points for p in paths]), np.concatenate([p.error for p in paths]))
 
 
 @dataclass(frozen=True, eq=False)
 class Function:
-    """Any motion: `function` takes a time [s] and gives a place (d,) [m].
+    """Motion given by `function` from a time [s] to a position (d,) [m].
 
-    The bounds are a promise of the caller, and everything that is certified rests on it: |velocity| <= max_speed and
-    |acceleration| <= max_acceleration between `first` and `last`. The motion is cut into chords that are within
-    `tolerance` [m] of it, by h^2 max_acceleration / 8; a smaller tolerance gives more chords. Velocity and
-    acceleration are central differences.
+    The caller guarantees |velocity| <= max_speed [m/s] and |acceleration| <= max_acceleration [m/s^2] between `first`
+    and `last` [s]; all certificates depend on it. The motion is replaced by chords within `tolerance` [m], by h^2
+    max_acceleration / 8; a smaller tolerance gives more chords. Velocity and acceleration are central differences.
 
     Raises:
-        InvalidInput: bounds that are negative, an empty span, a place of the wrong form.
+        InvalidInput: negative bounds, an empty span, a position of the wrong form.
     """
 
     tabulated: ClassVar[bool] = True
@@ -132,9 +132,9 @@ class Function:
         not_negative(self.max_acceleration, "max_acceleration")
         positive(self.tolerance, "tolerance")
         positive(self.last - self.first, "last - first")
-        place = np.asarray(self.function(self.first), dtype=np.float64)
-        if place.shape not in ((2,), (3,)) or not np.all(np.isfinite(place)):
-            raise InvalidInput(f"function: expected a place of 2 or 3 finite numbers, found {place}")
+        position = np.asarray(self.function(self.first), dtype=np.float64)
+        if position.shape not in ((2,), (3,)) or not np.all(np.isfinite(position)):
+            raise InvalidInput(f"function: expected a position of 2 or 3 finite numbers, found {position}")
 
     @property
     def dimension(self) -> int:
@@ -147,13 +147,13 @@ class Function:
     def position(self, t: npt.ArrayLike) -> Array:
         time = np.asarray(t, dtype=np.float64)
         if np.any(time < self.first) or np.any(time > self.last):
-            wrong = time[(time < self.first) | (time > self.last)].ravel()[0]
-            raise OutsideSpan(f"t: expected a time from {self.first:g} to {self.last:g} s, found {wrong:g} s")
-        places = [np.asarray(self.function(float(x)), dtype=np.float64) for x in time.ravel()]
-        return np.array(places).reshape(*time.shape, self.dimension)
+            outside = time[(time < self.first) | (time > self.last)].ravel()[0]
+            raise OutsideSpan(f"t: expected a time from {self.first:g} to {self.last:g} s, found {outside:g} s")
+        positions = [np.asarray(self.function(float(x)), dtype=np.float64) for x in time.ravel()]
+        return np.array(positions).reshape(*time.shape, self.dimension)
 
     def _inside(self, t: npt.ArrayLike) -> tuple[Array, float]:
-        """Times moved inward by the difference step where they are at an end, and that step."""
+        """Times moved inward by the difference step where they are within it of an end, and that step [s]."""
         step = min(1e-4, 0.25 * (self.last - self.first))
         return np.clip(np.asarray(t, dtype=np.float64), self.first + step, self.last - step), step
 
@@ -178,9 +178,9 @@ class Function:
         return self.max_acceleration
 
     def path(self, start: float, end: float) -> Path:
-        longest = np.sqrt(8.0 * self.tolerance / self.max_acceleration) if self.max_acceleration else np.inf
-        times = even_knots(start, end, float(longest))
+        max_step = np.sqrt(8.0 * self.tolerance / self.max_acceleration) if self.max_acceleration else np.inf
+        times = even_knots(start, end, float(max_step))
         positions = self.position(times)
-        chord = np.diff(positions, axis=0) / np.diff(times)[:, None]
+        chord_velocity = np.diff(positions, axis=0) / np.diff(times)[:, None]
         error = self.max_acceleration * (times[1] - times[0]) ** 2 / 8.0
-        return hermite_pieces(times, positions, chord, chord, error)
+        return hermite_pieces(times, positions, chord_velocity, chord_velocity, error)

@@ -1,5 +1,6 @@
-"""The direction of motion along a trajectory, as cubic pieces with a certified error: how bodies turn with their
-heading.
+"""Directions of motion along a trajectory, as cubic pieces with a certified error.
+
+They give the heading of bodies that turn with their motion.
 """
 
 from math import comb
@@ -16,22 +17,21 @@ from slalom.trajectory.protocol import Trajectory
 
 @runtime_checkable
 class Directed(Protocol):
-    """A trajectory that knows its own direction of motion better than its cubic pieces do."""
+    """Trajectory with its own, more accurate direction of motion than its cubic pieces give."""
 
     def direction(self, start: float, end: float, tolerance: float) -> Path:
-        """Unit vectors along the velocity over start to end, as cubic pieces within their stated errors."""
+        """Unit vectors along the velocity from start to end [s], as cubic pieces within their stated errors."""
 
 
 def direction_path(trajectory: Trajectory, start: float, end: float, tolerance: float) -> Path:
-    """Unit vectors (cos, sin) along the velocity in the plane, as cubic pieces within `tolerance` [1] where that is
-    possible.
+    """Unit vectors (cos, sin) along the velocity in the plane, as cubic pieces within `tolerance` [1] where possible.
 
-    While the velocity is zero the last direction is kept (before the first motion: the first). Where it turns on the
-    spot, within STANDING, the pieces are the zero vector with an error of 1: a body is then as large as its
-    smallest disc about the position.
+    While the velocity is zero the last direction is kept (before the first motion: the first). Where it reverses within
+    STANDING seconds, the pieces are the zero vector with an error of 1: the body then counts as its smallest disc about
+    the position.
 
     Raises:
-        InvalidInput: the trajectory never moves, or neither knows its direction nor consists of cubic pieces.
+        InvalidInput: the trajectory never moves, or neither has a direction nor consists of cubic pieces.
     """
     if isinstance(trajectory, Directed):
         return trajectory.direction(start, end, tolerance)
@@ -46,64 +46,69 @@ def direction_path(trajectory: Trajectory, start: float, end: float, tolerance: 
 
 
 def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
-    """The directions of velocities that are polynomials between `times` (n + 1,): control points (n, m + 1, 2).
+    """Directions of velocities that are polynomials between `times` (n + 1,) [s], control points (n, m + 1, 2).
 
-    Each piece is the cubic Hermite interpolant w of the unit vectors e. That w points along v is seen from the cross
-    product w x v, a polynomial whose Bernstein coefficients bound it, over the least speed; its length likewise. With
-    both, |w - e| <= sqrt(2) |w x v| / |v| + | |w|^2 - 1 |, as long as w . v > 0. Pieces that miss are halved.
+    Each piece is the cubic Hermite interpolant w of the unit vectors e. The cross product w x v, a polynomial bounded
+    by its Bernstein coefficients, divided by the least speed bounds the angle between w and v; the length of w is
+    bounded likewise. Then |w - e| <= sqrt(2) |w x v| / |v| + | |w|^2 - 1 |, as long as w . v > 0. Pieces above the
+    tolerance are halved.
+
+    Raises:
+        InvalidInput: all velocities are zero.
     """
     moving = np.any(velocities != 0.0, axis=(1, 2))
     if not np.any(moving):
         raise InvalidInput("heading: expected a trajectory that moves, found one at rest; give the heading as an angle")
     a, b, v = times[:-1][moving], times[1:][moving], velocities[moving]
-    found = []
+    accepted = []
     while len(a):
         pieces, error = _hermite_directions(b - a, v)
         done = error <= tolerance
-        stuck = ~done & (b - a < STANDING)
-        pieces[stuck], error[stuck] = 0.0, 1.0
-        done |= stuck
-        found.append((a[done], b[done], pieces[done], error[done]))
+        too_short = ~done & (b - a < STANDING)
+        pieces[too_short], error[too_short] = 0.0, 1.0
+        done |= too_short
+        accepted.append((a[done], b[done], pieces[done], error[done]))
         a, b, v = a[~done], b[~done], v[~done]
         left, right = _halves(v)
         middle = 0.5 * (a + b)
         a, b, v = np.concatenate([a, middle]), np.concatenate([middle, b]), np.concatenate([left, right])
-    a, b, pieces, error = (np.concatenate(part) for part in zip(*found))
+    a, b, pieces, error = (np.concatenate(part) for part in zip(*accepted))
     order = np.argsort(a)
     a, b, pieces, error = a[order], b[order], pieces[order], error[order]
     if np.all(moving):
         return Path(np.append(a, b[-1]), pieces, error)
-    still = np.flatnonzero(~moving)
-    before = np.searchsorted(a, times[still], side="left") - 1
+    resting = np.flatnonzero(~moving)
+    before = np.searchsorted(a, times[resting], side="left") - 1
     kept = np.where((before >= 0)[:, None], pieces[before, 3], pieces[0, 0])
-    a = np.concatenate([a, times[still]])
+    a = np.concatenate([a, times[resting]])
     order = np.argsort(a)
     pieces = np.concatenate([pieces, np.repeat(kept[:, None], 4, axis=1)])[order]
-    return Path(np.append(a[order], times[-1]), pieces, np.concatenate([error, np.zeros(len(still))])[order])
+    return Path(np.append(a[order], times[-1]), pieces, np.concatenate([error, np.zeros(len(resting))])[order])
 
 
 def _hermite_directions(h: Array, v: Array) -> tuple[Array, Array]:
-    """Cubic pieces (n, 4, 2) and their certified errors (n,) for polynomial velocities v (n, m + 1, 2) over h (n,)
-    [s].
+    """Cubic pieces (n, 4, 2) and their certified errors (n,).
+
+    `v` (n, m + 1, 2) are control points of polynomial velocities, `h` (n,) [s] their durations.
     """
     degree = v.shape[1] - 1
     ends = v[:, [0, -1]]
     speed = np.linalg.norm(ends, axis=-1, keepdims=True)
-    rest = speed[..., 0].min(axis=1) <= 0.0
+    starts_or_ends_at_rest = speed[..., 0].min(axis=1) <= 0.0
     e = ends / np.where(speed > 0.0, speed, 1.0)
     rates = degree * np.stack([v[:, min(1, degree)] - v[:, 0], v[:, -1] - v[:, max(degree - 1, 0)]], axis=1)
-    # de/dx = (v x dv/dx) / |v|^2 turned by a quarter.
+    # de/dx = (v x dv/dx) / |v|^2 times e rotated by 90 degrees.
     turn = _cross(ends, rates)[..., None] / np.where(speed > 0.0, speed, 1.0) ** 2
     slope = turn * np.stack([-e[..., 1], e[..., 0]], axis=-1)
     w = np.stack([e[:, 0], e[:, 0] + slope[:, 0] / 3.0, e[:, 1] - slope[:, 1] / 3.0, e[:, 1]], axis=1)
-    middle = e.sum(axis=1)
-    middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-300)
-    slowest = np.einsum("nij,nj->ni", v, middle).min(axis=1)
-    off = np.abs(_product(w, v, _cross)).max(axis=1)
-    along = _product(w, v, _dot).min(axis=1)
-    stretch = np.abs(_product(w, w, _dot) - 1.0).max(axis=1)
-    certain = (slowest > 0.0) & (along > 0.0) & ~rest
-    error = np.where(certain, np.sqrt(2.0) * off / np.where(certain, slowest, 1.0) + stretch, np.inf)
+    mean = e.sum(axis=1)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    min_speed = np.einsum("nij,nj->ni", v, mean).min(axis=1)
+    cross = np.abs(_product(w, v, _cross)).max(axis=1)
+    dot = _product(w, v, _dot).min(axis=1)
+    length_error = np.abs(_product(w, w, _dot) - 1.0).max(axis=1)
+    certain = (min_speed > 0.0) & (dot > 0.0) & ~starts_or_ends_at_rest
+    error = np.where(certain, np.sqrt(2.0) * cross / np.where(certain, min_speed, 1.0) + length_error, np.inf)
     return w, error
 
 
@@ -116,8 +121,9 @@ def _dot(p: Array, q: Array) -> Array:
 
 
 def _product(p: Array, q: Array, multiply: object) -> Array:
-    """Bernstein coefficients (n, k + m + 1) of the product of polynomials with control points (n, k + 1, 2), (n, m +
-    1, 2).
+    """Bernstein coefficients (n, k + m + 1) of the product of two polynomials.
+
+    Their control points are (n, k + 1, 2) and (n, m + 1, 2).
     """
     k, m = p.shape[1] - 1, q.shape[1] - 1
     result = np.zeros((len(p), k + m + 1))
@@ -129,7 +135,7 @@ def _product(p: Array, q: Array, multiply: object) -> Array:
 
 
 def _halves(v: Array) -> tuple[Array, Array]:
-    """Control points of both halves of polynomials (n, m + 1, 2) (de Casteljau)."""
+    """Control points (n, m + 1, 2) of both halves of polynomials (n, m + 1, 2) (de Casteljau)."""
     left, right, rest = np.empty_like(v), np.empty_like(v), v
     for i in range(v.shape[1]):
         left[:, i], right[:, v.shape[1] - 1 - i] = rest[:, 0], rest[:, -1]

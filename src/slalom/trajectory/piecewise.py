@@ -1,4 +1,4 @@
-"""Polynomials of any degree in pieces, as drone planners emit them."""
+"""Piecewise polynomials of any degree, as drone planners produce them."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,15 +18,16 @@ from slalom.trajectory.direction import direction_pieces
 
 @dataclass(frozen=True, eq=False)
 class PiecewisePolynomial:
-    """Piece k lasts durations[k] seconds and has coefficients[k], in ascending powers of the time since it began.
+    """Piece k lasts durations[k] seconds and has coefficients[k], in ascending powers of the time since its start.
 
-    The obstacle exists from `start` to `start` + the sum of the durations.
+    The obstacle exists from `start` [s] to `start` + the sum of the durations.
 
     Args:
-        durations: (n,) [s], each above 0. coefficients: (n, degree + 1, d), in m, m/s, m/s^2, ...
+        durations: (n,) [s], each above 0.
+        coefficients: (n, degree + 1, d), in m, m/s, m/s^2, ...
 
     Raises:
-        InvalidInput: not finite, a duration that is not above 0, pieces that do not meet within JUMP.
+        InvalidInput: values that are not finite, a duration that is not above 0, gaps between pieces above JUMP.
     """
 
     tabulated: ClassVar[bool] = True
@@ -57,12 +58,12 @@ class PiecewisePolynomial:
             raise InvalidInput(
                 f"coefficients: expected pieces that meet, found a jump of {jumps[k]:g} m after piece {k}"
             )
-        # Not a field: follows from the others.
+        # Not a field, because it follows from the others.
         object.__setattr__(self, "_times", self.start + np.concatenate([[0.0], np.cumsum(self.durations)]))
 
     @property
     def times(self) -> Array:
-        """Times at which pieces begin, and the end: (n + 1,) [s]."""
+        """Start times of the pieces, and the end: (n + 1,) [s]."""
         times: Array = self._times  # type: ignore[attr-defined]
         return times
 
@@ -78,8 +79,8 @@ class PiecewisePolynomial:
         time = np.asarray(t, dtype=np.float64)
         first, last = self.span
         if np.any(time < first) or np.any(time > last):
-            wrong = time[(time < first) | (time > last)].ravel()[0]
-            raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {wrong:g} s")
+            outside = time[(time < first) | (time > last)].ravel()[0]
+            raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {outside:g} s")
         k = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.durations) - 1)
         return _values(_derived(self.coefficients, order)[k], time - self.times[k])
 
@@ -97,14 +98,14 @@ class PiecewisePolynomial:
 
     @cached_property
     def _bounds(self) -> dict[int, Array]:
-        """For the first, second and fourth derivative, a bound of its norm on each eighth of each piece: (n, 8)."""
+        """Bounds (n, 8) of the norm of derivatives 1, 2 and 4 on each eighth of each piece, by order."""
         return {order: _norm_bounds(_derived(self.coefficients, order), self.durations) for order in (1, 2, 4)}
 
     def _bound(self, start: float, end: float, order: int) -> float:
-        """A bound of |derivative| over start to end: of its Bernstein coefficients on each eighth of each piece."""
+        """Bound of the norm of a derivative from start to end [s]."""
         edges = self.times[:-1, None] + self.durations[:, None] * np.arange(9) / 8.0
-        there = (edges[:, :-1] <= end) & (edges[:, 1:] >= start)
-        return float(self._bounds[order][there].max(initial=0.0))
+        overlaps = (edges[:, :-1] <= end) & (edges[:, 1:] >= start)
+        return float(self._bounds[order][overlaps].max(initial=0.0))
 
     def speed_bound(self, start: float, end: float) -> float:
         return self._bound(start, end, 1)
@@ -129,21 +130,31 @@ class PiecewisePolynomial:
             times.extend(knots[1:])
             errors.extend([fourth * (knots[1] - knots[0]) ** 4 / 384.0] * (len(knots) - 1))
         knots = np.array(times)
-        # Where pieces meet, each keeps its own value and velocity: they are taken just inside it.
+        # Each piece keeps its own position and velocity at its ends: they are evaluated within the piece.
         k = np.clip(np.searchsorted(self.times, 0.5 * (knots[:-1] + knots[1:]), side="right") - 1, 0, None)
-        at_begin, at_end = knots[:-1] - self.times[k], knots[1:] - self.times[k]
+        local_start, local_end = knots[:-1] - self.times[k], knots[1:] - self.times[k]
         slopes = _derived(self.coefficients, 1)[k]
-        own, leaving, entering = self.coefficients[k], _values(slopes, at_begin), _values(slopes, at_end)
-        pieces = hermite_pieces(knots, np.vstack([_values(own, at_begin), self.position(end)]), leaving, entering, 0.0)
+        coefficients, start_velocities, end_velocities = (
+            self.coefficients[k],
+            _values(slopes, local_start),
+            _values(slopes, local_end),
+        )
+        pieces = hermite_pieces(
+            knots,
+            np.vstack([_values(coefficients, local_start), self.position(end)]),
+            start_velocities,
+            end_velocities,
+            0.0,
+        )
         points = pieces.points.copy()
         third = (np.diff(knots) / 3.0)[:, None]
-        points[:, 3] = _values(own, at_end)
-        points[:, 2] = points[:, 3] - third * entering
+        points[:, 3] = _values(coefficients, local_end)
+        points[:, 2] = points[:, 3] - third * end_velocities
         return Path(knots, points, np.array(errors))
 
 
 def _values(coefficients: Array, t: Array) -> Array:
-    """Polynomials (..., degree + 1, d) at local times (...): (..., d)."""
+    """Values (..., d) of polynomials (..., degree + 1, d) at local times (...)."""
     result = np.zeros((*coefficients.shape[:-2], coefficients.shape[-1]))
     for power in range(coefficients.shape[-2] - 1, -1, -1):
         result = result * np.asarray(t)[..., None] + coefficients[..., power, :]
@@ -151,7 +162,7 @@ def _values(coefficients: Array, t: Array) -> Array:
 
 
 def _derived(coefficients: Array, order: int) -> Array:
-    """Coefficients of the derivative of that order, at least one (zero)."""
+    """Coefficients (..., k, d) of the derivative of that order; k >= 1 (a zero if nothing remains)."""
     for _ in range(order):
         powers = np.arange(coefficients.shape[-2], dtype=np.float64)[1:, None]
         coefficients = coefficients[..., 1:, :] * powers
@@ -161,18 +172,19 @@ def _derived(coefficients: Array, order: int) -> Array:
 
 
 def _norm_bounds(coefficients: Array, durations: Array) -> Array:
-    """Bounds of |polynomial| on each eighth of each piece, (n, 8): the largest of its Bernstein coefficients there."""
+    """Bounds (n, 8) of |polynomial| on each eighth of each piece: the largest of its Bernstein coefficients there."""
     eighth = durations[:, None] / 8.0 * np.ones(8)
     return np.asarray(np.linalg.norm(_bernstein(coefficients, eighth * np.arange(8), eighth), axis=-1).max(axis=-1))
 
 
 def _bernstein(coefficients: Array, begin: Array, width: Array) -> Array:
-    """Control points (n, e, degree + 1, d) of each piece (n, degree + 1, d) from `begin` on for `width`, both (n,
-    e).
+    """Control points (n, e, degree + 1, d) of each piece (n, degree + 1, d) on intervals from `begin`, `width` long.
+
+    `begin` and `width` are (n, e) [s], local to the piece.
     """
     n = coefficients.shape[1] - 1
     powers = np.arange(n + 1)
-    # p(begin + width s) = sum_k s^k width^k sum_j comb(j, k) begin^(j - k) c_j, then to Bernstein form in s.
+    # p(begin + width s) = sum_k s^k width^k sum_j comb(j, k) begin^(j - k) c_j, then converted to Bernstein form in s.
     shift = np.array([[comb(j, k) for j in powers] for k in powers], dtype=np.float64)
     exponent = np.maximum(powers[None, :] - powers[:, None], 0)
     moved = np.einsum("kj,pekj,pjd->pekd", shift, begin[..., None, None] ** exponent, coefficients)

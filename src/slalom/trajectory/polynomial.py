@@ -1,4 +1,4 @@
-"""At rest, at constant velocity, at constant acceleration."""
+"""Trajectories at rest, at constant velocity, and at constant acceleration."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from slalom.trajectory.protocol import Endless, Trajectory
 
 @dataclass(frozen=True, eq=False)
 class Stationary(Endless):
-    """At rest at `place` (d,) [m]."""
+    """At rest at `initial_position` (d,) [m]."""
 
     initial_position: Checked = Checked(vector, key="position")
 
@@ -41,14 +41,14 @@ class Stationary(Endless):
 
 @dataclass(frozen=True, eq=False)
 class ConstantVelocity(Endless):
-    """At `place` (d,) [m] at time `at` [s], moving with `speed` (d,) [m/s] for ever."""
+    """At `initial_position` (d,) [m] at time `at` [s], with `initial_velocity` (d,) [m/s] for ever."""
 
     initial_position: Checked = Checked(vector, key="position")
     initial_velocity: Checked = Checked(vector, key="velocity")
     at: float = 0.0
 
     def __post_init__(self) -> None:
-        vector(self.initial_velocity, "speed", self.initial_position.size)
+        vector(self.initial_velocity, "initial_velocity", self.initial_position.size)
         object.__setattr__(self, "at", number(self.at, "at"))
 
     @property
@@ -76,7 +76,10 @@ class ConstantVelocity(Endless):
 
 @dataclass(frozen=True, eq=False)
 class ConstantAcceleration(Endless):
-    """At `place` [m] at time `at` [s] with velocity `speed` [m/s], accelerating with `push` [m/s^2] for ever."""
+    """At `initial_position` with `initial_velocity` at time `at` [s]; `initial_acceleration` is constant.
+
+    All three are (d,), in [m], [m/s] and [m/s^2].
+    """
 
     initial_position: Checked = Checked(vector, key="position")
     initial_velocity: Checked = Checked(vector, key="velocity")
@@ -84,8 +87,8 @@ class ConstantAcceleration(Endless):
     at: float = 0.0
 
     def __post_init__(self) -> None:
-        vector(self.initial_velocity, "speed", self.initial_position.size)
-        vector(self.initial_acceleration, "push", self.initial_position.size)
+        vector(self.initial_velocity, "initial_velocity", self.initial_position.size)
+        vector(self.initial_acceleration, "initial_acceleration", self.initial_position.size)
         object.__setattr__(self, "at", number(self.at, "at"))
 
     @property
@@ -115,13 +118,13 @@ class ConstantAcceleration(Endless):
 
 
 def _quadratic_path(trajectory: Trajectory, start: float, end: float) -> Path:
-    """One piece, exact: the control points of a parabola from its place, velocity and acceleration at the start."""
-    length = end - start
-    step = trajectory.velocity(start) * (length / 3.0)
-    bend = trajectory.acceleration(start) * (length * length / 6.0)
+    """One exact piece: the control points of a parabola from its position, velocity and acceleration at the start."""
+    duration = end - start
+    step = trajectory.velocity(start) * (duration / 3.0)
+    second_difference = trajectory.acceleration(start) * (duration * duration / 6.0)
     points = np.empty((1, 4, trajectory.dimension))
     points[0, 0] = trajectory.position(start)
     points[0, 1] = points[0, 0] + step
-    points[0, 2] = points[0, 1] + step + bend
-    points[0, 3] = points[0, 2] + step + 2.0 * bend
+    points[0, 2] = points[0, 1] + step + second_difference
+    points[0, 3] = points[0, 2] + step + 2.0 * second_difference
     return Path(np.array([start, end]), points, np.zeros(1))

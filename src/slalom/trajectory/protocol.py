@@ -1,4 +1,4 @@
-"""What every trajectory is."""
+"""Protocol of trajectories."""
 
 from typing import ClassVar, Final, Protocol, runtime_checkable
 
@@ -13,11 +13,11 @@ FOREVER: Final = (-np.inf, np.inf)
 
 @runtime_checkable
 class Trajectory(Protocol):
-    """A curve in the world frame over absolute time.
+    """Curve in the world frame over absolute time.
 
-    Laws: `velocity` is the derivative of `position` and `acceleration` that of `velocity`, except at `breaks`;
-    `speed_bound` and `acceleration_bound` hold between breaks; `path` stays within its stated error.
-    Times t may have any shape (...); results are (..., d).
+    Laws: `velocity` is the derivative of `position`, and `acceleration` that of `velocity`, except at `breaks`.
+    `speed_bound` and `acceleration_bound` hold between breaks. `path` stays within its stated error. Times t may have
+    any shape (...); results are (..., d).
     """
 
     @property
@@ -26,36 +26,36 @@ class Trajectory(Protocol):
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time [s] at which the obstacle exists; -inf, inf when it always does."""
+        """First and last time [s] at which the obstacle exists; (-inf, inf) for obstacles that always exist."""
 
     @property
     def tabulated(self) -> bool:
         """Whether `path` is expensive: its pieces are then kept and serve many decisions."""
 
     def position(self, t: npt.ArrayLike) -> Array:
-        """Position [m]. Raises OutsideSpan outside `span`."""
+        """Position (..., d) [m]. Raises OutsideSpan outside `span`."""
 
     def velocity(self, t: npt.ArrayLike) -> Array:
-        """Velocity [m/s]; at a break, the one that follows it. Raises OutsideSpan."""
+        """Velocity (..., d) [m/s]; at a break, the value that follows it. Raises OutsideSpan."""
 
     def acceleration(self, t: npt.ArrayLike) -> Array:
-        """Acceleration [m/s^2]; at a break, the one that follows it. Raises OutsideSpan."""
+        """Acceleration (..., d) [m/s^2]; at a break, the value that follows it. Raises OutsideSpan."""
 
     def breaks(self, start: float, end: float) -> Array:
-        """Times strictly between start and end at which velocity or acceleration may jump, increasing."""
+        """Increasing times (k,) [s] strictly between start and end at which velocity or acceleration may jump."""
 
     def speed_bound(self, start: float, end: float) -> float:
-        """A bound of |velocity| [m/s] over start to end."""
+        """Upper bound [m/s] of |velocity| from start to end [s]."""
 
     def acceleration_bound(self, start: float, end: float) -> float:
-        """A bound of |acceleration| [m/s^2] between breaks from start to end."""
+        """Upper bound [m/s^2] of |acceleration| between breaks from start to end [s]."""
 
     def path(self, start: float, end: float) -> Path:
-        """Cubic pieces over start to end (both within `span`), each within INTERPOLATION of the curve."""
+        """Cubic pieces from start to end [s] (both within `span`), each within INTERPOLATION of the curve."""
 
 
 class Endless:
-    """What trajectories without a beginning, an end and breaks have in common."""
+    """Members shared by trajectories without start, end and breaks."""
 
     tabulated: ClassVar[bool] = False
 

@@ -1,4 +1,4 @@
-"""Time-stamped positions."""
+"""Trajectories through time-stamped positions."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
@@ -15,17 +15,18 @@ INTERPOLATIONS: Final = ("linear", "smooth")
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """Time-stamped positions as they come from a tracker or a file; the obstacle exists from first to last.
+    """Interpolation of time-stamped positions from a tracker or a file; the obstacle exists from first to last stamp.
 
-    Between stamps the position is `linear` (velocity jumps at every stamp) or `smooth`: cubic pieces with, at
-    each stamp, the velocity of the parabola through it and its two neighbours, so quadratic motion is exact and
-    an outlier reaches no farther than two stamps. Stamps may be irregular.
+    Between stamps the position is `linear` (the velocity jumps at every stamp) or `smooth`. Smooth pieces are cubic;
+    the velocity at each stamp is that of the parabola through it and its two neighbours. Quadratic motion is thus
+    exact, and an outlier affects at most two stamps on either side. Stamps may be irregular.
 
     Args:
-        times: (n,) [s], n >= 2, increasing. positions: (n, d) [m].
+        times: (n,) [s], n >= 2, increasing.
+        positions: (n, d) [m].
 
     Raises:
-        InvalidInput: fewer than two stamps, not finite, times that do not increase.
+        InvalidInput: fewer than two stamps, values that are not finite, times that do not increase.
     """
 
     tabulated: ClassVar[bool] = True
@@ -49,7 +50,7 @@ class Sampled:
 
     @staticmethod
     def _stamp_velocities(times: Array, positions: Array) -> Array:
-        """Velocity at each stamp, of the parabola through it and its neighbours."""
+        """Velocities (n, d) [m/s] at the stamps, of the parabola through each stamp and its neighbours."""
         h = np.diff(times)[:, None]
         chord = np.diff(positions, axis=0) / h
         slopes = np.empty_like(positions)
@@ -67,12 +68,12 @@ class Sampled:
         return float(self.times[0]), float(self.times[-1])
 
     def _local(self, t: npt.ArrayLike) -> tuple[Array, Array, Array]:
-        """Control points (..., 4, d) of the piece that holds each time, its length, and the place in it."""
+        """Control points (..., 4, d) of the piece at each time, its duration [s], and the local time in [0, 1]."""
         time = np.asarray(t, dtype=np.float64)
         first, last = self.span
         if np.any(time < first) or np.any(time > last):
-            wrong = time[(time < first) | (time > last)].ravel()[0]
-            raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {wrong:g} s")
+            outside = time[(time < first) | (time > last)].ravel()[0]
+            raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {outside:g} s")
         k = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.times) - 2)
         h = self.times[k + 1] - self.times[k]
         return self._control_points(k), h, (time - self.times[k]) / h
@@ -103,7 +104,7 @@ class Sampled:
         return np.asarray(np.sum(weights[..., None] * np.diff(points, 2, axis=-2), axis=-2) / (h * h)[..., None])
 
     def _pieces(self, start: float, end: float) -> tuple[int, int]:
-        """First and one past the last piece that overlap start to end: found by bisection, not by a scan."""
+        """Index of the first piece that overlaps start to end, and one past the last: by bisection."""
         first = int(np.searchsorted(self.times, start, side="right")) - 1
         last = int(np.searchsorted(self.times, end, side="left"))
         return min(max(first, 0), len(self.times) - 2), min(max(last, 1), len(self.times) - 1)

@@ -288,7 +288,7 @@ class FleetDecider:
         """
         d, horizon, shape = self.scenario.dimension, self.scenario.horizon, self.scenario.robot.shape
         forecast = self.method.forecast
-        there = [o for o in self.scenario.obstacles if forecast.foresees or o.exists(now)]
+        there = [o for o in self.scenario.obstacles if forecast.includes_future or o.exists(now)]
         seen = [predicted(obstacle, forecast, now) for obstacle in there]
         if self.scenario.period is not None:
             # No response makes a robot that is faster than its top speed faster still.
