@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config, types
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.event import Listener, register
 
 from slalom.kernels.compile_notice import when_compiling
@@ -33,12 +33,31 @@ def _digest() -> str:
 SOURCES = _digest()
 
 
+class _KernelFiles(IndexDataCacheFile):
+    """numba's index and data files of one function, with data files that are named by their keys.
+
+    numba numbers them. Two processes that compile at the same time then choose the same number for different
+    signatures, and the index of one names the code of the other. Files of other sources are removed.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        index = self._load_index()  # type: ignore[no-untyped-call]
+        for other in [one for one in index if one[0] != SOURCES]:
+            with suppress(OSError):
+                Path(self._cache_path, index.pop(other)).unlink()
+        index[key] = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:12], 16))  # type: ignore[no-untyped-call]
+        self._save_data(index[key], data)  # type: ignore[no-untyped-call]
+        self._save_index(index)  # type: ignore[no-untyped-call]
+
+
 class _KernelCache(FunctionCache):
     """numba's function cache with the hash of all kernel sources in its key."""
 
     def __init__(self, function: Callable[..., Any], what: str) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
         self._what = what
+        base, stamp = self._impl.filename_base, self._impl.locator.get_source_stamp()
+        self._cache_file = _KernelFiles(self._cache_path, base, stamp)  # type: ignore[no-untyped-call]
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
