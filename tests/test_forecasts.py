@@ -34,9 +34,9 @@ from slalom import (
     Stationary,
     Trajectory,
 )
-from slalom.forecast import STRAIGHT, predicted
+from slalom.forecast import predicted
 from slalom.peers import contender
-from slalom.tolerances import REST
+from slalom.tolerances import REST, STRAIGHT_TURN_RATE as STRAIGHT
 
 LATER = np.linspace(0.0, 30.0, 301)
 """[s] After the observation."""

@@ -6,11 +6,11 @@ import pytest
 from slalom import METHODS, State, kernels
 from slalom.kernels.decision.encounters import in_reach, state_on_path
 from slalom.kernels.decision.neighbours import neighbours_in_cells, reachable_balls, reachable_neighbours
-from slalom.kernels.decision.tables import WINDOWS
 from slalom.sim import gallery
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
+from slalom.tolerances import BALL_WINDOWS as WINDOWS
 
 
 class Watched(FleetDecider):

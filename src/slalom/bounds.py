@@ -16,17 +16,12 @@ import numpy.typing as npt
 from slalom.checks import Array, Checked, OptionalVector, Positive, known, positive, short, unit, vector, vectors
 from slalom.errors import InvalidInput
 from slalom.state import State
-from slalom.tolerances import REST
+from slalom.tolerances import CONE_FACES, ELLIPSE_SIDES, REST
 
 HalfSpaces: TypeAlias = tuple[Array, Array]
 """Unit normals (n, d) and offsets (n,): the x with normals @ x <= offsets."""
 
 FRAMES: Final = ("world", "body")  # whose axes a bound is along
-SIDES: Final = 32
-"""[1] Sides of the inscribed polygon that replaces an ellipse; it keeps cos(pi / 32) = 0.9952 of every radius."""
-
-FACES: Final = 8
-"""[1] Sides of the pyramid or prism that replaces a cone or cylinder; it keeps cos(pi / 8) = 0.924 of every radius."""
 
 
 @runtime_checkable
@@ -69,7 +64,7 @@ def _sphere() -> Array:
 
 
 _ROUND: Final[dict[int, tuple[Array, float]]] = {
-    2: (_circle(SIDES), float(np.cos(np.pi / SIDES))),
+    2: (_circle(ELLIPSE_SIDES), float(np.cos(np.pi / ELLIPSE_SIDES))),
     3: (_sphere(), float(np.sqrt(2.0 / 3.0))),
 }
 """Normals (n, d) and cosine by dimension: {x: normals @ x <= cosine} lies in the unit ball and is symmetric in x."""
@@ -108,9 +103,9 @@ class Friction:
     """(a_x / x)^2 + (a_lateral / lateral)^2 <= 1 in the body frame; x is `forward` if a_x >= 0, else `braking`.
 
     Two half ellipses (in space half ellipsoids of revolution): the friction ellipse of a tyre with different limits of
-    engine and brakes, all in m/s^2 and above 0. In the plane an inscribed polygon of SIDES sides, which loses at most
-    0.5 % of any acceleration; in space a polyhedron of 18 faces, which loses at most 18.4 %. Neither loses anything
-    along the heading.
+    engine and brakes, all in m/s^2 and above 0. In the plane an inscribed polygon of ELLIPSE_SIDES sides, which loses at
+    most 0.5 % of any acceleration; in space a polyhedron of 18 faces, which loses at most 18.4 %. Neither loses
+    anything along the heading.
     """
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"
@@ -313,7 +308,7 @@ def _sideways(frame: Array) -> tuple[Array, float]:
     """Lateral unit vectors (k, d), and the cosine of half the angle between neighbours (1 in the plane)."""
     if len(frame) == 2:
         return np.array([frame[1], -frame[1]]), 1.0
-    return _circle(FACES) @ frame[1:], float(np.cos(np.pi / FACES))
+    return _circle(CONE_FACES) @ frame[1:], float(np.cos(np.pi / CONE_FACES))
 
 
 def _no_half_spaces(dimension: int) -> HalfSpaces:

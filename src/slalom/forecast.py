@@ -8,7 +8,7 @@ import numpy as np
 from slalom.checks import not_negative, positive
 from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
-from slalom.tolerances import REST
+from slalom.tolerances import LONGEST_FORECAST, PAST_POSITIONS, REST, STRAIGHT_TURN_RATE
 from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import BoundedError
 
@@ -104,7 +104,7 @@ class AcceleratingBriefly:
             [position, velocity, 0.5 * acceleration],
             [position + s * velocity + 0.5 * s * s * acceleration, velocity + s * acceleration, zero],
         ]
-        return PiecewisePolynomial(np.array([s, FAR]), np.array(rows), now)
+        return PiecewisePolynomial(np.array([s, LONGEST_FORECAST]), np.array(rows), now)
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class AtConstantTurn:
     """The present speed and turn rate for ever: vehicles on bends and in roundabouts.
 
     The turn rate follows from the acceleration across the velocity; the acceleration along it is ignored. An obstacle
-    at rest, or with a turn rate below STRAIGHT, moves straight on.
+    at rest, or with a turn rate below STRAIGHT_TURN_RATE, moves straight on.
     """
 
     @property
@@ -132,7 +132,7 @@ class AtConstantTurn:
             else 0.0 * velocity
         )
         speed, lateral = float(np.sqrt(speed_squared)), float(np.linalg.norm(across))
-        if lateral <= STRAIGHT * speed:
+        if lateral <= STRAIGHT_TURN_RATE * speed:
             return ConstantVelocity(position, velocity, now)
         radius = speed_squared / lateral
         center = position + across / lateral * radius
@@ -150,8 +150,8 @@ class AtConstantTurn:
 class FromPast:
     """`rule` applied to the velocity and acceleration estimated from the positions of the last `seconds`.
 
-    The estimate is the least-squares parabola through the present position, fitted to LOOKS earlier ones. An obstacle
-    that has just appeared has its true velocity and no acceleration. The rule thus uses no future data of a recording,
+    The estimate is the least-squares parabola through the present position, fitted to PAST_POSITIONS earlier ones. An
+    obstacle that has just appeared has its true velocity and no acceleration. The rule thus uses no future data of a recording,
     and little of the noise of single samples.
 
     An obstacle without an uncertainty of its own gets a bounded error that grows with time by `growth` times its speed.
@@ -176,7 +176,7 @@ class FromPast:
         duration = min(self.seconds, now - first)
         if duration < 0.2 * self.seconds:
             return self.rule(ConstantAcceleration(position, trajectory.velocity(now), 0.0 * position, now), now)
-        times = -duration * np.arange(1, LOOKS + 1) / LOOKS
+        times = -duration * np.arange(1, PAST_POSITIONS + 1) / PAST_POSITIONS
         displacements = trajectory.position(np.maximum(now + times, first)) - position
         if np.abs(displacements).max() <= REST * duration:
             # At rest: the remaining displacement is rounding and has no meaningful direction.
@@ -186,13 +186,6 @@ class FromPast:
         ]
         return self.rule(ConstantAcceleration(position, velocity, acceleration, now), now)
 
-
-STRAIGHT: Final = 1e-3
-"""[rad/s] Obstacles that turn more slowly are predicted to move straight on."""
-LOOKS: Final = 5
-"""[1] Past positions that `FromPast` fits."""
-FAR: Final = 1e4
-"""[s] Exceeds every horizon."""
 
 EXACT: Final = (Known, Present)
 """Forecasts that return the true trajectory, at every time the same object."""

@@ -12,10 +12,7 @@ from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, 
 from slalom.minkowski import MinkowskiSum
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
-from slalom.tolerances import INTERPOLATION
-
-UNCERTAINTY_PIECES = 8
-"""Straight lines that stand for a growing radius over one window."""
+from slalom.tolerances import INTERPOLATION, UNCERTAINTY_PIECES
 
 
 class Bodies(NamedTuple):

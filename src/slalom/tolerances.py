@@ -555,3 +555,139 @@ FIRST_VISIT_PRIORITY: Final = 1e6
 
 More than any duration. Smaller: a robot that has yielded may come back before the other one has passed.
 """
+
+# Elements of hulls
+
+ELEMENT_SPAN: Final = 0.25
+"""[1] First half width, as a share of a segment, of the span of time that one element of a hull covers.
+
+Larger: fewer, larger elements, more of them rejected. Smaller: more elements.
+"""
+
+ELEMENT_HALVINGS: Final = 24
+"""[1] How often that width is halved before the element at a single time is taken.
+
+Larger: more work where nothing fits. Smaller: sharp corners need more elements.
+"""
+
+ELEMENT_DEPTH: Final = 0.7
+"""[1] An element over a span must hold the control at least this share as deep as the element at one time.
+
+Larger: shorter spans. Smaller: elements that reject little else.
+"""
+
+ELEMENT_RADIUS: Final = 0.25
+"""[1] And at least this share of its own radius deep.
+
+Larger: shorter spans. Smaller: elements of which the control is hardly inside.
+"""
+
+SAG_SHARE: Final = 0.25
+"""[1] A sag below this share of CONTACT is taken off the radius instead of shrinking the corners.
+
+Larger: elements are a little smaller than needed. Smaller: more corners are shrunk for nothing.
+"""
+
+ELEMENT_GAIN: Final = 1e-9
+"""[1] (unit of the response) Below this gain the corners of a hull have no image in control space.
+
+Larger: early spans have no elements. Smaller: images of corners overflow.
+"""
+
+DEEPEST_SAMPLES: Final = 8
+"""[1] Intervals of a segment at whose ends the depth inside a hull is sampled before golden section.
+
+Larger: deeper elements, at more cost each. Smaller: a deeper time may be missed, and the exchange takes longer.
+"""
+
+GOLDEN_STEPS: Final = 18
+"""[1] Steps of golden section towards the deepest time: each multiplies the interval by 0.618.
+
+Larger: time spent below rounding. Smaller: elements are less deep.
+"""
+
+NEWTON_STEPS: Final = 6
+"""[1] Most steps of Newton's method towards the deepest time of a ball; it converges quadratically.
+
+Larger: never needed. Smaller: elements are less deep, and the exchange takes longer.
+"""
+
+NEWTON_ACCURACY: Final = 1e-4
+"""[1] Share of a segment below which a Newton step ends the search.
+
+Larger: elements are less deep. Smaller: a step more that changes only rounding.
+"""
+
+POLYGON_SLACK: Final = 1e-9
+"""[1] Relative slack by which arcs and edges of rounded polygons count as reaching into the admissible set.
+
+Larger: more candidates. Smaller: rounding loses a boundary that touches the set.
+"""
+
+# Arrivals and bounding balls
+
+ARRIVAL_FIRST: Final = 1e-3
+"""[s] First of the times between which an earliest arrival is sought.
+
+Larger: arrivals before it are rounded up. Smaller: more times.
+"""
+
+ARRIVAL_RATIO: Final = 1.05
+"""[1] Ratio of successive times of that list.
+
+Larger: two arrivals may lie in one interval. Smaller: more times.
+"""
+
+ARRIVAL_COUNT: Final = 424
+"""[1] Number of these ratios: the last time is about 1e6 s.
+
+Smaller: later arrivals count as never.
+"""
+
+SECANT_OFFSET: Final = 1e-4
+"""[1] Relative offset of the second start of the secants.
+
+Larger: a step more. Smaller: the first difference is rounding.
+"""
+
+BALL_WINDOWS: Final = 6
+"""[1] Windows of the horizon, each with a bounding ball of every observed path and reachable set.
+
+Larger: tighter balls that cost more to test. Smaller: more robots that cannot be met are examined.
+"""
+
+ELLIPSE_SIDES: Final = 32
+"""[1] Sides of the inscribed polygon that replaces an ellipse; it keeps cos(pi / 32) = 0.9952 of every radius.
+
+Larger: more half-spaces, slower choices. Smaller: the robot uses less of its friction.
+"""
+
+CONE_FACES: Final = 8
+"""[1] Sides of the pyramid or prism that replaces a cone or cylinder; it keeps cos(pi / 8) = 0.924 of every radius.
+
+Larger: more half-spaces, slower choices in space. Smaller: less of the bound is used.
+"""
+
+STRAIGHT_TURN_RATE: Final = 0.001
+"""[rad/s] Obstacles that turn more slowly are predicted to move straight on.
+
+Larger: gentle turns are ignored. Smaller: circles of enormous radius lose digits.
+"""
+
+PAST_POSITIONS: Final = 5
+"""[1] Number of past positions to which `FromPast` fits its parabola.
+
+Larger: more smoothing of noise. Smaller: noise enters the prediction.
+"""
+
+LONGEST_FORECAST: Final = 10000.0
+"""[s] Length of a predicted path; it exceeds every horizon.
+
+Smaller than a horizon: an obstacle would vanish within it.
+"""
+
+UNCERTAINTY_PIECES: Final = 8
+"""[1] Straight lines that stand for a growing radius over one window.
+
+Larger: more pieces. Smaller: the radius is larger than needed in between.
+"""

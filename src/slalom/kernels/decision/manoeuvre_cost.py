@@ -6,7 +6,6 @@ from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.decision.encounters import response_path, state_on_path
 from slalom.kernels.decision.neighbours import smallest_control_ball
 from slalom.kernels.decision.tables import (
-    WINDOWS,
     DecisionSettings,
     DecisionTables,
     Paths,
@@ -17,7 +16,7 @@ from slalom.kernels.decision.tables import (
 from slalom.kernels.decision.time_to_go import earliest_on_line, time_to_go
 from slalom.kernels.geometry.cubic import new_stack
 from slalom.kernels.jit import kernel
-from slalom.tolerances import ARRIVAL_SAMPLES
+from slalom.tolerances import ARRIVAL_SAMPLES, BALL_WINDOWS
 
 
 @kernel
@@ -35,8 +34,8 @@ def new_scratch(pieces: int, dimension: int) -> Scratch:
     """Buffers for paths of so many pieces."""
     return Scratch(
         Paths(np.empty((2, pieces + 1)), np.empty((2, pieces, 4, 3))),
-        np.empty((WINDOWS, 3)),
-        np.empty(WINDOWS),
+        np.empty((BALL_WINDOWS, 3)),
+        np.empty(BALL_WINDOWS),
         new_stack(),
         np.zeros(3),
         np.empty(dimension),

@@ -9,10 +9,10 @@ time, each after all before it that it could meet.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.decision.tables import WINDOWS, CellList, DecisionSettings, ResponseTable, RobotTable
+from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict
 from slalom.kernels.jit import kernel
-from slalom.tolerances import BALL_ROUNDING
+from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS
 
 
 @kernel
@@ -36,9 +36,9 @@ def bounding_balls(times: Array, points: Array, settings: DecisionSettings, cent
     radius -inf.
     """
     low, high = np.empty(3), np.empty(3)
-    for w in range(WINDOWS):
-        a = settings.now + settings.horizon * w / WINDOWS
-        b = settings.now + settings.horizon * (w + 1) / WINDOWS
+    for w in range(BALL_WINDOWS):
+        a = settings.now + settings.horizon * w / BALL_WINDOWS
+        b = settings.now + settings.horizon * (w + 1) / BALL_WINDOWS
         for axis in range(3):
             low[axis], high[axis] = np.inf, -np.inf
         for p in range(len(points)):
@@ -82,9 +82,9 @@ def reachable_balls(
     They hold all admissible controls of all its responses, the controls that are tested instead where avoidance is
     shared, and its committed path.
     """
-    low, high = np.full((WINDOWS, 3), np.inf), np.full((WINDOWS, 3), -np.inf)
+    low, high = np.full((BALL_WINDOWS, 3), np.inf), np.full((BALL_WINDOWS, 3), -np.inf)
     bounding_balls(robots.committed_times[i], robots.committed_points[i], settings, centers, radii)
-    for w in range(WINDOWS):
+    for w in range(BALL_WINDOWS):
         if radii[w] >= 0.0:
             for axis in range(3):
                 low[w, axis], high[w, axis] = centers[w, axis] - radii[w], centers[w, axis] + radii[w]
@@ -106,7 +106,7 @@ def reachable_balls(
                             radius * scale * abs(gain),
                         )
                         low[w, axis], high[w, axis] = min(low[w, axis], x - wide), max(high[w, axis], x + wide)
-    for w in range(WINDOWS):
+    for w in range(BALL_WINDOWS):
         for axis in range(settings.dimension, 3):
             low[w, axis], high[w, axis] = 0.0, 0.0
         radii[w] = ball_of(low[w], high[w], centers[w])
@@ -128,7 +128,7 @@ def farthest_distance(position: Array, centers: Array, radii: Array) -> float:
 def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> CellList:
     """All robots in cells: none of `order` (m,) can meet a robot outside its own and the neighbouring cells."""
     n, d = len(robots.radius), settings.dimension
-    centers, radii = np.empty((n, WINDOWS, 3)), np.empty((n, WINDOWS))
+    centers, radii = np.empty((n, BALL_WINDOWS, 3)), np.empty((n, BALL_WINDOWS))
     own, other, size, speed = 0.0, 0.0, 0.0, 0.0
     low, high = np.full(d, np.inf), np.full(d, -np.inf)
     for k in range(n):
@@ -216,7 +216,7 @@ def reachable_neighbours(
     theirs, their_radii = robots.ball_centers, robots.ball_radii
     for k in near:
         touch = robots.radius[i] + robots.radius[k] + settings.margin
-        for w in range(WINDOWS - 1, -1, -1):
+        for w in range(BALL_WINDOWS - 1, -1, -1):
             x, y, z = centers[w, 0] - theirs[k, w, 0], centers[w, 1] - theirs[k, w, 1], centers[w, 2] - theirs[k, w, 2]
             reach = radii[w] + their_radii[k, w] + touch
             if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:

@@ -21,7 +21,6 @@ from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch, 
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
 from slalom.kernels.decision.neighbours import bounding_balls, cell_list, neighbours_in_cells, reachable_neighbours
 from slalom.kernels.decision.tables import (
-    WINDOWS,
     CellList,
     Controls,
     DecisionSettings,
@@ -42,6 +41,7 @@ from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.exchange import SAFE, nearest_free
 from slalom.kernels.selection.violation import deepest_violation
 from slalom.tolerances import (
+    BALL_WINDOWS,
     CANDIDATES,
     COMMITTED_SLACK,
     CONTACT_SLACK,
@@ -107,7 +107,7 @@ def committed_is_clear(
             end = times[i, p + 1] - settings.now
     if end < settings.horizon:
         return CONSTRAINED
-    centers, radii = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
+    centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
     bounding_balls(times[i], robots.committed_points[i], settings, centers, radii)
     met = reachable_neighbours(i, near, centers, radii, robots, settings)
     rows, overlapping = obstacle_pieces(i, met, robots, passive, settings)

@@ -4,9 +4,6 @@ from typing import NamedTuple
 
 from slalom.kernels.arrays import Array, Flags, Indices, MaybeCorners, MaybeHulls, Pieces, Segments
 
-WINDOWS = 6
-"""[1] Parts into which the horizon is cut for bounding balls; more are tighter and cost more to test."""
-
 
 class ResponseTable(NamedTuple):
     """Responses: position = p + velocity_gain v + gain u, cubic between knots, for p, v at the start and control u."""

@@ -4,9 +4,18 @@ import numpy as np
 
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
-from slalom.tolerances import ARRIVAL_ROOT, ARRIVAL_STEPS, BRAKING_SHARE
+from slalom.tolerances import (
+    ADMISSIBLE,
+    ARRIVAL_COUNT,
+    ARRIVAL_FIRST,
+    ARRIVAL_RATIO,
+    ARRIVAL_ROOT,
+    ARRIVAL_STEPS,
+    BRAKING_SHARE,
+    SECANT_OFFSET,
+)
 
-ARRIVAL_TIMES = np.multiply.accumulate(np.concatenate([[1e-3], np.full(424, 1.05)]))
+ARRIVAL_TIMES = np.multiply.accumulate(np.concatenate([[ARRIVAL_FIRST], np.full(ARRIVAL_COUNT, ARRIVAL_RATIO)]))
 """[s] Times up to 1e6 between which the earliest one is sought."""
 
 
@@ -32,7 +41,7 @@ def speed_excess(away: Array, v: Array, max_acceleration: float, max_speed: floa
     hold = t - np.sqrt(t * t - 2.0 * need)
     for axis in range(len(away)):
         final += (v[axis] + (away[axis] - v[axis] * t) / length * max_acceleration * hold) ** 2
-    return float(final - max(max_speed * max_speed, speed) * (1.0 + 1e-9))
+    return float(final - max(max_speed * max_speed, speed) * (1.0 + ADMISSIBLE))
 
 
 @kernel
@@ -66,7 +75,7 @@ def arrival_by_secants(away: Array, v: Array, max_acceleration: float, max_speed
     turn = np.sqrt(max(fast * fast - 2.0 * fast * along + speed, 0.0)) / max_acceleration
     t = (np.sqrt(square) - tolerance) / fast + turn * (fast - along) / (2.0 * fast)
     before, f = t, speed_excess(away, v, max_acceleration, max_speed, tolerance, t)
-    t *= 1.0 + 1e-4
+    t *= 1.0 + SECANT_OFFSET
     for _ in range(ARRIVAL_STEPS):
         g = speed_excess(away, v, max_acceleration, max_speed, tolerance, t)
         if not (np.isfinite(f) and np.isfinite(g)) or f == g:
@@ -112,7 +121,7 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
             k += 1
     if k == len(ARRIVAL_TIMES):
         return np.inf
-    early, late = float(ARRIVAL_TIMES[k] / 1.05), float(ARRIVAL_TIMES[k])
+    early, late = float(ARRIVAL_TIMES[k] / ARRIVAL_RATIO), float(ARRIVAL_TIMES[k])
     for _ in range(30):
         middle = 0.5 * (early + late)
         # The root decides all but the last steps.

@@ -19,7 +19,7 @@ from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, 
 from slalom.kernels.geometry.convex import order, signed_distance
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.jit import kernel
-from slalom.tolerances import CLEARANCE, DEPTH
+from slalom.tolerances import CLEARANCE, DEEPEST_SAMPLES, DEPTH, GOLDEN_STEPS
 
 
 class MovingHull(NamedTuple):
@@ -211,16 +211,16 @@ def deepest_time(
 
     Depth counts in units of the control: signed distance over gain.
     """
-    best, place, step = np.inf, witness, 0.125
-    for k in range(10):
-        x = witness if k == 9 else step * k
+    best, place, step = np.inf, witness, 1.0 / DEEPEST_SAMPLES
+    for k in range(DEEPEST_SAMPLES + 2):
+        x = witness if k == DEEPEST_SAMPLES + 1 else step * k
         g = value(gain[0], gain[1], gain[2], gain[3], x)
         gap = hull_distance(moving, x, q)[0]
         if gap < 0.0 and gap < best * g:
             best, place = gap / g, x
     low, high = max(0.0, place - step), min(1.0, place + step)
     share = 0.3819660112501051
-    for _ in range(18):
+    for _ in range(GOLDEN_STEPS):
         left, right = low + share * (high - low), high - share * (high - low)
         a = hull_distance(moving, left, q)[0]
         b = hull_distance(moving, right, q)[0]

@@ -10,7 +10,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
 from slalom.kernels.jit import kernel
-from slalom.tolerances import ELEMENT
+from slalom.tolerances import ELEMENT, POLYGON_SLACK
 
 Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
 """corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on."""
@@ -159,12 +159,12 @@ def add_rounded(
         ax, ay = q[j, 0], q[j, 1]
         distance = np.sqrt((ax - x) ** 2 + (ay - y) ** 2)
         # Within rounding of touching it still counts.
-        slack = 1e-9 * (most + r)
+        slack = POLYGON_SLACK * (most + r)
         if abs(distance - r) <= most + slack:
             boundaries[count, 0] = 2.0
             boundaries[count, 1], boundaries[count, 2], boundaries[count, 3], boundaries[count, 4] = ax, ay, 0.0, r
             boundaries[count, 5] = which
-            boundaries[count, 6], boundaries[count, 7], boundaries[count, 8] = ax, ay, r * (1.0 + 1e-9)
+            boundaries[count, 6], boundaries[count, 7], boundaries[count, 8] = ax, ay, r * (1.0 + POLYGON_SLACK)
             count += 1
         k = j + 1 if j + 1 < n else 0
         dx, dy = q[k, 0] - ax, q[k, 1] - ay

@@ -7,7 +7,7 @@ from slalom.kernels.geometry.cubic import curvature, first_below, least, new_sta
 from slalom.kernels.geometry.hulls import MovingHull, hull_first_below, hull_least, load_path, new_path
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import chord_distances
-from slalom.tolerances import CLEARANCE, TIME
+from slalom.tolerances import CLEARANCE, NEWTON_ACCURACY, NEWTON_STEPS, TIME
 
 
 @kernel
@@ -121,7 +121,7 @@ def deepen(table: Segments, k: int, u: Array, s: float) -> float:
     """
     points, gains = table.points, table.gains
     here = depth_at(table, k, u, s)[0]
-    for _ in range(6):
+    for _ in range(NEWTON_STEPS):
         g0, g1, g2, g3 = gains[0, k], gains[1, k], gains[2, k], gains[3, k]
         gain, rise, bend = value(g0, g1, g2, g3, s), slope(g0, g1, g2, g3, s), curvature(g0, g1, g2, g3, s)
         square, first, second = 1e-300, 0.0, 0.0
@@ -141,14 +141,14 @@ def deepen(table: Segments, k: int, u: Array, s: float) -> float:
         step = -first / second if second < 0.0 else (0.5 if first > 0.0 else -0.5)
         trial = min(1.0, max(0.0, s + step))
         there = depth_at(table, k, u, trial)[0]
-        while there < here and abs(trial - s) > 1e-4:
+        while there < here and abs(trial - s) > NEWTON_ACCURACY:
             trial = 0.5 * (trial + s)
             there = depth_at(table, k, u, trial)[0]
         if there <= here:
             break
         moved = abs(trial - s)
         s, here = trial, there
-        if moved < 1e-4:
+        if moved < NEWTON_ACCURACY:
             # Steps shrink quadratically: the next one would be rounding.
             break
     return s

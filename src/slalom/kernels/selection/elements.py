@@ -8,7 +8,15 @@ from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import MovingHull, corners_at, hull_distance, load_path
 from slalom.kernels.geometry.polygons import smallest_ball
 from slalom.kernels.jit import kernel
-from slalom.tolerances import CONTACT
+from slalom.tolerances import (
+    CONTACT,
+    ELEMENT_DEPTH,
+    ELEMENT_GAIN,
+    ELEMENT_HALVINGS,
+    ELEMENT_RADIUS,
+    ELEMENT_SPAN,
+    SAG_SHARE,
+)
 
 
 @kernel
@@ -31,15 +39,15 @@ def hull_element(
         turning = abs(path[0, 3] - path[3, 3]) + abs(path[0, 4] - path[3, 4]) > 0.0
         smallest = smallest_ball(limits, len(limits))
         far = np.sqrt((u[0] - limits[smallest, 1]) ** 2 + (u[1] - limits[smallest, 2]) ** 2) + limits[smallest, 4]
-        half = 0.25
-        for _ in range(24):
+        half = ELEMENT_SPAN
+        for _ in range(ELEMENT_HALVINGS):
             a, b = max(0.0, place - half), min(1.0, place + half)
             if turning:
                 m, r = fan(moving, gain, far, a, b, q)
             else:
                 m, r = swept(moving, gain, far, a, b, q)
             # A part that u is hardly inside of would reject little else.
-            if m > 1 and r - signed_distance(q, m)[0] > max(0.7 * depth, 0.25 * r):
+            if m > 1 and r - signed_distance(q, m)[0] > max(ELEMENT_DEPTH * depth, ELEMENT_RADIUS * r):
                 shift(q, m, u)
                 return m, r
             half *= 0.5
@@ -77,7 +85,7 @@ def swept(
     late = value(gain[0], gain[1], gain[2], gain[3], b)
     r = (moving.radius + min(moving.growth * a, moving.growth * b) + CONTACT) / max(early, late)
     miss = sag(moving.path, gain, far, a, b) / min(early, late)
-    if miss <= 0.25 * CONTACT / late:
+    if miss <= SAG_SHARE * CONTACT / late:
         return m, r - miss
     x, y, rho = inner_disc(q, m)
     if m < 3 or miss >= 0.5 * rho:
@@ -175,7 +183,7 @@ def corners_in_control(moving: MovingHull, gain: Array, x: float, q: Array, at: 
     0 where the control has no effect yet.
     """
     g = value(gain[0], gain[1], gain[2], gain[3], x)
-    if g < 1e-9:
+    if g < ELEMENT_GAIN:
         return 0
     n = corners_at(moving, x, q[at:])
     for j in range(at, at + n):

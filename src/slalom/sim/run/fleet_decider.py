@@ -12,7 +12,7 @@ from slalom.decision import Decision, Outcome
 from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import WINDOWS, DecisionSettings, DecisionTables, PassiveObstacles, RobotTable
+from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, PassiveObstacles, RobotTable
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
@@ -29,7 +29,7 @@ from slalom.sim.run.rounds import at_once, one_by_one
 from slalom.sim.run.sensing import sensing_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.state import State
-from slalom.tolerances import REST_DURATION
+from slalom.tolerances import BALL_WINDOWS, REST_DURATION
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
 BY_NUMBER = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED, Outcome.WAITING)
@@ -94,8 +94,8 @@ class FleetDecider:
             committed_points=np.zeros((n, pieces, 4, 3)),
             observed_times=np.zeros((n, seen + 1)),
             observed_points=np.zeros((n, seen, 4, 3)),
-            ball_centers=np.zeros((n, WINDOWS, 3)),
-            ball_radii=np.zeros((n, WINDOWS)),
+            ball_centers=np.zeros((n, BALL_WINDOWS, 3)),
+            ball_radii=np.zeros((n, BALL_WINDOWS)),
             end_position=np.zeros((n, 3)),
             # Shared manoeuvres are promises from the begin; seen robots are free to change their first.
             regret=np.zeros(n) if method.shared else np.full(n, np.inf),

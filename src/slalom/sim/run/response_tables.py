@@ -7,11 +7,12 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.forecast import Forecast
-from slalom.kernels.decision.tables import WINDOWS, ResponseTable
+from slalom.kernels.decision.tables import ResponseTable
 from slalom.path import Path, hermite
 from slalom.response import Response
 from slalom.state import State
 from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial
+from slalom.tolerances import BALL_WINDOWS
 
 FASTEST = 100.0
 """[m/s] Cubic pieces of responses that are not cubic themselves are fine enough up to this speed."""
@@ -24,7 +25,7 @@ def response_table(kinds: Sequence[Sequence[Response]], horizon: float, span: fl
     """
     unit = State(np.zeros(dimension), np.eye(dimension)[0])
     knots, place, gain, settled, aim, peaks, parts = [], [], [], [], [], [], []
-    windows = np.linspace(0.0, horizon, WINDOWS + 1)
+    windows = np.linspace(0.0, horizon, BALL_WINDOWS + 1)
     for r, response in enumerate(response for kind in kinds for response in kind):
         times = response.knots(span, 2.0 * FASTEST)
         position, velocity = response.position(unit, times), response.velocity(unit, times)
