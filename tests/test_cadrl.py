@@ -53,7 +53,10 @@ def test_columns_may_come_in_any_order(tmp_path: Path) -> None:
         (HEADER + ROWS.replace("0.3", "-0.3"), r"cases\.csv:4: radius: expected a number above 0, found -0\.3"),
         (HEADER + ROWS.replace("4,1,", "4.5,1,"), r"cases\.csv:2: case: expected a whole number, found '4\.5'"),
         (HEADER + ROWS.replace("-3.0,0.8", "left,0.8"), r"cases\.csv:2: goal_y: expected a number, found 'left'"),
-        (HEADER + ROWS + ROWS[-28:], r"cases\.csv:5: agent: expected each once in a case, found 0 again in case 2"),
+        (
+            HEADER + ROWS + ROWS[-28:],
+            r"cases\.csv:5: agent: expected each agent once in a case, found 0 again in case 2",
+        ),
     ],
 )
 def test_what_does_not_fit_is_refused(tmp_path: Path, text: str, message: str) -> None:

@@ -420,9 +420,7 @@ def test_compare_says_which_files_of_cases_are_not_there(say: Say) -> None:
     tokens = ["compare", "study.yaml", "--data", "folder"]
     said = say(*tokens, "--page", "page.md", "--json")
     assert said.code == 0
-    assert said.err == (
-        "three.csv: left out, as there is no such file; --data names the folder of files of test cases\n"
-    )
+    assert said.err == ("three.csv: left out, no such file; --data gives the folder of the test cases\n")
     found = json.loads(said.out)
     assert found["left_out"] == ["three.csv"]
     (row,) = found["rows"]
@@ -430,7 +428,7 @@ def test_compare_says_which_files_of_cases_are_not_there(say: Say) -> None:
     page = Path("page.md").read_text()
     assert "`slalom compare study.yaml --data DATA_DIR --page page.md`" in page
     assert (
-        "\nLeft out, as the files of their test cases were not there when this page was made: the rows of "
+        "\nLeft out, because the files of test cases were missing when this page was made: the rows of "
         "`three.csv`.\n" in page
     )
     (line,) = [line for line in page.splitlines() if line.startswith("| two.csv | nao_shared | published | 1 |")]
@@ -516,7 +514,7 @@ BAD = [
     ("run empty --foresight seen", r"foresight: expected one of recorded, .*; found 'seen'"),
     ("run empty --method nao@present --foresight observed", r"--foresight: .* with nao@present, .*; found 'observed'"),
     ("run empty --method orca --foresight observed", r"method: expected orca alone, .*; found 'orca@observed'"),
-    ("run empty --at 1 --figure-at 2", r"--at: expected it once, .*, found 1 and 2"),
+    ("run empty --at 1 --figure-at 2", r"--at: expected either --at or --figure-at, found 1 and 2"),
     ("run empty --out run.txt", r"--out: expected a file that ends in .*, .csv, .*; found 'run.txt'"),
     ("run empty --set distance=0 --out run.csv", r"run: expected at least one step to write, found a robot "),
     ("run drones_crossing --out run.ndjson", r"--out: expected \.h5 or \.csv for a run in space, found 'run\.ndjson'"),

@@ -53,9 +53,9 @@ def test_metrics_of_what_happened_in_between_are_refused(end: RunSummary) -> Non
     """All but two; none takes an end for a run in which nothing happened."""
     assert np.isfinite(end.arrived).all()
     for name in set(metrics.METRICS) - {"arrived", "time"}:
-        with pytest.raises(InvalidInput, match=r"^\w+: expected a run that was recorded, found one with record=False$"):
+        with pytest.raises(InvalidInput, match=r"^\w+: expected a recorded run, found one with record=False$"):
             metrics.METRICS[name](end)
-    with pytest.raises(InvalidInput, match="expected a run that was recorded"):
+    with pytest.raises(InvalidInput, match="expected a recorded run"):
         metrics.summary(end)
 
 
@@ -63,7 +63,7 @@ def test_an_end_has_what_it_says(end: RunSummary) -> None:
     """Everything else that recordings have is refused, what nobody has is an AttributeError, copies are possible."""
     both = {field.name for field in fields(Recording)} & {field.name for field in fields(RunSummary)}
     for name in {field.name for field in fields(Recording)} - both | {"save", "digest", "dimension"}:
-        with pytest.raises(InvalidInput, match=f"^{name}: expected a run that was recorded"):
+        with pytest.raises(InvalidInput, match=f"^{name}: expected a recorded run"):
             getattr(end, name)
     assert not hasattr(end, "nothing")
     assert np.array_equal(pickle.loads(pickle.dumps(end)).position, end.position)

@@ -259,7 +259,7 @@ def test_rows_may_come_in_any_order(name: str, seed: int, tmp_path: Path) -> Non
 def test_identical_rows_are_dropped_and_counted(name: str, tmp_path: Path) -> None:
     tracks = read(tmp_path, name, [*WALK[:4], WALK[2], WALK[2], *WALK[4:], WALK[-1]])
     check(tracks, WALK, name)
-    assert "3 duplicate rows of agents 3, 7 dropped: identical time and place" in tracks.notes
+    assert "3 duplicate rows of agents 3, 7 dropped: identical time and position" in tracks.notes
 
 
 @ALL
@@ -271,7 +271,7 @@ def test_two_places_at_one_time_are_refused(name: str, tmp_path: Path) -> None:
     by_place = {places[-2]: (12, 3), places[-1]: (3, 21)}
     for place, (agent, k) in by_place.items():
         (line,) = (line for line in found if line.startswith(f"{place}: "))
-        assert f": expected one place of agent {agent} at {k * tick:g} s, found (" in line
+        assert f": expected one position of agent {agent} at {k * tick:g} s, found (" in line
 
 
 @ALL
@@ -400,9 +400,7 @@ def test_damaged_files_are_read_or_refused(name: str, tmp_path: Path) -> None:
 
 def test_a_file_of_no_format_names_them_all(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("when,who,where\n1,2,3\n")
-    with pytest.raises(
-        InvalidFile, match=r"expected a file of a format that is known.*found 'when,who,where'"
-    ) as caught:
+    with pytest.raises(InvalidFile, match=r"expected a file of a known format.*found 'when,who,where'") as caught:
         read_recording(tmp_path / "a.csv")
     assert all(f"{name}: {row.mark}" in str(caught.value) for name, row in FORMATS.items())
 
@@ -631,12 +629,12 @@ def test_units_and_rates_of_pedpy(tmp_path: Path) -> None:
     np.testing.assert_allclose(place("# in m", frame_rate=8), [250, 5, 1.0])
     np.testing.assert_allclose(place("# framerate: 8", unit="cm"), [2.5, 0.05, 1.0])
     np.testing.assert_allclose(place("# framerate: 8"), [250, 5, 1.0])
-    assert read_recording(tmp_path / "a.txt").notes == ("the unit of the positions is not said: m is taken",)
+    assert read_recording(tmp_path / "a.txt").notes == ("unit of the positions not stated: m assumed",)
     for head, settings_given, message in (
-        ("#", {}, "expected a frame rate above 0, said or given, found none"),
-        ("# framerate: 0", {}, "expected a frame rate above 0, said or given, found 0 Hz"),
+        ("#", {}, "expected a frame rate above 0, in the file or given, found none"),
+        ("# framerate: 0", {}, "expected a frame rate above 0, in the file or given, found 0 Hz"),
         ("# framerate: 25", {"frame_rate": 16}, "expected the frame rate of 16 Hz, found 25 Hz"),
-        ("# framerate: 25\n# x/m", {"unit": "cm"}, "expected the unit that was given, cm, found m"),
+        ("# framerate: 25\n# x/m", {"unit": "cm"}, "expected the given unit cm, found m"),
     ):
         with pytest.raises(InvalidFile, match=message):
             place(head, **settings_given)
@@ -675,7 +673,7 @@ def test_highd_gives_the_corner_of_the_box(tmp_path: Path) -> None:
         read_recording(path)
     text(tmp_path, "01_recordingMeta.csv", "id,frameRate\n1,30\n")
     np.testing.assert_allclose(read_recording(path).agents["4"].trajectory.times, [1 / 30, 2 / 30])
-    with pytest.raises(InvalidFile, match=r"expected one frameRate of 25 Hz, which was given, found 30"):
+    with pytest.raises(InvalidFile, match=r"expected one frameRate of 25 Hz, as given, found 30"):
         read_recording(path, frame_rate=25)
 
 
@@ -742,7 +740,7 @@ def test_commonroad_2018b(tmp_path: Path) -> None:
     assert tracks.notes == (
         "1 obstacle left out: not dynamic",
         "1 obstacle without a trajectory left out: id 7",
-        "shape of obstacles 3, 5 not known: neither one rectangle nor one circle",
+        "shape of obstacles 3, 5 unknown: neither one rectangle nor one circle",
     )
 
 
@@ -752,7 +750,7 @@ def test_commonroad_wants_exact_values(tmp_path: Path) -> None:
         read_recording(scenario(tmp_path, ("dynamic", BOX, MOVED), ("dynamic", BOX, vague)))
     (line,) = caught.value.mistakes
     assert line.endswith(
-        "a.xml:8: expected an exact time and a point of obstacle 2, found position by circle, time by exact"
+        "a.xml:8: expected an exact time and position of obstacle 2, found position by circle, time by exact"
     )
 
 
@@ -820,9 +818,9 @@ def test_ships_by_default(tmp_path: Path) -> None:
     np.testing.assert_array_equal(agent.trajectory.times, [0, 60.5, 120])
     np.testing.assert_allclose(agent.trajectory.positions[:, 1], [-111, 0, 111], atol=0.5)
     assert tracks.notes == (
-        "2 rows without a place left out",
-        "origin at the mean place: latitude 37.801, longitude -122.4",
-        "times count from the first: 2022-01-03T00:00:00+00:00",
+        "2 rows without a position left out",
+        "origin at the mean position: latitude 37.801, longitude -122.4",
+        "time 0 at the first time: 2022-01-03T00:00:00+00:00",
         "1 track with a single row left out: id 9",
     )
 
@@ -876,7 +874,7 @@ def test_settings_of_ships(tmp_path: Path) -> None:
 def test_the_mean_place_across_the_antimeridian(tmp_path: Path) -> None:
     content = "time,mmsi,lat,lon\n0,1,10,179.99\n60,1,10,-179.99\n"
     tracks = read_recording(text(tmp_path, "a.csv", content))
-    assert tracks.notes[0] == "origin at the mean place: latitude 10.0, longitude 180.0"
+    assert tracks.notes[0] == "origin at the mean position: latitude 10.0, longitude 180.0"
     assert np.ptp(tracks.agents["1"].trajectory.positions[:, 0]) == pytest.approx(0.02 * 109_639, rel=1e-4)
 
 
@@ -887,7 +885,7 @@ def test_aircraft_in_space_and_in_the_plane(tmp_path: Path) -> None:
     path = text(tmp_path, "a.csv", head + "\n".join([*rows, "1480760795,4e1234,50.003,8,NULL"]))
     tracks = read_recording(path, origin=(50, 8))
     assert list(tracks.agents) == ["4e1234"]
-    assert tracks.notes == ("1 row without a place left out", "times count from the first: 1480760792.0")
+    assert tracks.notes == ("1 row without a position left out", "time 0 at the first time: 1480760792.0")
     track = tracks.agents["4e1234"].trajectory
     np.testing.assert_array_equal(track.times, [0, 1, 2])
     np.testing.assert_allclose(track.positions[:, 2], [1000, 1001, 1002], atol=0.01)

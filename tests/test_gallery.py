@@ -144,7 +144,7 @@ def test_a_circle_is_filled_to_the_last_place():
     settings = {"radius": 1.0, "robot_radius": 0.2, "robots": 10.0}
     starts, _ = starts_and_goals(gallery.build("circle_random", settings, seed=4))
     assert apart(starts) >= 0.6 - 1e-9
-    with pytest.raises(slalom.InvalidInput, match=r"robots: expected at most 10, the circle's room; found 11"):
+    with pytest.raises(slalom.InvalidInput, match=r"robots: expected at most 10, which fill the circle; found 11"):
         gallery.build("circle_random", settings | {"robots": 11.0})
 
 

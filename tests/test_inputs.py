@@ -296,9 +296,9 @@ RECORDINGS = [
     ),
     ("eth_ucy", r"a\.txt:1: expected 4 or 8 cells .*, found 3", "a.txt", "0 1 2\n", {"format": "eth_ucy"}),
     ("eth_ucy", r"a\.txt: expected frames 10 or 6 apart.* found 3 apart", "a.txt", "0 1 0 0\n3 1 1 0\n", {}),
-    ("pedpy_text", r"expected the unit that was given, cm, found m", "a.txt", "# x/m\n1 0 0 0\n", {"unit": "cm"}),
+    ("pedpy_text", r"expected the given unit cm, found m", "a.txt", "# x/m\n1 0 0 0\n", {"unit": "cm"}),
     ("pedpy_text", r"a\.txt:2: expected 4 or more cells .*, found 3", "a.txt", "# \n1 0 0\n", {}),
-    ("_rate", r"a\.txt: expected a frame rate above 0, said or given, found none", "a.txt", "#\n1 0 0 0\n", {}),
+    ("_rate", r"a\.txt: expected a frame rate above 0, in the file or given, found none", "a.txt", "#\n1 0 0 0\n", {}),
     ("jupedsim", r"a\.sqlite: expected a JuPedSim database, found ", "a.sqlite", "SQLite format 3", {}),
     (
         "_frame_rate",
@@ -323,9 +323,9 @@ RECORDINGS = [
         {},
     ),
     ("_parsed", r"a\.xml:1: expected XML, found ", "a.xml", SCENARIO.format(0.1), {}),
-    ("adsb", r"a\.csv: expected rows with a place, found none", "a.csv", "time,mmsi,lat,lon\n0,1,,\n", {}),
+    ("adsb", r"a\.csv: expected rows with a position, found none", "a.csv", "time,mmsi,lat,lon\n0,1,,\n", {}),
     ("_columns", r"a\.csv:1: expected columns of time, or their", "a.csv", "mmsi,lat,lon\n1,0,0\n", {}),
-    ("format_of", r"a\.csv: expected a file of a format that is known.*found 'time'", "a.csv", "time\n0\n", {}),
+    ("format_of", r"a\.csv: expected a file of a known format.*found 'time'", "a.csv", "time\n0\n", {}),
 ]
 
 
@@ -496,7 +496,7 @@ CASES = [
     Case(
         "RunSummary.__getattr__",
         InvalidInput,
-        r"positions: expected a run that was recorded, found one with record=False",
+        r"positions: expected a recorded run, found one with record=False",
         lambda _: path_length(simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False)),
     ),
     # Looking ahead, forecasts, foresight.
@@ -1429,25 +1429,25 @@ CASES = [
         ),
     ),
     Case(
-        "_written",
+        "_agents_of",
         InvalidInput,
         r"tracks: expected at least one agent, found none",
         lambda folder: write_recording(folder / "a.csv", Tracks({}), "csv"),
     ),
     Case(
-        "_in_frames",
+        "_frames_of",
         InvalidInput,
         r"agent 1: expected positions in the plane, found dimension 3",
         write_tracks("trajnet", places=np.eye(2, 3), frame_rate=10),
     ),
     Case(
-        "_in_frames",
+        "_frames_of",
         InvalidInput,
         r"agent 7\.1: expected a whole number as id, found '7\.1'",
         write_tracks("trajnet", "7.1", frame_rate=10),
     ),
     Case(
-        "_in_frames",
+        "_frames_of",
         InvalidInput,
         r"agent 1: expected different multiples of 1 / 4 s, found 0\.1 s",
         write_tracks("jupedsim", frame_rate=4),
@@ -1499,25 +1499,25 @@ CASES = [
     Case(
         "random_positions",
         InvalidInput,
-        r"robots: expected room for 90, 1\.2 m apart, in 5 m x 5 m; found it for \d+",
+        r"robots: expected space for 90, 1\.2 m apart, in 5 m x 5 m; found space for \d+",
         lambda _: build("random_goals", {"robots": 90, "side": 5}),
     ),
     Case(
         "random_positions",
         InvalidInput,
-        r"robots of a group: expected room for 10, 0\.8 m apart, in 6\.66667 m x 0 m; found it for 0",
+        r"robots of a group: expected space for 10, 0\.8 m apart, in 6\.66667 m x 0 m; found space for 0",
         lambda _: build("corridor_swap", {"width": 0.5}),
     ),
     Case(
         "random_angles",
         InvalidInput,
-        r"robots: expected at most 39, the circle's room; found 60",
+        r"robots: expected at most 39, which fill the circle; found 60",
         lambda _: build("circle_random", {"robots": 60}),
     ),
     Case(
         "refuse_overlap",
         InvalidInput,
-        r"robots: expected starts that do not overlap, found robots 0 and 1 0\.08\d+ m deep in each other",
+        r"robots: expected starts that do not overlap, found robots 0 and 1 overlapping by 0\.08\d+ m",
         lambda _: build("ring", {"robots": 172, "noise": 0}),
     ),
     Case(
@@ -1529,13 +1529,13 @@ CASES = [
     Case(
         "doorway",
         InvalidInput,
-        r"door: expected 0\.8 m, for robots to pass, up to the room's 8 m; found 0\.5 m",
+        r"door: expected 0\.8 m to 8 m; found 0\.5 m",
         lambda _: build("doorway", {"door": 0.5}),
     ),
     Case(
         "merging",
         InvalidInput,
-        r"gap: expected at most \d+\.\d+ m, the widest, found 90 m",
+        r"gap: expected at most \d+\.\d+ m, the widest gap, found 90 m",
         lambda _: build("merging", {"gap": 90}),
     ),
     Case(
@@ -1547,7 +1547,7 @@ CASES = [
     Case(
         "people",
         InvalidInput,
-        r"people: expected room for 60 on the circle, found it for \d+",
+        r"people: expected space for 60 on the circle, found space for \d+",
         lambda _: build("crowdnav", {"people": 60}),
     ),
     Case(
@@ -1608,13 +1608,13 @@ CASES = [
     Case(
         "vector_of",
         InvalidInput,
-        r"--start: expected two or three numbers with commas between, found '1'",
+        r"--start: expected two or three numbers separated by commas, found '1'",
         on_recording(*CROSS[:2], "--start", "1", "--goal", "9,9"),
     ),
     Case(
         "_columns",
         InvalidInput,
-        r"--columns: expected WHAT=COLUMN, found 'time'",
+        r"--columns: expected FIELD=COLUMN, found 'time'",
         on_recording(*CROSS, "--format", "ais", "--columns", "time"),
     ),
     Case(
@@ -1624,25 +1624,25 @@ CASES = [
         command("run", "empty", "--method", "nao@present", "--foresight", "observed"),
     ),
     Case(
-        "_one_of",
+        "_figure_time",
         InvalidInput,
-        r"--at: expected it once, as --figure-at or as --at, found 1 and 2",
+        r"--at: expected either --at or --figure-at, found 1 and 2",
         command("run", "empty", "--at", "1", "--figure-at", "2"),
     ),
     Case(
-        "_changed",
+        "_with_settings",
         InvalidInput,
         r"--set duration: expected --duration with a recording, found 3",
         on_recording(*CROSS, "--set", "duration=3"),
     ),
     Case(
-        "_format",
+        "_output_format",
         InvalidInput,
         r"--out: expected a file that ends in \.h5, \.hdf5, \.csv, \.ndjson, \.sqlite; found 'a\.txt'",
         command("run", "empty", "--out", "a.txt"),
     ),
     Case(
-        "_format",
+        "_output_format",
         InvalidInput,
         r"--out: expected \.h5 or \.csv for a run in space, found 'a\.sqlite'",
         command("run", "drones_crossing", "--out", "a.sqlite"),
@@ -1656,13 +1656,13 @@ CASES = [
     Case(
         "convert",
         InvalidInput,
-        r"a\.csv: expected another file than the one that is read, found the same",
+        r"a\.csv: expected a file other than the source, found the same",
         on_recording("convert", "{}/a.csv", "{}/a.csv"),
     ),
     Case(
         "convert",
         InvalidInput,
-        r"--out-frame-rate: expected only with a format that counts frames, found it with csv",
+        r"--out-frame-rate: expected only with a format with frame numbers, found it with csv",
         on_recording("convert", "{}/a.csv", "{}/b.csv", "--out-frame-rate", "10"),
     ),
     # Command line and figures.
@@ -1738,13 +1738,13 @@ CASES = [
     Case(
         "paths",
         InvalidInput,
-        r"times: expected two or more that increase.*found shapes \(2,\) and \(3, 2\)",
+        r"times: expected two or more in increasing order.*found shapes \(2,\) and \(3, 2\)",
         lambda _: paths_of([0, 1], np.zeros((3, 2))),
     ),
     Case(
         "paths",
         InvalidInput,
-        r"times: expected two or more that increase",
+        r"times: expected two or more in increasing order",
         lambda _: paths_of([1, 0], np.zeros((2, 2))),
     ),
     Case(

@@ -16,9 +16,9 @@ from test_formats import SAMPLES, WALK
 from slalom import FORESIGHTS, METHODS, Ball, Circular, Disc, Limits, Obstacle, Rectangle, State, Stationary, method
 from slalom.cli import call
 from slalom.cli.recorded import Crossing, Reading
-from slalom.cli.running import OF_RECORDINGS
+from slalom.cli.running import RECORDING_METHOD
 from slalom.goal import Goal
-from slalom.io.formats import FORMATS, WRITTEN, read_recording, write_recording
+from slalom.io.formats import FORMAT_OF_SUFFIX, FORMATS, read_recording, write_recording
 from slalom.io.recorded import Agent, Tracks
 from slalom.io.tracks import sample_data
 from slalom.sim import Recording, Robot, Scenario, load, simulate
@@ -136,8 +136,8 @@ def test_what_is_not_said_is_as_the_help_tells(say: Say) -> None:
     kinds = text[text.index("--agent-radius") :]
     assert all(re.search(rf"\b{radius:g} [a-z, ]*?{re.escape(kind)[:-1]}", kinds) for kind, radius in RADII.items())
     assert all(name in text for name in FORESIGHTS)
-    assert OF_RECORDINGS in text
-    run = simulate(crossing(read_recorded("people.csv"), (-4, 0), (8, 0), at=1.0), METHODS[OF_RECORDINGS])
+    assert RECORDING_METHOD in text
+    run = simulate(crossing(read_recorded("people.csv"), (-4, 0), (8, 0), at=1.0), METHODS[RECORDING_METHOD])
     said = say("run", "people.csv", *WAY, "--at", 1, "--out", "run.h5")
     assert said.code == 0
     assert Recording.load("run.h5").digest() == run.digest()
@@ -227,8 +227,8 @@ def test_options_of_recordings_are_refused_elsewhere(name: str, scenario: str, s
     [
         ("", "--start: expected X,Y[,Z] [m] for a robot in people.csv, found none"),
         ("--start 0,0", "--goal: expected X,Y[,Z] [m] for a robot in people.csv, found none"),
-        ("--start 0,0 --goal 9", "--goal: expected two or three numbers with commas between, found '9'"),
-        ("--start 0,here --goal 9,9", "--start: expected two or three numbers with commas between, found '0,here'"),
+        ("--start 0,0 --goal 9", "--goal: expected two or three numbers separated by commas, found '9'"),
+        ("--start 0,here --goal 9,9", "--start: expected two or three numbers separated by commas, found '0,here'"),
         ("--start 0,0,0 --goal 9,9", "start: expected 2 numbers, found [0, 0, 0] of shape (3,)"),
         ("--start 0,0 --goal 9,nan", "goal: expected finite numbers, found [9, nan]"),
         ("--start 0,0 --goal 9,9 --start-velocity 1,1,1", "start velocity: expected 2 numbers, found [1, 1, 1] "),
@@ -244,7 +244,7 @@ def test_options_of_recordings_are_refused_elsewhere(name: str, scenario: str, s
         ("--start 0,0 --goal 9,9 --without 7", "without: expected ids of people.csv, agents 4, 5, 9; found '7'"),
         ("--start 0,0 --goal 9,9 --format gpx", "format: expected one of csv, eth_ucy, "),
         ("--start 0,0 --goal 9,9 --frame-rate 10", "csv: expected settings none, found frame_rate"),
-        ("--start 0,0 --goal 9,9 --columns id", "--columns: expected WHAT=COLUMN, found 'id'"),
+        ("--start 0,0 --goal 9,9 --columns id", "--columns: expected FIELD=COLUMN, found 'id'"),
         ("--start 0,0 --goal 9,9 --set start=3", "--set start: expected --at with a recording, found 3"),
         ("--start 0,0 --goal 9,9 --set speed=3", "setting: expected one of start, "),
         ("--start 0,0 --goal 9,9 --jump-speed 0.5", "people.csv:3: expected agent 4 no faster than 0.5 m/s, found 1.0"),
@@ -281,7 +281,7 @@ def test_repairs_are_said_on_stderr(say: Say) -> None:
     """Also of a scenario file that names the recording, by every command, and results stay on stdout."""
     Path("people.csv").write_text(PEOPLE + "0.0,4,0.0,3.0\n5.0,77,0,0\n")
     notes = [
-        "people.csv: 1 duplicate row of agent 4 dropped: identical time and place",
+        "people.csv: 1 duplicate row of agent 4 dropped: identical time and position",
         "people.csv: 1 row of agent 4 out of order: sorted by time",
         "people.csv: 1 track with a single row left out: id 77",
     ]
@@ -331,7 +331,7 @@ def test_a_sweep_depends_on_every_file_that_is_read(say: Say, tmp_path: Path) ->
 # Recordings out.
 
 
-@pytest.mark.parametrize("suffix", WRITTEN)
+@pytest.mark.parametrize("suffix", FORMAT_OF_SUFFIX)
 def test_a_run_is_written_as_a_recording(suffix: str, say: Say) -> None:
     """Where the robot and those who were there are at the steps, to the bit; ids are kept."""
     tokens = ("run", "people.csv", *WAY, "--at", 1.7, "--without", "5")
@@ -339,7 +339,7 @@ def test_a_run_is_written_as_a_recording(suffix: str, say: Say) -> None:
     said = say(*tokens, "--out", f"run{suffix}")
     assert f"run{suffix}: ids: robot is 10" in said.err
     run, read = Recording.load("run.h5"), read_recording(f"run{suffix}")
-    assert read.format == WRITTEN[suffix]
+    assert read.format == FORMAT_OF_SUFFIX[suffix]
     assert not read.notes
     first = 0.0 if "frame_rate" in signature(FORMATS[read.format].writer).parameters else 1.7
     np.testing.assert_allclose(read.agents["10"].trajectory.times, run.times - 1.7 + first, rtol=0, atol=1e-9)
@@ -405,7 +405,7 @@ def test_robots_that_have_left_are_not_written(say: Say) -> None:
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@pytest.mark.parametrize("suffix", WRITTEN)
+@pytest.mark.parametrize("suffix", FORMAT_OF_SUFFIX)
 def test_conversion(name: str, suffix: str, say: Say, tmp_path: Path) -> None:
     """Every format to every one that is written: places to the bit, times as near as frames are."""
     sample = SAMPLES[name]
@@ -418,14 +418,14 @@ def test_conversion(name: str, suffix: str, say: Say, tmp_path: Path) -> None:
         return
     assert said.code == 0
     sized = any(agent.radius or agent.length or agent.kind for agent in source.agents.values())
-    lost = ["sizes and kinds left out: files of frames have no place for them"] if sized and suffix != ".csv" else []
+    lost = ["sizes and kinds left out: files of frames cannot hold them"] if sized and suffix != ".csv" else []
     notes = [*source.notes, *lost]
     assert said.err.splitlines() == [f"{sample.name}: {note}" for note in notes]
     assert said.json == {
         "source": sample.name,
         "target": f"out{suffix}",
         "from": name,
-        "to": WRITTEN[suffix],
+        "to": FORMAT_OF_SUFFIX[suffix],
         "agents": 3,
         "frame_rate": None if suffix == ".csv" else 1.0 / sample.tick,
         "notes": notes,
@@ -450,9 +450,9 @@ def test_conversion_of_some_agents(say: Say, tmp_path: Path) -> None:
         (["a.csv", "d.xml"], "expected a file that ends in .csv, .ndjson, .sqlite; found 'd.xml'"),
         (["none.csv", "d.csv"], "none.csv: expected a file that can be read"),
         (["a.csv", "none/d.csv"], "none/d.csv: expected a file in a folder that exists"),
-        (["a.csv", "d.csv", "--out-frame-rate", 5], "--out-frame-rate: expected only with a format that counts frames"),
+        (["a.csv", "d.csv", "--out-frame-rate", 5], "--out-frame-rate: expected only with a format with frame numbers"),
         (["a.csv", "d.ndjson", "--out-frame-rate", 3], "agent 7: expected different multiples of 1 / 3 s, found 0.1 s"),
-        (["a.csv", tmp_path / "a.csv"], f"{tmp_path / 'a.csv'}: expected another file than the one that is read"),
+        (["a.csv", tmp_path / "a.csv"], f"{tmp_path / 'a.csv'}: expected a file other than the source"),
         (["a.csv", "d.csv", "--agents", "8"], "agents: expected ids of a.csv, agents 7, 9, Z; found '8'"),
     ):
         said = say("convert", *tokens)

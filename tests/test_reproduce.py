@@ -19,17 +19,17 @@ from slalom.paper import (
     claims_road,
     claims_shape,
     controller,
+    findings_oscillation,
     obstacles,
     oscillation,
     road,
     roundabout,
     sweep,
-    told_oscillation,
     work,
 )
-from slalom.paper.controller import RING, Rules, decide, hits, latest_collision, run
+from slalom.paper.car_lanes import CarLanes
+from slalom.paper.controller import RIM_RADIUS, Rules, decide, hits, latest_collision, run
 from slalom.paper.entries import ENTRIES
-from slalom.paper.fleet import CarLanes
 from slalom.paper.page import page
 from slalom.paper.titles import TITLES
 from slalom.selection import select
@@ -38,8 +38,8 @@ from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.tolerances import COLLISION, METRIC
 
 DOCS = Path(__file__).parents[1] / "docs"
-START = State((-RING, 0.0), (5.0, 0.0))
-GOAL = np.array([RING, 0.0])
+START = State((-RIM_RADIUS, 0.0), (5.0, 0.0))
+GOAL = np.array([RIM_RADIUS, 0.0])
 LONE = Obstacle(Disc(1.0), Circular((0.0, 0.0), 12.0, 1e-9, phase=np.pi))
 """A car that stands on the robot's straight way, for all that matters."""
 
@@ -105,7 +105,7 @@ def test_a_folder_that_is_a_file_is_refused(capsys: pytest.CaptureFixture, tmp_p
 def test_the_page_links_to_the_folder_of_the_files(tmp_path: Path) -> None:
     at, out = tmp_path / "docs" / "paper.md", tmp_path / "docs" / "images" / "paper"
     at.parent.mkdir()
-    work.make(["cone", "temporal_element"], out, work.Effort(1, 1, True), at=at, progress=nothing)
+    work.make(["cone", "temporal_element"], out, work.Effort(1, 1, True), page_path=at, progress=nothing)
     for target in re.findall(r"\]\(([^)#]+)\)", at.read_text()):
         assert (at.parent / target).exists(), target
 
@@ -132,12 +132,15 @@ def test_the_committed_page_is_that_of_the_committed_numbers() -> None:
 
 def test_velocities_in_the_figures_are_inside_and_outside() -> None:
     v = obstacles.ROBOT_VELOCITY
-    kept = AtConstantVelocity()(obstacles.ROUND, 0.0)
-    assert obstacles.obstacle_of(obstacles.STRAIGHT, Velocity()).contains(v)
+    kept = AtConstantVelocity()(obstacles.CIRCLE, 0.0)
+    assert obstacles.obstacle_of(obstacles.LINE, Velocity()).contains(v)
     assert obstacles.obstacle_of(kept, Velocity()).contains(v)
-    assert not obstacles.obstacle_of(obstacles.ROUND, Velocity()).contains(v)
+    assert not obstacles.obstacle_of(obstacles.CIRCLE, Velocity()).contains(v)
     state = build("curved_road").robot.state
-    flagged = [road.seen(build("curved_road"), method).times_to_collision(state.velocity) for method in ("vo", "nlvo")]
+    flagged = [
+        road.control_obstacle_of(build("curved_road"), method).times_to_collision(state.velocity)
+        for method in ("vo", "nlvo")
+    ]
     assert np.isfinite(flagged[0]).tolist() == [True, False, False]
     assert not np.isfinite(flagged[1]).any()
 
@@ -152,14 +155,14 @@ def test_the_robot_that_follows_its_lane_is_in_the_ao_only() -> None:
 
 
 def test_the_drawn_crossing_is_free_and_the_drawn_exit_hits_nobody() -> None:
-    scenario = build("roundabout_crossing", seed=roundabout.CROSSED)
+    scenario = build("roundabout_crossing", seed=roundabout.CROSSING_SEED)
     chosen = roundabout.one_acceleration(scenario)
-    assert claims_crossing.clearances(scenario.obstacles, chosen[None])[0] >= roundabout.CLEAR
+    assert claims_crossing.clearances(scenario.obstacles, chosen[None])[0] >= roundabout.DRAWN_CLEARANCE
     assert claims_crossing.crossing(chosen[None]).all()
-    goal = np.array([0.0, RING])
+    goal = np.array([0.0, RIM_RADIUS])
     rules = Rules("nao", roundabout.REPLAN, keep=False, horizon=roundabout.HORIZON)
-    done = run(rules, build("roundabout_exit", seed=roundabout.LEFT).obstacles, START, goal)
-    assert done.out
+    done = run(rules, build("roundabout_exit", seed=roundabout.EXIT_SEED).obstacles, START, goal)
+    assert done.has_left
     assert hits(done.recording)[0] == 0
     assert np.linalg.norm(done.recording.positions[-1, 0] - goal) < 3.0
 
@@ -195,8 +198,8 @@ def test_alone_the_robot_drives_straight_to_the_other_side() -> None:
     record = done.recording
     assert set(done.statuses) == {"CLEAR"}
     assert np.all(record.positions[:, 0, 1] == 0.0)
-    assert record.positions[-1, 0, 0] > RING
-    assert record.velocities[-1, 0, 0] == pytest.approx(controller.CRUISE, rel=0.02)
+    assert record.positions[-1, 0, 0] > RIM_RADIUS
+    assert record.velocities[-1, 0, 0] == pytest.approx(controller.CRUISE_SPEED, rel=0.02)
     assert hits(record) == (0, np.inf)
 
 
@@ -298,7 +301,7 @@ def test_crossings_past_a_standing_car() -> None:
     """Straight on hits it; a bend clears it by what geometry says."""
     found = claims_crossing.clearances([LONE], np.array([[0.0, 0.0], [0.0, 4.0]]))
     t = np.linspace(0, 12, 200001)
-    away = np.column_stack([-RING + 5.0 * t, 2.0 * t * t]) - (-12.0, 0.0)
+    away = np.column_stack([-RIM_RADIUS + 5.0 * t, 2.0 * t * t]) - (-12.0, 0.0)
     assert found[0] == pytest.approx(-2.0, abs=1e-5)
     assert found[1] == pytest.approx(np.linalg.norm(away, axis=1).min() - 2.0, abs=1e-5)
 
@@ -401,7 +404,7 @@ def test_the_verdict_follows_the_numbers(swaps: dict) -> None:
         rows = [row | {"side_flips": flips[row["selection"]]} for row in swaps["rows"]]
         if of_many:
             rows += [row | {"robots": swaps["many"], "side_flips": of_many[row["selection"]]} for row in swaps["rows"]]
-        return " ".join(" ".join(told_oscillation.oscillation(swaps | {"rows": rows})).split())
+        return " ".join(" ".join(findings_oscillation.oscillation(swaps | {"rows": rows})).split())
 
     assert "The claim holds" in verdict({"greedy": 8.0, "both": 0.5})
     assert "leaves 6 % of the side flips" in verdict({"greedy": 8.0, "both": 0.5})

@@ -597,7 +597,7 @@ def test_gaps_and_repairs_are_noted(tmp_path: Path) -> None:
     found = read_scenario(write(tmp_path, ROBOT + "recording: {file: tracks.csv, radius: 1, gap: 5}\n"))
     assert [o.name for o in found.obstacles] == ["agent 1", "agent 1.1", "agent 2", "agent 3", "agent 40"]
     assert found.notes == (
-        "tracks.csv: 1 duplicate row of agent 1 dropped: identical time and place",
+        "tracks.csv: 1 duplicate row of agent 1 dropped: identical time and position",
         "tracks.csv: agent 1 split at a gap of 20 s (t = 30 s) into 1 and 1.1",
         "tracks.csv: radius of agent 3 as in the file, not the 1 m given",
     )

@@ -1,6 +1,6 @@
-"""The command line: run, list, decide, compare, convert, reproduce. Results on stdout, everything else on stderr.
+"""Command line: run, list, decide, compare, convert, reproduce. Results on stdout, everything else on stderr.
 
-Each module holds one or two commands. Heavy imports happen inside them, so that `slalom --help` answers at once.
+Each module holds one or two commands. Heavy imports are inside the commands, so that `slalom --help` starts fast.
 """
 
 import os
@@ -11,7 +11,7 @@ from cyclopts import App, CycloptsError
 
 from slalom import __version__, kernels
 from slalom.cli.comparing import compare
-from slalom.cli.console import BAD_INPUT, DONE, FAILED, complain
+from slalom.cli.console import BAD_INPUT, DONE, FAILED, print_message
 from slalom.cli.converting import convert
 from slalom.cli.listing import list_
 from slalom.cli.reproducing import reproduce
@@ -37,23 +37,23 @@ app.command(reproduce, help_format="markdown")
 
 
 def main(tokens: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0 done, 1 the run failed to do what was asked, 2 bad input."""
+    """Run the command line and exit: 0 success, 1 failure of the run, 2 invalid input."""
     sys.exit(call(tokens))
 
 
 def call(tokens: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code."""
-    kernels.when_compiling[:] = [lambda kept: complain(kernels.compiling(kept))] if sys.stderr.isatty() else []
+    """Run the command line; return the exit code."""
+    kernels.when_compiling[:] = [lambda kept: print_message(kernels.compiling(kept))] if sys.stderr.isatty() else []
     try:
         code = app(tokens, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        complain(f"slalom: {error}")
+        print_message(f"slalom: {error}")
         return BAD_INPUT
     except SlalomError as error:
-        complain(str(error))
+        print_message(str(error))
         return BAD_INPUT
     except BrokenPipeError:
-        # The reader of stdout (head, less) has closed it: nothing more to say, and no traceback at exit.
+        # The reader of stdout (head, less) has closed it: stop without output, and without a traceback at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     return code if isinstance(code, int) else DONE

@@ -11,9 +11,9 @@ from slalom.cli.console import (
     Flag,
     Names,
     Settings,
-    answer,
-    complain,
     parse_settings,
+    print_message,
+    print_result,
     progress,
     writable,
     writing,
@@ -39,10 +39,10 @@ def compare(
     page: Path | None = None,
     json: Flag = False,
 ) -> int:
-    """Every method on the same scenarios, seeds 0, 1, ...; the same table to the bit for any number of jobs.
+    """Compare methods on the same scenarios and seeds 0, 1, ...; the table does not depend on the number of jobs.
 
-    A method that cannot run a scenario is a row that says why. Exit code 1 if no method ran any, or if processes were
-    killed again and again, so that runs are missing.
+    The row of a method that cannot run a scenario states the reason. Exit code 1 if no run finished, or if runs are
+    missing because their processes were killed repeatedly.
 
     Parameters
     ----------
@@ -52,21 +52,22 @@ def compare(
     settings
         NAME=VALUE for parameters of the scenarios or settings of every scenario; may be repeated.
     methods
-        Names from `slalom list methods`, with commas between; by default those of the study, or vo,nlvo,avo,ao,nao.
+        Names from `slalom list methods`, separated by commas; by default those of the study, or vo,nlvo,avo,ao,nao.
     seeds
-        How many times each scenario is drawn; by default as in the study, or 100.
+        Number of seeds per scenario; by default as in the study, or 100.
     only
-        Of a study, only these scenarios.
+        Run only these scenarios of a study.
     jobs
-        How many processes; -1 for one per core.
+        Number of processes; -1 for one per core.
     backend
-        What joblib works with: loky (by default), threading, sequential, dask, ray.
+        Backend of joblib: loky (by default), threading, sequential, dask, ray.
     store
-        Folder that keeps every finished run, made if need be; the same command goes on where it was interrupted.
+        Folder that keeps every finished run, created if needed; the same command resumes an interrupted comparison.
     data
-        Folder of the test cases that a study names; by default its own. Those not there are left out, and named.
+        Folder of the test cases that a study names; by default the folder of the study. Missing files are left out
+        and listed.
     page
-        Write the table with confidence intervals, and how it was made, to this Markdown file.
+        Write the table with confidence intervals, the command and the versions to this Markdown file.
     json
         Print one JSON object.
     """
@@ -77,7 +78,7 @@ def compare(
     changed = parse_settings(settings)
     study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, only=only, data=data)
     writable(page)
-    _say_notes(study)
+    _print_notes(study)
     with progress("comparing") as advance:
         tables = compare_all(
             study.rows,
@@ -87,28 +88,28 @@ def compare(
             progress=lambda done, total: advance(done / total),
         )
     if page is not None:
-        _write(page, study, tables, _command(scenarios, settings, chosen, seeds, only, data, page))
-    alone = len(scenarios) == 1 and not is_study(scenarios[0])
+        _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, only, data, page))
+    single = len(scenarios) == 1 and not is_study(scenarios[0])
     rows = flat(tables)
-    result = tables[0] if alone else {"rows": rows, "left_out": study.missing}
-    answer(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
+    result = tables[0] if single else {"rows": rows, "left_out": study.missing}
+    print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
     killed = any(failure["killed"] for row in rows for failure in row["failures"])
     return DONE if any(row["runs"] for row in rows) and not killed else FAILED
 
 
-def _say_notes(study: "Study") -> None:
-    """What was repaired or assumed when the files of the scenarios were read, once, and what is left out."""
+def _print_notes(study: "Study") -> None:
+    """Print the notes on repairs and assumptions of all scenario files, each once, and the files left out."""
     from slalom.sim.sweep.case import is_file, load
 
-    said = [note for row in study.rows if is_file(row.scenario) for note in load(row.scenario, row.settings).notes]
-    for note in dict.fromkeys(said):
-        complain(note)
+    messages = [note for row in study.rows if is_file(row.scenario) for note in load(row.scenario, row.settings).notes]
+    for note in dict.fromkeys(messages):
+        print_message(note)
     for name in study.missing:
-        complain(f"{name}: left out, as there is no such file; --data names the folder of files of test cases")
+        print_message(f"{name}: left out, no such file; --data gives the folder of the test cases")
 
 
-def _write(page: Path, study: "Study", tables: Sequence[dict[str, Any]], command: str) -> None:
-    """The page, with the versions of what the table was made with."""
+def _write_page(page: Path, study: "Study", tables: Sequence[dict[str, Any]], command: str) -> None:
+    """Write the page, with the versions of the libraries and methods used."""
     from slalom.peers import contender
     from slalom.sim.sweep.case import versions
 
@@ -126,12 +127,12 @@ def _command(
     data: Path | None,
     page: Path,
 ) -> str:
-    """The command without what leaves the table as it is."""
+    """Return the command line without the options that do not affect the table (jobs, backend, store)."""
     tokens = ["slalom", "compare", *scenarios]
     tokens += [token for setting in settings or () for token in ("--set", setting)]
     tokens += [] if methods is None else ["--methods", ",".join(methods)]
     tokens += [] if seeds is None else ["--seeds", str(seeds)]
     tokens += ["--only", *only] if only else []
-    # Where somebody keeps them is of no concern to others.
+    # The folder differs between machines; the page must not.
     tokens += [] if data is None else ["--data", "DATA_DIR"]
     return shlex.join([*tokens, "--page", str(page)])

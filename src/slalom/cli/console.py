@@ -1,4 +1,4 @@
-"""What the commands share: exit codes, settings, files to be written, progress, printing."""
+"""Shared parts of the commands: exit codes, settings, checks of output files, progress bar, printing."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -17,7 +17,7 @@ Flag = Annotated[bool, Parameter(negative=())]
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
-    """NAME=VALUE pairs as a mapping. Raises InvalidInput for anything else."""
+    """Parse NAME=VALUE pairs into a mapping. Raises InvalidInput for any other text."""
     parsed: dict[str, float] = {}
     for setting in settings or ():
         name, equals, value = setting.partition("=")
@@ -31,21 +31,21 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
 
 
 def drawable(figure: Path | None) -> None:
-    """Refuse a figure that could not be saved before the work is done, not after."""
+    """Raise InvalidInput for a figure file that cannot be saved; called before the computation."""
     if figure is not None and figure.suffix not in (".svg", ".pdf", ".png"):
         raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
     writable(figure)
 
 
 def writable(path: Path | None) -> None:
-    """Refuse a folder that is not there before the work is done."""
+    """Raise InvalidInput if the folder of `path` does not exist; called before the computation."""
     if path is not None and not path.parent.is_dir():
         raise InvalidInput(f"{path}: expected a file in a folder that exists, found no folder {str(path.parent)!r}")
 
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """What the system says when a file cannot be written, as one message of ours."""
+    """Convert an OSError while writing `path` to InvalidFile."""
     try:
         yield
     except OSError as error:
@@ -54,8 +54,8 @@ def writing(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar on stderr when that is a terminal."""
+def progress(label: str) -> Iterator[Callable[[float], None]]:
+    """Show a progress bar on stderr if it is a terminal; yield a function of the share done."""
     if not sys.stderr.isatty():
         yield lambda share: None
         return
@@ -63,28 +63,28 @@ def progress(what: str) -> Iterator[Callable[[float], None]]:
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=1.0)
+        task = bar.add_task(label, total=1.0)
         yield lambda share: bar.update(task, completed=share)
 
 
 def vector_of(text: str, option: str) -> list[float]:
-    """The two or three numbers of x,y or x,y,z. Raises InvalidInput for anything else."""
+    """Parse x,y or x,y,z into two or three numbers. Raises InvalidInput for any other text."""
     try:
-        found = [float(part) for part in text.split(",")]
+        numbers = [float(part) for part in text.split(",")]
     except ValueError:
-        found = []
-    if len(found) not in (2, 3):
-        raise InvalidInput(f"{option}: expected two or three numbers with commas between, found {text!r}")
-    return found
+        numbers = []
+    if len(numbers) not in (2, 3):
+        raise InvalidInput(f"{option}: expected two or three numbers separated by commas, found {text!r}")
+    return numbers
 
 
-def answer(result: dict[str, Any], as_json: bool, text: Callable[[], str]) -> None:
-    """The result on stdout: one JSON object, or text."""
+def print_result(result: dict[str, Any], as_json: bool, text: Callable[[], str]) -> None:
+    """Print the result on stdout: one JSON object, or text."""
     from json import dumps
 
     print(dumps(result, allow_nan=False) if as_json else text())
 
 
-def complain(message: str) -> None:
-    """What went wrong, or what should be known, on stderr."""
+def print_message(message: str) -> None:
+    """Print an error or a note on stderr."""
     print(message, file=sys.stderr)

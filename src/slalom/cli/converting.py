@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from slalom.cli.console import DONE, Flag, answer, complain, writable
+from slalom.cli.console import DONE, Flag, print_message, print_result, writable
 from slalom.cli.recorded import Reading
 from slalom.errors import InvalidInput
 
@@ -18,42 +18,42 @@ def convert(
 ) -> int:
     """Read a recording of any format and write it as .csv, .ndjson (TrajNet++) or .sqlite (JuPedSim).
 
-    What was repaired or left out is said on stderr.
+    Notes on repaired and omitted rows are printed on stderr.
 
     Parameters
     ----------
     source
         A recording of a format from `slalom list formats`.
     target
-        The file to write; its suffix says in which format.
+        File to write; its suffix selects the format.
     out_frame_rate
-        [Hz] of a format that counts frames; by default that of the usual time between two rows of an agent.
+        Frame rate [Hz] of a format with frame numbers; by default from the median time between two rows of an agent.
     json
         Print one JSON object.
     """
     import numpy as np
 
-    from slalom.io.formats import WRITTEN, read_recording, settings_to_write, write_recording
+    from slalom.io.formats import FORMAT_OF_SUFFIX, read_recording, write_recording, writer_settings
     from slalom.sim.files.recorded_traffic import chosen
-    from slalom.sim.measure.export_tracks import numbered
+    from slalom.sim.measure.export_tracks import with_numeric_ids
 
-    if target.suffix not in WRITTEN:
-        raise InvalidInput(f"expected a file that ends in {', '.join(WRITTEN)}; found {str(target)!r}")
+    if target.suffix not in FORMAT_OF_SUFFIX:
+        raise InvalidInput(f"expected a file that ends in {', '.join(FORMAT_OF_SUFFIX)}; found {str(target)!r}")
     if source.exists() and target.exists() and target.samefile(source):
-        raise InvalidInput(f"{target}: expected another file than the one that is read, found the same")
-    name, read = WRITTEN[target.suffix], reading or Reading()
-    framed = "frame_rate" in settings_to_write(name)
+        raise InvalidInput(f"{target}: expected a file other than the source, found the same")
+    name, read = FORMAT_OF_SUFFIX[target.suffix], reading or Reading()
+    framed = "frame_rate" in writer_settings(name)
     if out_frame_rate is not None and not framed:
-        raise InvalidInput(f"--out-frame-rate: expected only with a format that counts frames, found it with {name}")
+        raise InvalidInput(f"--out-frame-rate: expected only with a format with frame numbers, found it with {name}")
     writable(target)
-    tracks = chosen(read_recording(source, **read.settings()), read.who(), source.name)
+    tracks = chosen(read_recording(source, **read.settings()), read.agent_selection(), source.name)
     steps = np.concatenate([np.diff(agent.trajectory.times) for agent in tracks.agents.values()])
     rate = out_frame_rate or round(1.0 / float(np.median(steps)), 4)
     if framed:
-        tracks = numbered(tracks)
+        tracks = with_numeric_ids(tracks)
     write_recording(target, tracks, name, **({"frame_rate": rate} if framed else {}))
     for note in tracks.notes:
-        complain(f"{source}: {note}")
+        print_message(f"{source}: {note}")
     result = {
         "source": str(source),
         "target": str(target),
@@ -63,5 +63,5 @@ def convert(
         "frame_rate": rate if framed else None,
         "notes": list(tracks.notes),
     }
-    answer(result, json, lambda: f"{source} ({tracks.format}), {len(tracks.agents)} agents -> {target} ({name})")
+    print_result(result, json, lambda: f"{source} ({tracks.format}), {len(tracks.agents)} agents -> {target} ({name})")
     return DONE

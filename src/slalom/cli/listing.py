@@ -2,19 +2,19 @@
 
 from typing import Literal
 
-from slalom.cli.console import DONE, Flag, answer
-from slalom.cli.report import FORESEEN, list_text
+from slalom.cli.console import DONE, Flag, print_result
+from slalom.cli.report import FORESIGHT_SENTENCES, list_text
 
 
 def list_(
-    what: Literal["scenarios", "methods", "foresights", "formats", "figures"] | None = None, /, *, json: Flag = False
+    kind: Literal["scenarios", "methods", "foresights", "formats", "figures"] | None = None, /, *, json: Flag = False
 ) -> int:
-    """List scenarios of the gallery, methods, what they may know, formats of recordings, and the paper's figures.
+    """List the scenarios of the gallery, methods, foresights, formats of recordings, and figures of the paper.
 
     Parameters
     ----------
-    what
-        Only these.
+    kind
+        List only entries of this kind: scenarios, methods, foresights, formats or figures.
     json
         Print one JSON object.
     """
@@ -28,16 +28,18 @@ def list_(
     methods = {
         m.name: {"sentence": m.sentence, "source": m.source, "foresight": m.foresight} for m in CONTENDERS.values()
     }
-    foresights = {name: {"sentence": FORESEEN[name], "level": foresight_of(rule)} for name, rule in FORESIGHTS.items()}
+    foresights = {
+        name: {"sentence": FORESIGHT_SENTENCES[name], "level": foresight_of(rule)} for name, rule in FORESIGHTS.items()
+    }
     formats = {f.name: {"sentence": f.sentence, "mark": f.mark, "suffix": f.suffix} for f in FORMATS.values()}
     figures = {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
-    every = (
+    tables = (
         ("scenarios", scenarios),
         ("methods", methods),
         ("foresights", foresights),
         ("formats", formats),
         ("figures", figures),
     )
-    result = {k: v for k, v in every if what in (None, k)}
-    answer(result, json, lambda: list_text(result))
+    result = {k: v for k, v in tables if kind in (None, k)}
+    print_result(result, json, lambda: list_text(result))
     return DONE

@@ -1,4 +1,4 @@
-"""Results as text for a terminal."""
+"""Results as text for a terminal, and the Markdown page of a comparison."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from slalom.sim import Recording
 
-LEVELS: Final = {
-    "recorded": "the futures of all are known, also of who will appear",
-    "present": "the futures of those who are there are known",
-    "observed": "nothing is known but what was seen until then",
-    "published": "robots know the manoeuvres that others are committed to",
+LEVEL_SENTENCES: Final = {
+    "recorded": "future motion of all obstacles known, including later ones",
+    "present": "future motion of the obstacles present now known",
+    "observed": "only past and present motion known",
+    "published": "committed manoeuvres of the other robots known",
 }
-"""What the levels of foresight are, in results."""
-FORESEEN: Final = {
-    "recorded": "The futures of all are known, also of who will appear.",
-    "present": "The futures of those who are there are known.",
-    "observed": "What was seen until now is known; accelerations are taken to last a second.",
-    "observed_velocity": "What was seen until now is known; velocities are taken to last.",
-    "observed_turn": "What was seen until now is known; speeds and rates of turning are taken to last.",
+"""Descriptions of the levels of foresight, in results."""
+FORESIGHT_SENTENCES: Final = {
+    "recorded": "The future motion of all obstacles is known, including obstacles that appear later.",
+    "present": "The future motion of the obstacles present now is known.",
+    "observed": "Only past motion is known; predictions hold the acceleration for one second.",
+    "observed_velocity": "Only past motion is known; predictions hold the velocity.",
+    "observed_turn": "Only past motion is known; predictions hold the speed and the rate of turn.",
 }
-"""What the names of `forecast.FORESIGHTS` mean, for METHOD@FORESIGHT."""
+"""Descriptions of the names of `forecast.FORESIGHTS`, for METHOD@FORESIGHT."""
 
 COLUMNS: Final = (
     "scenario",
@@ -36,50 +36,53 @@ COLUMNS: Final = (
     "efficacy",
     "least clearance m",
 )
-"""Of the table of a page."""
+"""Column headings of the table of a page."""
 
 
-def shown(value: Any) -> str:
-    """A value as a person reads it: four digits, vectors in brackets."""
+def formatted(value: Any) -> str:
+    """Format a value for reading: four digits, vectors in parentheses."""
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, list):
-        return "(" + ", ".join(shown(x) for x in value) + ")"
+        return "(" + ", ".join(formatted(x) for x in value) + ")"
     return "none" if value is None else str(value)
 
 
 def run_text(recording: "Recording", result: dict[str, Any]) -> str:
-    """How a run went."""
+    """Format the result of a run."""
     from slalom.sim.measure.metrics import METRICS
 
     arrived = "arrived" if result["arrived"] == result["robots"] else "did not arrive"
-    hits = "no collision" if not result["collisions"] else f"{result['collisions']} obstacles hit"
-    spent, statuses = result["decision_us"], ", ".join(f"{k.lower()} {v}" for k, v in result["statuses"].items())
+    collisions = "no collision" if not result["collisions"] else f"{result['collisions']} obstacles hit"
+    decision_time, statuses = (
+        result["decision_us"],
+        ", ".join(f"{k.lower()} {v}" for k, v in result["statuses"].items()),
+    )
     lines = [
-        f"{result['scenario']} with {result['method']}, seed {result['seed']}: {arrived}, {hits}",
+        f"{result['scenario']} with {result['method']}, seed {result['seed']}: {arrived}, {collisions}",
         f"  foresight          {_foresight(result)}",
         f"  time               {result['time']:.1f} s",
-        f"  least clearance    {shown(result['min_clearance'])} m",
+        f"  least clearance    {formatted(result['min_clearance'])} m",
         f"  adjustments        {result['adjustments']}",
         f"  path length        {METRICS['path_length'](recording):.1f} m",
         f"  largest speed      {METRICS['max_speed'](recording):.2f} m/s",
         f"  largest accel.     {METRICS['max_acceleration'](recording):.2f} m/s^2",
-        f"  decision time      {spent['p50'] / 1e3:.1f} ms (99 %: {spent['p99'] / 1e3:.1f} ms)",
+        f"  decision time      {decision_time['p50'] / 1e3:.1f} ms (99 %: {decision_time['p99'] / 1e3:.1f} ms)",
         f"  decisions          {statuses or 'none'}",
     ]
     return "\n".join(lines)
 
 
 def _foresight(result: dict[str, Any]) -> str:
-    level = result["foresight"] or "not said"
-    return f"{level}: {LEVELS[level]}" if level in LEVELS else level
+    level = result["foresight"] or "not stated"
+    return f"{level}: {LEVEL_SENTENCES[level]}" if level in LEVEL_SENTENCES else level
 
 
 def list_text(result: dict[str, Any]) -> str:
-    """Scenarios, methods, levels of foresight, formats, and figures and claims of the paper, one or two lines each."""
+    """Format scenarios, methods, foresights, formats, and figures and claims of the paper, one or two lines each."""
     lines = []
-    for what, entries in result.items():
-        lines.append(f"{what}:")
+    for kind, entries in result.items():
+        lines.append(f"{kind}:")
         for name, entry in entries.items():
             lines.append(f"  {name:22} {entry['sentence']}")
             if "source" in entry:
@@ -91,15 +94,15 @@ def list_text(result: dict[str, Any]) -> str:
 
 
 def files_text(result: dict[str, Any]) -> str:
-    """What was reproduced, one file a line."""
+    """Format the list of files that `slalom reproduce` has written, one per line."""
     return "\n".join([f"figures and claims: {len(result['entries'])}, seeds: {result['seeds']}", *result["files"]])
 
 
 def table_text(result: dict[str, Any]) -> str:
-    """A comparison in one scenario as a table, one method a row, and below it the runs that have no result."""
+    """Format a comparison in one scenario as a table, one row per method, followed by the runs without a result."""
     width = max(8, *(len(name) + 1 for name in result["methods"]))
     lines = [
-        f"{_scene(result)}, {result['seeds']} seeds",
+        f"{_scenario_text(result)}, {result['seeds']} seeds",
         f"{'method':{width}}{'foresight':>10}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}"
         f"{'clearance m':>14}",
     ]
@@ -113,7 +116,7 @@ def table_text(result: dict[str, Any]) -> str:
         else:
             lines.append(f"{name:{width}}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>14}")
     for name, row in result["methods"].items():
-        lines += [f"{name}: {why}" for why in _failures(row, result["seeds"])]
+        lines += [f"{name}: {reason}" for reason in _failures(row, result["seeds"])]
     return "\n".join(lines)
 
 
@@ -125,9 +128,12 @@ def page_text(
     versions: dict[str, str],
     left_out: Sequence[str] = (),
 ) -> str:
-    """Comparisons as a Markdown page: the command that made it, and one table with confidence intervals.
+    """Format comparisons as a Markdown page: the command, and one table with confidence intervals.
 
-    `left_out` are the files of test cases that were not there.
+    Args:
+        tables: results of `compare_all`. title, text: heading and introduction.
+        command: command line that made the page. versions: version by name of library or method.
+        left_out: names of the missing files of test cases.
     """
     made_with = ", ".join(f"{name} {version}" for name, version in versions.items())
     lines = [
@@ -136,20 +142,20 @@ def page_text(
         *([text, ""] if text else []),
         f"Made by `{command}` with {made_with}.",
         "",
-        "A collision is a clearance below -1 mm in continuous time. Success: all arrived and nobody collided. Last "
-        "arrival: the mean over the runs in which all arrived. Extra time: what robots that arrived took longer than "
-        "the straight way takes at top speed, at 50, 75 and 90 % of them. Efficacy: how fast robots came nearer to "
-        "their goals, as a share of top speed, mean. In brackets 95 % confidence intervals, Wilson's for shares and "
-        "Student's for means. Foresight: what is known of obstacles and, where several robots meet, of each other.",
+        "A collision is a clearance below -1 mm in continuous time. Success: all robots arrived and none collided. "
+        "Last arrival: mean over the runs in which all robots arrived. Extra time: travel time of arrived robots minus "
+        "the time of the straight path at maximum speed; quantiles 50, 75 and 90 %. Efficacy: mean rate of approach to "
+        "the goal, as a share of the maximum speed. In parentheses: 95 % confidence intervals, Wilson's for shares and "
+        "Student's for means. Foresight: knowledge of obstacles and, with several robots, of the other robots.",
         "",
-        *([_without(left_out), ""] if left_out else []),
+        *([_omission_sentence(left_out), ""] if left_out else []),
         f"| {' | '.join(COLUMNS)} |",
         "|---" * len(COLUMNS) + "|",
     ]
     for table in tables:
         for name, row in table["methods"].items():
             cells = [
-                _scene(table),
+                _scenario_text(table),
                 name,
                 row["foresight"] or "-",
                 "; ".join([str(row["runs"]), *_failures(row, table["seeds"])]),
@@ -165,14 +171,14 @@ def page_text(
     return "\n".join(lines) + "\n"
 
 
-def _without(left_out: Sequence[str]) -> str:
-    """A sentence about files of test cases that were not there."""
+def _omission_sentence(left_out: Sequence[str]) -> str:
+    """Return a sentence about the missing files of test cases."""
     files = ", ".join(f"`{name}`" for name in left_out)
-    return f"Left out, as the files of their test cases were not there when this page was made: the rows of {files}."
+    return f"Left out, because the files of test cases were missing when this page was made: the rows of {files}."
 
 
-def _scene(result: dict[str, Any]) -> str:
-    """A scenario with its settings; of a file of test cases only its name, wherever it is."""
+def _scenario_text(result: dict[str, Any]) -> str:
+    """Return a scenario with its settings; for a file of test cases its name without the folder."""
     settings = ", ".join(f"{name}={value:g}" for name, value in result["settings"].items())
     scenario = str(result["scenario"])
     return f"{Path(scenario).name if scenario.endswith('.csv') else scenario} {settings}".rstrip()
@@ -182,27 +188,27 @@ def _number(value: float | None, digits: int) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
 
-def _share(row: dict[str, Any], what: str) -> str:
-    """A count and the interval of its share."""
+def _share(row: dict[str, Any], count: str) -> str:
+    """Format a count and the confidence interval of its share."""
     if not row["runs"]:
         return "-"
-    low, high = row[f"{what}_interval"]
-    return f"{row[what]} ({100 * low:.0f}-{100 * high:.0f} %)"
+    low, high = row[f"{count}_interval"]
+    return f"{row[count]} ({100 * low:.0f}-{100 * high:.0f} %)"
 
 
 def _mean(row: dict[str, Any]) -> str:
-    """The mean time and its interval."""
-    spread = row["time_interval"]
-    return _number(row["time"], 1) + (f" ({spread[0]:.1f}-{spread[1]:.1f})" if spread else "")
+    """Format the mean time and its confidence interval."""
+    interval = row["time_interval"]
+    return _number(row["time"], 1) + (f" ({interval[0]:.1f}-{interval[1]:.1f})" if interval else "")
 
 
 def _failures(row: dict[str, Any], seeds: int) -> list[str]:
-    """Why runs have no result, and which."""
-    said = []
+    """Return one text per reason for which runs have no result, with their seeds."""
+    reasons = []
     for failure in row["failures"]:
-        which, many = failure["seeds"], len(failure["seeds"])
-        listed = ", ".join(str(seed) for seed in which[:6]) + (", ..." if many > 6 else "")
-        said.append(
-            ("none ran" if many == seeds else f"{many} did not run (seeds {listed})") + f": {failure['reason']}"
+        seeds_failed, count = failure["seeds"], len(failure["seeds"])
+        listed = ", ".join(str(seed) for seed in seeds_failed[:6]) + (", ..." if count > 6 else "")
+        reasons.append(
+            ("none ran" if count == seeds else f"{count} did not run (seeds {listed})") + f": {failure['reason']}"
         )
-    return said
+    return reasons

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from slalom.cli.console import DONE, Flag, answer, progress, writable, writing
+from slalom.cli.console import DONE, Flag, print_result, progress, writable, writing
 from slalom.cli.report import files_text
 
 
@@ -17,22 +17,22 @@ def reproduce(
     quick: Flag = False,
     json: Flag = False,
 ) -> int:
-    """Make the figures of the paper, and measure its claims; everything, or only what is named.
+    """Draw the figures of the paper and measure its claims; all of them, or only the one named.
 
     Parameters
     ----------
     name
         A figure or claim from `slalom list figures`.
     out
-        Folder for NAME.svg of each figure and NAME.json of each claim; it is made if need be.
+        Folder for NAME.svg of each figure and NAME.json of each claim; created if needed.
     page
-        File for the page with captions and tables, by default paper.md in that folder.
+        File for the page with captions and tables; by default paper.md in that folder.
     seeds
-        How many runs are in each row of the sweep.
+        Number of runs in each row of the sweep.
     jobs
-        How many processes; -1 for one per core.
+        Number of processes; -1 for one per core.
     quick
-        Coarse grids and short runs, to see that it works.
+        Use coarse grids and short runs, as a test of the command.
     json
         Print one JSON object.
     """
@@ -41,7 +41,7 @@ def reproduce(
     names, effort = work.names_of(name), work.Effort(seeds, jobs, quick)
     writable(page)
     with progress("reproducing") as advance, writing(out):
-        written = work.make(names, out, effort, at=page, progress=advance)
+        written = work.make(names, out, effort, page_path=page, progress=advance)
     result = {**effort._asdict(), "entries": names, "files": [str(path) for path in written]}
-    answer(result, json, lambda: files_text(result))
+    print_result(result, json, lambda: files_text(result))
     return DONE

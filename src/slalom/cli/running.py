@@ -9,23 +9,23 @@ from slalom.cli.console import (
     FAILED,
     Flag,
     Settings,
-    answer,
-    complain,
     drawable,
     parse_settings,
+    print_message,
+    print_result,
     progress,
     writable,
     writing,
 )
 from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
-from slalom.cli.report import run_text, shown
+from slalom.cli.report import formatted, run_text
 from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.sim import Recording, Scenario
 
-METHOD, OF_RECORDINGS = "nao", "nao_ahead"
-"""The methods if nothing else is said; that of recordings waits for gaps, which one acceleration does not."""
+DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
+"""Default methods. The default for recordings can wait for gaps, which one constant acceleration cannot."""
 
 
 def run(
@@ -44,7 +44,7 @@ def run(
     reading: Reading | None = None,
     json: Flag = False,
 ) -> int:
-    """Run a scenario, or a robot in a recording, and say how it went; exit code 1 if it collided or did not arrive.
+    """Run a scenario, or a robot in a recording, and print the result; exit code 1 on a collision or without arrival.
 
     Parameters
     ----------
@@ -54,61 +54,67 @@ def run(
         NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     method
         A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. In a recording by default nao_ahead,
-        which also waits for gaps: it looks ahead over several accelerations, where nao chooses one.
+        which can also wait for gaps: it chooses a sequence of accelerations, nao only one.
     foresight
-        What the method knows of obstacles: recorded, present, observed, observed_velocity or observed_turn (see
+        Knowledge of the method about obstacles: recorded, present, observed, observed_velocity or observed_turn (see
         `slalom list foresights`); the same as NAME@FORESIGHT. By default that of the method.
     seed
-        What random scenarios are drawn with.
+        Seed of random scenarios.
     out
-        Write the run to this file: .h5 with all that a replay needs, or only the tracks as .csv, .ndjson
-        (TrajNet++) or .sqlite (JuPedSim), whose frames count from the begin of the run.
+        Write the run to this file: .h5 with all data for a replay, or only the tracks as .csv, .ndjson (TrajNet++) or
+        .sqlite (JuPedSim), whose frames are numbered from the start of the run.
     figure
         Draw a decision of the run to this .svg, .pdf or .png file.
     figure_at
-        Time [s] after the start of the decision that is drawn; by default a tight one.
+        Time [s] after the start of the decision to draw; by default one before the closest approach.
     at
-        In a recording: when the robot starts [s], in the time of the recording; by default its first. Otherwise the
-        same as --figure-at.
+        In a recording: start time [s] of the robot, in the time of the recording; by default the first time.
+        Otherwise the same as --figure-at.
     json
         Print one JSON object.
     """
     recorded = is_recording(scenario, reading, crossing)
-    name = _method_name(method or (OF_RECORDINGS if recorded else METHOD), foresight)
-    drawn = figure_at if recorded else _one_of(at, figure_at)
+    name = _method_name(method or (RECORDING_METHOD if recorded else DEFAULT_METHOD), foresight)
+    figure_time = figure_at if recorded else _figure_time(at, figure_at)
     drawable(figure)
     writable(out)
     changed = parse_settings(settings)
     if recorded:
-        loaded = _changed(scenario_of(scenario, reading, crossing, at), changed)
+        loaded = _with_settings(scenario_of(scenario, reading, crossing, at), changed)
     else:
         from slalom.sim import load
 
         loaded = load(scenario, changed, seed=seed)
-    return _run(loaded, name, seed, out, figure, drawn, json)
+    return _run(loaded, name, seed, out, figure, figure_time, json)
 
 
 def _run(
-    loaded: "Scenario", name: str, seed: int, out: Path | None, figure: Path | None, drawn: float | None, json: bool
+    loaded: "Scenario",
+    name: str,
+    seed: int,
+    out: Path | None,
+    figure: Path | None,
+    figure_time: float | None,
+    json: bool,
 ) -> int:
-    """Run what was loaded with the method of that name, and write, draw and say how it went."""
+    """Run a scenario with the method `name`; write, draw and print the result; return the exit code."""
     from slalom.peers import contender
     from slalom.sim import simulate
     from slalom.sim.files.recorded_traffic import ends_before
     from slalom.sim.measure.metrics import summary
 
     chosen = contender(name)
-    _format(out, loaded.dimension)
-    _say(loaded.notes)
+    _output_format(out, loaded.dimension)
+    _print_notes(loaded.notes)
     with progress("running") as advance:
         recording = simulate(loaded, chosen, seed=seed, progress=advance)
     result = summary(recording)
-    _say(ends_before(loaded, float(recording.times[-1])))
+    _print_notes(ends_before(loaded, float(recording.times[-1])))
     if out is not None:
         _write(recording, out)
     if figure is not None:
-        _draw(recording, loaded, name, drawn, figure)
-    answer(result, json, lambda: run_text(recording, result))
+        _draw(recording, loaded, name, figure_time, figure)
+    print_result(result, json, lambda: run_text(recording, result))
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
 
 
@@ -116,12 +122,12 @@ def decide(
     scene: str,
     /,
     *,
-    method: str = METHOD,
+    method: str = DEFAULT_METHOD,
     foresight: str | None = None,
     json: Flag = False,
     figure: Path | None = None,
 ) -> int:
-    """One decision at the beginning of a scenario; exit code 1 if no manoeuvre is safe.
+    """Make one decision at the start of a scenario; exit code 1 if no manoeuvre is safe.
 
     Parameters
     ----------
@@ -130,7 +136,7 @@ def decide(
     method
         A name from `slalom list methods`, or NAME@FORESIGHT.
     foresight
-        What the method knows of obstacles, as in `slalom run`.
+        Knowledge of the method about obstacles, as in `slalom run`.
     json
         Print one JSON object.
     figure
@@ -145,12 +151,12 @@ def decide(
 
     chosen, loaded = method_of(_method_name(method, foresight)), load(scene)
     drawable(figure)
-    _say(loaded.notes)
+    _print_notes(loaded.notes)
     navigator, robot = loaded.navigator(chosen), loaded.robot
-    around = loaded.around(robot.state, loaded.start, chosen)
-    decision = loaded.decider(chosen).decide(robot.state, around, robot.goal, now=loaded.start)
+    traffic = loaded.around(robot.state, loaded.start, chosen)
+    decision = loaded.decider(chosen).decide(robot.state, traffic, robot.goal, now=loaded.start)
     manoeuvre, blocked = decision.manoeuvre, decision.blocked
-    bare = ControlObstacle(manoeuvre.response, robot.state, blocked.obstacles, robot.shape)
+    without_margin = ControlObstacle(manoeuvre.response, robot.state, blocked.obstacles, robot.shape)
     result = {
         "scenario": loaded.name,
         "method": chosen.name,
@@ -160,21 +166,21 @@ def decide(
         "acceleration": [float(x) for x in manoeuvre.mean_acceleration(loaded.start, navigator.period)],
         "status": decision.outcome.name,
         "sentence": decision.outcome.value,
-        "clearance": finite(float(bare.clearance(np.array(manoeuvre.control)))),
+        "clearance": finite(float(without_margin.clearance(np.array(manoeuvre.control)))),
         "preferred": [float(x) for x in decision.preferred],
-        "time_to_collision": finite(float(bare.time_to_collision(decision.preferred))),
+        "time_to_collision": finite(float(without_margin.time_to_collision(decision.preferred))),
     }
     if figure is not None:
         from slalom import view
 
         with writing(figure):
             view.save(view.decision(decision, navigator, robot.goal, title=loaded.name), figure)
-    answer(result, json, lambda: "\n".join(f"{k:18} {shown(v)}" for k, v in result.items()))
+    print_result(result, json, lambda: "\n".join(f"{k:18} {formatted(v)}" for k, v in result.items()))
     return DONE if decision.outcome.safe else FAILED
 
 
 def _method_name(method: str, foresight: str | None) -> str:
-    """NAME@FORESIGHT of both. Raises InvalidInput if the method has one already that is another."""
+    """Return NAME@FORESIGHT. Raises InvalidInput if the method already has another foresight."""
     plain, at, own = method.partition("@")
     if foresight is None or (at and own == foresight):
         return method
@@ -183,37 +189,37 @@ def _method_name(method: str, foresight: str | None) -> str:
     return f"{plain}@{foresight}"
 
 
-def _one_of(at: float | None, figure_at: float | None) -> float | None:
-    """The time of the decision that is drawn. Raises InvalidInput for two."""
+def _figure_time(at: float | None, figure_at: float | None) -> float | None:
+    """Return the time of the decision to draw. Raises InvalidInput if both options are given."""
     if at is not None and figure_at is not None:
-        raise InvalidInput(f"--at: expected it once, as --figure-at or as --at, found {at:g} and {figure_at:g}")
+        raise InvalidInput(f"--at: expected either --at or --figure-at, found {at:g} and {figure_at:g}")
     return figure_at if at is None else at
 
 
-def _changed(loaded: "Scenario", settings: dict[str, float]) -> "Scenario":
-    """With other settings. Raises InvalidInput for those that a robot in a recording has options for."""
+def _with_settings(loaded: "Scenario", settings: dict[str, float]) -> "Scenario":
+    """Return the scenario with other settings. Raises InvalidInput for settings that have their own options."""
     for name, option in (("start", "--at"), ("duration", "--duration")):
         if name in settings:
             raise InvalidInput(f"--set {name}: expected {option} with a recording, found {settings[name]:g}")
     return loaded.with_settings(settings)
 
 
-def _say(notes: Sequence[str]) -> None:
+def _print_notes(notes: Sequence[str]) -> None:
     for note in notes:
-        complain(note)
+        print_message(note)
 
 
-def _format(out: Path | None, dimension: int) -> str:
-    """The format that a run is written in, "" for HDF5. Raises InvalidInput for one that cannot hold it."""
-    from slalom.io.formats import WRITTEN, settings_to_write
+def _output_format(out: Path | None, dimension: int) -> str:
+    """Return the format of the output file, "" for HDF5. Raises InvalidInput if it cannot hold the run."""
+    from slalom.io.formats import FORMAT_OF_SUFFIX, writer_settings
 
     if out is None:
         return ""
-    formats = {".h5": "", ".hdf5": "", **WRITTEN}
+    formats = {".h5": "", ".hdf5": "", **FORMAT_OF_SUFFIX}
     if out.suffix not in formats:
         raise InvalidInput(f"--out: expected a file that ends in {', '.join(formats)}; found {str(out)!r}")
     name = formats[out.suffix]
-    if dimension == 3 and name and settings_to_write(name):
+    if dimension == 3 and name and writer_settings(name):
         raise InvalidInput(f"--out: expected .h5 or .csv for a run in space, found {str(out)!r}")
     return name
 
@@ -227,16 +233,16 @@ def _draw(recording: "Recording", loaded: "Scenario", method: str, at: float | N
 
 
 def _write(recording: "Recording", out: Path) -> None:
-    """The run as a file, and what was left out of it or renamed on stderr."""
-    name = _format(out, recording.dimension)
+    """Write the run to a file; print notes on omitted and renamed agents."""
+    name = _output_format(out, recording.dimension)
     if not name:
         with writing(out):
             recording.save(out)
         return
-    from slalom.io.formats import settings_to_write, write_recording
+    from slalom.io.formats import write_recording, writer_settings
     from slalom.sim.measure.export_tracks import as_tracks
 
-    settings = {"frame_rate": 1.0 / recording.dt} if settings_to_write(name) else {}
+    settings = {"frame_rate": 1.0 / recording.dt} if writer_settings(name) else {}
     tracks = as_tracks(recording, frames=bool(settings))
     write_recording(out, tracks, name, **settings)
-    _say([f"{out}: {note}" for note in tracks.notes])
+    _print_notes([f"{out}: {note}" for note in tracks.notes])

@@ -1,1 +1,1 @@
-"""Files of recorded motion in and out."""
+"""Read and write files of recorded motion."""

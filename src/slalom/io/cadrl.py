@@ -1,4 +1,4 @@
-"""Test cases in the manner of CADRL (mit-acl/gym-collision-avoidance): CSV, one row per robot of a case.
+"""Reader of CADRL test cases (mit-acl/gym-collision-avoidance): CSV, one row per robot of a case.
 
 Header `case,agent,x,y,goal_x,goal_y,pref_speed,radius`; metres and m/s. Robots are discs that start at rest.
 """
@@ -26,10 +26,12 @@ class Case(NamedTuple):
 
 
 def read_cases(path: Path | str) -> list[Case]:
-    """The cases of a file by increasing number, each with its robots by increasing `agent`. Rows may come in any order.
+    """Read the cases of a file, by increasing number; the robots of a case are ordered by `agent`.
+
+    Rows may be in any order.
 
     Raises:
-        InvalidFile: no such file, a header or a cell that does not fit, the same robot twice in a case.
+        InvalidFile: no such file, an invalid header or cell, the same robot twice in a case.
     """
     table = comma_table(Path(path), COLUMNS)
     case, agent = (table.numbers(name, whole=True) for name in COLUMNS[:2])
@@ -40,7 +42,7 @@ def read_cases(path: Path | str) -> list[Case]:
             table.wrong(k, name, f"expected a number above 0, found {values[k]:g}")
     order = np.lexsort((agent, case))
     for k in order[1:][(np.diff(case[order]) == 0.0) & (np.diff(agent[order]) == 0.0)]:
-        table.wrong(k, "agent", f"expected each once in a case, found {agent[k]:g} again in case {case[k]:g}")
-    refuse(table.path, table.mistakes, table.place)
-    each = (order[case[order] == number] for number in np.unique(case))
-    return [Case(int(case[rows[0]]), starts[rows], goals[rows], speeds[rows], radii[rows]) for rows in each]
+        table.wrong(k, "agent", f"expected each agent once in a case, found {agent[k]:g} again in case {case[k]:g}")
+    refuse(table.path, table.mistakes, table.location)
+    groups = (order[case[order] == number] for number in np.unique(case))
+    return [Case(int(case[rows[0]]), starts[rows], goals[rows], speeds[rows], radii[rows]) for rows in groups]

@@ -1,7 +1,7 @@
-"""CommonRoad scenarios, versions 2018b and 2020a: their dynamic obstacles, with exact values.
+"""Reader of the dynamic obstacles of CommonRoad scenarios, versions 2018b and 2020a, with exact states.
 
-The format: Althoff, Koschi and Manzinger, IV 2017, and the documentation of the two versions. Time is a whole number of
-steps of `timeStepSize`, positions are in m.
+Format: Althoff, Koschi and Manzinger, IV 2017, and the documentation of the two versions. Time is a whole number of
+steps of `timeStepSize` [s]; positions are in m.
 """
 
 import io
@@ -24,44 +24,52 @@ _ZERO = re.compile(r"[+-]?(0+\.?0*|\.0+)")
 
 
 def commonroad(path: Path) -> Rows:
-    """Every dynamic obstacle with a trajectory; others are left out, with a note.
+    """Read every dynamic obstacle with a trajectory; other obstacles are left out, with a note.
 
     Raises:
         InvalidFile: no XML, another version, no time step, a state whose time or position is not exact.
     """
     root, lines = _parsed(path)
-    version, said = root.get("commonRoadVersion"), root.get("timeStepSize", "")
+    version, interval = root.get("commonRoadVersion"), root.get("timeStepSize", "")
     if root.tag != "commonRoad" or version not in VERSIONS:
         raise InvalidFile(
             [f"{path}: expected a commonRoad of version {' or '.join(VERSIONS)}, found a {root.tag} of {version}"]
         )
     try:
-        step = float(said)
+        step = float(interval)
     except ValueError:
         step = np.nan
     if not 0.0 < step < np.inf:
-        raise InvalidFile([f"{path}:{lines[root]}: timeStepSize: expected a number above 0, found {said!r}"])
-    found = _Found()
+        raise InvalidFile([f"{path}:{lines[root]}: timeStepSize: expected a number above 0, found {interval!r}"])
+    obstacles = _ObstacleRows()
     for element in root:
-        found.obstacle(element)
-    refuse(path, [(lines[state], text) for state, text in found.mistakes])
+        obstacles.obstacle(element)
+    refuse(path, [(lines[state], text) for state, text in obstacles.mistakes])
     table = Table(
-        path, ["id", "kind", *EXTENTS, "step", "x", "y"], found.rows, (lines[state] for state in found.states)
+        path, ["id", "kind", *EXTENTS, "step", "x", "y"], obstacles.rows, (lines[state] for state in obstacles.states)
     )
     times = table.numbers("step", whole=True) * step
     sizes = table.extents(**{name: name for name in EXTENTS})
     return table.rows_of(
-        table.ids("id"), times, table.positions("x", "y"), extents=sizes, kinds=table.texts("kind"), notes=found.notes()
+        table.ids("id"),
+        times,
+        table.positions("x", "y"),
+        extents=sizes,
+        kinds=table.texts("kind"),
+        notes=obstacles.notes(),
     )
 
 
 def _parsed(path: Path) -> tuple[ET.Element, dict[ET.Element, int]]:
-    """The root, and the line in which each element begins: ElementTree knows it only while it reads."""
+    """Parse the file; return the root and the first line of each element.
+
+    The pull parser is fed line by line because ElementTree does not keep line numbers.
+    """
     parser: ET.XMLPullParser[ET.Element] = ET.XMLPullParser(("start",))
     lines: dict[ET.Element, int] = {}
 
     def note(line: int) -> None:
-        for _, element in parser.read_events():  # type: ignore[misc]  # of "start" there is one form
+        for _, element in parser.read_events():  # type: ignore[misc]  # "start" events have one form
             assert isinstance(element, ET.Element)
             lines[element] = line
 
@@ -77,18 +85,18 @@ def _parsed(path: Path) -> tuple[ET.Element, dict[ET.Element, int]]:
 
 
 @dataclass
-class _Found:
-    """What is gathered from the obstacles of a scenario."""
+class _ObstacleRows:
+    """Rows, mistakes and notes collected from the obstacles of a scenario."""
 
     rows: list[list[str]] = field(default_factory=list)
     states: list[ET.Element] = field(default_factory=list)
     mistakes: list[tuple[ET.Element, str]] = field(default_factory=list)
-    resting: int = 0
-    without: list[str] = field(default_factory=list)
-    shapeless: list[str] = field(default_factory=list)
+    static: int = 0
+    without_trajectory: list[str] = field(default_factory=list)
+    without_shape: list[str] = field(default_factory=list)
 
     def obstacle(self, element: ET.Element) -> None:
-        """One child of the root, an obstacle or something else."""
+        """Add one child of the root if it is an obstacle."""
         if element.tag == "obstacle":
             role = element.findtext("role", "").strip()
         elif element.tag.endswith("Obstacle"):
@@ -97,57 +105,58 @@ class _Found:
             return
         name, trajectory = element.get("id", ""), element.find("trajectory")
         if role != "dynamic":
-            self.resting += 1
+            self.static += 1
         elif trajectory is None:
-            self.without.append(name)
+            self.without_trajectory.append(name)
         else:
             sizes = _extents(element.find("shape"))
             if sizes is None:
-                self.shapeless.append(name)
+                self.without_shape.append(name)
             head = [name, element.findtext("type", "").strip(), *(sizes or ("", "", ""))]
             for state in (*element.findall("initialState"), *trajectory.findall("state")):
                 self.state(head, state)
 
     def state(self, head: list[str], state: ET.Element) -> None:
-        """One row: the time step and the place of a state."""
+        """Add the row of one state: time step and position."""
         cells = [state.findtext(at) for at in ("time/exact", "position/point/x", "position/point/y")]
         if None in cells:
             self.mistakes.append(
-                (state, f"expected an exact time and a point of obstacle {head[0]}, found {_tags(state)}")
+                (state, f"expected an exact time and position of obstacle {head[0]}, found {_tags(state)}")
             )
         else:
             self.rows.append([*head, *(cell or "" for cell in cells)])
             self.states.append(state)
 
     def notes(self) -> list[str]:
-        """What was left out."""
+        """Return one note for each kind of omission."""
         notes = []
-        if self.resting:
-            notes.append(f"{counted(self.resting, 'obstacle')} left out: not dynamic")
-        if self.without:
+        if self.static:
+            notes.append(f"{counted(self.static, 'obstacle')} left out: not dynamic")
+        if self.without_trajectory:
             notes.append(
-                f"{counted(len(self.without), 'obstacle')} without a trajectory left out: {named(self.without, 'id')}"
+                f"{counted(len(self.without_trajectory), 'obstacle')} without a trajectory left out: "
+                f"{named(self.without_trajectory, 'id')}"
             )
-        if self.shapeless:
+        if self.without_shape:
             notes.append(
-                f"shape of {named(self.shapeless, 'obstacle')} not known: neither one rectangle nor one circle"
+                f"shape of {named(self.without_shape, 'obstacle')} unknown: neither one rectangle nor one circle"
             )
         return notes
 
 
 def _extents(shape: ET.Element | None) -> tuple[str, str, str] | None:
-    """Radius, length and width as they are written; None if the shape is not one centred rectangle or circle."""
+    """Return the texts of radius, length and width; None unless the shape is one centred rectangle or circle."""
     parts = [] if shape is None else list(shape)
     if len(parts) != 1 or parts[0].tag not in ("rectangle", "circle"):
         return None
-    turned = (e.text or "" for e in parts[0].iter() if e.tag in ("x", "y", "orientation"))
-    if any(not _ZERO.fullmatch(text.strip()) for text in turned):
+    transforms = (element.text or "" for element in parts[0].iter() if element.tag in ("x", "y", "orientation"))
+    if any(not _ZERO.fullmatch(text.strip()) for text in transforms):
         return None
     radius, length, width = (parts[0].findtext(name, "") for name in EXTENTS)
     return radius, length, width
 
 
 def _tags(state: ET.Element) -> str:
-    """What the time and the position of a state are made of."""
+    """Describe the child elements of the time and the position of a state."""
     parts = (part for part in state if part.tag in ("time", "position"))
     return ", ".join(f"{part.tag} by {' and '.join(e.tag for e in part) or 'nothing'}" for part in parts) or "neither"

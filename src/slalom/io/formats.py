@@ -1,4 +1,4 @@
-"""The table of formats of recorded tracks, and reading a file of any of them."""
+"""Table of the formats of recorded tracks; reading and writing a file of any format."""
 
 import csv
 import inspect
@@ -13,21 +13,24 @@ from slalom.io import commonroad, geographic, pedestrians, tracks, vehicles, wri
 from slalom.io.recorded import Rows, Tracks
 from slalom.io.repair import tracks_of
 
-BEGINNING: Final = 4096
-"""Bytes of a file by which its format is recognised."""
+RECOGNITION_BYTES: Final = 4096
+"""Number of bytes at the start of a file from which its format is recognised."""
 
 
 @dataclass(frozen=True)
 class Format:
-    """A row of the table.
+    """A format of recorded tracks: one row of the table.
 
     Attributes:
-        name: what the command line calls it. sentence: what it is.
-        agents: what they are where the file does not say; "" if that may be anything.
-        reader: from a path and settings to the rows of the file.
-        mark: by what it is recognised, in words. recognises: whether a file may be of this format, from its suffix in
-            small letters and its first line that is not blank; no two formats recognise the same file.
-        writer: from a path, tracks and settings to a file; None if it is only read. suffix: of the files it writes.
+        name: name on the command line.
+        sentence: description.
+        agents: kind of agents if the file does not state it; "" if unknown.
+        reader: function of a path and settings that returns the rows of the file.
+        mark: description of the feature that identifies the format.
+        recognises: predicate on the lower-case suffix and the first line that is not blank. No file satisfies the
+            predicates of two formats.
+        writer: function of a path, tracks and settings that writes a file; None for a format that is only read.
+        suffix: suffix of the files that `writer` writes.
     """
 
     name: str
@@ -41,7 +44,7 @@ class Format:
 
 
 def _header(*names: str) -> Callable[[str, str], bool]:
-    """Whether the first line has cells of these names."""
+    """Return a predicate: the first line has cells of these names."""
 
     def recognises(suffix: str, line: str) -> bool:
         return {cell.strip() for cell in next(csv.reader([line]), [])}.issuperset(names)
@@ -49,18 +52,20 @@ def _header(*names: str) -> Callable[[str, str], bool]:
     return recognises
 
 
-def _place_of(name: str) -> Callable[[str, str], bool]:
-    """Whether the first line has a column of this name, in small letters, and a latitude and a longitude."""
+def _geographic_header(name: str) -> Callable[[str, str], bool]:
+    """Return a predicate: the first line names a column `name`, a latitude and a longitude, in any case."""
 
     def recognises(suffix: str, line: str) -> bool:
         cells = {cell.strip().lower() for cell in next(csv.reader([line]), [])}
-        return name in cells and all(cells.intersection(geographic.COLUMNS[what]) for what in ("latitude", "longitude"))
+        return name in cells and all(
+            cells.intersection(geographic.COLUMNS[field]) for field in ("latitude", "longitude")
+        )
 
     return recognises
 
 
 def _numbers(suffix: str, line: str) -> bool:
-    """Whether the first line is four or eight numbers between white space."""
+    """Return whether the first line holds four or eight numbers separated by white space."""
     try:
         return len([float(cell) for cell in line.split()]) in pedestrians.ETH
     except ValueError:
@@ -72,7 +77,7 @@ FORMATS: Final[dict[str, Format]] = {
     for row in (
         Format(
             "csv",
-            "Slalom's own: t, id, x, y and, if known, z, radius, length, width and kind; s and m.",
+            "Slalom's own format: t, id, x, y and, if known, z, radius, length, width and kind; s and m.",
             "",
             tracks.csv_rows,
             "a header with t,id,x,y",
@@ -82,10 +87,10 @@ FORMATS: Final[dict[str, Format]] = {
         ),
         Format(
             "eth_ucy",
-            "ETH and UCY pedestrians: frame, id, x, y between white space, or ETH's obsmat.txt.",
+            "ETH and UCY pedestrians: frame, id, x, y separated by white space, or ETH's obsmat.txt.",
             "pedestrian",
             pedestrians.eth_ucy,
-            "lines of 4 or 8 numbers between white space",
+            "lines of 4 or 8 numbers separated by white space",
             _numbers,
         ),
         Format(
@@ -100,7 +105,7 @@ FORMATS: Final[dict[str, Format]] = {
         ),
         Format(
             "pedpy",
-            "PedPy's text and the pedestrian dynamics data archive: id, frame, x, y under comments.",
+            "PedPy text and the pedestrian dynamics data archive: id, frame, x, y below comment lines.",
             "pedestrian",
             pedestrians.pedpy_text,
             "a first line that begins with #",
@@ -108,17 +113,17 @@ FORMATS: Final[dict[str, Format]] = {
         ),
         Format(
             "jupedsim",
-            "JuPedSim's SQLite database.",
+            "SQLite databases of JuPedSim.",
             "pedestrian",
             pedestrians.jupedsim,
-            "the signature of SQLite",
+            "the SQLite signature",
             lambda suffix, line: line.startswith("SQLite format 3"),
             writers.write_jupedsim,
             ".sqlite",
         ),
         Format(
             "drone",
-            "The drone data sets highD, inD, rounD, exiD and uniD: NN_tracks.csv.",
+            "Drone data sets highD, inD, rounD, exiD and uniD: NN_tracks.csv.",
             "car",
             vehicles.drone,
             f"a header with {','.join(vehicles.CENTRES)} or {','.join(vehicles.CORNERS)}",
@@ -146,7 +151,7 @@ FORMATS: Final[dict[str, Format]] = {
             "ship",
             geographic.ais,
             "a header with mmsi, a latitude and a longitude",
-            _place_of("mmsi"),
+            _geographic_header("mmsi"),
         ),
         Format(
             "adsb",
@@ -154,11 +159,11 @@ FORMATS: Final[dict[str, Format]] = {
             "aircraft",
             geographic.adsb,
             "a header with icao24, a latitude and a longitude",
-            _place_of("icao24"),
+            _geographic_header("icao24"),
         ),
     )
 }
-"""Every format by name."""
+"""Formats by name."""
 
 
 def read_recording(
@@ -170,17 +175,18 @@ def read_recording(
     interpolation: str = "smooth",
     **settings: Any,
 ) -> Tracks:
-    """The tracks of a file, and notes on all that was repaired, left out or assumed.
+    """Read the tracks of a file, with notes on all that was repaired, left out or assumed.
 
     Args:
-        format: a name in FORMATS; recognised from the file if None.
-        gap: [s] a track is split where its agent has no row for longer; never if None.
-        max_speed: [m/s] an agent that is faster from one row to the next has jumped, which is a mistake; none if None.
-        settings: of the format's reader, such as frame_rate.
+        format: name in FORMATS; recognised from the file if None.
+        gap: [s] split a track where its agent has no row for longer; never if None.
+        max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; no limit if None.
+        interpolation: "smooth" or "linear", as of `Sampled`.
+        settings: keyword arguments of the format's reader, such as frame_rate.
 
     Raises:
-        InvalidFile: no such file, no format that fits, rows that make no tracks; every mistake with its line.
-        InvalidInput: an unknown format, settings that the format does not have or that do not fit.
+        InvalidFile: no such file, no matching format, rows that form no track; every mistake with its line.
+        InvalidInput: an unknown format, unknown or invalid settings.
     """
     path = Path(path)
     row = FORMATS[known(format_of(path) if format is None else format, "format", list(FORMATS))]
@@ -190,49 +196,49 @@ def read_recording(
     return replace(found, format=row.name)
 
 
-WRITTEN: Final[dict[str, str]] = {row.suffix: row.name for row in FORMATS.values() if row.writer}
-"""The format that a file is written in, by its suffix."""
+FORMAT_OF_SUFFIX: Final[dict[str, str]] = {row.suffix: row.name for row in FORMATS.values() if row.writer}
+"""Name of the format that is written, by suffix of the file."""
 
 
 def write_recording(path: Path | str, tracks: Tracks, format: str, **settings: Any) -> None:
     """Write tracks to a file of a format that has a writer.
 
     Raises:
-        InvalidInput: another format, settings that it does not have or that do not fit, tracks that it cannot hold.
+        InvalidInput: another format, unknown or invalid settings, tracks that the format cannot hold.
         InvalidFile: a file that cannot be written.
     """
-    writer = FORMATS[known(format, "format", list(WRITTEN.values()))].writer
+    writer = FORMATS[known(format, "format", list(FORMAT_OF_SUFFIX.values()))].writer
     assert writer is not None
     _check(writer, format, settings)
     writer(Path(path), tracks, **settings)
 
 
 def files_of(path: Path) -> list[Path]:
-    """The file itself and those that are read with it."""
-    return [path, *vehicles.beside(path)]
+    """Return the file and the files that are read together with it."""
+    return [path, *vehicles.companions(path)]
 
 
-def settings_to_write(name: str) -> list[str]:
-    """The settings that the writer of a format has: frame_rate where it counts frames, and numbers agents."""
-    writer = FORMATS[known(name, "format", list(WRITTEN.values()))].writer
+def writer_settings(name: str) -> list[str]:
+    """Return the names of the settings of a writer: frame_rate if the format stores frame and agent numbers."""
+    writer = FORMATS[known(name, "format", list(FORMAT_OF_SUFFIX.values()))].writer
     assert writer is not None
     return list(_keywords(writer))
 
 
-def settings_of(name: str) -> list[str]:
-    """The settings that the reader of a format has, such as frame_rate."""
+def reader_settings(name: str) -> list[str]:
+    """Return the names of the settings of the reader of a format, such as frame_rate."""
     return list(_keywords(FORMATS[known(name, "format", list(FORMATS))].reader))
 
 
 def format_of(path: Path) -> str:
-    """The name of the format of a file, recognised from its beginning.
+    """Recognise the format of a file from its first RECOGNITION_BYTES bytes; return its name.
 
     Raises:
-        InvalidFile: no such file, or one of no format that is known.
+        InvalidFile: no such file, or no known format.
     """
     try:
         with path.open("rb") as file:
-            text = file.read(BEGINNING).decode("utf-8-sig", errors="replace")
+            text = file.read(RECOGNITION_BYTES).decode("utf-8-sig", errors="replace")
     except OSError as error:
         raise InvalidFile([f"{path}: expected a file that can be read, found {error}"]) from None
     line = next((line for line in text.splitlines() if line.strip()), "")
@@ -240,13 +246,13 @@ def format_of(path: Path) -> str:
     if len(found) != 1:
         marks = "; ".join(f"{row.name}: {row.mark}" for row in FORMATS.values())
         raise InvalidFile(
-            [f"{path}: expected a file of a format that is known, or its name ({marks}), found {line[:60]!r}"]
+            [f"{path}: expected a file of a known format, or the name of its format ({marks}), found {line[:60]!r}"]
         )
     return found[0].name
 
 
 def _check(function: Callable[..., Any], name: str, settings: dict[str, Any]) -> None:
-    """Every setting is one of the function, and none that it needs is missing."""
+    """Raise InvalidInput unless `settings` holds only keywords of the function and all that it requires."""
     parameters = _keywords(function)
     needed = [p.name for p in parameters.values() if p.default is p.empty]
     if not set(needed) <= set(settings) <= set(parameters):
@@ -257,5 +263,5 @@ def _check(function: Callable[..., Any], name: str, settings: dict[str, Any]) ->
 
 
 def _keywords(function: Callable[..., Any]) -> dict[str, inspect.Parameter]:
-    """What a reader or writer can be told by name."""
+    """Return the keyword-only parameters of a reader or writer by name."""
     return {p.name: p for p in inspect.signature(function).parameters.values() if p.kind is p.KEYWORD_ONLY}

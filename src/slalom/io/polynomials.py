@@ -1,7 +1,7 @@
-"""Polynomial trajectories as drone planners write them: CSV, one row per piece.
+"""Reader of polynomial trajectories as written by drone planners: CSV, one row per piece.
 
-Header `duration,x^0,x^1,...,y^0,...[,z^0,...]`; further columns (yaw) are passed over. Coefficients are in
-ascending powers of the time since the piece began, in m, m/s, m/s^2, ...
+Header `duration,x^0,x^1,...,y^0,...[,z^0,...]`; further columns (yaw) are ignored. Coefficients are in ascending
+powers of the time since the start of the piece, in m, m/s, m/s^2, ...
 """
 
 import csv
@@ -17,10 +17,10 @@ _POWER = re.compile(r"([xyz])\^(\d+)")
 
 
 def read_polynomials(path: Path | str, *, start: float = 0.0) -> PiecewisePolynomial:
-    """The trajectory of a file, beginning at time `start` [s].
+    """Read the trajectory of a file, starting at time `start` [s].
 
     Raises:
-        InvalidFile: no such file, a header or a cell that does not fit, pieces that do not meet; with file and line.
+        InvalidFile: no such file, an invalid header or cell, discontinuous pieces; with file and line.
     """
     path = Path(path)
     try:
@@ -28,10 +28,10 @@ def read_polynomials(path: Path | str, *, start: float = 0.0) -> PiecewisePolyno
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InvalidFile([f"{path}: expected a readable CSV file, found {error}"]) from None
     header = [cell.strip() for cell in rows[0]] if rows else []
-    places = {(m[1], int(m[2])): k for k, cell in enumerate(header) if (m := _POWER.fullmatch(cell))}
-    axes = sorted({axis for axis, _ in places})
-    degree = max((power for _, power in places), default=-1)
-    complete = len(places) == len(axes) * (degree + 1)
+    columns = {(m[1], int(m[2])): k for k, cell in enumerate(header) if (m := _POWER.fullmatch(cell))}
+    axes = sorted({axis for axis, _ in columns})
+    degree = max((power for _, power in columns), default=-1)
+    complete = len(columns) == len(axes) * (degree + 1)
     if header[:1] != ["duration"] or axes not in (["x", "y"], ["x", "y", "z"]) or not complete:
         found = ",".join(header) or "nothing"
         raise InvalidFile([f"{path}:1:1: expected a header duration,x^0,...,y^0,...[,z^0,...], found {found!r}"])
@@ -41,7 +41,7 @@ def read_polynomials(path: Path | str, *, start: float = 0.0) -> PiecewisePolyno
             continue
         try:
             durations.append(float(row[0]))
-            pieces.append([[float(row[places[axis, power]]) for axis in axes] for power in range(degree + 1)])
+            pieces.append([[float(row[columns[axis, power]]) for axis in axes] for power in range(degree + 1)])
         except (ValueError, IndexError):
             raise InvalidFile([f"{path}:{number}:1: expected {len(header)} numbers, found {','.join(row)!r}"]) from None
     if not pieces:

@@ -1,4 +1,4 @@
-"""What is known of recorded agents, and rows of a file before they become tracks."""
+"""Recorded agents and their tracks, the rows of a file before repair, and messages about them."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,13 +15,13 @@ from slalom.trajectory import Sampled, Trajectory
 
 Indices: TypeAlias = npt.NDArray[np.int64]
 Mistake: TypeAlias = tuple[int, str]
-"""The line and what is wrong there."""
+"""Line number and message."""
 
-SHOWN: Final = 10
-"""Mistakes in one error, and agents in one note; how many more there are is said."""
+MAX_LISTED: Final = 10
+"""Largest number of mistakes in one error and of agents in one note; the number of further ones is stated."""
 
-IN_LINES: Final = "{path}:{line}"
-"""How a place in a file is written; rows of a database have no lines."""
+LINE_LOCATION: Final = "{path}:{line}"
+"""Template of a location in a text file; databases, whose rows have no lines, use another one."""
 
 _NUMBERED = re.compile(r"(-?\d{1,18})(?:\.(\d{1,18}))?")
 
@@ -31,8 +31,9 @@ class Agent:
     """A recorded agent.
 
     Attributes:
-        trajectory: where it was. kind: what it is, in the words of the file; "" where the file does not say.
-        radius, length, width: [m]; None where the file does not say.
+        trajectory: position over time.
+        kind: class of the agent as written in the file; "" if not stated.
+        radius, length, width: [m]; None if not stated.
     """
 
     trajectory: Sampled
@@ -44,12 +45,15 @@ class Agent:
 
 @dataclass(frozen=True, eq=False)
 class Tracks:
-    """Recorded agents by their id, numbers first and in increasing order, and what was done to the rows of the file.
+    """Recorded agents by id, numeric ids first and in increasing order, with notes on repairs.
 
-    An id is the file's own text, a whole number without leading zeros or decimals (but those of ships and aircraft are
-    as they are). Further parts of a track that was split are called after the first: 7, 7.1, 7.2; `parts` has their
-    ids by that of the file. Each note is a sentence with its count. `format` is the name of the file's format, "" of
-    tracks from no file.
+    An id is the text in the file; a whole number is written without leading zeros or decimals, except for ships and
+    aircraft. Further parts of a track that was split are numbered: 7, 7.1, 7.2.
+
+    Attributes:
+        notes: repairs and assumptions, one sentence each, with a count.
+        format: name of the file's format; "" for tracks that were not read from a file.
+        parts: ids of the parts of each track that was split, by the id in the file.
     """
 
     agents: Mapping[str, Agent]
@@ -60,12 +64,13 @@ class Tracks:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """What a file says, one row per agent and time, in the order of the file: nothing is repaired yet.
+    """Rows of a file before repair, one per agent and time, in the order of the file.
 
     Attributes:
         labels: ids. agents: (n,) indices into labels. times: (n,) [s]. positions: (n, d) [m]. lines: (n,).
-        extents: radius, length or width, each (n,) [m], nan where the row does not say.
-        kinds: n texts, "" where the row does not say; or none at all. place: how a line is written.
+        extents: radius, length or width, each (n,) [m], nan where the row states none.
+        kinds: n texts, "" where the row states none; empty if the file has no kinds.
+        location: template of a location in the file.
     """
 
     path: Path
@@ -77,46 +82,48 @@ class Rows:
     extents: Mapping[str, Array] = field(default_factory=dict)
     kinds: Sequence[str] = ()
     notes: tuple[str, ...] = ()
-    place: str = IN_LINES
+    location: str = LINE_LOCATION
 
 
-def refuse(path: Path, mistakes: Iterable[Mistake], place: str = IN_LINES) -> None:
-    """Raise InvalidFile if there are mistakes: in the order of their lines, ten at most and how many more."""
-    ordered = [f"{place.format(path=path, line=line)}: {text}" for line, text in sorted(mistakes)]
+def refuse(path: Path, mistakes: Iterable[Mistake], location: str = LINE_LOCATION) -> None:
+    """Raise InvalidFile if there are mistakes: the first MAX_LISTED by line, and the number of further ones."""
+    ordered = [f"{location.format(path=path, line=line)}: {text}" for line, text in sorted(mistakes)]
     if ordered:
-        more = [f"{path}: and {len(ordered) - SHOWN} more"] if len(ordered) > SHOWN else []
-        raise InvalidFile(ordered[:SHOWN] + more)
+        more = [f"{path}: and {len(ordered) - MAX_LISTED} more"] if len(ordered) > MAX_LISTED else []
+        raise InvalidFile(ordered[:MAX_LISTED] + more)
 
 
 def natural(label: str) -> tuple[int, int, int, str]:
-    """A key that orders ids: numbers by value, parts of a track after each other, then texts."""
+    """Return a sort key of ids: numbers by value, parts of a track by part number, then texts."""
     found = _NUMBERED.fullmatch(label)
     return (0, int(found[1]), int(found[2] or 0), "") if found else (1, 0, 0, label)
 
 
-def counted(count: int, what: str) -> str:
-    """The count and the word: 1 row, 2 rows."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
+def counted(count: int, noun: str) -> str:
+    """Return the count with its noun: 1 row, 2 rows."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def named(labels: Iterable[str], what: str = "agent") -> str:
-    """The ids with the word: agent 4, agents 4, 9; ten at most and how many more."""
+def named(labels: Iterable[str], noun: str = "agent") -> str:
+    """Return the noun with the ids: agent 4, agents 4, 9; at most MAX_LISTED, and the number of further ones."""
     ordered = sorted(set(labels), key=natural)
-    more = f" and {len(ordered) - SHOWN} more" if len(ordered) > SHOWN else ""
-    return f"{what}{'' if len(ordered) == 1 else 's'} {', '.join(ordered[:SHOWN])}{more}"
+    more = f" and {len(ordered) - MAX_LISTED} more" if len(ordered) > MAX_LISTED else ""
+    return f"{noun}{'' if len(ordered) == 1 else 's'} {', '.join(ordered[:MAX_LISTED])}{more}"
 
 
 def tracks_at(
     times: Array, motions: Mapping[str, Trajectory | Array], radii: Mapping[str, float] | None = None
 ) -> Tracks:
-    """Agents as they are at `times` (T,) [s], for files of frames: robots and obstacles of a simulated run.
+    """Sample agents (robots and obstacles of a simulated run) at `times` (T,) [s], for files of frames.
+
+    An agent that exists at fewer than two of the times is left out, with a note.
 
     Args:
-        motions: by id, positions (T, d) [m] or a trajectory, which is asked only for the times at which it exists.
-        radii: [m] by id. An agent that exists at fewer than two of the times is left out, with a note.
+        motions: by id, positions (T, d) [m] or a trajectory, which is evaluated only within its span.
+        radii: [m] by id.
 
     Raises:
-        InvalidInput: positions or times that do not make a track.
+        InvalidInput: positions or times that form no track.
     """
     agents, short = {}, []
     for label in sorted(motions, key=natural):

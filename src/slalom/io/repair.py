@@ -1,7 +1,7 @@
-"""From the rows of a file to tracks: what can be repaired is, and said; what cannot is refused, all at once.
+"""Conversion of the rows of a file to tracks: repairs are noted, other mistakes are raised together.
 
 Repaired: identical rows, rows out of order, gaps (the track is split), tracks with a single row (left out). Refused:
-one agent at two places at the same time, an agent that is too fast.
+two positions of one agent at the same time, an agent that exceeds the speed limit.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,45 +14,44 @@ from slalom.errors import InvalidFile
 from slalom.io.recorded import Agent, Indices, Mistake, Rows, Tracks, counted, named, natural, refuse
 from slalom.trajectory import Sampled
 
-LONG: Final = 3.0
-"""A time between two rows of an agent longer than this many usual ones (the median) is noted where it is not split."""
-
+LONG_GAP: Final = 3.0
+"""[1] A gap is noted if it is longer than LONG_GAP times the median step and the track is not split there."""
 
 ROUNDING: Final = 1e-6
-"""[s] A time that is longer than another by less than this is as long: stamps are rounded."""
+"""[s] Tolerance of comparisons between time steps: time stamps are rounded."""
 
 
 def tracks_of(
     rows: Rows, *, gap: float | None = None, max_speed: float | None = None, interpolation: str = "smooth"
 ) -> Tracks:
-    """The tracks of a file.
+    """Convert rows to tracks, one per agent and gap-free part.
 
     Args:
-        gap: [s] a track is split where its agent has no row for longer; never if None.
-        max_speed: [m/s] an agent that is faster from one row to the next has jumped: a mistake; none if None.
+        gap: [s] split a track where its agent has no row for longer; never if None.
+        max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; no limit if None.
 
     Raises:
-        InvalidFile: two places at one time, a jump, an extent below 0; no agent with two rows. Every mistake is named.
+        InvalidFile: two positions at one time, a jump, an extent below 0 (all at once); no agent with two rows.
         InvalidInput: `gap` or `max_speed` not above 0, an unknown interpolation.
     """
     longest = np.inf if gap is None else positive(gap, "gap")
     fastest = np.inf if max_speed is None else positive(max_speed, "max_speed")
     mistakes = list(_below_zero(rows))
-    notes = [*rows.notes, *_disorder(rows)]
-    order, twice = _in_order(rows)
+    notes = [*rows.notes, *_unsorted(rows)]
+    order, twice = _sorted(rows)
     if twice.size:
-        whose = named(rows.labels[k] for k in rows.agents[twice])
-        notes.append(f"{counted(twice.size, 'duplicate row')} of {whose} dropped: identical time and place")
+        owners = named(rows.labels[k] for k in rows.agents[twice])
+        notes.append(f"{counted(twice.size, 'duplicate row')} of {owners} dropped: identical time and position")
     agents, times, positions = rows.agents[order], rows.times[order], rows.positions[order]
     step = np.diff(times)
     same = np.diff(agents) == 0
     split = same & (step > longest + ROUNDING)
     mistakes += _conflicts(rows, order, same & (step == 0))
     mistakes += _jumps(rows, order, same & ~split & (step > 0), fastest)
-    refuse(rows.path, mistakes, rows.place)
+    refuse(rows.path, mistakes, rows.location)
     if gap is None:
         notes += _bridged(rows, agents, times, same)
-    known, varying = _properties(rows)
+    properties, varying = _properties(rows)
     tracks: dict[str, Agent] = {}
     single: list[str] = []
     starts = np.flatnonzero(np.concatenate([[True], ~same | split]))
@@ -63,7 +62,7 @@ def tracks_of(
             single.append(label)
         else:
             track = Sampled(times[start:end], positions[start:end], interpolation)
-            tracks[label] = Agent(track, **known[agents[start]])
+            tracks[label] = Agent(track, **properties[agents[start]])
     if not tracks:
         raise InvalidFile([f"{rows.path}: expected an agent with two rows or more, found none"])
     notes += [*splits, *varying]
@@ -78,41 +77,41 @@ def _below_zero(rows: Rows) -> Iterator[Mistake]:
             yield int(rows.lines[k]), f"{name}: expected 0 or more, found {values[k]:g}"
 
 
-def _disorder(rows: Rows) -> list[str]:
-    """A note on the rows that come after a later one of the same agent."""
+def _unsorted(rows: Rows) -> list[str]:
+    """Return a note on the rows that follow a later row of the same agent."""
     order = np.argsort(rows.agents, kind="stable")
-    back = np.flatnonzero((np.diff(rows.times[order]) < 0) & (np.diff(rows.agents[order]) == 0))
-    if not back.size:
+    backward = np.flatnonzero((np.diff(rows.times[order]) < 0) & (np.diff(rows.agents[order]) == 0))
+    if not backward.size:
         return []
-    whose = named(rows.labels[k] for k in rows.agents[order[back]])
-    return [f"{counted(back.size, 'row')} of {whose} out of order: sorted by time"]
+    owners = named(rows.labels[k] for k in rows.agents[order[backward]])
+    return [f"{counted(backward.size, 'row')} of {owners} out of order: sorted by time"]
 
 
-def _in_order(rows: Rows) -> tuple[Indices, Indices]:
-    """Rows by agent, then by time, then as in the file; without those that repeat the one before, which come second."""
+def _sorted(rows: Rows) -> tuple[Indices, Indices]:
+    """Return row indices sorted by agent, time and line, without duplicates, and the indices of the duplicates."""
     order = np.lexsort((rows.times, rows.agents))
     agents, times, positions = rows.agents[order], rows.times[order], rows.positions[order]
-    again = (np.diff(agents) == 0) & (np.diff(times) == 0) & np.all(np.diff(positions, axis=0) == 0, axis=1)
-    twice = np.concatenate([[False], again])
+    repeated = (np.diff(agents) == 0) & (np.diff(times) == 0) & np.all(np.diff(positions, axis=0) == 0, axis=1)
+    twice = np.concatenate([[False], repeated])
     return order[~twice], order[twice]
 
 
 def _conflicts(rows: Rows, order: Indices, where: Array) -> Iterator[Mistake]:
-    """Rows of one agent at the time of the row before, but elsewhere."""
+    """Yield a mistake for each row with the agent and time of the row before but another position."""
     for k in np.flatnonzero(where):
-        one, two = order[k], order[k + 1]
+        first, second = order[k], order[k + 1]
         yield (
-            int(rows.lines[two]),
-            f"expected one place of agent {rows.labels[rows.agents[two]]} at {rows.times[two]:g} s, found "
-            f"{_place(rows.positions[two])} and {_place(rows.positions[one])} at {_line(rows, one)}",
+            int(rows.lines[second]),
+            f"expected one position of agent {rows.labels[rows.agents[second]]} at {rows.times[second]:g} s, found "
+            f"{_position(rows.positions[second])} and {_position(rows.positions[first])} at {_line(rows, first)}",
         )
 
 
 def _jumps(rows: Rows, order: Indices, where: Array, fastest: float) -> Iterator[Mistake]:
-    """Rows of one agent too far from the row before."""
+    """Yield a mistake for each row that its agent reaches faster than `fastest` [m/s] from the row before."""
     k = np.flatnonzero(where) if np.isfinite(fastest) else np.empty(0, dtype=np.int64)
-    far = np.linalg.norm(rows.positions[order[k + 1]] - rows.positions[order[k]], axis=1)
-    speed = far / (rows.times[order[k + 1]] - rows.times[order[k]])
+    distance = np.linalg.norm(rows.positions[order[k + 1]] - rows.positions[order[k]], axis=1)
+    speed = distance / (rows.times[order[k + 1]] - rows.times[order[k]])
     for j in np.flatnonzero(speed > fastest):
         row = order[k[j] + 1]
         yield (
@@ -122,32 +121,39 @@ def _jumps(rows: Rows, order: Indices, where: Array, fastest: float) -> Iterator
         )
 
 
-def _place(position: Array) -> str:
+def _position(position: Array) -> str:
     return f"({', '.join(f'{x:g}' for x in position)})"
 
 
 def _line(rows: Rows, row: np.int64) -> str:
-    return rows.place.format(path=rows.path.name, line=rows.lines[row])
+    return rows.location.format(path=rows.path.name, line=rows.lines[row])
 
 
 def _bridged(rows: Rows, agents: Indices, times: Array, same: Array) -> list[str]:
-    """A note on the times without rows over which tracks are interpolated."""
+    """Return a note on the gaps over which tracks are interpolated."""
     step = np.where(same, np.diff(times), 0.0)
     usual = float(np.median(step[same])) if np.any(same) else np.inf
-    k = np.flatnonzero(step > LONG * usual + ROUNDING)
+    k = np.flatnonzero(step > LONG_GAP * usual + ROUNDING)
     if not k.size:
         return []
-    most = k[np.argmax(step[k])]
+    longest = k[np.argmax(step[k])]
     return [
-        f"{counted(k.size, 'gap')} longer than {LONG * usual:g} s bridged by the interpolation, the longest "
-        f"{step[most]:g} s (agent {rows.labels[agents[most]]}, t = {times[most]:g} s)"
+        f"{counted(k.size, 'gap')} longer than {LONG_GAP * usual:g} s bridged by the interpolation, the longest "
+        f"{step[longest]:g} s (agent {rows.labels[agents[longest]]}, t = {times[longest]:g} s)"
     ]
 
 
 def _part_labels(
     labels: Sequence[str], agents: Indices, times: Array, starts: Indices
 ) -> tuple[list[str], list[str], dict[str, list[str]]]:
-    """A label for each part, whose agents are given, a note for each agent in parts, and its parts."""
+    """Label the parts of all tracks.
+
+    Args:
+        agents: (m,) agent index of each part. times: (n,) [s] of all rows. starts: (m,) first row of each part.
+
+    Returns:
+        A label for each part, a note for each agent that was split, and the labels of its parts by the file's id.
+    """
     taken, parts = set(labels), dict[int, list[str]]()
     gaps = dict[int, list[str]]()
     found = []
@@ -176,24 +182,24 @@ def _listed(words: Sequence[str]) -> str:
 
 
 def _properties(rows: Rows) -> tuple[list[dict[str, float | str | None]], list[str]]:
-    """What is known of each label, and notes on what varies: the largest extent and the first kind are kept."""
-    known: list[dict[str, float | str | None]] = [{} for _ in rows.labels]
+    """Return extents and kind of each label, and notes on varying values: largest extent and first kind are kept."""
+    properties: list[dict[str, float | str | None]] = [{} for _ in rows.labels]
     notes = []
     order = np.argsort(rows.agents, kind="stable")
     present, starts = np.unique(rows.agents[order], return_index=True)
     for name, values in rows.extents.items():
-        sizes = np.where(values == 0.0, np.nan, values)[order]  # 0 is how files write what they do not know
-        most, least = np.fmax.reduceat(sizes, starts), np.fmin.reduceat(sizes, starts)
-        for agent, size in zip(present.tolist(), most.tolist()):
-            known[agent][name] = None if np.isnan(size) else size
-        if np.any(most > least):
+        sizes = np.where(values == 0.0, np.nan, values)[order]  # files write 0 for an unknown extent
+        largest, smallest = np.fmax.reduceat(sizes, starts), np.fmin.reduceat(sizes, starts)
+        for agent, size in zip(present.tolist(), largest.tolist()):
+            properties[agent][name] = None if np.isnan(size) else size
+        if np.any(largest > smallest):
             notes.append(
-                f"{name} of {named(rows.labels[k] for k in present[most > least])} varies: the largest is kept"
+                f"{name} of {named(rows.labels[k] for k in present[largest > smallest])} varies: the largest is kept"
             )
     varying = set()
     for agent, kind in zip(rows.agents.tolist(), rows.kinds):
-        if kind and known[agent].setdefault("kind", kind) != kind:
+        if kind and properties[agent].setdefault("kind", kind) != kind:
             varying.add(rows.labels[agent])
     if varying:
         notes.append(f"kind of {named(varying)} varies: the first is kept")
-    return known, notes
+    return properties, notes

@@ -1,4 +1,4 @@
-"""Tables: cells by the name of their column, each with the line it stands in."""
+"""Tables of cells by column name, with the line number of each row."""
 
 import csv
 import io
@@ -12,27 +12,28 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.errors import InvalidFile
-from slalom.io.recorded import IN_LINES, Indices, Mistake, Rows, refuse
+from slalom.io.recorded import LINE_LOCATION, Indices, Mistake, Rows, refuse
 
 EMPTY: Final = ("", "nan", "na", "null", "none")
-"""What stands, in small letters, where a value is not known."""
+"""Lower-case texts of cells without a value."""
 
 LARGEST: Final = 1e100
-"""Beyond it a number is none: the squares that speeds are made of must be numbers too."""
+"""[1] Largest accepted magnitude: the squares of coordinates, from which speeds are computed, must be finite."""
 
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
-_EXACT = 2.0**53  # beyond it different whole numbers are the same float
+_EXACT = 2.0**53  # larger whole numbers are not exact as float
 
 
 class Table:
-    """Rows of cells. What does not fit is collected and refused together, by `rows_of`.
+    """Rows of cells. Mistakes in cells are collected and raised together by `rows_of`.
 
     Args:
-        names: of the columns. rows: cells, texts or numbers. lines: where each row stands. place: how that is written.
-        underscores: whether there may be one in a cell.
+        names: column names. rows: cells, texts or numbers. lines: line number of each row.
+        location: template of a location in the file.
+        underscores: whether a cell may contain an underscore, which Python would accept in a number.
 
     Raises:
-        InvalidFile: no rows, a row with more or fewer cells than there are names.
+        InvalidFile: no rows, a row whose number of cells is not the number of names.
     """
 
     def __init__(
@@ -41,25 +42,35 @@ class Table:
         names: Sequence[str],
         rows: Sequence[Sequence[Any]],
         lines: Iterable[int],
-        place: str = IN_LINES,
+        location: str = LINE_LOCATION,
         underscores: bool = True,
     ) -> None:
-        self.path, self.names, self.rows, self.place, self.underscores = path, list(names), rows, place, underscores
+        self.path, self.names, self.rows, self.location, self.underscores = (
+            path,
+            list(names),
+            rows,
+            location,
+            underscores,
+        )
         self.lines = np.fromiter(lines, dtype=np.int64, count=len(rows))
         self.mistakes: list[Mistake] = []
         if not rows:
             raise InvalidFile([f"{path}: expected rows, found none"])
         width = len(self.names)
         wrong = [(k, len(row)) for k, row in zip(self.lines.tolist(), rows) if len(row) != width]
-        refuse(path, [(line, f"expected {width} cells, found {found}") for line, found in wrong], place)
+        refuse(path, [(line, f"expected {width} cells, found {found}") for line, found in wrong], location)
 
     def cells(self, name: str) -> list[Any]:
-        """The column of that name."""
+        """Return the cells of a column."""
         column = self.names.index(name)
         return [row[column] for row in self.rows]
 
     def numbers(self, name: str, *, whole: bool = False, empty: bool = False) -> Array:
-        """The column as finite numbers (n,), nan where a cell is empty if that is allowed, and where it is wrong."""
+        """Return the column as numbers (n,); invalid cells are noted as mistakes and become nan.
+
+        Args:
+            whole: accept only whole numbers. empty: accept cells without a value; they become nan.
+        """
         cells = self.cells(name)
         try:
             values = np.array(cells, dtype=np.float64).reshape(len(cells))
@@ -69,7 +80,7 @@ class Table:
         if empty and np.any(wrong):
             wrong &= [not isinstance(c, str) or c.strip().lower() not in EMPTY for c in cells]
         if self.underscores:
-            wrong |= ["_" in str(cell) for cell in cells]  # Python's 1_000 is no number in a file
+            wrong |= ["_" in str(cell) for cell in cells]  # 1_000 is a number in Python, not in a file
         wrong |= np.abs(values) > LARGEST
         if whole:
             wrong |= ~((values == np.round(values)) & (np.abs(values) <= _EXACT))
@@ -79,24 +90,24 @@ class Table:
         return values
 
     def positions(self, *names: str) -> Array:
-        """Columns of numbers beside each other (n, d)."""
+        """Return columns of numbers as an array (n, d)."""
         return np.stack([self.numbers(name) for name in names], axis=1)
 
     def extents(self, **columns: str) -> dict[str, Array]:
-        """Columns of lengths [m] by what they are; a column that the table does not have is left out."""
-        return {what: self.numbers(name, empty=True) for what, name in columns.items() if name in self.names}
+        """Return columns of lengths (n,) [m] by quantity; missing columns are left out."""
+        return {quantity: self.numbers(name, empty=True) for quantity, name in columns.items() if name in self.names}
 
     def texts(self, name: str) -> list[str]:
-        """The column as texts, "" where a cell is empty; none at all where there is no such column."""
+        """Return the column as texts, "" for cells without a value; an empty list if there is no such column."""
         if name not in self.names:
             return []
         return ["" if (text := str(cell).strip()).lower() in EMPTY else text for cell in self.cells(name)]
 
     def ids(self, name: str, *, whole: bool = False, literal: bool = False) -> tuple[list[str], Indices]:
-        """The labels of a column, and for each row the index of its label (n,).
+        """Return the labels of a column and the index of each row's label (n,).
 
         Args:
-            whole: only whole numbers are ids. literal: the text is the id, even where it looks like a number (0012).
+            whole: accept only whole numbers. literal: use the text unchanged, even if it is a number (0012).
         """
         if whole:
             numbers = self.numbers(name, whole=True)
@@ -104,16 +115,16 @@ class Table:
             return [str(int(number)) for number in distinct], index.astype(np.int64)
         labels: dict[str, int] = {}
         index = np.empty(len(self.lines), dtype=np.int64)
-        short = {cell: _label(str(cell), literal) for cell in set(self.cells(name))}
+        label_of = {cell: _label(str(cell), literal) for cell in set(self.cells(name))}
         for k, cell in enumerate(self.cells(name)):
-            label = short[cell]
+            label = label_of[cell]
             if not label:
                 self.wrong(k, name, "expected an id, found nothing")
             index[k] = labels.setdefault(label, len(labels))
         return list(labels), index
 
     def wrong(self, row: int | np.int64, name: str, text: str) -> None:
-        """Note a mistake in a row of the column `name`."""
+        """Record a mistake in a row of the column `name`."""
         self.mistakes.append((int(self.lines[row]), f"{name}: {text}"))
 
     def rows_of(
@@ -127,8 +138,12 @@ class Table:
         notes: Sequence[str] = (),
         keep: npt.NDArray[np.bool_] | None = None,
     ) -> Rows:
-        """Those rows of the file that are to be kept, from columns of all. Raises InvalidFile if any cell was wrong."""
-        refuse(self.path, self.mistakes, self.place)
+        """Return the rows of the file selected by `keep` (n,), all by default.
+
+        Raises:
+            InvalidFile: mistakes were recorded.
+        """
+        refuse(self.path, self.mistakes, self.location)
         kept = np.flatnonzero(np.ones(len(self.lines), dtype=bool) if keep is None else keep)
         labels, agents = ids
         return Rows(
@@ -141,12 +156,12 @@ class Table:
             {name: values[kept] for name, values in (extents or {}).items()},
             [kinds[k] for k in kept.tolist()] if kinds else (),
             tuple(notes),
-            self.place,
+            self.location,
         )
 
 
 def _number(cell: Any) -> float:
-    """The number that a cell holds, nan if none."""
+    """Return the number in a cell, nan if it holds none."""
     try:
         return float(cell)
     except (TypeError, ValueError, OverflowError):
@@ -159,7 +174,7 @@ def _label(text: str, literal: bool) -> str:
 
 
 def text_of(path: Path) -> str:
-    """The text of a file. Raises InvalidFile if there is none."""
+    """Read the text of a file. Raises InvalidFile if that is not possible."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -167,13 +182,13 @@ def text_of(path: Path) -> str:
 
 
 def comma_table(path: Path, *needed: Sequence[str]) -> Table:
-    """A file of comma-separated cells (RFC 4180) under a header, whose columns may come in any order.
+    """Read a table of comma-separated cells (RFC 4180) below a header, with columns in any order.
 
     Args:
-        needed: the names of columns, each once, that a header must have; where there are several such, one of them.
+        needed: alternative sets of column names; the header must contain every name of one set exactly once.
 
     Raises:
-        InvalidFile: no such file, a header that lacks a name, rows that do not fit it.
+        InvalidFile: no such file, a header that lacks a name, rows that do not match the header.
     """
     text = text_of(path)
     reader = csv.reader(io.StringIO(text), strict=True)
@@ -194,7 +209,7 @@ def comma_table(path: Path, *needed: Sequence[str]) -> Table:
 
 
 def spaced_rows(path: Path, comment: str = "#") -> tuple[list[list[str]], list[int], list[str]]:
-    """Cells between white space, the lines they stand in, and the lines that begin with `comment`."""
+    """Read cells separated by white space; return the rows, their line numbers, and the comment lines."""
     rows, lines, comments = [], [], []
     for number, line in enumerate(text_of(path).split("\n"), start=1):
         cells = line.split()

@@ -1,6 +1,7 @@
-"""Recorded tracks: CSV with a header `t,id,x,y[,z]`, one row per agent and frame, SI units.
+"""Readers of recorded tracks: CSV with a header `t,id,x,y[,z]`, one row per agent and frame, SI units.
 
-`read_tracks` refuses what could be repaired. `csv_rows` reads the same form for `formats.read_recording`, where it is.
+`read_tracks` is strict: it repairs nothing. `csv_rows` reads the same format for `formats.read_recording`, which
+repairs.
 """
 
 from collections.abc import Iterable
@@ -19,18 +20,18 @@ COLUMNS = ("t", "id", "x", "y")
 
 
 def sample_data(name: str) -> Path:
-    """A file that is shipped with slalom, by its name."""
+    """Return the path of a data file of slalom."""
     return Path(str(files("slalom") / "data" / name))
 
 
 def read_tracks(path: Path | str, *, interpolation: str = "smooth") -> dict[int, Sampled]:
-    """The trajectory of every agent of a CSV file by its id, ids in increasing order.
+    """Read the trajectory of every agent of a CSV file, by id in increasing order.
 
-    Rows may come in any order. Columns after x, y (and z) are ignored.
+    Rows may be in any order. Columns after x, y (and z) are ignored.
 
     Raises:
-        InvalidFile: no such file, a header or a cell that does not fit, an agent with a single row, two rows of one
-            agent at the same time. Every mistake found is named with its line.
+        InvalidFile: no such file, an invalid header or cell, an agent with a single row, two rows of one agent at the
+            same time. Every mistake is reported with its line.
     """
     path = Path(path)
     try:
@@ -41,7 +42,7 @@ def read_tracks(path: Path | str, *, interpolation: str = "smooth") -> dict[int,
     if tuple(header[:4]) != COLUMNS:
         raise InvalidFile([f"{path}:1:1: expected a header t,id,x,y[,z], found {lines[0] if lines else 'nothing'!r}"])
     width = 5 if header[4:5] == ["z"] else 4
-    # Blank lines are passed over, but count: `numbers` are the line numbers of the rows.
+    # Blank lines are skipped but counted: `numbers` holds the line number of each row.
     numbers = np.array([k for k, line in enumerate(lines[1:], start=2) if line.strip()], dtype=np.int64)
     if not numbers.size:
         raise InvalidFile([f"{path}:2:1: expected rows after the header, found none"])
@@ -59,7 +60,7 @@ def read_tracks(path: Path | str, *, interpolation: str = "smooth") -> dict[int,
 
 
 def _bad_cells(path: Path, lines: list[str], numbers: Indices, width: int) -> list[str]:
-    """One message for each cell that is not a number, ten at most."""
+    """Return one message for each cell that is not a number, at most ten."""
     mistakes = []
     for number in numbers:
         cells = lines[number - 1].split(",")
@@ -79,7 +80,7 @@ def _bad_cells(path: Path, lines: list[str], numbers: Indices, width: int) -> li
 
 
 def _number(text: str) -> float | None:
-    """The number that a cell holds; Python's 1_000 is none."""
+    """Return the number in a cell, None if it holds none; 1_000 is a number in Python, not in a file."""
     try:
         return None if "_" in text else float(text)
     except ValueError:
@@ -93,12 +94,14 @@ def _by_agent(path: Path, table: Array, numbers: Indices, interpolation: str) ->
     tracks, mistakes = {}, []
     for start, end in zip(starts, [*starts[1:], len(table)]):
         agent, rows = int(table[start, 1]), table[start:end]
-        again = np.flatnonzero(np.diff(rows[:, 0]) == 0)
+        repeated = np.flatnonzero(np.diff(rows[:, 0]) == 0)
         if len(rows) < 2:
             mistakes.append(f"{path}:{numbers[order[start]]}:1: expected at least two rows of agent {agent}, found one")
-        elif again.size:
-            line = numbers[order[start + again[0] + 1]]
-            mistakes.append(f"{path}:{line}:1: expected one row of agent {agent} at {rows[again[0], 0]:g} s, found two")
+        elif repeated.size:
+            line = numbers[order[start + repeated[0] + 1]]
+            mistakes.append(
+                f"{path}:{line}:1: expected one row of agent {agent} at {rows[repeated[0], 0]:g} s, found two"
+            )
         else:
             tracks[agent] = Sampled(rows[:, 0], rows[:, 2:], interpolation)
     if mistakes:
@@ -107,10 +110,12 @@ def _by_agent(path: Path, table: Array, numbers: Indices, interpolation: str) ->
 
 
 def csv_rows(path: Path) -> Rows:
-    """Columns t, id, x, y and, where there are, z, radius, length, width and kind, in any order; an id may be any text.
+    """Read columns t, id, x, y and, if present, z, radius, length, width and kind, in any order.
+
+    An id may be any text.
 
     Raises:
-        InvalidFile: a header or a cell that does not fit.
+        InvalidFile: an invalid header or cell.
     """
     table = comma_table(path, COLUMNS)
     axes = [name for name in ("x", "y", "z") if name in table.names]
@@ -120,5 +125,5 @@ def csv_rows(path: Path) -> Rows:
 
 
 def window(tracks: Iterable[Sampled], start: float, end: float) -> list[Sampled]:
-    """The tracks that exist at some time between start and end [s]."""
+    """Return the tracks that exist at some time between start and end [s]."""
     return [track for track in tracks if track.span[0] < end and track.span[1] > start]

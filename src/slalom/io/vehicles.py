@@ -1,4 +1,4 @@
-"""Recorded road users in the plane: the drone data sets (highD, inD, rounD, exiD, uniD) and INTERACTION."""
+"""Readers of recorded road users in the plane: drone data sets (highD, inD, rounD, exiD, uniD) and INTERACTION."""
 
 from pathlib import Path
 from typing import Final
@@ -12,7 +12,7 @@ from slalom.io.table import comma_table
 
 CENTRES: Final = ("trackId", "frame", "xCenter", "yCenter")
 CORNERS: Final = ("id", "frame", "x", "y", "width", "height")
-"""Columns of highD: the corner of the bounding box with the smallest x and y, and its sides along x and y."""
+"""Columns of highD: corner of the bounding box with the smallest x and y, and its sides along x and y."""
 
 CASES: Final = ("track_id", "timestamp_ms", "x", "y")
 
@@ -20,16 +20,16 @@ _SUFFIX, _RATE, _CLASSES = "_tracks.csv", "_recordingMeta.csv", "_tracksMeta.csv
 
 
 def drone(path: Path, *, frame_rate: float | None = None) -> Rows:
-    """Drone data sets: NN_tracks.csv, with NN_recordingMeta.csv and NN_tracksMeta.csv beside it if they are there.
+    """Read a drone data set: NN_tracks.csv, with NN_recordingMeta.csv and NN_tracksMeta.csv if they exist.
 
-    inD, rounD and their like give the centre, length and width; highD a corner of the bounding box, from which the
-    centre is half a box away, and y points down in its pictures, which is kept and noted.
+    inD, rounD, exiD and uniD give the centre, length and width. highD gives a corner of the bounding box, from which
+    the centre is computed; its y axis points down, which is kept and noted.
 
     Args:
         frame_rate: [Hz]; by default frameRate of the recordingMeta file.
 
     Raises:
-        InvalidFile: rows that do not fit; no frame rate, or another than the one given.
+        InvalidFile: invalid rows; no frame rate, or a stated one that differs from `frame_rate`.
     """
     table = comma_table(path, CENTRES, CORNERS)
     corners = "xCenter" not in table.names
@@ -48,38 +48,38 @@ def drone(path: Path, *, frame_rate: float | None = None) -> Rows:
     return table.rows_of(ids, times, positions, extents=extents, kinds=of_rows, notes=notes)
 
 
-def beside(path: Path) -> list[Path]:
-    """The files that are read with a NN_tracks.csv: those of them that are there."""
-    return [other for what in (_RATE, _CLASSES) if (other := _beside(path, what))]
+def companions(path: Path) -> list[Path]:
+    """Return the existing files that are read together with NN_tracks.csv."""
+    return [other for suffix in (_RATE, _CLASSES) if (other := _companion(path, suffix))]
 
 
-def _beside(path: Path, what: str) -> Path | None:
-    """The file that belongs to a NN_tracks.csv, if it is there."""
-    other = path.with_name(path.name.removesuffix(_SUFFIX) + what)
+def _companion(path: Path, suffix: str) -> Path | None:
+    """Return the file with this suffix that belongs to NN_tracks.csv; None if there is none."""
+    other = path.with_name(path.name.removesuffix(_SUFFIX) + suffix)
     return other if path.name.endswith(_SUFFIX) and other.is_file() else None
 
 
 def _frame_rate(path: Path, given: float | None) -> float:
-    """That of the recording [Hz]."""
+    """Return the frame rate of the recording [Hz]."""
     rate = None if given is None else positive(given, "frame_rate")
-    meta = _beside(path, _RATE)
+    meta = _companion(path, _RATE)
     if meta is None and rate is not None:
         return rate
-    said = []
+    stated = []
     if meta is not None:
         table = comma_table(meta, ("frameRate",))
-        said = table.numbers("frameRate").tolist()
+        stated = table.numbers("frameRate").tolist()
         refuse(meta, table.mistakes)
-    if len(said) != 1 or said[0] <= 0.0 or rate not in (None, said[0]):
-        expected = "one frameRate above 0" if rate is None else f"one frameRate of {rate:g} Hz, which was given"
+    if len(stated) != 1 or stated[0] <= 0.0 or rate not in (None, stated[0]):
+        expected = "one frameRate above 0" if rate is None else f"one frameRate of {rate:g} Hz, as given"
         where = meta or path.with_name(path.name.removesuffix(_SUFFIX) + _RATE)
-        raise InvalidFile([f"{where}: expected {expected}, found {', '.join(f'{x:g}' for x in said) or 'none'}"])
-    return float(said[0])
+        raise InvalidFile([f"{where}: expected {expected}, found {', '.join(f'{x:g}' for x in stated) or 'none'}"])
+    return float(stated[0])
 
 
 def _kinds(path: Path, id_column: str) -> dict[str, str]:
-    """The class of each track, by its id; none where it is not said."""
-    meta = _beside(path, _CLASSES)
+    """Return the class of each track by id; empty if there is no tracksMeta file."""
+    meta = _companion(path, _CLASSES)
     if meta is None:
         return {}
     table = comma_table(meta, (id_column, "class"))
@@ -89,13 +89,13 @@ def _kinds(path: Path, id_column: str) -> dict[str, str]:
 
 
 def interaction(path: Path, *, case: float | None = None) -> Rows:
-    """INTERACTION: track_id, timestamp_ms, x, y and, where known, agent_type, length, width; time from 0 ms.
+    """Read INTERACTION: track_id, timestamp_ms, x, y and, if present, agent_type, length, width.
 
     Args:
-        case: the case_id to read from a file of many (version 1.2), each of which begins at its own time.
+        case: case_id to read from a file of several cases (version 1.2), each of which has its own time.
 
     Raises:
-        InvalidFile: rows that do not fit; a file of several cases and none, or one that it does not have, chosen.
+        InvalidFile: invalid rows; several cases without `case`, or no rows of `case`.
     """
     table = comma_table(path, CASES)
     chosen = None

@@ -1,6 +1,7 @@
-"""Tracks out: CSV, JuPedSim's database and TrajNet++. Positions are written as they are, to the bit.
+"""Writers of tracks: CSV, JuPedSim database and TrajNet++. Positions keep every bit.
 
-Times are written as they are in CSV; the others hold frames, so every time must be a multiple of 1 / frame_rate.
+CSV also keeps every bit of a time. The other formats hold frame numbers, so every time must be a multiple of
+1 / frame_rate.
 """
 
 import csv
@@ -21,11 +22,11 @@ from slalom.errors import InvalidFile, InvalidInput
 from slalom.io.recorded import Agent, Indices, Tracks
 from slalom.tolerances import REST
 
-ON_FRAME: Final = 1e-6
-"""[1] Share of a frame by which a time may be off its frame: rounding of times."""
+FRAME_TOLERANCE: Final = 1e-6
+"""[1] Largest deviation of a time from its frame, in frames: allows for rounding of times."""
 
 MARGIN: Final = 1.0
-"""[m] By how much the walkable area of a database is wider than the box of all positions."""
+"""[m] Margin of the walkable area of a database around the bounding box of all positions."""
 
 TABLES: Final = (
     "CREATE TABLE trajectory_data (frame INTEGER NOT NULL, id INTEGER NOT NULL, pos_x REAL NOT NULL, "
@@ -35,17 +36,17 @@ TABLES: Final = (
     "CREATE TABLE frame_data (frame INTEGER NOT NULL, geometry_hash INTEGER NOT NULL)",
     "CREATE INDEX frame_id_idx ON trajectory_data (frame, id)",
 )
-"""Of JuPedSim's database, version 2."""
+"""SQL statements that create the tables of a JuPedSim database, version 2."""
 
 
 def write_csv(path: Path | str, tracks: Tracks) -> None:
-    """CSV: t,id,x,y[,z] and, where any agent has them, radius, length, width and kind; by time, then agent.
+    """Write CSV: t,id,x,y[,z] and, if any agent has them, radius, length, width and kind; by time, then agent.
 
     Raises:
         InvalidInput: no agents, agents of different dimensions.
         InvalidFile: a file that cannot be written.
     """
-    agents = _written(tracks)
+    agents = _agents_of(tracks)
     d = {agent.trajectory.dimension for agent in agents.values()}
     if len(d) > 1:
         raise InvalidInput(f"tracks: expected agents of one dimension, found {sorted(d)}")
@@ -63,50 +64,53 @@ def write_csv(path: Path | str, tracks: Tracks) -> None:
 
 
 def write_jupedsim(path: Path | str, tracks: Tracks, *, frame_rate: float) -> None:
-    """JuPedSim's SQLite database, version 2, as PedPy and JuPedSim read it.
+    """Write a JuPedSim SQLite database, version 2, as read by PedPy and JuPedSim.
 
-    The orientation is the direction of the velocity, while an agent rests that before or, at first, after it. The
-    walkable area, which the format asks for, is the box of all positions, 1 m wider. Extents and kinds have no place.
+    The orientation is the direction of the velocity; while an agent rests, the last direction before or, at the start,
+    the first one after. The walkable area, which the format requires, is the bounding box of all positions with a
+    margin of MARGIN. The format has no extents and kinds.
 
     Args:
-        frame_rate: [Hz].
+        frame_rate: [Hz] of the frame numbers.
 
     Raises:
         InvalidInput: agents that are not in the plane, ids that are not whole numbers, times off the frames.
         InvalidFile: a file that cannot be written.
     """
-    agents = _in_frames(tracks, frame_rate)
+    agents = _frames_of(tracks, frame_rate)
     rows = [
-        (frame, label, *place, *facing)
+        (frame, label, *position, *direction)
         for label, (agent, frames) in agents.items()
-        for frame, place, facing in zip(frames.tolist(), agent.positions.tolist(), _facing(agent).tolist())
+        for frame, position, direction in zip(frames.tolist(), agent.positions.tolist(), _directions(agent).tolist())
     ]
-    places = np.concatenate([agent.positions for agent, _ in agents.values()])
-    (xmin, ymin), (xmax, ymax) = (places.min(axis=0) - MARGIN).tolist(), (places.max(axis=0) + MARGIN).tolist()
+    points = np.concatenate([agent.positions for agent, _ in agents.values()])
+    (xmin, ymin), (xmax, ymax) = (points.min(axis=0) - MARGIN).tolist(), (points.max(axis=0) + MARGIN).tolist()
     corners = [(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax), (xmin, ymin)]
     wkt = f"POLYGON (({', '.join(f'{x!r} {y!r}' for x, y in corners)}))"
-    said = {"version": 2, "fps": float(frame_rate), "xmin": xmin, "xmax": xmax, "ymin": ymin, "ymax": ymax}
-    every = range(min(0, min(row[0] for row in rows)), max(row[0] for row in rows) + 1)
+    metadata = {"version": 2, "fps": float(frame_rate), "xmin": xmin, "xmax": xmax, "ymin": ymin, "ymax": ymax}
+    all_frames = range(min(0, min(row[0] for row in rows)), max(row[0] for row in rows) + 1)
     with _writing(path):
         Path(path).unlink(missing_ok=True)
         with closing(sqlite3.connect(path)) as database, database:
             for table in TABLES:
                 database.execute(table)
-            shown = zlib.crc32(wkt.encode())
-            database.execute("INSERT INTO geometry VALUES (?, ?)", (shown, wkt))
-            database.executemany("INSERT INTO metadata VALUES (?, ?)", [(key, str(said[key])) for key in said])
-            database.executemany("INSERT INTO frame_data VALUES (?, ?)", [(frame, shown) for frame in every])
+            geometry_hash = zlib.crc32(wkt.encode())
+            database.execute("INSERT INTO geometry VALUES (?, ?)", (geometry_hash, wkt))
+            database.executemany("INSERT INTO metadata VALUES (?, ?)", [(key, str(metadata[key])) for key in metadata])
+            database.executemany(
+                "INSERT INTO frame_data VALUES (?, ?)", [(frame, geometry_hash) for frame in all_frames]
+            )
             database.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?, ?, ?)", sorted(rows))
 
 
 def write_trajnet(path: Path | str, tracks: Tracks, *, frame_rate: float) -> None:
-    """TrajNet++: one scene over all frames, whose primary pedestrian is the first agent, then the rows by frame.
+    """Write TrajNet++: one scene over all frames, whose primary pedestrian is the first agent, then the rows by frame.
 
-    Extents and kinds have no place. The scene's fps says, as in the format, how many rows there are in a second.
+    The format has no extents and kinds. The fps of the scene is the number of rows per second, as the format defines.
 
     Args, Raises: as write_jupedsim.
     """
-    agents = _in_frames(tracks, frame_rate)
+    agents = _frames_of(tracks, frame_rate)
     rows = [
         {"f": frame, "p": label, "x": x, "y": y}
         for label, (agent, frames) in agents.items()
@@ -129,17 +133,17 @@ def _writing(path: Path | str) -> Iterator[None]:
         raise InvalidFile([f"{path}: expected a file that can be written, found {error}"]) from None
 
 
-def _written(tracks: Tracks) -> dict[str, Agent]:
+def _agents_of(tracks: Tracks) -> dict[str, Agent]:
     if not tracks.agents:
         raise InvalidInput("tracks: expected at least one agent, found none")
     return dict(tracks.agents)
 
 
-def _in_frames(tracks: Tracks, frame_rate: float) -> dict[int, tuple[Any, Indices]]:
-    """The trajectory and the frames of each agent by its number."""
+def _frames_of(tracks: Tracks, frame_rate: float) -> dict[int, tuple[Any, Indices]]:
+    """Return the trajectory and the frame numbers (n,) of each agent, by agent number."""
     rate = positive(frame_rate, "frame_rate")
     found = {}
-    for label, agent in _written(tracks).items():
+    for label, agent in _agents_of(tracks).items():
         track = agent.trajectory
         if track.dimension != 2:
             raise InvalidInput(f"agent {label}: expected positions in the plane, found dimension {track.dimension}")
@@ -147,15 +151,15 @@ def _in_frames(tracks: Tracks, frame_rate: float) -> dict[int, tuple[Any, Indice
             raise InvalidInput(f"agent {label}: expected a whole number as id, found {label!r}")
         frames = np.round(track.times * rate)
         off = np.abs(track.times * rate - frames)
-        if off.max() > ON_FRAME or np.any(np.diff(frames) == 0):
+        if off.max() > FRAME_TOLERANCE or np.any(np.diff(frames) == 0):
             worst = track.times[np.argmax(off)]
             raise InvalidInput(f"agent {label}: expected different multiples of 1 / {rate:g} s, found {worst:g} s")
         found[int(label)] = track, frames.astype(np.int64)
     return found
 
 
-def _facing(track: Any) -> Array:
-    """The direction of the velocity at each time (n, 2), of a time before or after where the agent rests."""
+def _directions(track: Any) -> Array:
+    """Return the unit direction of motion (n, 2) at each time; of another time while the agent rests."""
     velocity = track.velocity(track.times)
     speed = np.linalg.norm(velocity, axis=1)
     moving = np.flatnonzero(speed > REST)

@@ -1,4 +1,4 @@
-"""The paper's figures, and its claims beside what is measured here; `slalom reproduce` on the command line.
+"""Reproduction of the paper's figures and measurement of its claims; `slalom reproduce` on the command line.
 
-Everything heavy is imported when it is used, so that the command line answers at once.
+Heavy modules are imported on use, so that the command line starts fast.
 """

@@ -1,7 +1,8 @@
-"""Robots that swap places on a circle, all with the same method: does the method make them oscillate or the selection?
+"""Claim `oscillation`: do robots that swap positions on a circle oscillate because of the method or the selection?
 
-Two ways of being consistent are switched on and off: to keep what was chosen (`patience`), and to agree on a side (the
-rings of `sim.guidance`). The velocity or acceleration obstacles are the same in all cases.
+All robots of a run use the same method. Two kinds of consistency are switched on and off: commitment to the chosen
+manoeuvre (`patience`), and agreement on a side (traffic circles of guidance). The velocity or acceleration obstacles
+are the same in all cases.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,31 +26,31 @@ from slalom.sim.measure.oscillation import (
 
 NAMES: Final = ("vo", "rvo", "ao", "nao")
 ROBOTS: Final = (2, 4, 8, 20)
-MANY: Final = 20
-"""[robots] From here on a run takes a minute: a third of the runs, and nobody who keeps without agreeing."""
+MANY_ROBOTS: Final = 20
+"""[robots] From this number on a run takes a minute: a third of the seeds, and no rows of the selection `kept`."""
 SELECTIONS: Final[dict[str, dict[str, float]]] = {
     "greedy": {"patience": 0.0, "guided": 0.0},
     "kept": {"guided": 0.0},
     "agreed": {"patience": 0.0},
     "both": {},
 }
-"""Settings of the scenario. Without patience a robot takes at every decision what costs least, what it is committed to
-among the rest; unguided it heads straight for its goal. The library's default is `both`."""
-OTHERWISE: Final[dict[str, Passing | float]] = {
+"""Scenario settings of each selection. Without patience a robot takes the control of least cost at every decision; the
+committed one has no preference. Without guidance it heads straight for its goal. The library's default is `both`."""
+VARIANTS: Final[dict[str, Passing | float]] = {
     "side flips": PASSING,
     "side flips, nearest within 3 s": PASSING._replace(ahead=3.0),
     "side flips, missing by 0.25 radii": PASSING._replace(band=0.25),
     "side flips, approaching at all": PASSING._replace(towards=0.0),
     "heading variation": MOVING,
-    "heading variation, down to 0.01 of top speed": 0.01,
+    "heading variation, down to 0.01 of maximum speed": 0.01,
 }
-"""The measures with one of their constants changed."""
-DRAWN: Final = 4
-"""[robots] Of which the paths are drawn, of seed 0."""
+"""The measures, each also with one constant changed."""
+DRAWN_ROBOTS: Final = 4
+"""[robots] Number of robots in the run whose paths are drawn, seed 0."""
 
 
 class Cell(NamedTuple):
-    """A row: who swaps places, and how they choose."""
+    """A row of the table: method, selection and number of robots."""
 
     method: str
     selection: str
@@ -57,27 +58,27 @@ class Cell(NamedTuple):
 
 
 def cells(quick: bool = False) -> list[Cell]:
-    """The rows of the table; a few of them if `quick`."""
+    """Return the rows of the table; a few of them if `quick`."""
     names, counts, selections = (("vo", "nao"), (2, 4), ("greedy", "both")) if quick else (NAMES, ROBOTS, SELECTIONS)
     return [
         Cell(name, selection, count)
         for name in names
         for count in counts
         for selection in selections
-        if count < MANY or selection != "kept"
+        if count < MANY_ROBOTS or selection != "kept"
     ]
 
 
 def run(cell: Cell, seed: int, duration: float) -> Recording:
-    """One run; the seed moves the starts by a millimetre, as the gallery does."""
+    """Simulate one run; the seed displaces the starts by a millimetre, as in the gallery."""
     settings = {"robots": float(cell.robots), "duration": duration, **SELECTIONS[cell.selection]}
     return simulate(build("circle", settings, seed=seed), METHODS[cell.method], seed=seed)
 
 
-def one(cell: Cell, seed: int, duration: float) -> dict[str, Any]:
-    """The measures of one run; flips and headings are means over the robots."""
+def run_metrics(cell: Cell, seed: int, duration: float) -> dict[str, Any]:
+    """Return the measures of one run; side flips and heading variation are means over the robots."""
     recording = run(cell, seed, duration)
-    robots, said = range(cell.robots), summary(recording)
+    robots, result = range(cell.robots), summary(recording)
     flips, steps = flips_between(recording)
 
     def measured(rule: Passing | float) -> float:
@@ -91,15 +92,15 @@ def one(cell: Cell, seed: int, duration: float) -> dict[str, Any]:
         "pairs_that_flip": int(np.count_nonzero(flips)) // 2,
         "heading_variation": measured(MOVING),
         "changed": float(np.mean([changed_choices(recording, k) for k in robots])),
-        "collisions": said["collisions"],
-        "arrived": said["arrived"],
-        "time": said["time"],
-        "otherwise": [measured(rule) for rule in OTHERWISE.values()],
+        "collisions": result["collisions"],
+        "arrived": result["arrived"],
+        "time": result["time"],
+        "otherwise": [measured(rule) for rule in VARIANTS.values()],
     }
 
 
 def aggregate(cell: Cell, runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Means and counts over the runs of one cell; the time is that of the last arrival, where all arrive."""
+    """Return means and counts over the runs of one cell; `time` is the last arrival of runs in which all arrive."""
     times = [run["time"] for run in runs if run["arrived"] == cell.robots]
     means = {
         name: float(np.mean([run[name] for run in runs])) for name in ("side_flips", "heading_variation", "changed")
@@ -115,28 +116,31 @@ def aggregate(cell: Cell, runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
-    """All rows, and the measures with other constants; the same for any number of jobs.
+    """Measure all rows, and the measures with other constants; the result does not depend on the number of jobs.
 
     Args:
-        seeds: runs of each row with fewer than MANY robots; of the others a third.
+        seeds: runs of each row with fewer than MANY_ROBOTS robots; the other rows have a third.
+        advance: receives the share done.
     """
     rows, duration = cells(quick), 30.0 if quick else 100.0
-    fewer = max(1, seeds // 3)
-    work = [(cell, seed) for cell in rows for seed in range(fewer if cell.robots >= MANY else seeds)]
-    # The longest first, so that no process is left alone with one of them.
+    seeds_of_many = max(1, seeds // 3)
+    work = [(cell, seed) for cell in rows for seed in range(seeds_of_many if cell.robots >= MANY_ROBOTS else seeds)]
+    # The longest runs first, so that no process ends with a long run while the others are idle.
     work.sort(key=lambda case: -case[0].robots)
     found: dict[tuple[Cell, int], dict[str, Any]] = {}
-    done = Parallel(n_jobs=jobs, return_as="generator")(delayed(one)(cell, seed, duration) for cell, seed in work)
+    done = Parallel(n_jobs=jobs, return_as="generator")(
+        delayed(run_metrics)(cell, seed, duration) for cell, seed in work
+    )
     total = sum(cell.robots**2 for cell, _ in work)
     for case, result in zip(work, done):
         found[case] = result
         advance(sum(cell.robots**2 for cell, _ in found) / total)
-    runs = {cell: [result for (other, _), result in sorted(found.items()) if other == cell] for cell in rows}
+    runs = {cell: [result for (other_cell, _), result in sorted(found.items()) if other_cell == cell] for cell in rows}
     defaults = GALLERY["circle"].parameters
     return {
         "seeds": seeds,
-        "seeds_of_many": fewer,
-        "many": MANY,
+        "seeds_of_many": seeds_of_many,
+        "many": MANY_ROBOTS,
         "duration": duration,
         "patience": build("circle").patience,
         "scenario": {
@@ -144,21 +148,24 @@ def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]
         },
         "passing": PASSING._asdict(),
         "moving": MOVING,
-        "drawn": DRAWN,
+        "drawn": DRAWN_ROBOTS,
         "rows": [aggregate(cell, runs[cell]) for cell in rows],
-        "otherwise": _otherwise(runs),
+        "otherwise": _variants(runs),
     }
 
 
-def _otherwise(runs: Mapping[Cell, Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:
-    """For each measure with other constants its mean over all runs of each selection with fewer than MANY robots."""
+def _variants(runs: Mapping[Cell, Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:
+    """Return the means of each variant of the measures over the runs with fewer than MANY_ROBOTS, by selection."""
     table = []
-    for k, name in enumerate(OTHERWISE):
+    for k, name in enumerate(VARIANTS):
         means = {}
         for selection in dict.fromkeys(cell.selection for cell in runs):
-            few = [
-                run for cell, mine in runs.items() if cell.selection == selection and cell.robots < MANY for run in mine
+            selected = [
+                run
+                for cell, cell_runs in runs.items()
+                if cell.selection == selection and cell.robots < MANY_ROBOTS
+                for run in cell_runs
             ]
-            means[selection] = float(np.mean([run["otherwise"][k] for run in few]))
+            means[selection] = float(np.mean([run["otherwise"][k] for run in selected]))
         table.append({"measure": name, **means})
     return table

@@ -1,7 +1,7 @@
-"""How often VO and AO raise an alarm on a curved road that NLVO and NAO do not.
+"""Claim `curves`: how often VO and AO raise an alarm on a curved road, and NLVO and NAO do not.
 
-Robot and car follow their lanes for ever, so they never collide: every alarm is a false one. What is asked is the
-paper's question: is the robot's present velocity (acceleration) in the VO or NLVO (AO or NAO) of the car?
+Robot and car follow their lanes without end and never collide: every alarm is false. An alarm means that the robot's
+present velocity (acceleration) is in the VO or NLVO (AO or NAO) of the car.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,26 +20,26 @@ from slalom.state import State
 from slalom.trajectory import Circular
 
 LANE: Final = 4.0
-"""[m] Between the middles of neighbouring lanes."""
+"""[m] Distance between the centre lines of neighbouring lanes."""
 ROBOT: Final = Disc(1.0)
 CAR: Final = Disc(1.5)
 HORIZONS: Final = (3.0, 6.0)
 RADII: Final = (15.0, 20.0, 30.0, 45.0, 70.0, 110.0)
-"""[m] Of the robot's lane."""
+"""[m] Radii of the robot's lane."""
 SPEEDS: Final = (4.0, 6.0, 8.0, 10.0, 12.0)
-"""[m/s] Of the robot."""
+"""[m/s] Speeds of the robot."""
 RATIOS: Final = (0.7, 0.85, 1.0, 1.15, 1.3)
-"""Speed of the car over that of the robot."""
+"""[1] Speed of the car over the speed of the robot."""
 AHEAD: Final = tuple(float(s) for s in range(-20, 21, 2))
-"""[m] Along the robot's lane, from the robot to the car; negative: the car is behind."""
+"""[m] Arc length along the robot's lane from the robot to the car; negative: the car is behind."""
 SIDES: Final = {"inner": -1.0, "outer": 1.0}
-"""Which neighbouring lane the car is in, seen from the robot's."""
+"""Lane of the car relative to the robot's lane, in units of LANE."""
 
 Alarms = npt.NDArray[np.bool_]
 
 
 class Question(NamedTuple):
-    """A response, the two forecasts that are compared, and the present control of a robot that follows its lane."""
+    """A response, two forecasts to compare, and the present control of a robot that follows its lane."""
 
     response: Response
     names: tuple[str, str]
@@ -61,25 +61,25 @@ QUESTIONS: Final = {
 
 
 def cars(radius: float, speed: float, side: float, ahead: Sequence[float], ratios: Sequence[float]) -> list[Obstacle]:
-    """A car for each ratio and place, in the lane beside that of a robot at angle 0."""
+    """Return a car for each speed ratio and arc length, in the lane next to that of a robot at angle 0."""
     lane = radius + side * LANE
     return [Obstacle(CAR, Circular((0.0, 0.0), lane, ratio * speed, s / radius)) for ratio in ratios for s in ahead]
 
 
 def alarms(question: Question, radius: float, speed: float, obstacles: Sequence[Obstacle], horizon: float) -> Alarms:
-    """(2, n): whether each obstacle raises an alarm, under the first and under the second forecast."""
-    own = Circular((0.0, 0.0), radius, speed)
-    state, control = State(own.position(0.0), own.velocity(0.0)), question.control(own)
+    """Return whether each obstacle raises an alarm under the first and the second forecast, (2, n)."""
+    robot_lane = Circular((0.0, 0.0), radius, speed)
+    state, control = State(robot_lane.position(0.0), robot_lane.velocity(0.0)), question.control(robot_lane)
     rows = []
     for forecast in question.forecasts:
-        seen = [Obstacle(o.shape, forecast(o.trajectory, 0.0)) for o in obstacles]
-        blocked = ControlObstacle(question.response, state, ObstacleTable(seen, 0.0, horizon), ROBOT)
+        predicted = [Obstacle(o.shape, forecast(o.trajectory, 0.0)) for o in obstacles]
+        blocked = ControlObstacle(question.response, state, ObstacleTable(predicted, 0.0, horizon), ROBOT)
         rows.append(np.isfinite(blocked.times_to_collision(control)))
     return np.array(rows)
 
 
 def counted(rows: Alarms) -> dict[str, int]:
-    """How many of the cases raise which alarm."""
+    """Count the alarms of each kind in `rows` (2, n)."""
     first, second = rows
     return {
         "cases": int(first.size),
@@ -91,7 +91,7 @@ def counted(rows: Alarms) -> dict[str, int]:
 
 
 def measure(quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
-    """Counts over the grid: all, by the robot's radius and by its speed, for each question, horizon and side."""
+    """Measure counts over the grid: all, by lane radius and by speed, for each question, horizon and side."""
     radii, speeds = (RADII[1::3], SPEEDS[1::3]) if quick else (RADII, SPEEDS)
     ahead, ratios = (AHEAD[::5], RATIOS[::2]) if quick else (AHEAD, RATIOS)
     result: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""slalom's own navigator in the same roundabout: collisions, adjustments, acceleration and jerk of each method."""
+"""Claim `smoothness`: collisions, adjustments, acceleration and jerk of slalom's navigator in the roundabout."""
 
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
@@ -13,7 +13,7 @@ from slalom.sim.measure.metrics import METRICS
 
 
 class Setting(NamedTuple):
-    """A row: who drives, and how often it decides [s]."""
+    """A row of the table: method and replan interval [s]."""
 
     method: str
     replan: float
@@ -33,31 +33,33 @@ NAMES: Final = (
 )
 
 
-def one(setting: Setting, seed: int, duration: float) -> dict[str, float]:
-    """The metrics of one run."""
+def run_metrics(setting: Setting, seed: int, duration: float) -> dict[str, float]:
+    """Return the metrics of one run."""
     scenario = build("roundabout_crossing", {"replan": setting.replan, "duration": duration}, seed=seed)
     recording = simulate(scenario, METHODS[setting.method], seed=seed)
     return {name: METRICS[name](recording) for name in NAMES}
 
 
 def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
-    """Means over the seeds; runs with a collision and runs that arrived are counted."""
+    """Measure means over the seeds, and count runs with a collision and runs that arrived."""
     settings, duration = (SETTINGS[-1:], 3.0) if quick else (SETTINGS, 60.0)
     work = [(setting, seed) for setting in settings for seed in range(seeds)]
     rows = []
-    for row in Parallel(n_jobs=jobs, return_as="generator")(delayed(one)(s, seed, duration) for s, seed in work):
+    for row in Parallel(n_jobs=jobs, return_as="generator")(
+        delayed(run_metrics)(s, seed, duration) for s, seed in work
+    ):
         rows.append(row)
         advance(len(rows) / len(work))
     table = []
     for setting in settings:
-        mine = [row for row, (s, _) in zip(rows, work) if s == setting]
-        means = {name: float(np.mean([row[name] for row in mine])) for name in NAMES if name not in ("collisions",)}
+        selected = [row for row, (s, _) in zip(rows, work) if s == setting]
+        means = {name: float(np.mean([row[name] for row in selected])) for name in NAMES if name not in ("collisions",)}
         table.append(
             {
                 **setting._asdict(),
-                "runs": len(mine),
-                "runs_with_collision": sum(row["collisions"] > 0 for row in mine),
-                "runs_that_arrived": sum(row["arrived"] > 0 for row in mine),
+                "runs": len(selected),
+                "runs_with_collision": sum(row["collisions"] > 0 for row in selected),
+                "runs_that_arrived": sum(row["arrived"] > 0 for row in selected),
                 **{name: value for name, value in means.items() if name != "arrived"},
             }
         )

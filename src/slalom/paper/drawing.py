@@ -1,4 +1,4 @@
-"""What the figures of the paper share: panels of a given size, the union with its elements, arrows and names."""
+"""Shared parts of the paper's figures: panels of a given size, unions with their elements, arrows and labels."""
 
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
@@ -17,31 +17,32 @@ from slalom.view.control_space import Extent, Plane, filled
 from slalom.view.style import COLUMN, FAINT, INK, NEUTRAL, PAGE, ROBOT, colour_at, colour_bar, disc, halo, time_scale
 
 UNION: Final = "#ececec"
-"""Face of a union whose elements are drawn in colour."""
+"""Face colour of a union whose elements are drawn in colour."""
 DASHES: Final = (0, (4, 2))
 
 
 class Row(NamedTuple):
-    """Panels side by side."""
+    """A figure and its panels, side by side."""
 
     figure: Figure
     axes: list[Axes]
 
 
 def panels(extents: Sequence[Extent], *, width: float, gap: float = 0.5, bar: bool = True, legend: int = 0) -> Row:
-    """Panels of equal height side by side on a figure `width` [inch] wide, with room for a colour bar on the right.
+    """Return panels of equal height side by side, with space for a colour bar on the right.
 
     Args:
-        extents: x from, x to, y from, y to of each: its shape. gap: between panels [inch].
-        legend: lines of text under the panels.
+        extents: x from, x to, y from, y to of each panel, which determine its shape.
+        width: of the figure [inch]. gap: between panels [inch]. bar: whether a colour bar follows.
+        legend: lines of text below the panels.
     """
     left, right, bottom, top = 0.44, 0.52 if bar else 0.08, 0.4 + 0.15 * legend, 0.24
     ratios = [(b - a) / (d - c) for a, b, c, d in extents]
     height = (width - left - right - gap * (len(extents) - 1)) / sum(ratios)
-    tall = bottom + height + top
-    figure, axes, x = Figure(figsize=(width, tall)), [], left
+    total_height = bottom + height + top
+    figure, axes, x = Figure(figsize=(width, total_height)), [], left
     for (a, b, c, d), ratio in zip(extents, ratios):
-        ax = figure.add_axes((x / width, bottom / tall, height * ratio / width, height / tall))
+        ax = figure.add_axes((x / width, bottom / total_height, height * ratio / width, height / total_height))
         ax.set(xlim=(a, b), ylim=(c, d))
         ax.set_aspect("equal")
         axes.append(ax)
@@ -50,17 +51,17 @@ def panels(extents: Sequence[Extent], *, width: float, gap: float = 0.5, bar: bo
 
 
 def column(extent: Extent, **options: Any) -> Row:
-    """One panel in a column of a page."""
+    """Return one panel of a column's width."""
     return panels([extent], width=COLUMN, **options)
 
 
 def page(extents: Sequence[Extent], **options: Any) -> Row:
-    """Panels across a page."""
+    """Return panels across a page."""
     return panels(extents, width=PAGE, **options)
 
 
 def name_axes(ax: Axes, letter: str, unit: str) -> None:
-    """What is drawn along the axes: places, or the components of a velocity or an acceleration."""
+    """Label the axes: coordinates, or components of a velocity or an acceleration."""
     if letter == "x":
         ax.set_xlabel(f"x [{unit}]")
         ax.set_ylabel(f"y [{unit}]", labelpad=1)
@@ -70,44 +71,44 @@ def name_axes(ax: Axes, letter: str, unit: str) -> None:
 
 
 def union(ax: Axes, blocked: ControlObstacle, *, face: str = UNION, resolution: int = 361) -> None:
-    """The control obstacle within the view, by the contour of clearance 0."""
+    """Fill the control obstacle within the view, from the contour of clearance 0."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     plane = Plane(np.linspace(left, right, resolution), np.linspace(low, high, resolution), None)
-    # Deep inside the clearance is bounded, far outside it is not: both are cut, the contour is the same.
+    # The clearance is unbounded far outside: clipping leaves the contour of 0 unchanged.
     field = np.clip(blocked.clearance(plane.controls), -1e3, 1e3)
     patch = PathPatch(filled(plane, field), facecolor=face, edgecolor=INK, linewidth=0.8, zorder=1)
     patch.set_gid("union")
     ax.add_patch(patch)
 
 
-def elements(ax: Axes, blocked: ControlObstacle, times: Sequence[float], *, named: float = 0.0) -> None:
-    """Temporal elements at the given times [s], coloured by them; those up to `named` [s] with their time inside."""
+def elements(ax: Axes, blocked: ControlObstacle, times: Sequence[float], *, labelled_until: float = 0.0) -> None:
+    """Draw temporal elements at `times` [s], coloured by time; those up to `labelled_until` [s] carry their time."""
     scale = time_scale(blocked.horizon)
     for t in sorted(times):
         colour = colour_at(scale, t)
         found = blocked.element(t)
         for centre, radius in zip(found.centers, found.radii):
-            look: dict[str, Any] = {"facecolor": to_rgba(colour, 0.3), "edgecolor": colour, "linewidth": 0.9}
-            disc(ax, centre, radius, f"element-{t:g}", zorder=2.0 + 0.1 / t, **look)
-            if t <= named and _within(ax, centre):
+            properties: dict[str, Any] = {"facecolor": to_rgba(colour, 0.3), "edgecolor": colour, "linewidth": 0.9}
+            disc(ax, centre, radius, f"element-{t:g}", zorder=2.0 + 0.1 / t, **properties)
+            if t <= labelled_until and _within(ax, centre):
                 label(ax, centre, f"{t:g} s", size=6.5)
 
 
-def _within(ax: Axes, place: Array) -> bool:
-    """Whether a name at `place` lies in the view, with a rim."""
-    for value, rim, (low, high) in zip(place, (0.1, 0.05), (ax.get_xlim(), ax.get_ylim())):
-        if not low + rim * (high - low) < value < high - rim * (high - low):
+def _within(ax: Axes, position: Array) -> bool:
+    """Return whether a label at `position` (2,) lies in the view, with a margin."""
+    for value, inset, (low, high) in zip(position, (0.1, 0.05), (ax.get_xlim(), ax.get_ylim())):
+        if not low + inset * (high - low) < value < high - inset * (high - low):
             return False
     return True
 
 
-def time_bar(ax: Axes, horizon: float, words: str = "time t [s]") -> None:
-    """The scale of times beside a panel."""
-    colour_bar(time_scale(horizon), ax, words)
+def time_bar(ax: Axes, horizon: float, title: str = "time t [s]") -> None:
+    """Draw the scale of times beside a panel."""
+    colour_bar(time_scale(horizon), ax, title)
 
 
 def arrow(ax: Axes, tail: npt.ArrayLike, tip: npt.ArrayLike, colour: str, gid: str, zorder: float = 6.0) -> None:
-    """A vector in data units."""
+    """Draw a vector in data units."""
     (x, y), (u, v) = np.asarray(tail, dtype=float)[:2], np.asarray(tip, dtype=float)[:2]
     drawn = FancyArrowPatch(
         (x, y), (u, v), arrowstyle="-|>,head_length=4,head_width=2", color=colour, linewidth=1.1, shrinkA=0, shrinkB=0
@@ -117,45 +118,53 @@ def arrow(ax: Axes, tail: npt.ArrayLike, tip: npt.ArrayLike, colour: str, gid: s
 
 
 def label(
-    ax: Axes, place: npt.ArrayLike, text: str, *, away: tuple[float, float] = (0, 0), size: float = 7.5, **look: Any
+    ax: Axes,
+    position: npt.ArrayLike,
+    text: str,
+    *,
+    offset: tuple[float, float] = (0, 0),
+    size: float = 7.5,
+    **properties: Any,
 ) -> None:
-    """A name at `place`, moved by `away` [pt], readable on any colour."""
-    x, y = np.asarray(place, dtype=float)[:2]
-    options: dict[str, Any] = {"ha": "center", "va": "center", "color": INK, "zorder": 8} | look
-    drawn = ax.annotate(text, (float(x), float(y)), xytext=away, textcoords="offset points", fontsize=size, **options)
+    """Write a label at `position` (2,), moved by `offset` [pt], readable on any colour."""
+    x, y = np.asarray(position, dtype=float)[:2]
+    options: dict[str, Any] = {"ha": "center", "va": "center", "color": INK, "zorder": 8} | properties
+    drawn = ax.annotate(text, (float(x), float(y)), xytext=offset, textcoords="offset points", fontsize=size, **options)
     drawn.set_path_effects(halo(2.0))
 
 
-def point(ax: Axes, place: npt.ArrayLike, text: str, *, away: tuple[float, float], colour: str = ROBOT) -> None:
-    """A named control."""
-    x, y = np.asarray(place, dtype=float)[:2]
+def control_point(
+    ax: Axes, position: npt.ArrayLike, text: str, *, offset: tuple[float, float], colour: str = ROBOT
+) -> None:
+    """Draw a control (2,) with a label."""
+    x, y = np.asarray(position, dtype=float)[:2]
     (mark,) = ax.plot([x], [y], marker="o", markersize=4.5, markerfacecolor=colour, markeredgecolor="white", zorder=7)
     mark.set(linestyle="none", markeredgewidth=0.7)
     mark.set_gid("point")
-    label(ax, place, text, away=away, color=colour)
+    label(ax, position, text, offset=offset, color=colour)
 
 
-def path(ax: Axes, trajectory: Trajectory, end: float, colour: Any = FAINT, **look: Any) -> None:
-    """The way of an obstacle from now to `end` [s]."""
+def path(ax: Axes, trajectory: Trajectory, end: float, colour: Any = FAINT, **properties: Any) -> None:
+    """Draw the path of an obstacle from now to `end` [s]."""
     points = trajectory.position(np.linspace(0.0, end, 241))
-    ax.plot(*points.T[:2], **({"color": colour, "linewidth": 0.9, "zorder": 1.5} | look))
+    ax.plot(*points.T[:2], **({"color": colour, "linewidth": 0.9, "zorder": 1.5} | properties))
 
 
 def positions(
-    ax: Axes, trajectory: Trajectory, radius: float, times: Sequence[float], horizon: float, *, name: bool = True
+    ax: Axes, trajectory: Trajectory, radius: float, times: Sequence[float], horizon: float, *, labelled: bool = True
 ) -> None:
-    """An obstacle now, and at later times coloured by them."""
+    """Draw an obstacle now and at later `times` [s], coloured by time."""
     scale = time_scale(horizon)
     disc(ax, trajectory.position(0.0), radius, "obstacle", facecolor=NEUTRAL, edgecolor=INK, linewidth=0.8, zorder=3)
     for t in times:
         colour = colour_at(scale, t)
-        look: dict[str, Any] = {"facecolor": to_rgba(colour, 0.3), "edgecolor": colour, "linewidth": 0.9}
-        disc(ax, trajectory.position(t), radius, f"obstacle-{t:g}", zorder=2, **look)
-        if name:
+        properties: dict[str, Any] = {"facecolor": to_rgba(colour, 0.3), "edgecolor": colour, "linewidth": 0.9}
+        disc(ax, trajectory.position(t), radius, f"obstacle-{t:g}", zorder=2, **properties)
+        if labelled:
             label(ax, trajectory.position(t), f"{t:g} s", size=6.5)
 
 
-def cross(ax: Axes, place: Array, text: str, *, away: tuple[float, float]) -> None:
-    """The robot as a point: obstacles have been grown by its radius."""
-    ax.plot(*place[:2], marker="o", markersize=4.5, color=INK, zorder=7, linestyle="none", gid="robot")
-    label(ax, place, text, away=away)
+def robot_point(ax: Axes, position: Array, text: str, *, offset: tuple[float, float]) -> None:
+    """Draw the robot as a point: the obstacles are grown by its radius."""
+    ax.plot(*position[:2], marker="o", markersize=4.5, color=INK, zorder=7, linestyle="none", gid="robot")
+    label(ax, position, text, offset=offset)

@@ -1,6 +1,6 @@
-"""The drawn definitions: the moving obstacle, VO, its element, NLVO, VO beside NLVO, AO and NAO.
+"""Figures of the definitions: moving obstacle, VO, temporal element, NLVO, VO beside NLVO, AO and NAO.
 
-The obstacles are grown by the robot's radius, the robot is a point at the origin.
+The obstacles are grown by the robot's radius; the robot is a point at the origin.
 """
 
 from collections.abc import Sequence
@@ -23,17 +23,17 @@ from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, 
 from slalom.view.style import FAINT, GOAL, INK, ROBOT, disc, style
 
 RADIUS: Final = 1.6
-"""[m] Of the obstacle and the robot together."""
+"""[m] Sum of the radii of obstacle and robot."""
 ROBOT_VELOCITY: Final = (3.2, 0.3)
-STRAIGHT: Final = ConstantVelocity((8.0, 5.0), (0.6, -1.3))
-ROUND: Final = Circular((7.8, 8.7), 4.5, -2.2, phase=-0.37)
-"""Comes towards the robot's way, as if to meet it after 3 s, and turns off."""
+LINE: Final = ConstantVelocity((8.0, 5.0), (0.6, -1.3))
+CIRCLE: Final = Circular((7.8, 8.7), 4.5, -2.2, phase=-0.37)
+"""Obstacle that approaches the robot's path, on a collision course in 3 s at its present velocity, and turns away."""
 HORIZON: Final = 10.0
 TIMES: Final = (1.2, 1.6, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)
-NAMED: Final = 2.0
-"""[s] Latest time that is written into its element."""
-NEVER: Final = 0.01
-"""[m] Radius of the robot where obstacles are grown already; shapes are not points."""
+LABELLED_UNTIL: Final = 2.0
+"""[s] Latest time of an element that carries its time as a label."""
+POINT_RADIUS: Final = 0.01
+"""[m] Radius of the robot if the obstacles are already grown: shapes cannot be points."""
 
 
 def obstacle_of(
@@ -43,95 +43,93 @@ def obstacle_of(
     velocity: Sequence[float] = ROBOT_VELOCITY,
     radius: float = RADIUS,
 ) -> ControlObstacle:
-    """The control obstacle of one obstacle for a robot at the origin."""
-    traffic = ObstacleTable([Obstacle(Disc(radius - NEVER), trajectory)], 0.0, horizon)
-    return ControlObstacle(response, State((0.0, 0.0), velocity), traffic, Disc(NEVER))
+    """Return the control obstacle of one obstacle for a robot at the origin."""
+    traffic = ObstacleTable([Obstacle(Disc(radius - POINT_RADIUS), trajectory)], 0.0, horizon)
+    return ControlObstacle(response, State((0.0, 0.0), velocity), traffic, Disc(POINT_RADIUS))
 
 
 def moving_obstacle() -> Figure:
-    """Obstacle B moves along c(t); the robot A sees it at c(t0)."""
+    """Draw obstacle B on its path c(t), at c(t0) now, and robot A."""
     with style():
         figure, (ax,) = drawing.column((-2.0, 15.5, -2.5, 15.5))
-        drawing.path(ax, ROUND, HORIZON)
-        drawing.positions(ax, ROUND, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
-        start, speed = ROUND.position(0.0), ROUND.velocity(0.0)
-        drawing.arrow(ax, start, start + speed, INK, "obstacle-velocity")
-        drawing.label(ax, start + speed, r"$v_B$", away=(5, -7))
-        drawing.label(ax, start, r"$B(t_0)$", away=(4, 7))
-        drawing.label(ax, ROUND.position(5.0), r"$c(t)$", away=(-11, -2), color=FAINT)
-        drawing.cross(ax, np.zeros(2), "A", away=(-7, 0))
+        drawing.path(ax, CIRCLE, HORIZON)
+        drawing.positions(ax, CIRCLE, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
+        start, obstacle_velocity = CIRCLE.position(0.0), CIRCLE.velocity(0.0)
+        drawing.arrow(ax, start, start + obstacle_velocity, INK, "obstacle-velocity")
+        drawing.label(ax, start + obstacle_velocity, r"$v_B$", offset=(5, -7))
+        drawing.label(ax, start, r"$B(t_0)$", offset=(4, 7))
+        drawing.label(ax, CIRCLE.position(5.0), r"$c(t)$", offset=(-11, -2), color=FAINT)
+        drawing.robot_point(ax, np.zeros(2), "A", offset=(-7, 0))
         drawing.arrow(ax, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
-        drawing.label(ax, ROBOT_VELOCITY, r"$v_A$", away=(6, 5), color=ROBOT)
+        drawing.label(ax, ROBOT_VELOCITY, r"$v_A$", offset=(6, 5), color=ROBOT)
         drawing.name_axes(ax, "x", "m")
         drawing.time_bar(ax, HORIZON)
     return figure
 
 
 def _velocities(ax: Axes, trajectory: Trajectory, times: Sequence[float], name: str) -> None:
-    """A union in velocity space with its elements and the robot's velocity."""
+    """Draw a union in velocity space with its elements and the robot's velocity."""
     blocked = obstacle_of(trajectory, Velocity())
     drawing.union(ax, blocked)
-    drawing.elements(ax, blocked, times, named=NAMED)
+    drawing.elements(ax, blocked, times, labelled_until=LABELLED_UNTIL)
     inside = bool(blocked.contains(ROBOT_VELOCITY))
-    drawing.point(ax, ROBOT_VELOCITY, r"$v_A$", away=(11, -9))
+    drawing.control_point(ax, ROBOT_VELOCITY, r"$v_A$", offset=(11, -9))
     drawing.name_axes(ax, "v", "m/s")
     ax.set_title(f"{name}: $v_A$ is {'inside' if inside else 'outside'}", pad=4)
 
 
 def linear_vo() -> Figure:
-    """A cone with its apex at the obstacle's velocity, cut off at the horizon."""
+    """Draw the cone of the VO with its apex at the obstacle's velocity, cut off at the horizon."""
     with style():
-        figure, (place, ax) = drawing.page([(-1.5, 16.5, -9.5, 8.5), (-1.0, 10.0, -3.0, 8.0)])
-        _straight_scene(place)
-        _velocities(ax, STRAIGHT, TIMES, "VO")
-        drawing.point(ax, STRAIGHT.initial_velocity, r"$v_B$", away=(-4, -8), colour=INK)
-        far = STRAIGHT.initial_velocity + 1.6 * (STRAIGHT.initial_position + _sides(STRAIGHT.initial_position))
-        for end in far:
-            ax.plot(
-                *np.array([STRAIGHT.initial_velocity, end]).T, color=INK, linewidth=0.7, linestyle=DASHES, zorder=1.2
-            )
+        figure, (workspace_ax, ax) = drawing.page([(-1.5, 16.5, -9.5, 8.5), (-1.0, 10.0, -3.0, 8.0)])
+        _line_workspace(workspace_ax)
+        _velocities(ax, LINE, TIMES, "VO")
+        drawing.control_point(ax, LINE.initial_velocity, r"$v_B$", offset=(-4, -8), colour=INK)
+        ends = LINE.initial_velocity + 1.6 * (LINE.initial_position + _tangent_offsets(LINE.initial_position))
+        for end in ends:
+            ax.plot(*np.array([LINE.initial_velocity, end]).T, color=INK, linewidth=0.7, linestyle=DASHES, zorder=1.2)
         drawing.time_bar(ax, HORIZON)
     return figure
 
 
-def _sides(centre: np.ndarray) -> np.ndarray:
-    """From the centre of the obstacle to where the tangents from the origin touch it (2, 2)."""
-    square = float(centre @ centre)
-    along = -(RADIUS**2) / square * centre
-    across = RADIUS * np.sqrt(square - RADIUS**2) / square * np.array([-centre[1], centre[0]])
+def _tangent_offsets(centre: np.ndarray) -> np.ndarray:
+    """Return the offsets (2, 2) [m] from the obstacle's centre to the tangent points of lines from the origin."""
+    squared_distance = float(centre @ centre)
+    along = -(RADIUS**2) / squared_distance * centre
+    across = RADIUS * np.sqrt(squared_distance - RADIUS**2) / squared_distance * np.array([-centre[1], centre[0]])
     return np.stack([along + across, along - across])
 
 
-def _straight_scene(ax: Axes) -> None:
-    drawing.path(ax, STRAIGHT, HORIZON)
-    drawing.positions(ax, STRAIGHT, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
-    start, speed = STRAIGHT.initial_position, STRAIGHT.initial_velocity
-    drawing.arrow(ax, start, start + speed, INK, "obstacle-velocity")
-    drawing.label(ax, start, r"$B(t_0)$", away=(2, 6))
-    drawing.label(ax, start + speed, r"$v_B$", away=(9, 2))
-    drawing.cross(ax, np.zeros(2), "A", away=(-7, 0))
+def _line_workspace(ax: Axes) -> None:
+    drawing.path(ax, LINE, HORIZON)
+    drawing.positions(ax, LINE, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
+    start, velocity = LINE.initial_position, LINE.initial_velocity
+    drawing.arrow(ax, start, start + velocity, INK, "obstacle-velocity")
+    drawing.label(ax, start, r"$B(t_0)$", offset=(2, 6))
+    drawing.label(ax, start + velocity, r"$v_B$", offset=(9, 2))
+    drawing.robot_point(ax, np.zeros(2), "A", offset=(-7, 0))
     drawing.arrow(ax, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
-    drawing.label(ax, ROBOT_VELOCITY, r"$v_A$", away=(6, 6), color=ROBOT)
+    drawing.label(ax, ROBOT_VELOCITY, r"$v_A$", offset=(6, 6), color=ROBOT)
     drawing.name_axes(ax, "x", "m")
     ax.set_title("workspace (arrows: 1 s)", pad=4)
 
 
 def temporal_element() -> Figure:
-    """The obstacle at one time and the velocities that lead there: a copy scaled by 1 / t about the robot."""
+    """Draw the obstacle at one time and its element: the obstacle scaled by 1 / t about the robot."""
     with style():
         figure, (ax,) = drawing.column((-4.0, 15.0, -2.0, 15.0))
-        drawing.path(ax, ROUND, HORIZON, linestyle=DASHES)
-        drawing.positions(ax, ROUND, RADIUS, (2.0, 6.0), HORIZON, name=False)
-        blocked = obstacle_of(ROUND, Velocity())
+        drawing.path(ax, CIRCLE, HORIZON, linestyle=DASHES)
+        drawing.positions(ax, CIRCLE, RADIUS, (2.0, 6.0), HORIZON, labelled=False)
+        blocked = obstacle_of(CIRCLE, Velocity())
         drawing.elements(ax, blocked, (2.0, 6.0))
-        for t, away in ((2.0, (-2, 14)), (6.0, (-16, 3))):
-            centre = ROUND.position(t)
-            for end in centre + _sides(centre):
+        for t, offset in ((2.0, (-2, 14)), (6.0, (-16, 3))):
+            centre = CIRCLE.position(t)
+            for end in centre + _tangent_offsets(centre):
                 ax.plot(*np.array([np.zeros(2), end]).T, color=FAINT, linewidth=0.6, zorder=1.6)
-            drawing.label(ax, centre, f"$B({t:g}\\,$s$)$", away=(0, 0))
-            drawing.label(ax, centre / t, f"$VO({t:g}\\,$s$)$", away=away, size=7)
-        drawing.label(ax, ROUND.position(0.0), r"$B(t_0)$")
-        drawing.cross(ax, np.zeros(2), "A", away=(-7, 0))
+            drawing.label(ax, centre, f"$B({t:g}\\,$s$)$", offset=(0, 0))
+            drawing.label(ax, centre / t, f"$VO({t:g}\\,$s$)$", offset=offset, size=7)
+        drawing.label(ax, CIRCLE.position(0.0), r"$B(t_0)$")
+        drawing.robot_point(ax, np.zeros(2), "A", offset=(-7, 0))
         drawing.name_axes(ax, "x", "m; velocities: m/s from A")
         ax.set_ylabel("y [m; m/s]", labelpad=1)
         drawing.time_bar(ax, HORIZON)
@@ -139,40 +137,40 @@ def temporal_element() -> Figure:
 
 
 def nlvo_circular() -> Figure:
-    """The NLVO of an obstacle on a circle: the same union, bent as the path bends."""
+    """Draw the NLVO of an obstacle on a circle."""
     with style():
-        figure, (place, ax) = drawing.page([(-2.0, 15.5, -2.0, 15.5), (-1.5, 9.5, -2.0, 9.0)])
-        drawing.path(place, ROUND, HORIZON)
-        drawing.positions(place, ROUND, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
-        start = ROUND.position(0.0)
-        drawing.arrow(place, start, start + ROUND.velocity(0.0), INK, "obstacle-velocity")
-        drawing.label(place, start, r"$B(t_0)$", away=(3, 8))
-        drawing.cross(place, np.zeros(2), "A", away=(-7, 0))
-        drawing.arrow(place, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
-        drawing.label(place, ROBOT_VELOCITY, r"$v_A$", away=(6, 5), color=ROBOT)
-        drawing.name_axes(place, "x", "m")
-        place.set_title("workspace (arrows: 1 s)", pad=4)
-        _velocities(ax, ROUND, TIMES, "NLVO")
+        figure, (workspace_ax, ax) = drawing.page([(-2.0, 15.5, -2.0, 15.5), (-1.5, 9.5, -2.0, 9.0)])
+        drawing.path(workspace_ax, CIRCLE, HORIZON)
+        drawing.positions(workspace_ax, CIRCLE, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
+        start = CIRCLE.position(0.0)
+        drawing.arrow(workspace_ax, start, start + CIRCLE.velocity(0.0), INK, "obstacle-velocity")
+        drawing.label(workspace_ax, start, r"$B(t_0)$", offset=(3, 8))
+        drawing.robot_point(workspace_ax, np.zeros(2), "A", offset=(-7, 0))
+        drawing.arrow(workspace_ax, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
+        drawing.label(workspace_ax, ROBOT_VELOCITY, r"$v_A$", offset=(6, 5), color=ROBOT)
+        drawing.name_axes(workspace_ax, "x", "m")
+        workspace_ax.set_title("workspace (arrows: 1 s)", pad=4)
+        _velocities(ax, CIRCLE, TIMES, "NLVO")
         drawing.time_bar(ax, HORIZON)
     return figure
 
 
 def vo_beside_nlvo() -> Figure:
-    """The same obstacle twice: as if it kept its velocity, and on the circle that it follows."""
+    """Draw VO and NLVO of the same obstacle: at constant velocity, and on the circle that it follows."""
     view = (-2.0, 9.5, -3.0, 8.0)
     with style():
         figure, (left, right) = drawing.page([view, view])
-        _velocities(left, AtConstantVelocity()(ROUND, 0.0), TIMES, "VO")
-        drawing.point(left, ROUND.velocity(0.0), r"$v_B$", away=(-9, 0), colour=INK)
-        _velocities(right, ROUND, TIMES, "NLVO")
+        _velocities(left, AtConstantVelocity()(CIRCLE, 0.0), TIMES, "VO")
+        drawing.control_point(left, CIRCLE.velocity(0.0), r"$v_B$", offset=(-9, 0), colour=INK)
+        _velocities(right, CIRCLE, TIMES, "NLVO")
         drawing.time_bar(right, HORIZON)
     return figure
 
 
 LANE: Final = Circular((0.0, 20.0), 20.0, 8.0, phase=-0.5 * np.pi)
-"""The robot's lane; it is at the origin and follows it."""
+"""Lane of the robot, which is at the origin and follows it."""
 CAR: Final = Circular((0.0, 20.0), 16.0, 9.2, phase=-0.5 * np.pi - 0.45)
-"""On the next lane inside, faster, and a little behind."""
+"""Car on the next inner lane, faster than the robot and slightly behind it."""
 CAR_RADIUS: Final = 2.5
 CAR_HORIZON: Final = 6.0
 CAR_TIMES: Final = (1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)
@@ -180,57 +178,57 @@ CAR_ROBOT: Final = (8.0, 0.0)
 
 
 def ao_nao() -> Figure:
-    """AO and NAO of a car in a curve with their elements, and the two paths that they assume."""
-    assumed = AtConstantAcceleration()(CAR, 0.0)
+    """Draw AO and NAO of a car in a curve with their elements, and the two predicted paths."""
+    predicted = AtConstantAcceleration()(CAR, 0.0)
     span = (-7.5, 4.5, -2.5, 9.5)
     with style():
-        figure, (place, left, right) = drawing.page([(-10.5, 17.5, -5.0, 23.0), span, span], gap=0.47)
-        drawing.path(place, CAR, CAR_HORIZON)
-        drawing.path(place, assumed, 3.2, GOAL, linestyle=DASHES)
-        drawing.positions(place, CAR, CAR_RADIUS, (1.0, 2.0, 3.0, 4.0, 5.0), CAR_HORIZON)
-        drawing.cross(place, np.zeros(2), "A", away=(-7, 0))
-        drawing.arrow(place, (0, 0), CAR_ROBOT, ROBOT, "velocity")
-        drawing.label(place, CAR_ROBOT, r"$v_A$", away=(5, -6), color=ROBOT)
-        drawing.path(place, LANE, 2.2, ROBOT, linewidth=0.7, linestyle=DASHES)
-        drawing.label(place, CAR.position(0.0), r"$B$")
-        drawing.label(place, assumed.position(1.25), "AO", away=(2, -7), color=GOAL)
-        drawing.label(place, CAR.position(3.5), "NAO", away=(-12, 0), color=FAINT)
-        drawing.name_axes(place, "x", "m")
-        place.set_title("assumed paths", pad=4)
-        for ax, trajectory, name in ((left, assumed, "AO"), (right, CAR, "NAO")):
+        figure, (workspace_ax, left, right) = drawing.page([(-10.5, 17.5, -5.0, 23.0), span, span], gap=0.47)
+        drawing.path(workspace_ax, CAR, CAR_HORIZON)
+        drawing.path(workspace_ax, predicted, 3.2, GOAL, linestyle=DASHES)
+        drawing.positions(workspace_ax, CAR, CAR_RADIUS, (1.0, 2.0, 3.0, 4.0, 5.0), CAR_HORIZON)
+        drawing.robot_point(workspace_ax, np.zeros(2), "A", offset=(-7, 0))
+        drawing.arrow(workspace_ax, (0, 0), CAR_ROBOT, ROBOT, "velocity")
+        drawing.label(workspace_ax, CAR_ROBOT, r"$v_A$", offset=(5, -6), color=ROBOT)
+        drawing.path(workspace_ax, LANE, 2.2, ROBOT, linewidth=0.7, linestyle=DASHES)
+        drawing.label(workspace_ax, CAR.position(0.0), r"$B$")
+        drawing.label(workspace_ax, predicted.position(1.25), "AO", offset=(2, -7), color=GOAL)
+        drawing.label(workspace_ax, CAR.position(3.5), "NAO", offset=(-12, 0), color=FAINT)
+        drawing.name_axes(workspace_ax, "x", "m")
+        workspace_ax.set_title("assumed paths", pad=4)
+        for ax, trajectory, name in ((left, predicted, "AO"), (right, CAR, "NAO")):
             blocked = obstacle_of(trajectory, Acceleration(), CAR_HORIZON, CAR_ROBOT, CAR_RADIUS)
             drawing.union(ax, blocked)
-            drawing.elements(ax, blocked, CAR_TIMES, named=1.6)
-            own = LANE.acceleration(0.0)
-            drawing.point(ax, own, r"$a_A$", away=(9, -7))
+            drawing.elements(ax, blocked, CAR_TIMES, labelled_until=1.6)
+            lane_acceleration = LANE.acceleration(0.0)
+            drawing.control_point(ax, lane_acceleration, r"$a_A$", offset=(9, -7))
             drawing.name_axes(ax, "a", "m/s²")
-            ax.set_title(f"{name}: $a_A$ is {'inside' if blocked.contains(own) else 'outside'}", pad=4)
-        drawing.point(left, CAR.acceleration(0.0), r"$a_B$", away=(7, 5), colour=INK)
+            ax.set_title(f"{name}: $a_A$ is {'inside' if blocked.contains(lane_acceleration) else 'outside'}", pad=4)
+        drawing.control_point(left, CAR.acceleration(0.0), r"$a_B$", offset=(7, 5), colour=INK)
         drawing.time_bar(right, CAR_HORIZON)
     return figure
 
 
 CONE: Final = ((0.0, 0.0), (1.5, 0.0), (0.0, 1.5))
-"""Velocities w of the robot relative to the obstacle [m/s]."""
-CONE_PLACE: Final = (7.0, 4.0)
+"""[m/s] Velocities w of the robot relative to the obstacle."""
+CONE_POSITION: Final = (7.0, 4.0)
 CONE_ACCELERATION: Final = (-0.8, 0.4)
 
 
 def ao_cone() -> Figure:
-    """The AO is a straight cone with apex at the obstacle's acceleration if the relative velocity is zero."""
+    """Draw the AO for three relative velocities; it is a straight cone if the relative velocity is zero."""
     span = (-2.5, 6.0, -3.0, 5.5)
     with style():
         figure, axes = drawing.page([span] * 3, gap=0.47)
         for ax, relative in zip(axes, CONE):
-            trajectory = ConstantAcceleration(CONE_PLACE, -np.array(relative), CONE_ACCELERATION)
+            trajectory = ConstantAcceleration(CONE_POSITION, -np.array(relative), CONE_ACCELERATION)
             blocked = obstacle_of(trajectory, Acceleration(), 8.0, (0.0, 0.0))
             drawing.union(ax, blocked)
-            drawing.elements(ax, blocked, (1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0), named=NAMED)
-            drawing.point(ax, CONE_ACCELERATION, r"$a_B$", away=(-8, 0), colour=INK)
+            drawing.elements(ax, blocked, (1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0), labelled_until=LABELLED_UNTIL)
+            drawing.control_point(ax, CONE_ACCELERATION, r"$a_B$", offset=(-8, 0), colour=INK)
             drawing.name_axes(ax, "a", "m/s²")
-            words = "$w = 0$" if not any(relative) else f"$w = ({relative[0]:g}, {relative[1]:g})$ m/s"
-            ax.set_title(words, pad=4)
-        for end in CONE_ACCELERATION + 1.6 * (np.array(CONE_PLACE) + _sides(np.array(CONE_PLACE))):
+            title = "$w = 0$" if not any(relative) else f"$w = ({relative[0]:g}, {relative[1]:g})$ m/s"
+            ax.set_title(title, pad=4)
+        for end in CONE_ACCELERATION + 1.6 * (np.array(CONE_POSITION) + _tangent_offsets(np.array(CONE_POSITION))):
             axes[0].plot(*np.array([CONE_ACCELERATION, end]).T, color=INK, linewidth=0.7, linestyle=DASHES, zorder=1.2)
         disc(axes[0], CONE_ACCELERATION, 1e-6, "apex", facecolor=INK)
         drawing.time_bar(axes[2], 8.0)

@@ -1,27 +1,28 @@
-"""The page about what was reproduced: every figure with its caption, every claim beside its numbers."""
+"""Markdown page of the reproduction: every figure with its caption, every claim with its numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final
 
 from slalom.paper.entries import ENTRIES, Entry
+from slalom.paper.findings import CLAIMS
 from slalom.paper.prose import Result, paragraph
-from slalom.paper.told import CLAIMS
 
 _HEAD: Final = (
-    "Every figure of the paper and every claim that can be measured, made by one command:",
+    "All figures of the paper and all claims that can be measured, produced by one command:",
     "The paper (Stern and Shiller, *From NLVO to NAO*, arXiv:2506.06255v1, 2025) gives no radii, speeds, limits, "
-    "intervals, horizons or counts for its examples; all parameters here are ours and stand beside each number. Seeds "
-    "are 0, 1, 2 and so on; the same command gives the same numbers and the same figures for any number of processes. "
-    "What the symbols mean, and the errata by number, is in the theory page of the documentation (`docs/theory.md`).",
+    "intervals, horizons or counts for its examples. All parameters here are ours and are stated with each result. "
+    "Seeds are 0, 1, 2 and so on. The same command gives the same numbers and figures for any number of processes. "
+    "Symbols, and the errata by number, are defined on the theory page of the documentation (`docs/theory.md`).",
 )
-_QUICK: Final = "**Made with `--quick`: coarse grids and short runs, not to be quoted.**"
+_QUICK: Final = "**Made with `--quick`: coarse grids and short runs, for tests only.**"
 
 
 def page(names: Sequence[str], results: Mapping[str, Result], quick: bool, links: str) -> str:
-    """The page for the entries of these names, as markdown.
+    """Render the page for the entries of these names as Markdown.
 
     Args:
-        results: the numbers of the claims among them. links: what links to files begin with.
+        results: results of the claims by name. quick: whether they are of a quick run.
+        links: prefix of links to files.
     """
     chosen = [ENTRIES[name] for name in names]
     parts = ["# The paper, reproduced", paragraph(_HEAD[0]), "```\nslalom reproduce --out out/paper\n```"]
@@ -44,7 +45,7 @@ def _heading(entry: Entry) -> list[str]:
     return [
         f'### <a id="{entry.name}"></a>{entry.title}',
         paragraph(f"*Paper:* {entry.paper}"),
-        paragraph(f"*{'Shown' if entry.draw else 'Asked'}:* {entry.shown}"),
+        paragraph(f"*{'Shown' if entry.draw else 'Measured'}:* {entry.shown}"),
     ]
 
 

@@ -1,4 +1,4 @@
-"""The curved road: four vehicles in three lanes, and the VO and NLVO of three of them for the fourth."""
+"""Figure of the curved road: four vehicles in three lanes, and VO and NLVO of three cars for the robot."""
 
 from typing import Any, Final
 
@@ -22,27 +22,27 @@ from slalom.view.style import FAINT, GOAL, INK, NEUTRAL, ROBOT, colour_at, disc,
 
 HORIZON: Final = 6.0
 SPAN: Final = (-14.0, 14.0, -14.0, 14.0)
-"""[m/s]."""
-NAMED: Final = ((1.5, (0, 0)), (6.0, (-5, -4)), (1.2, (0, 0)))
-"""For each car: the time [s] of the element beside which its number is written, and how far from it [pt]."""
+"""[m/s] Limits of the velocity panels."""
+NUMBER_POSITIONS: Final = ((1.5, (0, 0)), (6.0, (-5, -4)), (1.2, (0, 0)))
+"""For each car: the time [s] of the element next to its number, and the offset [pt] of the number."""
 
 
-def seen(scenario: Scenario, method: str) -> ControlObstacle:
-    """The VO or NLVO of all cars for the robot at the beginning."""
+def control_obstacle_of(scenario: Scenario, method: str) -> ControlObstacle:
+    """Return the VO or NLVO of all cars for the robot at the start."""
     forecast = METHODS[method].forecast
     cars = [Obstacle(car.shape, forecast(car.trajectory, 0.0)) for car in scenario.obstacles]
     return ControlObstacle(Velocity(), scenario.robot.state, ObstacleTable(cars, 0.0, HORIZON), scenario.robot.shape)
 
 
 def curved_road() -> Figure:
-    """The fast car in the middle lane, VO and NLVO."""
+    """Draw the road, and VO and NLVO of the cars."""
     scenario = build("curved_road")
     state = scenario.robot.state
     with style():
-        figure, (place, left, right) = drawing.page([(14.0, 46.0, -16.0, 28.0), SPAN, SPAN], gap=0.47)
-        _lanes(place, scenario)
+        figure, (workspace_ax, left, right) = drawing.page([(14.0, 46.0, -16.0, 28.0), SPAN, SPAN], gap=0.47)
+        _lanes(workspace_ax, scenario)
         for ax, method in ((left, "vo"), (right, "nlvo")):
-            blocked = seen(scenario, method)
+            blocked = control_obstacle_of(scenario, method)
             control_space(
                 ax,
                 blocked=blocked,
@@ -53,17 +53,17 @@ def curved_road() -> Figure:
                 decorations=False,
             )
             drawing.name_axes(ax, "v", "m/s")
-            hit = np.flatnonzero(np.isfinite(blocked.times_to_collision(state.velocity)))
-            words = "hits " + " and ".join(f"car {k + 1}" for k in hit) if hit.size else "is free"
-            ax.set_title(f"{method.upper()}: $v_A$ {words}", pad=4)
-            drawing.label(ax, state.velocity, r"$v_A$", away=(-9, 3), color=ROBOT)
+            colliding = np.flatnonzero(np.isfinite(blocked.times_to_collision(state.velocity)))
+            verdict = "hits " + " and ".join(f"car {k + 1}" for k in colliding) if colliding.size else "is free"
+            ax.set_title(f"{method.upper()}: $v_A$ {verdict}", pad=4)
+            drawing.label(ax, state.velocity, r"$v_A$", offset=(-9, 3), color=ROBOT)
             _numbers(ax, blocked)
         drawing.time_bar(right, HORIZON, "time to collision [s]")
     return figure
 
 
 def _lanes(ax: Axes, scenario: Scenario) -> None:
-    """The road, the cars now, and where they will be over the horizon."""
+    """Draw the road, the robot, and the cars now and after 1 s and 2 s."""
     radii = sorted({car.trajectory.radius for car in scenario.obstacles if isinstance(car.trajectory, Circular)})
     outer = float(scenario.robot.state.position[0])
     for radius in (
@@ -72,13 +72,13 @@ def _lanes(ax: Axes, scenario: Scenario) -> None:
         outer + 2.0,
     ):
         edge = radius in (radii[0] - 2.0, outer + 2.0)
-        look: dict[str, Any] = {"fill": False, "edgecolor": FAINT, "linewidth": 0.9 if edge else 0.6}
-        ax.add_patch(Circle((0.0, 0.0), radius, linestyle="-" if edge else (0, (6, 5)), zorder=1, **look))
+        properties: dict[str, Any] = {"fill": False, "edgecolor": FAINT, "linewidth": 0.9 if edge else 0.6}
+        ax.add_patch(Circle((0.0, 0.0), radius, linestyle="-" if edge else (0, (6, 5)), zorder=1, **properties))
     scale = time_scale(HORIZON)
     for k, car in enumerate(scenario.obstacles):
         for t in (1.0, 2.0):
-            look = {"facecolor": "none", "edgecolor": colour_at(scale, t), "linewidth": 0.8}
-            disc(ax, car.trajectory.position(t), car.shape.bounding_radius, f"car-{k}-{t:g}", zorder=2, **look)
+            properties = {"facecolor": "none", "edgecolor": colour_at(scale, t), "linewidth": 0.8}
+            disc(ax, car.trajectory.position(t), car.shape.bounding_radius, f"car-{k}-{t:g}", zorder=2, **properties)
         disc(
             ax,
             car.trajectory.position(0.0),
@@ -104,15 +104,15 @@ def _lanes(ax: Axes, scenario: Scenario) -> None:
         zorder=5,
     )
     drawing.arrow(ax, state.position, state.position + state.velocity, ROBOT, "velocity")
-    drawing.label(ax, state.position + state.velocity, r"$v_A$", away=(9, 0), color=ROBOT)
+    drawing.label(ax, state.position + state.velocity, r"$v_A$", offset=(9, 0), color=ROBOT)
     drawing.name_axes(ax, "x", "m")
     ax.set_title("curved road (arrows: 1 s)", pad=4)
 
 
 def _numbers(ax: Axes, blocked: ControlObstacle) -> None:
-    """The number of each car beside an element of its own part of the obstacle."""
-    for k, (t, away) in enumerate(NAMED):
+    """Write the number of each car next to one of its elements."""
+    for k, (t, offset) in enumerate(NUMBER_POSITIONS):
         found = blocked.element(t)
         centre = found.centers[list(found.owners).index(k)]
-        place = np.clip(centre, 0.9 * SPAN[0], 0.9 * SPAN[1])
-        drawing.label(ax, place, f"{k + 1}", away=away, size=7, color=GOAL, weight="bold")
+        position = np.clip(centre, 0.9 * SPAN[0], 0.9 * SPAN[1])
+        drawing.label(ax, position, f"{k + 1}", offset=offset, size=7, color=GOAL, weight="bold")

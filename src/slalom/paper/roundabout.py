@@ -1,4 +1,4 @@
-"""The roundabout with 30 cars: crossed with one constant acceleration, and left by the top exit."""
+"""Figures of the roundabout with 30 cars: crossed with one constant acceleration, and left by the top exit."""
 
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
@@ -16,7 +16,7 @@ from slalom.manoeuvre import Manoeuvre
 from slalom.obstacle_table import ObstacleTable
 from slalom.paper import drawing
 from slalom.paper.claims_crossing import START, clearances, crossing, exits, grid
-from slalom.paper.controller import MARGIN, RESPONSE, RING, Rules, preferred_acceleration, run
+from slalom.paper.controller import MARGIN, RESPONSE, RIM_RADIUS, Rules, preferred_acceleration, run
 from slalom.shape import Disc
 from slalom.sim import Scenario
 from slalom.sim.gallery import build
@@ -28,23 +28,23 @@ from slalom.view.style import FAINT, PAGE, style
 
 HORIZON: Final = 6.0
 LIMIT: Final = 4.0
-"""[m/s^2]."""
+"""[m/s^2] Acceleration limit."""
 VIEW: Final = (-29.0, 29.0, -29.0, 29.0)
 SPAN: Final = (-4.8, 4.8, -4.8, 4.8)
-CROSSED: Final = 39
-"""Seed of the crossing that is drawn."""
-LEFT: Final = 26
-"""Seed of the exit that is drawn."""
-CLEAR: Final = 0.25
-"""[m] Clearance of the crossing that is drawn."""
-SHOWN: Final = (0, 2, 4)
-"""Which decisions on the way to the exit."""
+CROSSING_SEED: Final = 39
+"""Seed of the drawn crossing."""
+EXIT_SEED: Final = 26
+"""Seed of the drawn exit."""
+DRAWN_CLEARANCE: Final = 0.25
+"""[m] Minimum clearance of the drawn crossing."""
+DRAWN_DECISIONS: Final = (0, 2, 4)
+"""Indices of the drawn decisions of the run to the exit."""
 REPLAN: Final = 1.0
-"""[s] Between decisions on the way to the exit."""
+"""[s] Interval between decisions of the run to the exit."""
 
 
-class Moment(NamedTuple):
-    """What is drawn of one moment: when, the robot's state, what it wishes, what it does."""
+class Snapshot(NamedTuple):
+    """Content of one column: time [s], state of the robot, preferred and chosen acceleration (2,) [m/s^2]."""
 
     now: float
     state: State
@@ -53,111 +53,111 @@ class Moment(NamedTuple):
 
 
 def one_acceleration(scenario: Scenario) -> Array:
-    """The constant acceleration (2,) that keeps CLEAR of everybody and leaves nearest to the goal, on a grid."""
+    """Return the acceleration (2,) of a grid with clearance DRAWN_CLEARANCE whose exit is nearest to the goal."""
     candidates = grid(LIMIT)
     candidates = candidates[crossing(candidates)]
-    candidates = candidates[clearances(scenario.obstacles, candidates) >= CLEAR]
+    candidates = candidates[clearances(scenario.obstacles, candidates) >= DRAWN_CLEARANCE]
     return np.asarray(candidates[np.argmin(np.abs(exits(candidates)[:, 1]))])
 
 
 def roundabout_crossing() -> Figure:
-    """One acceleration, chosen at the beginning, held until the other side: the free set then and later."""
-    scenario = build("roundabout_crossing", seed=CROSSED)
-    goal = np.array([RING, 0.0])
+    """Draw the free set at two times of a crossing with one acceleration, chosen at the start and held."""
+    scenario = build("roundabout_crossing", seed=CROSSING_SEED)
+    goal = np.array([RIM_RADIUS, 0.0])
     chosen = one_acceleration(scenario)
-    moments = []
+    snapshots = []
     for now in (0.0, 2.0):
-        place = START.position + now * (START.velocity + 0.5 * now * chosen)
-        state = State(place, START.velocity + now * chosen, chosen)
-        moments.append(Moment(now, state, None, chosen))
-    return _drawn(scenario, moments, goal)
+        position_now = START.position + now * (START.velocity + 0.5 * now * chosen)
+        state = State(position_now, START.velocity + now * chosen, chosen)
+        snapshots.append(Snapshot(now, state, None, chosen))
+    return _figure(scenario, snapshots, goal)
 
 
 def roundabout_exit() -> Figure:
-    """Entered on the left, left at the top; the acceleration is chosen again every second."""
-    scenario = build("roundabout_exit", seed=LEFT)
-    goal = np.array([0.0, RING])
+    """Draw three decisions of a run that enters on the left and leaves at the top, with a decision every second."""
+    scenario = build("roundabout_exit", seed=EXIT_SEED)
+    goal = np.array([0.0, RIM_RADIUS])
     done = run(
         Rules("nao", REPLAN, keep=False, max_acceleration=LIMIT, horizon=HORIZON), scenario.obstacles, START, goal
     )
     record = done.recording
-    moments = []
-    for k in SHOWN:
+    snapshots = []
+    for k in DRAWN_DECISIONS:
         state = State(record.positions[k, 0], record.velocities[k, 0])
-        wish = preferred_acceleration(state, goal, LIMIT)
-        moments.append(Moment(float(record.times[k]), state, wish, record.accelerations[k, 0]))
+        preferred = preferred_acceleration(state, goal, LIMIT)
+        snapshots.append(Snapshot(float(record.times[k]), state, preferred, record.accelerations[k, 0]))
 
     def track(until: float) -> Array:
         return positions_at(record, 0, np.linspace(0.0, until, 81))
 
-    return _drawn(scenario, moments, goal, track)
+    return _figure(scenario, snapshots, goal, track)
 
 
-def _drawn(
-    scenario: Scenario, moments: Sequence[Moment], goal: Array, track: Callable[[float], Array] | None = None
+def _figure(
+    scenario: Scenario, snapshots: Sequence[Snapshot], goal: Array, track: Callable[[float], Array] | None = None
 ) -> Figure:
-    """A column for each moment: everybody above, the accelerations below."""
+    """Draw a column for each snapshot: workspace above, accelerations below."""
     with style():
-        figure, above, below = _columns(len(moments))
-        for upper, lower, moment in zip(above, below, moments):
-            traffic = ObstacleTable(scenario.obstacles, moment.now, HORIZON)
-            blocked = ControlObstacle(RESPONSE, moment.state, traffic, Disc(1.0), MARGIN)
-            past = None if track is None else track(moment.now)
-            _everybody(upper, blocked, moment, goal, past)
+        figure, above, below = _columns(len(snapshots))
+        for upper, lower, snapshot in zip(above, below, snapshots):
+            traffic = ObstacleTable(scenario.obstacles, snapshot.now, HORIZON)
+            blocked = ControlObstacle(RESPONSE, snapshot.state, traffic, Disc(1.0), MARGIN)
+            past = None if track is None else track(snapshot.now)
+            _workspace(upper, blocked, snapshot, goal, past)
             control_space(
                 lower,
                 blocked=blocked,
                 admissible=admissible_ball((0.0, 0.0), LIMIT),
-                preferred=moment.preferred,
-                chosen=moment.chosen,
+                preferred=snapshot.preferred,
+                chosen=snapshot.chosen,
                 extent=SPAN,
                 resolution=201,
                 decorations=False,
             )
             drawing.name_axes(lower, "a", "m/s²")
             for outline in lower.collections:
-                # The outlines of 30 cars would hide what the figure is about.
+                # The outlines of 30 cars would hide the free set.
                 outline.remove()
         drawing.time_bar(below[-1], HORIZON, "time to collision [s]")
-        if moments[0].preferred is not None:
+        if snapshots[0].preferred is not None:
             drawing.time_bar(above[-1], HORIZON, "time to collision [s]")
     return figure
 
 
 def _columns(count: int) -> tuple[Figure, list[Axes], list[Axes]]:
-    """Two rows of square panels, across a page if there are three."""
+    """Return a figure with two rows of `count` square panels, across a page from three columns on."""
     gap, base, middle, top, right = 0.47, 0.4, 0.46, 0.24, 0.55
     width = PAGE if count > 2 else 0.75 * PAGE
     side = (width - 0.44 - right - gap * (count - 1)) / count
-    tall = base + side + middle + side + top
-    figure = Figure(figsize=(width, tall))
+    total_height = base + side + middle + side + top
+    figure = Figure(figsize=(width, total_height))
     rows: list[list[Axes]] = []
     for y in (base + side + middle, base):
         lefts = (0.44 + k * (side + gap) for k in range(count))
-        rows.append([figure.add_axes((x / width, y / tall, side / width, side / tall)) for x in lefts])
+        rows.append([figure.add_axes((x / width, y / total_height, side / width, side / total_height)) for x in lefts])
     return figure, rows[0], rows[1]
 
 
-def _everybody(ax: Axes, blocked: ControlObstacle, moment: Moment, goal: Array, track: Array | None) -> None:
-    """The workspace at one moment, without a legend."""
-    traffic, state = blocked.obstacles, moment.state
+def _workspace(ax: Axes, blocked: ControlObstacle, snapshot: Snapshot, goal: Array, track: Array | None) -> None:
+    """Draw the workspace of one snapshot, without a legend."""
+    traffic, state = blocked.obstacles, snapshot.state
     workspace(
         ax,
         traffic=traffic,
         state=state,
         robot=blocked.robot,
         goal=Goal(Stationary(goal), 1.0),
-        manoeuvre=Manoeuvre(RESPONSE, state, moment.chosen, moment.now),
-        contact_times=None if moment.preferred is None else blocked.times_to_collision(moment.preferred),
+        manoeuvre=Manoeuvre(RESPONSE, state, snapshot.chosen, snapshot.now),
+        contact_times=None if snapshot.preferred is None else blocked.times_to_collision(snapshot.preferred),
         track=track,
         extent=VIEW,
     )
     for line in ax.collections:
-        # Thirty fading paths on three circles: the circles say the same.
+        # Thirty fading paths on three circles: the circles show the same.
         line.remove()
     for radius in sorted({round(float(np.linalg.norm(o.trajectory.position(0.0))), 6) for o in traffic.obstacles}):
         ax.add_patch(Circle((0.0, 0.0), radius, fill=False, edgecolor=FAINT, linewidth=0.5, zorder=1))
     legend = ax.get_legend()
     if legend is not None:
         legend.remove()
-    ax.set_title(f"t = {moment.now:g} s", pad=4)
+    ax.set_title(f"t = {snapshot.now:g} s", pad=4)

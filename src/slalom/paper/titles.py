@@ -1,4 +1,4 @@
-"""The names and titles of everything that is reproduced: light, for the command line."""
+"""Names and titles of the figures and claims, in a module that the command line imports fast."""
 
 from typing import Final
 
@@ -20,4 +20,4 @@ TITLES: Final = {
     "cone": "The AO is a straight cone when the relative velocity is zero",
     "oscillation": "Oscillations between robots: the velocity obstacle or the selection",
 }
-"""In the order of the page."""
+"""Titles by name, in the order of the page."""

@@ -1,4 +1,4 @@
-"""Making what was asked for: figures, numbers, and the page about them."""
+"""Production of figures, results of claims, and the page."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -16,21 +16,21 @@ __all__ = ["Effort", "links_from", "make", "names_of", "read_results"]
 
 
 def names_of(name: str | None) -> list[str]:
-    """The entries that a name stands for: itself, or all of them. Raises InvalidInput for an unknown one."""
+    """Return the names of the entries to produce: the given one, or all. Raises InvalidInput for an unknown name."""
     return list(ENTRIES) if name is None else [known(name, "figure or claim", list(ENTRIES))]
 
 
 def make(
-    names: Sequence[str], out: Path, effort: Effort, *, at: Path | None = None, progress: Callable[[float], None]
+    names: Sequence[str], out: Path, effort: Effort, *, page_path: Path | None = None, progress: Callable[[float], None]
 ) -> list[Path]:
     """Draw and measure the entries of these names.
 
     Args:
-        names: of the table of entries. out: folder for NAME.svg and NAME.json, made if need be.
-        at: file of the page, by default `out` / paper.md. progress: called with the share that is done.
+        names: names in the table of entries. out: folder for NAME.svg and NAME.json, created if needed.
+        page_path: file of the page, by default `out` / paper.md. progress: called with the share done.
 
     Returns:
-        The files that were written, the page last.
+        The written files, the page last.
 
     Raises:
         InvalidInput: an unknown name, no seed, or no job.
@@ -60,17 +60,17 @@ def make(
                 written.append(save(entry.plot(results[entry.name]), out / f"{entry.name}.svg"))
         done += entry.weight
         progress(done / total)
-    paper = at or out / "paper.md"
+    paper = page_path or out / "paper.md"
     paper.write_text(page(names, results, effort.quick, links_from(paper, out)))
     return [*written, paper]
 
 
 def links_from(paper: Path, out: Path) -> str:
-    """What a link from the page to a file in `out` begins with."""
+    """Return the prefix of links from the page to files in `out`."""
     folder = relpath(out, paper.parent).replace("\\", "/")
     return "" if folder == "." else f"{folder}/"
 
 
 def read_results(folder: Path) -> dict[str, Any]:
-    """The numbers that an earlier run left in a folder, by name."""
+    """Read the results of an earlier run from a folder, by name."""
     return {name: json.loads(path.read_text()) for name in ENTRIES if (path := folder / f"{name}.json").exists()}

@@ -1,7 +1,6 @@
 """Figures of decisions and runs: the workspace, the control space, and both side by side.
 
-Everything is drawn on `matplotlib.figure.Figure` objects, never through pyplot: no window opens, no
-global state changes.
+All figures are `matplotlib.figure.Figure` objects, never pyplot figures: no window opens, no global state changes.
 """
 
 from slalom.view.control_space import control_space

@@ -1,4 +1,4 @@
-"""The control space: what each control leads to, and which controls the robot has."""
+"""Drawing of the control space: control obstacle by time to collision, admissible set, and controls."""
 
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
@@ -37,28 +37,28 @@ from slalom.view.style import (
 )
 
 Extent = tuple[float, float, float, float]
-"""x from, x to, y from, y to, in units of the control."""
+"""Limits x from, x to, y from, y to of the panel, in units of the control."""
 
-_FAR: Final = 1e6
-"""[m] Stands for a clearance where only its sign is drawn."""
+_LARGE: Final = 1e6
+"""[m] Magnitude of a clearance of which only the sign matters."""
 
 
 class Plane(NamedTuple):
-    """The drawn part of the control space: a grid, in space at one fixed third component."""
+    """Grid over the drawn part of the control space; in space at one third component."""
 
     x: Array  # (n,)
     y: Array  # (n,)
     height: float | None  # third component, None in the plane
 
     def lift(self, points: Array) -> Array:
-        """Controls (..., d) at points (..., 2) of the plane."""
+        """Return controls (..., d) at points (..., 2) of the plane."""
         if self.height is None:
             return points
         return np.concatenate([points, np.full((*points.shape[:-1], 1), self.height)], axis=-1)
 
     @property
     def controls(self) -> Array:
-        """(n, n, d), rows along y."""
+        """Controls of the grid (n, n, d), rows along y."""
         return self.lift(np.stack(np.meshgrid(self.x, self.y), axis=-1))
 
 
@@ -77,16 +77,17 @@ def control_space(
 ) -> Axes:
     """Draw the control obstacle by time to collision, the admissible set, and the preferred and chosen controls.
 
-    Each colour is the difference of the control obstacles of two horizons, so its borders are as sharp as the
-    contours; thin lines bound the control obstacle of each single obstacle. In space the plane parallel to x-y
-    through the chosen control (else the preferred one, else the middle of the admissible set) is drawn.
+    Each colour fills the difference of the control obstacles of two horizons, with the precision of the contours.
+    Thin lines bound the control obstacle of each single obstacle. In space the panel is the plane parallel to x-y
+    through the chosen control, else the preferred one, else the center of the admissible set.
 
     Args:
-        preferred, chosen: controls (d,), in m/s, m/s^2 or m/s^3 as the response has it.
+        preferred, chosen: controls (d,), in m/s, m/s^2 or m/s^3, depending on the response.
         extent: x from, x to, y from, y to in the same unit; by default the admissible set and its surroundings.
-        resolution: points of the grid along each axis, at least 2.
+        resolution: number of grid points along each axis, at least 2.
         elements: times [s] from now whose temporal elements are drawn as faint circles.
-        chosen_label: what the filled marker is called. decorations: labels, legend and colour bar.
+        chosen_label: legend entry of the filled marker.
+        decorations: whether to draw labels, legend and colour bar.
 
     Returns:
         `ax`.
@@ -98,25 +99,27 @@ def control_space(
         raise InvalidInput(f"admissible: expected dimension {blocked.dimension}, found {admissible.dimension}")
     if resolution < 2:
         raise InvalidInput(f"resolution: expected at least 2, found {resolution}")
-    wanted = None if preferred is None else vector(preferred, "preferred", blocked.dimension)
-    taken = None if chosen is None else vector(chosen, "chosen", blocked.dimension)
-    height = _height(admissible, wanted, taken)
+    preferred_control = None if preferred is None else vector(preferred, "preferred", blocked.dimension)
+    chosen_control = None if chosen is None else vector(chosen, "chosen", blocked.dimension)
+    height = _height(admissible, preferred_control, chosen_control)
     region = admissible_region(admissible, height)
-    left, right, low, high = extent or _extent(admissible, region, wanted, taken)
+    left, right, low, high = extent or _extent(admissible, region, preferred_control, chosen_control)
     plane = Plane(np.linspace(left, right, resolution), np.linspace(low, high, resolution), height)
     with style():
         _fill(ax, blocked, plane)
-        rim = 0.03 * (right - left)
-        dotted = _limits(ax, admissible, region, height, shapely.box(left + rim, low + rim, right - rim, high - rim))
+        inset = 0.03 * (right - left)
+        limits = _limits(
+            ax, admissible, region, height, shapely.box(left + inset, low + inset, right - inset, high - inset)
+        )
         for t in elements:
             _element(ax, blocked, float(t), height)
-        handles = _controls(ax, wanted, taken, (left, right, low, high), height, chosen_label)
+        handles = _controls(ax, preferred_control, chosen_control, (left, right, low, high), height, chosen_label)
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
         if decorations:
             if len(elements):
-                dotted.append(Line2D([], [], color=FAINT, linewidth=0.4, label="temporal elements"))
-            _decorate(ax, blocked, height, handles + dotted)
+                limits.append(Line2D([], [], color=FAINT, linewidth=0.4, label="temporal elements"))
+            _decorate(ax, blocked, height, handles + limits)
     return ax
 
 
@@ -128,7 +131,7 @@ def _height(admissible: Admissible, preferred: Array | None, chosen: Array | Non
 
 
 def _extent(admissible: Admissible, region: Any, preferred: Array | None, chosen: Array | None) -> Extent:
-    """A square about the admissible set with room around it; controls nearby are included."""
+    """Return a square around the admissible set with a margin, which includes controls nearby."""
     if region.is_empty:
         smallest = int(np.argmin(admissible.radii))
         (x, y), r = admissible.centers[smallest, :2], admissible.radii[smallest]
@@ -138,14 +141,18 @@ def _extent(admissible: Admissible, region: Any, preferred: Array | None, chosen
     middle, half = box.mean(axis=0), 0.65 * float(np.diff(box, axis=0).max())
     for point in (preferred, chosen):
         if point is not None:
-            need = 1.1 * float(np.abs(point[:2] - middle).max())
-            half = max(half, need) if need < 1.8 * half else half
+            required = 1.1 * float(np.abs(point[:2] - middle).max())
+            half = max(half, required) if required < 1.8 * half else half
     return (middle[0] - half, middle[0] + half, middle[1] - half, middle[1] + half)
 
 
 def _field(blocked: ControlObstacle, index: int, horizon: float, plane: Plane, controls: Array, inside: Array) -> Array:
-    """Clearance [m] to one obstacle up to `horizon` on the grid: computed along its border, elsewhere +-_FAR."""
-    field = np.where(inside, -_FAR, _FAR)
+    """Return the clearance (n, n) [m] to one obstacle up to `horizon` [s]: exact at its border, elsewhere +-_LARGE.
+
+    Args:
+        inside: (n, n) whether each control of the grid collides.
+    """
+    field = np.where(inside, -_LARGE, _LARGE)
     corners = np.stack([inside[:-1, :-1], inside[1:, :-1], inside[:-1, 1:], inside[1:, 1:]])
     mixed = corners.any(axis=0) & ~corners.all(axis=0)
     border = np.zeros(inside.shape, dtype=bool)
@@ -155,7 +162,7 @@ def _field(blocked: ControlObstacle, index: int, horizon: float, plane: Plane, c
     if border.any():
         traffic = blocked.obstacles
         margin = np.broadcast_to(np.asarray(blocked.margin), (len(traffic.obstacles),))[index]
-        alone = ControlObstacle(
+        single = ControlObstacle(
             blocked.response,
             blocked.state,
             ObstacleTable([traffic.obstacles[index]], traffic.start, traffic.horizon),
@@ -163,32 +170,34 @@ def _field(blocked: ControlObstacle, index: int, horizon: float, plane: Plane, c
             float(margin),
             horizon,
         )
-        found = alone.clearance(controls[border])
-        # The sign is that of the grid, so that rounding on the border cannot open a cell that was not computed.
-        field[border] = np.where(inside[border], np.clip(found, -_FAR, -1e-12), np.clip(found, 1e-12, _FAR))
+        clearances = single.clearance(controls[border])
+        # Keep the sign of the grid: rounding at the border must not change the sign of a cell next to +-_LARGE.
+        field[border] = np.where(
+            inside[border], np.clip(clearances, -_LARGE, -1e-12), np.clip(clearances, 1e-12, _LARGE)
+        )
     return field
 
 
 def _fill(ax: Axes, blocked: ControlObstacle, plane: Plane) -> None:
-    """The control obstacles of ever shorter horizons on top of each other, and the outline of each obstacle's.
+    """Fill the control obstacles of decreasing horizons on top of each other, and outline that of each obstacle.
 
-    In the plane that of the whole horizon is exact; the others, and all in space, are contours of the clearance on the
-    grid.
+    In the plane the one of the whole horizon is exact. The others, and all in space, are contours of the clearance on
+    the grid.
     """
     controls = plane.controls
     times = blocked.times_to_collision(controls)
     levels = time_levels(blocked.horizon)
     colours = time_scale(blocked.horizon)
-    met = np.flatnonzero(np.isfinite(times).any(axis=(0, 1)))
+    colliding = np.flatnonzero(np.isfinite(times).any(axis=(0, 1)))
     for level, start in zip(levels[:0:-1], levels[-2::-1]):
         last = level == levels[-1]
         colour = colour_at(colours, 0.5 * (start + level))
-        look: dict[str, Any] = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.1, "zorder": 1}
+        properties: dict[str, Any] = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.1, "zorder": 1}
         if last and plane.height is None:
-            _exact(ax, blocked, plane, look)
+            _exact(ax, blocked, plane, properties)
             continue
-        union = np.full(times.shape[:2], _FAR)
-        for index in met:
+        union = np.full(times.shape[:2], _LARGE)
+        for index in colliding:
             inside = np.isfinite(times[..., index]) if last else times[..., index] < level
             if inside.any():
                 field = _field(blocked, int(index), float(level), plane, controls, inside)
@@ -196,37 +205,37 @@ def _fill(ax: Axes, blocked: ControlObstacle, plane: Plane) -> None:
                 if last:
                     _outline(ax, plane, field, f"outline-{index}")
         if np.any(union < 0.0):
-            patch = PathPatch(filled(plane, union), **look)
+            patch = PathPatch(filled(plane, union), **properties)
             patch.set_gid("blocked" if last else f"blocked-{level:g}")
             ax.add_patch(patch)
 
 
-def _exact(ax: Axes, blocked: ControlObstacle, plane: Plane, look: dict[str, Any]) -> None:
-    """The control obstacle within the panel by its boundary."""
+def _exact(ax: Axes, blocked: ControlObstacle, plane: Plane, properties: dict[str, Any]) -> None:
+    """Fill the exact control obstacle within the panel, from its boundary."""
     corners = np.array([[plane.x[0], plane.y[0]], [plane.x[-1], plane.y[-1]]])
     panel = shapely.box(*corners.ravel())
     size = float(np.linalg.norm(corners[1] - corners[0]))
-    # A window a little larger than the panel: its rim is not drawn.
-    found = blocked.boundary(corners.mean(axis=0), 0.51 * size)
-    for index, whole in enumerate(found.regions):
+    # A window slightly larger than the panel, so that the border of the window is not drawn.
+    boundary_found = blocked.boundary(corners.mean(axis=0), 0.51 * size)
+    for index, whole in enumerate(boundary_found.regions):
         if not whole.intersects(panel):
             continue
         lines = [shapely.get_coordinates(ring) for one in shapely.get_parts(whole) for ring in shapely.get_rings(one)]
         drawn = LineCollection(lines, colors=INK, linewidths=0.45, alpha=0.75, zorder=2)
         drawn.set_gid(f"outline-{index}")
         ax.add_collection(drawn, autolim=False)
-    region = shapely.intersection(found.region, panel)
+    region = shapely.intersection(boundary_found.region, panel)
     parts = [part for part in shapely.get_parts(region) if part.geom_type == "Polygon"]
     if parts:
-        patch = PathPatch(outline(shapely.MultiPolygon(parts)), **look)
+        patch = PathPatch(outline(shapely.MultiPolygon(parts)), **properties)
         patch.set_gid("blocked")
         ax.add_patch(patch)
 
 
 def filled(plane: Plane, field: Array) -> Outline:
-    """The region where `field` is negative, with its holes."""
+    """Return the region with negative `field` (n, n), including holes, as a path."""
     drawn = contour_generator(plane.x, plane.y, field, fill_type=FillType.OuterCode)
-    parts: Any = drawn.filled(-10.0 * _FAR, 0.0)
+    parts: Any = drawn.filled(-10.0 * _LARGE, 0.0)
     return Outline.make_compound_path(*(Outline(points, codes) for points, codes in zip(*parts)))
 
 
@@ -238,17 +247,17 @@ def _outline(ax: Axes, plane: Plane, field: Array, gid: str) -> None:
 
 
 def _limits(ax: Axes, admissible: Admissible, region: Any, height: float | None, view: Any) -> list[Line2D]:
-    """The set itself, and the circles that bound more than it dotted, if they meet `view`; their legend entry."""
+    """Draw the admissible set and, dotted, limit circles within `view`; return the legend entry of the circles."""
     depth = np.zeros(len(admissible.radii)) if height is None else height - admissible.centers[:, -1]
-    look: dict[str, Any] = {"linewidth": 0.7, "linestyle": (0, (1, 2))}
+    properties: dict[str, Any] = {"linewidth": 0.7, "linestyle": (0, (1, 2))}
     handles = []
-    for centre, square in zip(admissible.centers, admissible.radii**2 - depth**2):
-        if square > 0.0:
-            radius = float(np.sqrt(square))
+    for centre, squared_radius in zip(admissible.centers, admissible.radii**2 - depth**2):
+        if squared_radius > 0.0:
+            radius = float(np.sqrt(squared_radius))
             ring = shapely.Point(centre[:2]).buffer(radius, quad_segs=64).exterior
-            if region.area < 0.999 * np.pi * square and ring.intersects(view):
-                disc(ax, centre, radius, "limit", fill=False, edgecolor=INK, zorder=3, **look)
-                handles = [Line2D([], [], color=INK, label="speed, acceleration limits", **look)]
+            if region.area < 0.999 * np.pi * squared_radius and ring.intersects(view):
+                disc(ax, centre, radius, "limit", fill=False, edgecolor=INK, zorder=3, **properties)
+                handles = [Line2D([], [], color=INK, label="speed, acceleration limits", **properties)]
     if not region.is_empty:
         patch = PathPatch(outline(region), fill=False, edgecolor=INK, linewidth=1.3, zorder=4)
         patch.set_path_effects(halo(2.6))
@@ -258,46 +267,49 @@ def _limits(ax: Axes, admissible: Admissible, region: Any, height: float | None,
 
 
 def _element(ax: Axes, blocked: ControlObstacle, t: float, height: float | None) -> None:
-    """The temporal elements at elapsed time t [s]; in space where they meet the plane."""
-    found = blocked.element(t)
-    look: dict[str, Any] = {"fill": False, "edgecolor": FAINT, "linewidth": 0.4, "zorder": 2.5}
-    for corners, radius in zip(found.corners, found.radii):
+    """Draw the temporal elements at elapsed time t [s]; in space their sections with the plane."""
+    elements = blocked.element(t)
+    properties: dict[str, Any] = {"fill": False, "edgecolor": FAINT, "linewidth": 0.4, "zorder": 2.5}
+    for corners, radius in zip(elements.corners, elements.radii):
         if height is None:
-            body(ax, [Part(corners, float(radius))], f"element-{t:g}", **look)
+            body(ax, [Part(corners, float(radius))], f"element-{t:g}", **properties)
             continue
-        # A ball meets the plane in a disc; a capsule is many balls.
+        # The section of a ball is a disc; a capsule is approximated by many balls.
         share = np.linspace(0.0, 1.0, 33 if len(corners) > 1 else 1)[:, None]
         centers = corners[0] + share * (corners[-1] - corners[0])
         squares = radius**2 - (height - centers[:, 2]) ** 2
         sections = [Part(c[None, :2], float(np.sqrt(s))) for c, s in zip(centers, squares) if s > 0.0]
         if sections:
-            body(ax, sections, f"element-{t:g}", **look)
+            body(ax, sections, f"element-{t:g}", **properties)
 
 
 def _controls(
     ax: Axes, preferred: Array | None, chosen: Array | None, extent: Extent, height: float | None, chosen_label: str
 ) -> list[Line2D]:
-    """The markers, on the border of the panel for a control beyond it; the legend entries, which name its place."""
+    """Draw markers of the controls; return their legend entries.
+
+    A control outside the panel is marked at the border, with its coordinates in the legend.
+    """
     handles = []
     corner, opposite = np.array(extent[0::2]), np.array(extent[1::2])
-    rim = 0.02 * (opposite - corner)
+    inset = 0.02 * (opposite - corner)
     for point, gid, label in ((preferred, "preferred", "preferred"), (chosen, "chosen", chosen_label)):
         if point is None:
             continue
-        beyond = bool(np.any((point[:2] < corner) | (point[:2] > opposite)))
+        outside = bool(np.any((point[:2] < corner) | (point[:2] > opposite)))
         hollow = gid == "preferred"
-        where = f" (at {point[0]:.2g}, {point[1]:.2g})".replace("-", "−") if beyond else ""
+        suffix = f" (at {point[0]:.2g}, {point[1]:.2g})".replace("-", "−") if outside else ""
         if height is not None and abs(point[2] - height) > 1e-9:
-            where += " (off section)"
+            suffix += " (off section)"
         (mark,) = ax.plot(
-            *np.clip(point[:2], corner + rim, opposite - rim),
+            *np.clip(point[:2], corner + inset, opposite - inset),
             linestyle="none",
-            marker="D" if beyond else "o",
+            marker="D" if outside else "o",
             markersize=6.0 if hollow else 5.2,
             markerfacecolor="white" if hollow else ROBOT,
             markeredgecolor=ROBOT if hollow else "white",
             markeredgewidth=1.4 if hollow else 0.7,
-            label=label + where,
+            label=label + suffix,
             zorder=6,
         )
         mark.set_path_effects(halo(2.4))
@@ -307,16 +319,16 @@ def _controls(
 
 
 def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles: list[Line2D]) -> None:
-    """Title, labels, legend and colour bar."""
-    what = kind(blocked.response)
-    ax.set_title(f"{what.name} {what.words}", pad=4)
-    section = "" if height is None else f"   (section at ${what.letter}_z$ = {height:.2f} {what.unit})"
-    ax.set_xlabel(f"${what.letter}_x$ [{what.unit}]{section}")
-    ax.set_ylabel(f"${what.letter}_y$ [{what.unit}]", labelpad=1)
+    """Draw title, labels, legend and colour bar."""
+    quantity = kind(blocked.response)
+    ax.set_title(f"{quantity.name} {quantity.description}", pad=4)
+    section = "" if height is None else f"   (section at ${quantity.letter}_z$ = {height:.2f} {quantity.unit})"
+    ax.set_xlabel(f"${quantity.letter}_x$ [{quantity.unit}]{section}")
+    ax.set_ylabel(f"${quantity.letter}_y$ [{quantity.unit}]", labelpad=1)
     entries: list[Any] = [
         *handles,
         Line2D([], [], color=INK, linewidth=1.3, label="admissible set"),
-        Patch(facecolor="#35b779", edgecolor=INK, linewidth=0.45, label="blocked (lines: by each)"),
+        Patch(facecolor="#35b779", edgecolor=INK, linewidth=0.45, label="blocked (lines: each)"),
     ]
     legend_below(ax, entries, 2)
     colour_bar(time_scale(blocked.horizon), ax, "time to collision [s]")

@@ -1,4 +1,4 @@
-"""Whole figures: one decision in two panels, and a whole run."""
+"""Complete figures: one decision in two panels, and a whole run."""
 
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
@@ -24,7 +24,7 @@ from slalom.objective import Situation, preferred_control
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.trajectory import Stationary
-from slalom.view.bodies import body, box_of, placed
+from slalom.view.bodies import body, box_of, parts_at
 from slalom.view.control_space import Extent, control_space
 from slalom.view.style import (
     COLUMN,
@@ -38,17 +38,17 @@ from slalom.view.style import (
     kind,
     style,
 )
-from slalom.view.workspace import around, box, draw_goal, label_axes, moments, workspace
+from slalom.view.workspace import disc_box, draw_goal, label_axes, padded_extent, times_within, workspace
 
 _TIMES: Final = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.06, 1.0, 256)))
-"""Colours of the times of a run: the later the darker."""
+"""Colour map of the times of a run: later is darker."""
 
-_SMALL: Final = 0.2
-"""An admissible set smaller than this share of the panel is shown enlarged in a corner."""
+_SMALL_SHARE: Final = 0.2
+"""[1] An admissible set smaller than this share of the panel is also shown enlarged, in a corner."""
 
 
-class _Reading(NamedTuple):
-    """A decision in terms of the control space that is drawn."""
+class _DrawnControls(NamedTuple):
+    """Admissible set, preferred and chosen control of a decision, in the control space that is drawn."""
 
     admissible: Admissible
     preferred: Array
@@ -66,22 +66,22 @@ def decision(
     axes: tuple[Axes, Axes] | None = None,
     resolution: int = 201,
 ) -> Figure:
-    """The workspace and the control space of one decision, side by side.
+    """Draw the workspace and the control space of one decision, side by side.
 
-    A manoeuvre that was kept may belong to another response than the control space that is drawn. Its control means
-    nothing there; the filled marker is then what the robot applies over this period, and the legend says so.
+    A committed manoeuvre may belong to another response than the control space that is drawn, where its control has no
+    meaning. The filled marker is then the control applied over this period, as stated in the legend.
 
     Args:
-        decision: what `navigator.decide` returned for `goal`.
+        decision: result of `navigator.decide` for `goal`.
         track: positions (T, d) [m] of the robot up to now.
-        title: above both panels; by default method and outcome, "" for none.
-        axes: where to draw the two panels, by default on a new figure of a page's width.
-        resolution: points of the grid of controls along each axis.
+        title: title above both panels; by default method and outcome, "" for none.
+        axes: axes of the two panels; by default on a new figure of a page's width.
+        resolution: number of grid points of the control space along each axis.
     """
     blocked = decision.blocked
     state, traffic = blocked.state, blocked.obstacles
-    reading = _read(decision, navigator, goal)
-    alone = Manoeuvre(blocked.response, state, reading.preferred, traffic.start)
+    controls = _drawn_controls(decision, navigator, goal)
+    preferred_manoeuvre = Manoeuvre(blocked.response, state, controls.preferred, traffic.start)
     with style():
         left, right = axes or _panels(4 if track is not None else 3)
         figure = left.get_figure(root=True)
@@ -93,31 +93,31 @@ def decision(
             robot=navigator.robot,
             goal=goal,
             manoeuvre=decision.manoeuvre,
-            preferred=alone,
+            preferred=preferred_manoeuvre,
             track=track,
-            contact_times=blocked.times_to_collision(reading.preferred),
+            contact_times=blocked.times_to_collision(controls.preferred),
         )
-        extent = _whole_speed_range(blocked.response, navigator)
+        extent = _velocity_extent(blocked.response, navigator)
         control_space(
             right,
             blocked=blocked,
-            admissible=reading.admissible,
-            preferred=reading.preferred,
-            chosen=reading.chosen,
+            admissible=controls.admissible,
+            preferred=controls.preferred,
+            chosen=controls.chosen,
             extent=extent,
             resolution=resolution,
-            chosen_label=reading.label,
+            chosen_label=controls.label,
         )
         if extent is not None:
-            _enlarge(right, decision, reading, extent)
-        words = f"{navigator.method.name.upper()}: {decision.outcome.value}" if title is None else title
-        if words and axes is None:
-            figure.suptitle(words, y=0.985)
+            _enlarge(right, decision, controls, extent)
+        heading = f"{navigator.method.name.upper()}: {decision.outcome.value}" if title is None else title
+        if heading and axes is None:
+            figure.suptitle(heading, y=0.985)
     return figure
 
 
 def _panels(rows: int) -> tuple[Axes, Axes]:
-    """Two square panels of equal size on a page's width, with room for a title and `rows` of legend."""
+    """Return two square panels of equal size on a page's width, with space for a title and `rows` of legend."""
     side, base = 2.7, 0.52 + 0.135 * rows
     height = base + side + 0.48
     figure = Figure(figsize=(PAGE, height))
@@ -127,7 +127,7 @@ def _panels(rows: int) -> tuple[Axes, Axes]:
     return left, right
 
 
-def _read(decision: Decision, navigator: Navigator, goal: Goal) -> _Reading:
+def _drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> _DrawnControls:
     blocked, manoeuvre = decision.blocked, decision.manoeuvre
     response, state, now = blocked.response, blocked.state, blocked.obstacles.start
     admissible = navigator.limits.admissible(response, state, navigator.horizon)
@@ -136,47 +136,47 @@ def _read(decision: Decision, navigator: Navigator, goal: Goal) -> _Reading:
         situation = Situation(response, state, goal, navigator.limits, admissible, now, navigator.horizon)
         preferred = preferred_control(navigator.objective.aims(situation))
     if manoeuvre.response == response and (manoeuvre.start == now or response.restartable):
-        return _Reading(admissible, preferred, manoeuvre.control, "chosen")
-    applied, what = manoeuvre.mean_acceleration(now, navigator.period), kind(response).name
-    if what == "velocity":
-        speed = state.velocity + navigator.period * applied
-        return _Reading(admissible, preferred, speed, "next velocity (manoeuvre kept)")
-    if what == "acceleration":
-        return _Reading(admissible, preferred, applied, "applied now (manoeuvre kept)")
-    return _Reading(admissible, preferred, None, "")
+        return _DrawnControls(admissible, preferred, manoeuvre.control, "chosen")
+    applied, quantity = manoeuvre.mean_acceleration(now, navigator.period), kind(response).name
+    if quantity == "velocity":
+        next_velocity = state.velocity + navigator.period * applied
+        return _DrawnControls(admissible, preferred, next_velocity, "next velocity (manoeuvre kept)")
+    if quantity == "acceleration":
+        return _DrawnControls(admissible, preferred, applied, "applied now (manoeuvre kept)")
+    return _DrawnControls(admissible, preferred, None, "")
 
 
-def _whole_speed_range(response: Any, navigator: Navigator) -> Extent | None:
-    """For velocities: all that the robot's top speed allows, however few of them it can reach now."""
+def _velocity_extent(response: Any, navigator: Navigator) -> Extent | None:
+    """Return an extent of all velocities up to the maximum speed; None for other controls."""
     if kind(response).name != "velocity":
         return None
-    top = 1.12 * navigator.limits.max_speed
-    return (-top, top, -top, top)
+    limit = 1.12 * navigator.limits.max_speed
+    return (-limit, limit, -limit, limit)
 
 
-def _enlarge(ax: Axes, decision: Decision, reading: _Reading, extent: Extent) -> None:
-    """The surroundings of a small admissible set once more, larger, in the corner farthest from it."""
+def _enlarge(ax: Axes, decision: Decision, controls: _DrawnControls, extent: Extent) -> None:
+    """Draw the surroundings of a small admissible set enlarged, in the corner farthest from the set."""
     height = None
     if decision.blocked.dimension == 3:
-        height = float((reading.preferred if reading.chosen is None else reading.chosen)[2])
-    region = admissible_region(reading.admissible, height)
+        height = float((controls.preferred if controls.chosen is None else controls.chosen)[2])
+    region = admissible_region(controls.admissible, height)
     if region.is_empty:
         return
     left, low, right, high = region.bounds
     half = 0.75 * max(right - left, high - low)
-    if 2.0 * half > _SMALL * (extent[1] - extent[0]):
+    if 2.0 * half > _SMALL_SHARE * (extent[1] - extent[0]):
         return
     x, y = 0.5 * (left + right), 0.5 * (low + high)
     size = 0.36
     corner = (0.015 if x > 0.0 else 0.985 - size, 0.015 if y > 0.0 else 0.985 - size, size, size)
     inset = ax.inset_axes(corner, zorder=7)
-    visible = bool(np.all(np.abs(reading.preferred[:2] - (x, y)) < half))
+    visible = bool(np.all(np.abs(controls.preferred[:2] - (x, y)) < half))
     control_space(
         inset,
         blocked=decision.blocked,
-        admissible=reading.admissible,
-        preferred=reading.preferred if visible else None,
-        chosen=reading.chosen,
+        admissible=controls.admissible,
+        preferred=controls.preferred if visible else None,
+        chosen=controls.chosen,
         extent=(x - half, x + half, y - half, y + half),
         resolution=121,
         decorations=False,
@@ -197,102 +197,118 @@ def paths(
     ax: Axes | None = None,
     snapshots: int = 5,
 ) -> Axes:
-    """Draw a whole run in the workspace: the robot's track coloured by time, and everybody at a few moments.
+    """Draw a whole run in the workspace: the robot's track coloured by time, and snapshots of robot and obstacles.
 
     Args:
-        times: (T + 1,) [s], increasing. positions: (T + 1, d) [m], the robot's.
-        obstacles: with their true trajectories. goal: None where it is too far away to be shown.
-        ax: where to draw, by default on a new figure of a column's width.
-        snapshots: how many equally spaced moments, first and last included, at least 2.
+        times: (T + 1,) [s], increasing.
+        positions: (T + 1, d) [m] of the robot.
+        obstacles: obstacles with their true trajectories.
+        goal: goal of the robot; None if it is too far away to be shown.
+        ax: axes to draw on; by default on a new figure of a column's width.
+        snapshots: number of equally spaced snapshots, including first and last time, at least 2.
 
     Returns:
-        The axes; `save` takes them too.
+        The axes, which `save` also accepts.
 
     Raises:
-        InvalidInput: times and positions that do not fit each other.
+        InvalidInput: times not increasing, or another number of positions.
     """
-    stamps, places = array(times, "times"), vectors(positions, "positions")
-    if stamps.ndim != 1 or places.shape[:-1] != stamps.shape or stamps.size < 2 or np.any(np.diff(stamps) <= 0.0):
+    stamps, track_points = array(times, "times"), vectors(positions, "positions")
+    if stamps.ndim != 1 or track_points.shape[:-1] != stamps.shape or stamps.size < 2 or np.any(np.diff(stamps) <= 0.0):
         raise InvalidInput(
-            f"times: expected two or more that increase, and a position for each; "
-            f"found shapes {stamps.shape} and {places.shape}"
+            f"times: expected two or more in increasing order, and a position for each; "
+            f"found shapes {stamps.shape} and {track_points.shape}"
         )
     start, end = float(stamps[0]), float(stamps[-1])
     scale = ScalarMappable(Normalize(start, end), _TIMES)
-    shots = np.linspace(start, end, max(2, snapshots))
-    target = [] if goal is None else [around(goal.position(end), goal.tolerance)]
-    corners = [*target, *(box_of(placed(robot, place)) for place in places), *_corners(obstacles, shots)]
-    left, right, low, high = box(np.concatenate(corners), 0.4)
+    snapshot_times = np.linspace(start, end, max(2, snapshots))
+    goal_box = [] if goal is None else [disc_box(goal.position(end), goal.tolerance)]
+    corners = [
+        *goal_box,
+        *(box_of(parts_at(robot, point)) for point in track_points),
+        *_obstacle_boxes(obstacles, snapshot_times),
+    ]
+    left, right, low, high = padded_extent(np.concatenate(corners), 0.4)
     with style():
         ax = _column((high - low) / (right - left)) if ax is None else ax
-        _passers(ax, obstacles, shots, scale)
+        _obstacle_paths(ax, obstacles, snapshot_times, scale)
         if goal is not None:
             draw_goal(ax, goal, end, start, end)
-        ax.plot(*places.T[:2], color="white", linewidth=2.8, zorder=3.9)
-        lines = np.stack([places[:-1, :2], places[1:, :2]], axis=1)
+        ax.plot(*track_points.T[:2], color="white", linewidth=2.8, zorder=3.9)
+        lines = np.stack([track_points[:-1, :2], track_points[1:, :2]], axis=1)
         track = LineCollection(list(lines), array=0.5 * (stamps[1:] + stamps[:-1]), linewidths=1.6, zorder=4)
         track.set(cmap=scale.cmap, norm=scale.norm, capstyle="round", gid="track")
         ax.add_collection(track, autolim=False)
-        _snapshots(ax, np.column_stack([stamps, places]), shots, robot, scale, 0.16 * (right - left))
+        _snapshots(ax, np.column_stack([stamps, track_points]), snapshot_times, robot, scale, 0.16 * (right - left))
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
-        label_axes(ax, "   (seen along z; z in m)" if places.shape[1] == 3 else "")
+        label_axes(ax, "   (seen along z; z in m)" if track_points.shape[1] == 3 else "")
         colour_bar(scale, ax, "time [s]")
     return ax
 
 
 def _column(ratio: float) -> Axes:
-    """Axes of that height per width on a new figure of a column's width."""
+    """Return axes with this ratio of height to width, on a new figure of a column's width."""
     width = 2.42
     height = width * ratio + 0.58
     figure = Figure(figsize=(COLUMN, height))
     return figure.add_axes((0.5 / COLUMN, 0.48 / height, width / COLUMN, width * ratio / height))
 
 
-def _corners(obstacles: Sequence[Obstacle], shots: Array) -> list[Array]:
-    """What the obstacles cover at the moments `shots` [s]."""
+def _obstacle_boxes(obstacles: Sequence[Obstacle], snapshot_times: Array) -> list[Array]:
+    """Return the bounding boxes of the obstacles at the times `snapshot_times` [s]."""
     return [
-        box_of(outline_parts(obstacle, float(t))) for obstacle in obstacles for t in shots if obstacle.exists(float(t))
+        box_of(outline_parts(obstacle, float(t)))
+        for obstacle in obstacles
+        for t in snapshot_times
+        if obstacle.exists(float(t))
     ]
 
 
-def _passers(ax: Axes, obstacles: Sequence[Obstacle], shots: Array, scale: ScalarMappable) -> None:
-    """The obstacles' paths, and discs at the moments `shots` [s]."""
+def _obstacle_paths(ax: Axes, obstacles: Sequence[Obstacle], snapshot_times: Array, scale: ScalarMappable) -> None:
+    """Draw the paths of the obstacles, and their shapes at the times `snapshot_times` [s]."""
     for index, obstacle in enumerate(obstacles):
         if isinstance(obstacle.trajectory, Stationary):
-            parts = outline_parts(obstacle, float(shots[0]))
+            parts = outline_parts(obstacle, float(snapshot_times[0]))
             body(ax, parts, f"obstacle-{index}", zorder=1.5, facecolor=NEUTRAL, edgecolor=INK, linewidth=0.5)
             continue
-        there = moments(obstacle.trajectory, float(shots[0]), float(shots[-1]), 129)
-        if there.size:
-            ax.plot(*obstacle.trajectory.position(there).T[:2], color=NEUTRAL, linewidth=0.5, zorder=1)
-        for k, t in enumerate(shots):
+        path_times = times_within(obstacle.trajectory, float(snapshot_times[0]), float(snapshot_times[-1]), 129)
+        if path_times.size:
+            ax.plot(*obstacle.trajectory.position(path_times).T[:2], color=NEUTRAL, linewidth=0.5, zorder=1)
+        for k, t in enumerate(snapshot_times):
             if obstacle.exists(float(t)):
                 colour = colour_at(scale, float(t))
-                look = {"facecolor": to_rgba(colour, 0.25), "edgecolor": to_rgba(colour, 0.85), "linewidth": 0.5}
-                body(ax, outline_parts(obstacle, float(t)), f"obstacle-{index}-{k}", zorder=2, **look)
+                properties = {"facecolor": to_rgba(colour, 0.25), "edgecolor": to_rgba(colour, 0.85), "linewidth": 0.5}
+                body(ax, outline_parts(obstacle, float(t)), f"obstacle-{index}-{k}", zorder=2, **properties)
 
 
-def _snapshots(ax: Axes, run: Array, shots: Array, robot: Shape, scale: ScalarMappable, apart: float) -> None:
-    """The robot at the moments `shots` [s], with the time (and height) beside it: above, or below a near neighbour.
+def _snapshots(
+    ax: Axes, samples: Array, snapshot_times: Array, robot: Shape, scale: ScalarMappable, min_distance: float
+) -> None:
+    """Draw the robot at the times `snapshot_times` [s], labelled with the time and, in space, the height.
+
+    A label is above the robot, or below it if the last label above is near.
 
     Args:
-        run: (T + 1, 1 + d), times [s] and places [m]. apart: [m] between labels on one side.
+        samples: (T + 1, 1 + d), times [s] and positions [m].
+        min_distance: [m] between labels on the same side.
     """
     above, below = np.full(2, np.inf), np.full(2, np.inf)
-    for number, t in enumerate(shots):
-        place = np.array([np.interp(t, run[:, 0], column) for column in run.T[1:]])
-        look = {"facecolor": colour_at(scale, float(t)), "edgecolor": INK, "linewidth": 0.8}
-        body(ax, placed(robot, place), f"robot-{number}", zorder=5, **look)
-        up = bool(np.abs(place[:2] - above).max() >= apart or np.abs(place[:2] - below).max() < apart)
-        above, below = (place[:2], below) if up else (above, place[:2])
+    for number, t in enumerate(snapshot_times):
+        center = np.array([np.interp(t, samples[:, 0], column) for column in samples.T[1:]])
+        properties = {"facecolor": colour_at(scale, float(t)), "edgecolor": INK, "linewidth": 0.8}
+        body(ax, parts_at(robot, center), f"robot-{number}", zorder=5, **properties)
+        is_above = bool(
+            np.abs(center[:2] - above).max() >= min_distance or np.abs(center[:2] - below).max() < min_distance
+        )
+        above, below = (center[:2], below) if is_above else (above, center[:2])
         text = ax.annotate(
-            f"{t:.1f} s" + (f"\nz {place[2]:.1f}".replace("-", "−") if len(place) == 3 else ""),
-            (place[0], place[1] + (robot.bounding_radius if up else -robot.bounding_radius)),
-            xytext=(0, 2 if up else -2),
+            f"{t:.1f} s" + (f"\nz {center[2]:.1f}".replace("-", "−") if len(center) == 3 else ""),
+            (center[0], center[1] + (robot.bounding_radius if is_above else -robot.bounding_radius)),
+            xytext=(0, 2 if is_above else -2),
             textcoords="offset points",
             ha="center",
-            va="bottom" if up else "top",
+            va="bottom" if is_above else "top",
             fontsize=6.5,
             zorder=8,
         )

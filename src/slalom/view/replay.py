@@ -1,4 +1,4 @@
-"""A figure of a recorded run: one decision of a robot alone, the tracks of several or of a peer."""
+"""Figure of a recorded run: one decision of a single robot, or tracks for several robots or a peer."""
 
 import re
 
@@ -15,41 +15,41 @@ from slalom.view.figure import decision, paths
 
 
 def replay(recording: Recording, scenario: Scenario, method: str, at: float | None = None) -> Figure:
-    """The decision at time `at` [s] after the start, or by default one held long, before the closest approach.
+    """Draw the decision at time `at` [s] after the start; by default the longest held one before the closest approach.
 
-    Of several robots, and with a peer, the track of the first one and where the others were.
+    With several robots, or a peer, draw the track of the first robot and the positions of the others.
 
     Raises:
         InvalidInput: a run without a step.
     """
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
-    chosen = contender_named(method)
-    if len(recording.shapes) > 1 or not isinstance(chosen, Method):
+    contender = contender_named(method)
+    if len(recording.shapes) > 1 or not isinstance(contender, Method):
         first = single_robot_view(recording, 0)
-        # In a world that repeats goals lie far ahead, for robots to go on and on.
+        # In a periodic world the goals are far away, so that robots never arrive.
         goal = first.goals[0] if first.period is None else None
-        drawn = paths(
+        figure = paths(
             first.times, first.positions[:, 0], first.obstacles, robot=first.shapes[0], goal=goal, snapshots=6
         ).get_figure(root=True)
-        assert drawn is not None
-        return drawn
+        assert figure is not None
+        return figure
     decided = [k for k, row in enumerate(recording.outcomes) if row[0]]
     if at is None:
         closest = min(closest_approaches(recording), default=None)
-        when = closest.time if closest is not None else float(recording.times[0])
-        early = [k for k in decided if recording.times[k] <= when] or decided
+        approach_time = closest.time if closest is not None else float(recording.times[0])
+        early = [k for k in decided if recording.times[k] <= approach_time] or decided
         tight = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
-        held = re.compile(r"hold=([0-9.]+)")
-        step = max(tight, key=lambda k: (float((held.findall(recording.responses[k][0]) or [0])[0]), k))
+        hold_pattern = re.compile(r"hold=([0-9.]+)")
+        step = max(tight, key=lambda k: (float((hold_pattern.findall(recording.responses[k][0]) or [0])[0]), k))
     else:
         step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
-    made = decision_at(recording, scenario, chosen, step)
+    replayed = decision_at(recording, scenario, contender, step)
     elapsed = recording.times[step] - recording.times[0]
     return decision(
-        made,
-        scenario.navigator(chosen),
+        replayed,
+        scenario.navigator(contender),
         scenario.robot.goal,
         track=np.asarray(recording.positions[: step + 1, 0]),
-        title=f"{recording.scenario}, {method}, {elapsed:.1f} s after the start: {made.outcome.name.lower()}",
+        title=f"{recording.scenario}, {method}, {elapsed:.1f} s after the start: {replayed.outcome.name.lower()}",
     )

@@ -1,4 +1,4 @@
-"""What the figures share: fonts, colours, the scale of times, marks, the outline of a set, and how they are saved."""
+"""Shared parts of the figures: fonts, colours, scale of times, marks, outline of a set, and saving."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -40,7 +40,7 @@ RESOLUTION: Final = 300
 """[dots per inch] of bitmaps."""
 
 ROBOT: Final = "#d55e00"
-"""The robot and what it chose: vermilion, found neither in viridis nor in grey, told apart by the colour-blind too."""
+"""Colour of the robot and its choice: vermilion, in neither viridis nor grey, and distinct for the colour-blind."""
 
 GOAL: Final = "#0072b2"
 NEUTRAL: Final = "#cfcfcf"
@@ -52,7 +52,7 @@ FORMATS: Final[dict[str, dict[str, Any]]] = {
     ".pdf": {"metadata": {"CreationDate": None, "ModDate": None, "Creator": "slalom"}},
     ".png": {"metadata": {"Software": "slalom"}, "dpi": RESOLUTION},
 }
-"""What figures can be saved as, and how; no dates, so that equal figures are equal files."""
+"""Options of `savefig` by suffix; without dates, so that equal figures give equal files."""
 
 Colour = str | tuple[float, float, float, float]
 
@@ -100,7 +100,7 @@ _STYLE: Final[Any] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """The settings of slalom's figures, in force only within the `with` block, whatever they are outside of it."""
+    """Apply the settings of slalom's figures within the `with` block, independent of the settings outside."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(_STYLE)
@@ -108,16 +108,16 @@ def style() -> Iterator[None]:
 
 
 class Kind(NamedTuple):
-    """What a control is: a name, the letter for it, its unit, and the response in words."""
+    """Kind of a control: name, letter, unit, and description of the response."""
 
     name: str
     letter: str
     unit: str
-    words: str
+    description: str
 
 
 def kind(response: Response) -> Kind:
-    """What the controls of `response` are."""
+    """Return the kind of the controls of `response`."""
     match response:
         case Velocity():
             words = f"reached in {response.ramp:g} s" if response.ramp else "reached at once"
@@ -137,17 +137,17 @@ def kind(response: Response) -> Kind:
 
 
 def time_levels(horizon: float) -> Array:
-    """Round times [s] from 0 to `horizon`, at most 16 steps; the last step may be shorter."""
+    """Return round times [s] from 0 to `horizon` [s], at most 16 steps; the last step may be shorter."""
     steps = (1.0, 2.0, 5.0)
     exponent = np.floor(np.log10(horizon)) - 2
-    ladder = [m * 10.0 ** (exponent + k) for k in range(4) for m in steps]
-    step = next(step for step in ladder if horizon / step <= 16.0)
+    step_sizes = [m * 10.0 ** (exponent + k) for k in range(4) for m in steps]
+    step = next(step for step in step_sizes if horizon / step <= 16.0)
     inner = np.arange(0.0, horizon - 0.25 * step, step)
     return np.append(inner, horizon)
 
 
 def time_scale(horizon: float) -> ScalarMappable:
-    """Colours for times to collision from 0 to `horizon` [s]: one per step of `time_levels`, the earlier the darker."""
+    """Return one colour per step of `time_levels` for times to collision from 0 to `horizon` [s]; earlier is darker."""
     levels = time_levels(horizon)
     bands = len(levels) - 1
     colours = ListedColormap(mpl.colormaps["viridis"](np.linspace(0.0, 0.97, bands)))
@@ -155,40 +155,40 @@ def time_scale(horizon: float) -> ScalarMappable:
 
 
 def colour_at(scale: ScalarMappable, value: float) -> Colour:
-    """The colour (red, green, blue, opacity) of one value."""
+    """Return the colour (red, green, blue, opacity) of one value."""
     red, green, blue, opacity = np.asarray(scale.to_rgba(np.array([value])))[0]
     return (float(red), float(green), float(blue), float(opacity))
 
 
 def halo(width: float) -> list[patheffects.AbstractPathEffect]:
-    """A white rim, `width` [pt] wide on either side, that keeps a line or text readable on any colour."""
+    """Return a path effect: a white border of `width` [pt], which keeps a line or text readable on any colour."""
     return [patheffects.withStroke(linewidth=width, foreground="white")]
 
 
-def disc(ax: Axes, centre: Sequence[float] | Array, radius: float, gid: str, **look: Any) -> Circle:
-    """A disc of `radius` in data units about the first two numbers of `centre`."""
-    patch = Circle((float(centre[0]), float(centre[1])), float(radius), **look)
+def disc(ax: Axes, centre: Sequence[float] | Array, radius: float, gid: str, **properties: Any) -> Circle:
+    """Draw a disc of `radius` around the first two components of `centre`, in data units."""
+    patch = Circle((float(centre[0]), float(centre[1])), float(radius), **properties)
     patch.set_gid(gid)
     ax.add_patch(patch)
     return patch
 
 
-def fading_line(ax: Axes, points: Array, colour: Any, *, width: float, faintest: float, zorder: float) -> None:
-    """A line through `points` (n, 2) that is opaque where it begins and nearly gone where it ends."""
+def fading_line(ax: Axes, points: Array, colour: Any, *, width: float, min_opacity: float, zorder: float) -> None:
+    """Draw a line through `points` (n, d), opaque at the first point and of `min_opacity` at the last."""
     pieces = np.stack([points[:-1, :2], points[1:, :2]], axis=1)
     colours = np.tile(to_rgba(colour), (len(pieces), 1))
-    colours[:, 3] *= faintest + (1.0 - faintest) * np.linspace(1.0, 0.0, len(pieces)) ** 1.6
+    colours[:, 3] *= min_opacity + (1.0 - min_opacity) * np.linspace(1.0, 0.0, len(pieces)) ** 1.6
     lines = LineCollection(list(pieces), colors=colours, linewidths=width, capstyle="butt", zorder=zorder)
     ax.add_collection(lines, autolim=False)
 
 
 def legend_below(ax: Axes, handles: Sequence[Any], columns: int) -> None:
-    """A legend under the axes, where it covers nothing."""
+    """Draw a legend below the axes."""
     ax.legend(handles=list(handles), loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns, borderaxespad=0.0)
 
 
 def colour_bar(scale: ScalarMappable, ax: Axes, label: str) -> None:
-    """A colour bar beside `ax`, as high as the axes."""
+    """Draw a colour bar beside `ax`, of the same height."""
     figure = ax.get_figure(root=False)
     assert figure is not None
     bar = figure.colorbar(scale, cax=ax.inset_axes((1.02, 0.0, 0.04, 1.0)), spacing="proportional")
@@ -198,12 +198,12 @@ def colour_bar(scale: ScalarMappable, ax: Axes, label: str) -> None:
 
 
 def admissible_region(admissible: Admissible, height: float | None = None) -> Any:
-    """The admissible set as a shapely polygon; in space its section at the third component `height`.
+    """Return the admissible set as a shapely polygon; in space its section at the third component `height`.
 
-    Circles have 1024 corners: they err by 5e-6 of their radius.
+    Circles have 1024 corners: the error is 5e-6 of the radius.
 
     Raises:
-        InvalidInput: a set that no ball bounds.
+        InvalidInput: a set without a bounding ball.
     """
     if not len(admissible.radii):
         raise InvalidInput("admissible: expected a set bounded by a ball, found none")
@@ -214,23 +214,23 @@ def admissible_region(admissible: Admissible, height: float | None = None) -> An
     radii = np.sqrt(squares)
     balls = [shapely.Point(c[:2]).buffer(float(r), quad_segs=256) for c, r in zip(admissible.centers, radii)]
     region: Any = shapely.intersection_all(balls)
-    # The set lies within a quarter of `size` of 0: a half-space whose edge is farther away cuts all of it or nothing.
+    # The set lies within size / 4 of 0: clipping the distance of an edge to size / 2 does not change the section.
     size = 4.0 * float(np.linalg.norm(admissible.centers, axis=1).max() + admissible.radii.max())
     for normal, offset in zip(admissible.normals, admissible.offsets):
-        flat, rest = normal[:2], offset - (0.0 if height is None else normal[2] * height)
-        length = float(np.linalg.norm(flat))
+        planar_normal, planar_offset = normal[:2], offset - (0.0 if height is None else normal[2] * height)
+        length = float(np.linalg.norm(planar_normal))
         if length < 1e-12:
-            region = region if rest >= 0.0 else shapely.Polygon()
+            region = region if planar_offset >= 0.0 else shapely.Polygon()
             continue
-        along, side = flat / length, np.array([-flat[1], flat[0]]) / length
-        edge = along * np.clip(rest / length, -0.5 * size, 0.5 * size)
+        along, side = planar_normal / length, np.array([-planar_normal[1], planar_normal[0]]) / length
+        edge = along * np.clip(planar_offset / length, -0.5 * size, 0.5 * size)
         corners = [edge - size * side, edge + size * side, edge + size * (side - along), edge - size * (side + along)]
         region = region.intersection(shapely.Polygon(corners))
     return region
 
 
 def save(figure: Figure | Axes, path: str | Path) -> Path:
-    """Write a figure (or the one that axes belong to) as its suffix says: .svg, .pdf or .png (300 dots per inch).
+    """Write a figure, or the figure of given axes, to .svg, .pdf or .png (300 dots per inch).
 
     Equal figures give equal bytes.
 

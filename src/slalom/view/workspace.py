@@ -1,4 +1,4 @@
-"""The workspace: who is where, who goes where, and who would be met."""
+"""Drawing of the workspace: robot and obstacles now, their paths, and the first contact."""
 
 from typing import Any, Final
 
@@ -17,7 +17,7 @@ from slalom.obstacle_table import ObstacleTable
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.trajectory import Trajectory
-from slalom.view.bodies import body, box_of, placed
+from slalom.view.bodies import body, box_of, parts_at
 from slalom.view.style import (
     FAINT,
     GOAL,
@@ -34,10 +34,10 @@ from slalom.view.style import (
 )
 
 Extent = tuple[float, float, float, float]
-"""x from, x to, y from, y to [m]."""
+"""Limits x from, x to, y from, y to of the panel [m]."""
 
-_MOST_HEIGHTS: Final = 12
-"""In space: so many obstacles have their height written beside them."""
+_MAX_HEIGHT_LABELS: Final = 12
+"""In space: largest number of obstacles labelled with their height."""
 
 
 def workspace(
@@ -53,24 +53,25 @@ def workspace(
     contact_times: npt.ArrayLike | None = None,
     extent: Extent | None = None,
 ) -> Axes:
-    """Draw one moment as the robot sees it: positions now, and paths over the horizon that fade with time.
+    """Draw the input of one decision: positions now, and predicted paths over the horizon that fade with time.
 
     In space the view is along z; heights are written beside the balls.
 
     Args:
-        traffic: the obstacles as forecast, from its `start` over its `horizon`.
-        state, robot: the robot now, with an arrow for one second at its velocity.
-        manoeuvre: what it chose, drawn over the horizon with a dot at every second. preferred: what it would do
-            alone, dashed up to the first contact, where the outlines of both are drawn.
+        traffic: predicted obstacles, from its `start` over its `horizon`.
+        state, robot: state and shape of the robot now; an arrow shows its displacement in one second.
+        manoeuvre: chosen manoeuvre, drawn over the horizon with a dot at every second.
+        preferred: manoeuvre of the preferred control, dashed up to the first contact, where both outlines are drawn.
         track: positions (T, d) [m] up to now.
-        contact_times: (n,) [s] when each obstacle would be met under the preferred control, inf for never: its colour.
-        extent: x from, x to, y from, y to [m]; by default everybody's position now, and the goal.
+        contact_times: (n,) [s] of contact with each obstacle under the preferred control, inf for none; sets its
+            colour.
+        extent: x from, x to, y from, y to [m]; by default all positions now, and the goal.
 
     Returns:
         `ax`.
 
     Raises:
-        InvalidInput: contact times or a track that do not fit the obstacles and the state.
+        InvalidInput: contact times or a track whose shape does not match the obstacles or the state.
     """
     times = _contact_times(contact_times, traffic)
     past = None if track is None else vectors(track, "track", state.dimension).reshape(-1, state.dimension)
@@ -78,7 +79,7 @@ def workspace(
         handles = [
             _robot(ax, state, robot),
             *_obstacles(ax, traffic, times),
-            *_past_and_future(ax, traffic, manoeuvre, preferred, past, times),
+            *_robot_paths(ax, traffic, manoeuvre, preferred, past, times),
         ]
         if preferred is not None:
             _contact(ax, traffic, robot, preferred, times)
@@ -104,23 +105,23 @@ def _contact_times(contact_times: npt.ArrayLike | None, traffic: ObstacleTable) 
 
 
 def label_axes(ax: Axes, view: str) -> None:
-    """The names of the axes; `view` says how space is projected."""
+    """Label the axes; `view` describes the projection in space."""
     ax.set_xlabel(f"x [m]{view}")
     ax.set_ylabel("y [m]", labelpad=1)
 
 
-def moments(trajectory: Trajectory, start: float, end: float, count: int) -> Array:
-    """Evenly spaced times within the life of a trajectory; none if it has no part in start to end."""
+def times_within(trajectory: Trajectory, start: float, end: float, count: int) -> Array:
+    """Return evenly spaced times (count,) [s] from start to end within the span of a trajectory; none if disjoint."""
     first, last = trajectory.span
     begin, finish = max(start, first), min(end, last)
     return np.linspace(begin, finish, count) if begin < finish else np.empty(0)
 
 
-def write_height(ax: Axes, place: Array, radius: float) -> None:
-    """The height z [m] beside a ball, in space only."""
+def write_height(ax: Axes, center: Array, radius: float) -> None:
+    """Write the height z [m] beside a ball."""
     text = ax.annotate(
-        f"{place[2]:.1f}".replace("-", "−"),
-        (place[0] + 0.75 * radius, place[1] + 0.75 * radius),
+        f"{center[2]:.1f}".replace("-", "−"),
+        (center[0] + 0.75 * radius, center[1] + 0.75 * radius),
         xytext=(1, 1),
         textcoords="offset points",
         fontsize=6,
@@ -131,40 +132,47 @@ def write_height(ax: Axes, place: Array, radius: float) -> None:
 
 
 def _obstacles(ax: Axes, traffic: ObstacleTable, times: Array) -> list[Line2D]:
-    """Discs now and paths to come, coloured by time to collision; those met first on top."""
+    """Draw obstacles and predicted paths, coloured by time to collision, earliest on top; return legend entries."""
     scale = time_scale(traffic.horizon)
-    here = [i for i, obstacle in enumerate(traffic.obstacles) if obstacle.exists(traffic.start)]
-    named = sorted(here, key=lambda i: float(times[i]))[:_MOST_HEIGHTS]
+    present = [i for i, obstacle in enumerate(traffic.obstacles) if obstacle.exists(traffic.start)]
+    labelled = sorted(present, key=lambda i: float(times[i]))[:_MAX_HEIGHT_LABELS]
     for rank, index in enumerate(sorted(range(len(times)), key=lambda i: -float(times[i]))):
-        obstacle, met = traffic.obstacles[index], bool(np.isfinite(times[index]))
-        colour: Any = colour_at(scale, times[index]) if met else NEUTRAL
-        there = moments(obstacle.trajectory, traffic.start, traffic.start + traffic.horizon, 49)
-        if there.size:
-            points = obstacle.trajectory.position(there)
-            line = colour if met else FAINT
-            fading_line(ax, points, line, width=1.0 if met else 0.6, faintest=0.08, zorder=2.0 if met else 1.0)
-        if index in here:
+        obstacle, colliding = traffic.obstacles[index], bool(np.isfinite(times[index]))
+        colour: Any = colour_at(scale, times[index]) if colliding else NEUTRAL
+        path_times = times_within(obstacle.trajectory, traffic.start, traffic.start + traffic.horizon, 49)
+        if path_times.size:
+            points = obstacle.trajectory.position(path_times)
+            line_colour = colour if colliding else FAINT
+            fading_line(
+                ax,
+                points,
+                line_colour,
+                width=1.0 if colliding else 0.6,
+                min_opacity=0.08,
+                zorder=2.0 if colliding else 1.0,
+            )
+        if index in present:
             z = 3.0 + 0.9 * rank / max(1, len(times))
-            look = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6 if met else 0.4}
-            body(ax, outline_parts(obstacle, traffic.start), f"obstacle-{index}", zorder=z, **look)
-            if obstacle.dimension == 3 and index in named:
+            properties = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6 if colliding else 0.4}
+            body(ax, outline_parts(obstacle, traffic.start), f"obstacle-{index}", zorder=z, **properties)
+            if obstacle.dimension == 3 and index in labelled:
                 write_height(ax, obstacle.trajectory.position(traffic.start), obstacle.shape.bounding_radius)
     handles = []
     if np.any(np.isfinite(times)):
-        handles.append(_dot(colour_at(scale, float(times.min())), INK, "hit if preferred (colour: when)"))
+        handles.append(_dot(colour_at(scale, float(times.min())), INK, "hit by preferred (colour: t)"))
     if not np.all(np.isfinite(times)):
-        handles.append(_dot(NEUTRAL, INK, "obstacle, path to come"))
+        handles.append(_dot(NEUTRAL, INK, "obstacle and path"))
     return handles
 
 
 def _dot(face: Any, edge: Any, label: str) -> Line2D:
-    """A legend entry for a disc."""
+    """Return a legend entry for a disc."""
     return Line2D(
         [], [], linestyle="none", marker="o", markersize=5.5, markerfacecolor=face, markeredgecolor=edge, label=label
     )
 
 
-def _past_and_future(
+def _robot_paths(
     ax: Axes,
     traffic: ObstacleTable,
     manoeuvre: Manoeuvre | None,
@@ -172,7 +180,7 @@ def _past_and_future(
     track: Array | None,
     times: Array,
 ) -> list[Line2D]:
-    """The robot's track, what it would do alone up to the first contact, and what it chose."""
+    """Draw the robot's track, its preferred path up to the first contact, and its chosen path."""
     start, end = traffic.start, traffic.start + traffic.horizon
     handles = []
     if track is not None:
@@ -187,37 +195,37 @@ def _past_and_future(
         line.set_gid("preferred-path")
         handles.append(line)
     if manoeuvre is not None:
-        look: dict[str, Any] = {"color": ROBOT, "linewidth": 1.5, "marker": "o", "markersize": 2.4}
-        moments = np.linspace(start, end, 97)
-        (line,) = ax.plot(*manoeuvre.position(moments).T[:2], color=ROBOT, linewidth=1.5, zorder=4.3)
+        properties: dict[str, Any] = {"color": ROBOT, "linewidth": 1.5, "marker": "o", "markersize": 2.4}
+        path_times = np.linspace(start, end, 97)
+        (line,) = ax.plot(*manoeuvre.position(path_times).T[:2], color=ROBOT, linewidth=1.5, zorder=4.3)
         line.set_path_effects(halo(2.7))
         line.set_gid("manoeuvre-path")
         seconds = np.arange(start + 1.0, end + 1e-9, 1.0)
-        ax.plot(*manoeuvre.position(seconds).T[:2], **look | {"linestyle": "none"}, zorder=4.4)
-        handles.append(Line2D([], [], **look, label="chosen, dot per second"))
+        ax.plot(*manoeuvre.position(seconds).T[:2], **properties | {"linestyle": "none"}, zorder=4.4)
+        handles.append(Line2D([], [], **properties, label="chosen, dot per second"))
     return handles
 
 
 def _contact(ax: Axes, traffic: ObstacleTable, robot: Shape, preferred: Manoeuvre, times: Array) -> None:
-    """Outlines of the robot and of what it would hit first under the preferred control, when they touch."""
+    """Outline the robot and the first obstacle that it collides with under the preferred control, at contact."""
     if not np.isfinite(times.min(initial=np.inf)):
         return
     first = int(np.argmin(times))
-    when, other = traffic.start + float(times[first]), traffic.obstacles[first]
-    look: dict[str, Any] = {
+    contact_time, other = traffic.start + float(times[first]), traffic.obstacles[first]
+    properties: dict[str, Any] = {
         "fill": False,
         "edgecolor": INK,
         "linewidth": 0.7,
         "linestyle": (0, (2, 1.2)),
         "zorder": 5.6,
     }
-    body(ax, placed(robot, preferred.position(when)), "contact-robot", **look)
-    body(ax, outline_parts(other, when), "contact-obstacle", **look)
+    body(ax, parts_at(robot, preferred.position(contact_time)), "contact-robot", **properties)
+    body(ax, outline_parts(other, contact_time), "contact-obstacle", **properties)
 
 
 def _robot(ax: Axes, state: State, robot: Shape) -> Line2D:
-    """The robot now, with an arrow as long as it moves in one second."""
-    body(ax, placed(robot, state.position), "robot", facecolor=ROBOT, edgecolor=INK, linewidth=0.7, zorder=5)
+    """Draw the robot now, with an arrow of its displacement in one second."""
+    body(ax, parts_at(robot, state.position), "robot", facecolor=ROBOT, edgecolor=INK, linewidth=0.7, zorder=5)
     if state.dimension == 3:
         write_height(ax, state.position, robot.bounding_radius)
     if np.linalg.norm(state.velocity[:2]) > 0.0:
@@ -238,39 +246,39 @@ def _robot(ax: Axes, state: State, robot: Shape) -> Line2D:
 
 
 def draw_goal(ax: Axes, goal: Goal, now: float, start: float, end: float) -> Line2D:
-    """Where the goal is `now`: its tolerance as a circle, a cross in the middle, and its path if it moves."""
-    place = goal.position(now)
-    disc(ax, place, goal.tolerance, "goal", fill=False, edgecolor=GOAL, linewidth=1.1, zorder=5.8)
-    ax.plot(*place[:2], linestyle="none", marker="+", markersize=5, markeredgewidth=0.9, color=GOAL, zorder=5.8)
-    if place.size == 3:
-        write_height(ax, place, goal.tolerance)
-    there = moments(goal.trajectory, start, end, 49)
-    if there.size and goal.trajectory.speed_bound(float(there[0]), float(there[-1])) > 0.0:
-        fading_line(ax, goal.position(there), GOAL, width=0.8, faintest=0.1, zorder=2.1)
+    """Draw the goal at time `now` [s]: tolerance as a circle, a cross at the center, and its path if it moves."""
+    center = goal.position(now)
+    disc(ax, center, goal.tolerance, "goal", fill=False, edgecolor=GOAL, linewidth=1.1, zorder=5.8)
+    ax.plot(*center[:2], linestyle="none", marker="+", markersize=5, markeredgewidth=0.9, color=GOAL, zorder=5.8)
+    if center.size == 3:
+        write_height(ax, center, goal.tolerance)
+    path_times = times_within(goal.trajectory, start, end, 49)
+    if path_times.size and goal.trajectory.speed_bound(float(path_times[0]), float(path_times[-1])) > 0.0:
+        fading_line(ax, goal.position(path_times), GOAL, width=0.8, min_opacity=0.1, zorder=2.1)
     return _dot("none", GOAL, "goal")
 
 
-def box(points: Array, least: float) -> Extent:
-    """A box about points (n, 2) with a rim of 5 %, neither side shorter than `least` times the other."""
+def padded_extent(points: Array, min_aspect: float) -> Extent:
+    """Return a bounding box of points (n, 2) with a margin of 5 %; the ratio of its sides is at least `min_aspect`."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, sides = 0.5 * (low + high), 1.1 * (high - low)
-    half = 0.5 * np.maximum(sides, max(least * float(sides.max()), 1e-3))
+    half = 0.5 * np.maximum(sides, max(min_aspect * float(sides.max()), 1e-3))
     return (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1])
 
 
-def around(place: Array, radius: float) -> Array:
-    """Lower and upper corner of the box about a disc."""
-    return np.array([place[:2] - radius, place[:2] + radius])
+def disc_box(center: Array, radius: float) -> Array:
+    """Return the lower and upper corner (2, 2) of the bounding box of a disc."""
+    return np.array([center[:2] - radius, center[:2] + radius])
 
 
 def _extent(traffic: ObstacleTable, state: State, robot: Shape, goal: Goal | None, track: Array | None) -> Extent:
-    """Everybody now, the velocity arrow, the track and the goal; a square."""
-    points = [box_of(placed(robot, state.position)), state.position[None, :2] + state.velocity[:2]]
+    """Return a square around robot and obstacles now, the velocity arrow, the track and the goal."""
+    points = [box_of(parts_at(robot, state.position)), state.position[None, :2] + state.velocity[:2]]
     for obstacle in traffic.obstacles:
         if obstacle.exists(traffic.start):
             points.append(box_of(outline_parts(obstacle, traffic.start)))
     if goal is not None:
-        points.append(around(goal.position(traffic.start), goal.tolerance))
+        points.append(disc_box(goal.position(traffic.start), goal.tolerance))
     if track is not None:
         points.append(track[:, :2])
-    return box(np.concatenate(points), 1.0)
+    return padded_extent(np.concatenate(points), 1.0)

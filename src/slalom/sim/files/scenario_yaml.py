@@ -171,7 +171,7 @@ class _Parts:
         name = self.attempt(("recording", "file"), lambda: spec.format or formats.format_of(file))
         if name is None:
             return None
-        have = formats.settings_of(name)
+        have = formats.reader_settings(name)
         strange = [key for key in told if key not in have]
         for key in strange:
             text = f"expected a setting that {name} has ({', '.join(have) or 'none'}), found {key!r}"

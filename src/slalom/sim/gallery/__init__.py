@@ -1,4 +1,4 @@
-"""The named scenarios: used by tests, benchmarks, documentation and the command line."""
+"""Gallery of named scenarios, for tests, benchmarks, documentation and the command line."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -15,9 +15,13 @@ from slalom.sim.scenario import SETTINGS, Scenario
 
 @dataclass(frozen=True)
 class Entry:
-    """A scenario of the gallery: how to build it, its parameters with their defaults, and one sentence.
+    """A scenario of the gallery.
 
-    `build` is given the parameters, besides them the seed as `seed`, and a generator that was made with it.
+    Attributes:
+        name: name of the scenario.
+        build: function of the parameters, with the seed as `seed`, and a generator of that seed.
+        parameters: default values by name.
+        sentence: description.
     """
 
     name: str
@@ -29,15 +33,15 @@ class Entry:
 GALLERY: Final[dict[str, Entry]] = {
     entry.name: entry
     for entry in (
-        Entry("empty", single_robot.empty, {"distance": 20.0}, "A robot alone drives to its goal and stops."),
+        Entry("empty", single_robot.empty, {"distance": 20.0}, "A single robot drives to its goal and stops."),
         Entry(
-            "head_on", single_robot.head_on, {"speed": 5.0, "offset": 0.0}, "One car comes straight towards the robot."
+            "head_on", single_robot.head_on, {"speed": 5.0, "offset": 0.0}, "One car drives straight towards the robot."
         ),
         Entry(
             "curved_road",
             single_robot.curved_road,
             {"radius": 30.0, "speed": 8.0},
-            "Four vehicles on a bending road: VO sees collisions that NLVO does not.",
+            "Four vehicles on a curved road: VO predicts collisions that NLVO does not.",
         ),
         Entry(
             "roundabout_crossing",
@@ -55,19 +59,19 @@ GALLERY: Final[dict[str, Entry]] = {
             "merging",
             single_robot.merging,
             {"max_acceleration": 4.0, "speed": 1.0, "gap": 6.0, "wait": 3.0, "exit": 180.0},
-            "The paper's roundabout: a robot joins the flow of the outer lane and leaves it further round.",
+            "The paper's roundabout: a robot merges into the outer lane and leaves at a later exit.",
         ),
         Entry(
             "drones_crossing",
             single_robot.drones_crossing,
             {"drones": 8.0, "speed": 1.5},
-            "In space: a drone crosses a hall in which others fly on planned polynomials.",
+            "In space: a drone crosses a hall among drones that fly on planned polynomials.",
         ),
         Entry(
             "corridor",
             single_robot.corridor,
             {"people": 6.0, "door": 1.4},
-            "A corridor and a doorway in it, through which people walk both ways.",
+            "A corridor with a doorway, through which people walk in both directions.",
         ),
         Entry(
             "circle",
@@ -80,13 +84,13 @@ GALLERY: Final[dict[str, Entry]] = {
                 "max_speed": 2.0,
                 "max_acceleration": 2.0,
             },
-            "Robots on a circle, each of which wants to the opposite side.",
+            "Robots on a circle, each with its goal on the opposite side.",
         ),
         Entry(
             "circle_random",
             open_space.circle_random,
             {"robots": 10.0, "radius": 20.0, "robot_radius": 1.5, "max_speed": 2.0, "max_acceleration": 2.0},
-            "Robots at random places of a circle, each of which wants to the opposite side.",
+            "Robots at random positions on a circle, each with its goal on the opposite side.",
         ),
         Entry(
             "ring",
@@ -99,13 +103,13 @@ GALLERY: Final[dict[str, Entry]] = {
                 "max_speed": 1.5,
                 "max_acceleration": 2.0,
             },
-            "The rings of comparisons of ORCA and its kin: robots on a circle that start at full speed.",
+            "Robots on a circle that start at maximum speed, as in comparisons of ORCA and related methods.",
         ),
         Entry(
             "random_goals",
             open_space.random_goals,
             {"robots": 8.0, "side": 20.0, "robot_radius": 0.5, "max_speed": 1.5, "max_acceleration": 2.0},
-            "Robots at random places with goals at other random places.",
+            "Robots at random positions with random goals.",
         ),
         Entry(
             "crossing_streams",
@@ -118,7 +122,7 @@ GALLERY: Final[dict[str, Entry]] = {
                 "max_speed": 1.5,
                 "max_acceleration": 2.0,
             },
-            "Two streams of robots, in lanes, cross at an angle.",
+            "Two streams of robots in lanes that cross at an angle.",
         ),
         Entry(
             "corridor_swap",
@@ -131,7 +135,7 @@ GALLERY: Final[dict[str, Entry]] = {
                 "max_speed": 1.5,
                 "max_acceleration": 2.0,
             },
-            "Two groups of robots in a corridor change sides.",
+            "Two groups of robots in a corridor swap sides.",
         ),
         Entry(
             "doorway",
@@ -145,7 +149,7 @@ GALLERY: Final[dict[str, Entry]] = {
                 "max_speed": 1.5,
                 "max_acceleration": 2.0,
             },
-            "Robots go through a doorway from one room to the next; with both=1 half of them each way.",
+            "Robots pass a doorway from one room to the next; with both=1 half of them in each direction.",
         ),
         Entry(
             "navground_antipodal",
@@ -158,19 +162,19 @@ GALLERY: Final[dict[str, Entry]] = {
                 "max_speed": 0.08,
                 "max_acceleration": 0.2,
             },
-            "Twenty small slow robots change places on a circle, as in navground's Antipodal.",
+            "Twenty small slow robots swap positions on a circle, as in navground's Antipodal.",
         ),
         Entry(
             "navground_cross",
             open_space.navground_cross,
             {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
-            "Twenty small slow robots cross a square from all its sides, as in navground's Cross.",
+            "Twenty small slow robots cross a square from all sides, as in navground's Cross.",
         ),
         Entry(
             "navground_cross_torus",
             open_space.navground_cross_torus,
             {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
-            "Twenty small slow robots go four ways through a square that repeats, as in navground's CrossTorus.",
+            "Twenty small slow robots move in four directions in a periodic square, as in navground's CrossTorus.",
         ),
         Entry(
             "navground_corridor",
@@ -183,30 +187,30 @@ GALLERY: Final[dict[str, Entry]] = {
                 "max_speed": 0.12,
                 "max_acceleration": 0.2,
             },
-            "Twenty small slow robots go both ways through a corridor that repeats, as in navground's Corridor.",
+            "Twenty small slow robots move in both directions in a periodic corridor, as in navground's Corridor.",
         ),
         Entry(
             "crowdnav",
             crowdnav,
             {"people": 5.0, "max_acceleration": 1.0},
-            "Test case number SEED of CrowdNav: people who avoid each other but not the robot.",
+            "Test case number SEED of CrowdNav: people avoid each other but not the robot.",
         ),
         Entry(
             "recorded_roundabout",
             single_robot.recorded_roundabout,
             {"at": 6.4, "random": 0.0},
-            "A recorded roundabout with 30 cars that yield to each other but not to the robot.",
+            "A recorded roundabout with 30 cars, which yield to each other but not to the robot.",
         ),
     )
 }
-"""Every scenario by name."""
+"""Scenarios of the gallery by name."""
 
 
 def build(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """The scenario of that name with some of its parameters, or of the settings of every scenario, changed.
+    """Build a scenario of the gallery, with changed parameters of its own or settings of every scenario.
 
     Raises:
-        InvalidInput: an unknown name or parameter; the message lists the known ones.
+        InvalidInput: an unknown name or parameter (the message lists the known ones), a negative seed.
     """
     entry = GALLERY[known(name, "scenario", list(GALLERY))]
     if seed < 0:

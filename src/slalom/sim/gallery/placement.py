@@ -1,4 +1,4 @@
-"""Robots placed at random or in a pattern, none on top of another."""
+"""Placement of robots at random or in patterns, without overlap."""
 
 import numpy as np
 import numpy.typing as npt
@@ -13,86 +13,93 @@ from slalom.sim.scenario import Robot
 from slalom.state import State
 from slalom.trajectory import Stationary
 
-TRIES = 10_000
-"""Places drawn in vain before a room counts as full; it is then full to about half of its area."""
+MAX_TRIES = 10_000
+"""Number of consecutive rejected positions after which an area counts as full, at about half its area covered."""
 
 
 def random_positions(
     count: int,
     low: npt.ArrayLike,
     high: npt.ArrayLike,
-    apart: float,
+    min_distance: float,
     rng: np.random.Generator,
-    what: str = "robots",
+    noun: str = "robots",
     period: Period = (np.inf, np.inf),
 ) -> Array:
-    """`count` places (count, 2) [m], uniform in the rectangle from `low` to `high` (2,), each `apart` from all others,
-    and from all their images in a world that repeats.
+    """Draw positions (count, 2) [m], uniform in the rectangle from `low` to `high` (2,) [m].
+
+    Args:
+        min_distance: [m] between any two positions, and between their periodic images.
+        noun: name of the robots in messages. period: [m] of a periodic world.
 
     Raises:
-        InvalidInput: TRIES places in a row were too near to others, or the rectangle is empty.
+        InvalidInput: MAX_TRIES consecutive positions were too close to others, or the rectangle is empty.
     """
     first, last = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
-    places = np.empty((0, 2))
-    tries = TRIES if np.all(first <= last) else 0
-    while len(places) < count:
+    positions = np.empty((0, 2))
+    tries = MAX_TRIES if np.all(first <= last) else 0
+    while len(positions) < count:
         if not tries:
             width, height = np.maximum(last - first, 0.0)
             raise InvalidInput(
-                f"{what}: expected room for {count}, {apart:g} m apart, in {width:g} m x {height:g} m; "
-                f"found it for {len(places)}"
+                f"{noun}: expected space for {count}, {min_distance:g} m apart, in {width:g} m x {height:g} m; "
+                f"found space for {len(positions)}"
             )
-        place, tries = rng.uniform(first, last), tries - 1
-        away = places - place
-        if not len(places) or np.linalg.norm(away + to_nearest(away, period), axis=1).min() >= apart:
-            places, tries = np.vstack([places, place]), TRIES
-    return places
+        candidate, tries = rng.uniform(first, last), tries - 1
+        offsets = positions - candidate
+        if not len(positions) or np.linalg.norm(offsets + to_nearest(offsets, period), axis=1).min() >= min_distance:
+            positions, tries = np.vstack([positions, candidate]), MAX_TRIES
+    return positions
 
 
-def random_angles(count: int, least: float, rng: np.random.Generator, what: str) -> Array:
-    """`count` angles [rad], uniform among those at least `least` [rad] apart on the whole circle.
+def random_angles(count: int, min_angle: float, rng: np.random.Generator, noun: str) -> Array:
+    """Draw angles (count,) [rad], uniform among those at least `min_angle` [rad] apart on the circle.
 
     Raises:
-        InvalidInput: there is no room for so many.
+        InvalidInput: the circle has no space for so many.
     """
-    spare = 2.0 * np.pi - count * least
-    if spare < 0.0:
-        raise InvalidInput(f"{what}: expected at most {int(2.0 * np.pi / least)}, the circle's room; found {count}")
-    gaps = least + spare * np.diff(np.concatenate([[0.0], np.sort(rng.uniform(size=count - 1)), [1.0]]))
+    free_angle = 2.0 * np.pi - count * min_angle
+    if free_angle < 0.0:
+        raise InvalidInput(
+            f"{noun}: expected at most {int(2.0 * np.pi / min_angle)}, which fill the circle; found {count}"
+        )
+    gaps = min_angle + free_angle * np.diff(np.concatenate([[0.0], np.sort(rng.uniform(size=count - 1)), [1.0]]))
     return np.asarray(rng.uniform(0.0, 2.0 * np.pi) + np.concatenate([[0.0], np.cumsum(gaps[:-1])]))
 
 
 def on_circle(angles: Array, radius: float) -> Array:
-    """Places (n, 2) [m] on a circle about the origin."""
+    """Return positions (n, 2) [m] on a circle about the origin, at `angles` (n,) [rad]."""
     return radius * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def team(
+def equal_robots(
     starts: npt.ArrayLike, goals: npt.ArrayLike, shape: Disc, limits: Limits, tolerance: float, speed: float = 0.0
 ) -> tuple[Robot, ...]:
-    """Equal robots from `starts` to stop at `goals`, both (n, 2) [m]; at first at `speed` [m/s] towards the goal.
+    """Return equal robots that move from `starts` to `goals`, both (n, 2) [m], and stop there.
+
+    The initial velocity is `speed` [m/s] towards the goal.
 
     Raises:
-        InvalidInput: two starts or two goals are so near that the robots overlap.
+        InvalidInput: robots overlap at two starts or two goals.
     """
     first, last = np.asarray(starts, dtype=np.float64), np.asarray(goals, dtype=np.float64)
-    for what, places in (("starts", first), ("goals", last)):
-        refuse_overlap(places, np.full(len(places), shape.radius), what)
-    away = last - first
-    # 0.0 is added for zeros to have one sign.
-    velocities = speed * away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12) + 0.0
+    for noun, positions in (("starts", first), ("goals", last)):
+        refuse_overlap(positions, np.full(len(positions), shape.radius), noun)
+    displacements = last - first
+    # Adding 0.0 turns -0.0 into 0.0.
+    velocities = speed * displacements / np.maximum(np.linalg.norm(displacements, axis=1, keepdims=True), 1e-12) + 0.0
     return tuple(
         Robot(shape, limits, State(start, velocity), Goal(Stationary(goal), tolerance, stop=True), f"robot {k:03d}")
         for k, (start, velocity, goal) in enumerate(zip(first, velocities, last))
     )
 
 
-def refuse_overlap(places: Array, radii: Array, what: str) -> None:
-    """Raises InvalidInput if two discs with `radii` (n,) at `places` (n, 2) [m] overlap."""
-    for k in range(1, len(places)):
-        gaps = np.linalg.norm(places[:k] - places[k], axis=1) - radii[:k] - radii[k]
+def refuse_overlap(positions: Array, radii: Array, noun: str) -> None:
+    """Raise InvalidInput if two discs with `radii` (n,) [m] at `positions` (n, 2) [m] overlap."""
+    for k in range(1, len(positions)):
+        gaps = np.linalg.norm(positions[:k] - positions[k], axis=1) - radii[:k] - radii[k]
         if gaps.min() < 0.0:
             raise InvalidInput(
-                f"robots: expected {what} that do not overlap, found robots {int(gaps.argmin())} and {k} "
-                f"{-gaps.min():g} m deep in each other"
+                f"robots: expected {noun} that do not overlap, found robots {int(gaps.argmin())} and {k} "
+                f"overlapping by {-gaps.min():g} m"
             )

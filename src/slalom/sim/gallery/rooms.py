@@ -1,4 +1,4 @@
-"""Scenarios of several robots among walls: they join the gallery."""
+"""Gallery scenarios of several robots among walls."""
 
 from collections.abc import Mapping
 
@@ -9,78 +9,83 @@ from slalom.errors import InvalidInput
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import Disc, Polyline, Union
-from slalom.sim.gallery.open_space import HOLDS, ahead_for_ever
-from slalom.sim.gallery.placement import random_positions, team
+from slalom.sim.gallery.open_space import HOLDS, robots_without_arrival
+from slalom.sim.gallery.placement import equal_robots, random_positions
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import Stationary
 
 WALL = 0.05
-"""[m] Half the thickness of walls; widths of rooms and doorways are between surfaces."""
+"""[m] Half the thickness of walls; widths of rooms and doorways are measured between surfaces."""
 
 
 def corridor_swap(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Two groups at random places in the first and the last third of a corridor change sides."""
+    """Build two groups at random positions in the first and last third of a corridor, which swap sides."""
     count, half = whole(p["robots"], "robots", 2), 0.5 * positive(p["length"], "length")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
-    apart, side = 2.0 * shape.radius + 0.2, 0.5 * positive(p["width"], "width")
+    min_distance, side = 2.0 * shape.radius + 0.2, 0.5 * positive(p["width"], "width")
     low, high = np.array([-half, shape.radius + 0.1 - side]), np.array([-half / 3.0, side - shape.radius - 0.1])
-    many, few = (count + 1) // 2, count // 2
-    left, right = (random_positions(many, low, high, apart, rng, "robots of a group") for _ in range(2))
-    back, forth = (random_positions(few, low, high, apart, rng, "robots of a group") for _ in range(2))
-    robots = team([*left, *-back], [*-right, *forth], shape, limits, 0.3)
+    left_count, right_count = (count + 1) // 2, count // 2
+    left, right = (random_positions(left_count, low, high, min_distance, rng, "robots of a group") for _ in range(2))
+    back, forth = (random_positions(right_count, low, high, min_distance, rng, "robots of a group") for _ in range(2))
+    robots = equal_robots([*left, *-back], [*-right, *forth], shape, limits, 0.3)
     end, y = half + 4.0, side + WALL
     walls = Union((Polyline([(-end, y), (end, y)], WALL), Polyline([(-end, -y), (end, -y)], WALL)))
-    around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
+    obstacles = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
     duration = 8.0 * half / limits.max_speed + 40.0
-    return Scenario("corridor_swap", robots, around, duration=duration, horizon=6.0, holds=HOLDS)
+    return Scenario("corridor_swap", robots, obstacles, duration=duration, horizon=6.0, holds=HOLDS)
 
 
 def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """The experiment Corridor of navground: robots that go east and west by turns in a corridor that repeats.
+    """Build the experiment Corridor of navground: robots move alternately east and west in a periodic corridor.
 
-    The 20 robots of 0.08 m that prefer 0.12 m/s, the 8 m x 0.6 m, 0.12 m between them at first and the
-    1000 steps of 0.1 s are those of navground 0.7.0 (corridor.yaml). There they have two wheels, no limit on
-    acceleration and a horizon of 5 s. Nobody arrives: see `crowds.ahead_for_ever`.
+    The 20 robots of 0.08 m with a preferred speed of 0.12 m/s, the 8 m x 0.6 m, the initial gaps of 0.12 m and the
+    1000 steps of 0.1 s are those of navground 0.7.0 (corridor.yaml). Its robots have two wheels, no acceleration limit
+    and a horizon of 5 s. No robot arrives: see `open_space.robots_without_arrival`.
     """
     count, length = whole(p["robots"], "robots", 1), positive(p["length"], "length")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
     width, edge, period = positive(p["width"], "width"), shape.radius + 0.02, (length, np.inf)
     starts = random_positions(count, (0.0, edge), (length, width - edge), 2.0 * shape.radius + 0.12, rng, period=period)
-    along = np.array([(1.0, 0.0), (-1.0, 0.0)])[np.arange(count) % 2]
-    robots = ahead_for_ever(starts, along, shape, limits, 100.0)
+    directions = np.array([(1.0, 0.0), (-1.0, 0.0)])[np.arange(count) % 2]
+    robots = robots_without_arrival(starts, directions, shape, limits, 100.0)
     sides = (-WALL, width + WALL)
     walls = Union(tuple(Polyline([(0.0, y), (length, y)], WALL) for y in sides))
-    around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
+    obstacles = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
     return Scenario(
-        "navground_corridor", robots, around, duration=100.0, horizon=10.0, margin=0.02, holds=HOLDS, period=period,
+        "navground_corridor", robots, obstacles, duration=100.0, horizon=10.0, margin=0.02, holds=HOLDS, period=period,
     )  # fmt: skip
 
 
 def doorway(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Robots at random places of one of two square rooms go through the doorway between them; if `both`, half of them
-    each way.
+    """Build robots at random positions in one of two square rooms, which pass the doorway between the rooms.
+
+    With `both`, half of the robots start in each room.
     """
     count, room, door = whole(p["robots"], "robots", 1), positive(p["room"], "room"), p["door"]
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
-    least = 2.0 * shape.radius + 0.2
-    if not least <= door < room:
-        raise InvalidInput(
-            f"door: expected {least:g} m, for robots to pass, up to the room's {room:g} m; found {door:g} m"
-        )
-    edge, y, jamb = shape.radius + 0.1, 0.5 * room + WALL, 0.5 * door + WALL
-    # Nobody starts or stops in front of the doorway.
+    min_distance = 2.0 * shape.radius + 0.2
+    if not min_distance <= door < room:
+        raise InvalidInput(f"door: expected {min_distance:g} m to {room:g} m; found {door:g} m")
+    edge, y, door_edge = shape.radius + 0.1, 0.5 * room + WALL, 0.5 * door + WALL
+    # No robot starts or stops in front of the doorway.
     low, high = np.array([edge - room, edge - 0.5 * room]), np.array([-door - shape.radius, 0.5 * room - edge])
-    here = random_positions(count, low, high, least, rng)
-    there = random_positions(count, low, high, least, rng) * (-1.0, 1.0)
+    left_positions = random_positions(count, low, high, min_distance, rng)
+    right_positions = random_positions(count, low, high, min_distance, rng) * (-1.0, 1.0)
     swap = (np.arange(count) % 2 == 1)[:, None] & bool(p["both"])
-    robots = team(np.where(swap, there, here), np.where(swap, here, there), shape, limits, 0.3)
+    robots = equal_robots(
+        np.where(swap, right_positions, left_positions),
+        np.where(swap, left_positions, right_positions),
+        shape,
+        limits,
+        0.3,
+    )
     x = room + WALL
     walls = Union(
         (
             Polyline([(-x, -y), (x, -y), (x, y), (-x, y), (-x, -y)], WALL),
-            Polyline([(0.0, y), (0.0, jamb)], WALL),
-            Polyline([(0.0, -y), (0.0, -jamb)], WALL),
+            Polyline([(0.0, y), (0.0, door_edge)], WALL),
+            Polyline([(0.0, -y), (0.0, -door_edge)], WALL),
         )
     )
-    around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
-    return Scenario("doorway", robots, around, duration=180.0, horizon=6.0, holds=HOLDS)
+    obstacles = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
+    return Scenario("doorway", robots, obstacles, duration=180.0, horizon=6.0, holds=HOLDS)

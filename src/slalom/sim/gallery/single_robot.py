@@ -1,4 +1,4 @@
-"""Scenarios of one robot among obstacles: they join the gallery."""
+"""Gallery scenarios of one robot among obstacles."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -19,14 +19,14 @@ from slalom.trajectory import Circular, Composite, ConstantVelocity, PiecewisePo
 
 
 def empty(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A robot alone."""
+    """Build a single robot without obstacles."""
     state = State((0.0, 0.0), (0.0, 0.0))
     goal = Goal(Stationary((p["distance"], 0.0)), 0.2, stop=True)
     return Scenario("empty", (Robot(Disc(0.5), Limits(2.0, 1.0), state, goal),))
 
 
 def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """One car comes straight towards the robot."""
+    """Build one car that drives straight towards the robot."""
     state = State((0.0, 0.0), (p["speed"], 0.0))
     goal = Goal(Stationary((40.0, 0.0)), 1.0)
     car = Obstacle(Disc(1.0), ConstantVelocity((40.0, p["offset"]), (-p["speed"], 0.0)), "car")
@@ -35,10 +35,10 @@ def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
 
 def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Four vehicles on a road that bends: the robot on the outer lane, which shall gain 15 m, and three others.
+    """Build four vehicles on a curved road: the robot on the outer lane, with a goal 15 m ahead, and three cars.
 
-    The paper's example of what a velocity obstacle gets wrong: the fast car that comes up on the middle lane would, if
-    it went straight on, run into the robot; it follows its lane and never does.
+    The paper's example of a false prediction by a velocity obstacle: the fast car on the middle lane would collide with
+    the robot if it drove straight on. It follows its lane and never collides.
     """
     inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0
     speed = p["speed"]
@@ -47,13 +47,15 @@ def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
         Obstacle(Disc(1.5), Circular((0.0, 0.0), radius, v, phase), f"car {k}")
         for k, (radius, v, phase) in enumerate(lanes)
     )
-    place = Circular((0.0, 0.0), outer, speed, 15.0 / outer)
-    robot = Robot(Disc(1.0), Limits(1.6 * speed, 4.0), State((outer, 0.0), (0.0, speed)), Goal(place, 1.5, stop=True))
+    goal_trajectory = Circular((0.0, 0.0), outer, speed, 15.0 / outer)
+    robot = Robot(
+        Disc(1.0), Limits(1.6 * speed, 4.0), State((outer, 0.0), (0.0, speed)), Goal(goal_trajectory, 1.5, stop=True)
+    )
     return Scenario("curved_road", (robot,), cars, duration=40.0, horizon=3.0)
 
 
 def lanes_of_cars(p: Mapping[str, float], rng: np.random.Generator) -> tuple[Obstacle, ...]:
-    """Thirty vehicles in three circular lanes, one speed per lane, random phases at least 4.5 m apart."""
+    """Build thirty vehicles in three circular lanes, with one speed per lane and random phases at least 4.5 m apart."""
     cars: list[Obstacle] = []
     for lane, (radius, speed) in enumerate(((12.0, 5.0), (16.0, 6.5), (20.0, 8.0))):
         phases = random_angles(10, 4.5 / radius, rng, "cars of a lane")
@@ -64,7 +66,7 @@ def lanes_of_cars(p: Mapping[str, float], rng: np.random.Generator) -> tuple[Obs
 
 
 def roundabout_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """The paper's roundabout, crossed from left to right among 30 vehicles."""
+    """Build the paper's roundabout, which the robot crosses from left to right among 30 vehicles."""
     robot = Robot(
         Disc(1.0),
         Limits(8.0, p["max_acceleration"]),
@@ -75,52 +77,54 @@ def roundabout_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Sce
 
 
 def roundabout_exit(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """The paper's roundabout, entered on the left and left at the top."""
+    """Build the paper's roundabout, which the robot enters on the left and leaves at the top."""
     crossing = roundabout_crossing(p, rng)
     robot = replace(crossing.robot, goal=Goal(Stationary((0.0, 26.0)), 1.0))
     return replace(crossing, name="roundabout_exit", robots=(robot,))
 
 
 def merging(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A robot at the entry of the paper's roundabout sees a gap come, joins the flow there, and leaves further round.
+    """Build the paper's roundabout with a robot that merges into a gap of the outer lane and leaves at a later exit.
 
-    The gap is a random one of the outer lane of at least `gap` [m] from car to car; its middle passes the entry after
-    `wait` [s]; the exit is `exit` [degrees] further round. The goal runs ahead, from the middle of the gap along the
-    lane and out at the exit, where it slows down and waits. In the lane it is 5 % faster than the cars, which are as
-    fast as the robot can be: so it is not reached before the exit.
+    The gap is a random one of the outer lane with at least `gap` [m] between the cars. Its middle passes the entry
+    after `wait` [s]; the exit is `exit` [degrees] after the entry. The goal moves from the middle of the gap along the
+    lane and leaves at the exit, where it brakes and stops. In the lane the goal is 5 % faster than the cars, whose
+    speed is the robot's maximum, so the robot cannot reach it before the exit.
     """
     cars = lanes_of_cars(p, rng)
     lane = [car.trajectory for car in cars if isinstance(car.trajectory, Circular) and car.trajectory.radius == 20.0]
     phases = np.sort([path.phase % (2.0 * np.pi) for path in lane])
-    gaps, top, rate = np.diff(phases, append=phases[0] + 2.0 * np.pi), lane[0].speed, lane[0].rate
-    wide = np.flatnonzero(20.0 * gaps >= p["gap"])
-    if not wide.size:
-        raise InvalidInput(f"gap: expected at most {20.0 * gaps.max():g} m, the widest, found {p['gap']:g} m")
-    k = rng.choice(wide)
-    passes = (np.pi - phases[k] - 0.5 * gaps[k]) % (2.0 * np.pi) / rate
-    ahead = Circular((0.0, 0.0), 20.0, 1.05 * top, np.pi - 1.05 * rate * passes)
-    leaves = passes + np.radians(positive(p["exit"], "exit")) / ahead.rate
-    place, velocity = ahead.position(leaves), ahead.velocity(leaves)
-    out = velocity / ahead.speed + 0.5 * place / 20.0
-    out *= ahead.speed / np.linalg.norm(out)
-    # It brakes evenly, with 2 m/s^2.
-    road = PiecewisePolynomial([0.5 * ahead.speed], [[place, out, -out / ahead.speed]], leaves)
-    goal = Goal(Composite((ahead, road), (float(leaves),)), 0.3, stop=True)
-    robot = Robot(Disc(1.0), Limits(top, p["max_acceleration"]), State((-25.0, 0.0), (0.0, 0.0)), goal)
-    start = float(passes) - not_negative(p["wait"], "wait")
+    gaps, lane_speed, rate = np.diff(phases, append=phases[0] + 2.0 * np.pi), lane[0].speed, lane[0].rate
+    wide_gaps = np.flatnonzero(20.0 * gaps >= p["gap"])
+    if not wide_gaps.size:
+        raise InvalidInput(f"gap: expected at most {20.0 * gaps.max():g} m, the widest gap, found {p['gap']:g} m")
+    k = rng.choice(wide_gaps)
+    pass_time = (np.pi - phases[k] - 0.5 * gaps[k]) % (2.0 * np.pi) / rate
+    ahead = Circular((0.0, 0.0), 20.0, 1.05 * lane_speed, np.pi - 1.05 * rate * pass_time)
+    exit_time = pass_time + np.radians(positive(p["exit"], "exit")) / ahead.rate
+    exit_position, velocity = ahead.position(exit_time), ahead.velocity(exit_time)
+    exit_velocity = velocity / ahead.speed + 0.5 * exit_position / 20.0
+    exit_velocity *= ahead.speed / np.linalg.norm(exit_velocity)
+    # The goal brakes at 2 m/s^2.
+    exit_path = PiecewisePolynomial(
+        [0.5 * ahead.speed], [[exit_position, exit_velocity, -exit_velocity / ahead.speed]], exit_time
+    )
+    goal = Goal(Composite((ahead, exit_path), (float(exit_time),)), 0.3, stop=True)
+    robot = Robot(Disc(1.0), Limits(lane_speed, p["max_acceleration"]), State((-25.0, 0.0), (0.0, 0.0)), goal)
+    start = float(pass_time) - not_negative(p["wait"], "wait")
     return Scenario("merging", (robot,), cars, start=start, duration=60.0)
 
 
 def drones_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A drone crosses a hall in which others fly back and forth on quintic pieces from waypoint to waypoint."""
+    """Build a drone that crosses a hall among drones on quintic pieces between random waypoints."""
     others = []
     for k in range(whole(p["drones"], "drones")):
-        stops = np.column_stack([rng.uniform(-4, 4, 9), rng.uniform(-4, 4, 9), rng.uniform(0.5, 3.5, 9)])
-        durations = np.maximum(np.linalg.norm(np.diff(stops, axis=0), axis=1) / p["speed"], 0.8)
+        waypoints = np.column_stack([rng.uniform(-4, 4, 9), rng.uniform(-4, 4, 9), rng.uniform(0.5, 3.5, 9)])
+        durations = np.maximum(np.linalg.norm(np.diff(waypoints, axis=0), axis=1) / p["speed"], 0.8)
         powers = np.zeros((8, 6, 3))
-        powers[:, 0] = stops[:-1]
+        powers[:, 0] = waypoints[:-1]
         for power, weight in ((3, 10.0), (4, -15.0), (5, 6.0)):
-            powers[:, power] = weight * np.diff(stops, axis=0) / durations[:, None] ** power
+            powers[:, power] = weight * np.diff(waypoints, axis=0) / durations[:, None] ** power
         others.append(Obstacle(Ball(0.3), PiecewisePolynomial(durations, powers), f"drone {k + 1}"))
     state, goal = State((-7.0, 0.0, 2.0), np.zeros(3)), Goal(Stationary((7.0, 0.0, 2.0)), 0.3, stop=True)
     robot = Robot(Ball(0.3), Limits(3.0, 4.0), state, goal, "drone")
@@ -128,37 +132,39 @@ def drones_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
 
 
 def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A robot goes along a corridor and through a doorway in it, against and among people who walk through it."""
-    half, door, reach = 2.0, 0.5 * p["door"], 14.0
+    """Build a robot in a corridor with a doorway, among people that walk through it in both directions."""
+    half, door, half_length = 2.0, 0.5 * p["door"], 14.0
     walls = Union(
         (
-            Polyline([(-reach, half), (reach, half)], 0.05),
-            Polyline([(-reach, -half), (reach, -half)], 0.05),
+            Polyline([(-half_length, half), (half_length, half)], 0.05),
+            Polyline([(-half_length, -half), (half_length, -half)], 0.05),
             Polyline([(0.0, half), (0.0, door)], 0.05),
             Polyline([(0.0, -half), (0.0, -door)], 0.05),
         )
     )
     people = []
     for k in range(whole(p["people"], "people")):
-        # They line up for the doorway; every third goes the robot's way.
-        way = 1.0 if k % 3 == 0 else -1.0
-        pace, through = rng.uniform(0.9, 1.4), 4.0 + 3.0 * k + rng.uniform(-0.6, 0.6)
+        # People converge on the doorway; every third one walks in the robot's direction.
+        direction = 1.0 if k % 3 == 0 else -1.0
+        speed, pass_time = rng.uniform(0.9, 1.4), 4.0 + 3.0 * k + rng.uniform(-0.6, 0.6)
         lanes = rng.uniform(-1.4, 1.4, 2)
         x = np.array([-30.0, -8.0, -4.0, -0.6, 0.6, 4.0, 8.0, 30.0])
         y = np.array([lanes[0], lanes[0], 0.6 * lanes[0], 0.0, 0.0, 0.6 * lanes[1], lanes[1], lanes[1]])
-        track = Sampled(through + x / pace, np.column_stack([way * x, y]), "smooth")
+        track = Sampled(pass_time + x / speed, np.column_stack([direction * x, y]), "smooth")
         people.append(Obstacle(Disc(0.25), track, f"person {k + 1}"))
     state, goal = State((-9.0, 0.0), (0.0, 0.0)), Goal(Stationary((9.0, 0.0)), 0.3, stop=True)
     robot = Robot(Disc(0.3), Limits(1.5, 1.0), state, goal)
-    around = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"), *people)
-    return Scenario("corridor", (robot,), around, duration=60.0, horizon=6.0)
+    obstacles = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"), *people)
+    return Scenario("corridor", (robot,), obstacles, duration=60.0, horizon=6.0)
 
 
 def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """A recorded roundabout: 30 cars that yield to each other but not to the robot."""
+    """Build a recorded roundabout: 30 cars, which yield to each other but not to the robot."""
     tracks = read_tracks(sample_data("roundabout_ring_11.csv"))
     cars = tuple(Obstacle(Disc(2.4), track, f"car {agent}") for agent, track in tracks.items())
     angle = rng.uniform(0.0, 2.0 * np.pi) if p["random"] else 0.0
-    place = 58.0 * np.array([np.cos(angle), np.sin(angle)])
-    robot = Robot(Disc(1.0), Limits(12.0, 4.0), State(place, np.zeros(2)), Goal(Stationary(-place), 1.5))
+    start_position = 58.0 * np.array([np.cos(angle), np.sin(angle)])
+    robot = Robot(
+        Disc(1.0), Limits(12.0, 4.0), State(start_position, np.zeros(2)), Goal(Stationary(-start_position), 1.5)
+    )
     return Scenario("recorded_roundabout", (robot,), cars, start=p["at"], duration=45.0, horizon=8.0)

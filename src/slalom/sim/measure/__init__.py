@@ -1,4 +1,4 @@
-"""Recordings, metrics, closest approaches."""
+"""Recordings of runs, metrics, and closest approaches."""
 
 import lazy_loader
 

@@ -1,8 +1,8 @@
-"""What a recording shows: one pure function per metric, definitions as in the literature.
+"""Metrics of a recording: one pure function per metric, with definitions from the literature.
 
 Francis et al. 2023 (arXiv:2306.16740, table 1) for success, stalled time, failure to progress, path length, SPL, space
 compliance, clearing distance, time to collision; the number of adjustments is the paper's (arXiv:2506.06255).
-All are of robot 0 of the recording; of another one by way of `fleet.seen_by`. Only `summary` is of all robots.
+All metrics are of robot 0 of the recording; see `single_robot_view` for other robots. `summary` is of all.
 """
 
 from collections import Counter
@@ -14,57 +14,57 @@ import numpy as np
 from slalom.checks import Array
 from slalom.decision import Outcome
 from slalom.obstacle import Obstacle
-from slalom.sim.measure.closest_approach import between_robots, closest_approaches, images_met, positions_at
+from slalom.sim.measure.closest_approach import between_robots, closest_approaches, nearest_images, positions_at
 from slalom.sim.measure.oscillation import changed_choices, heading_variation, side_flips
 from slalom.sim.measure.recording import Recording
 from slalom.sim.measure.run_summary import RunSummary
 from slalom.sim.shape_distance import clearances
 from slalom.tolerances import ADJUSTMENT, COLLISION
 
-STALLED: Final = 0.05
-"""[m/s] Speed below which a robot stands (Francis et al.)."""
+STALLED_SPEED: Final = 0.05
+"""[m/s] Speed below which a robot is stalled (Francis et al.)."""
 PROGRESS: Final = (0.1, 5.0)
-"""[m, s] A robot that comes less than this nearer to its goal in this time fails to progress (Francis et al.)."""
-SOON: Final = 1e-6
-"""[s] Over which the closing speed of bodies with corners is measured."""
+"""[m, s] A robot fails to progress if it approaches its goal by less than this in this time (Francis et al.)."""
+CLOSING_INTERVAL: Final = 1e-6
+"""[s] Time step of the finite difference that gives the closing speed of bodies with corners."""
 
-PERSONAL: Final = 0.5
-"""[m] Clearance below which space is not complied with (Francis et al.)."""
+PERSONAL_SPACE: Final = 0.5
+"""[m] Clearance required for space compliance (Francis et al.)."""
 
 
 def arrived(recording: Recording | RunSummary) -> float:
-    """1 if the robot reached its goal within the duration, else 0."""
+    """Return 1 if the robot reached its goal within the duration, else 0."""
     return float(np.isfinite(recording.arrived[0]))
 
 
 def collisions(recording: Recording) -> float:
-    """Obstacles that the robot overlapped by more than COLLISION at some time of the run."""
+    """Number of obstacles that the robot overlapped by more than COLLISION at some time of the run."""
     return float(sum(closest.clearance < -COLLISION for closest in closest_approaches(recording)))
 
 
 def min_clearance(recording: Recording) -> float:
-    """Least distance between surfaces [m], in continuous time; inf without obstacles."""
+    """Least clearance between surfaces [m], in continuous time; inf without obstacles."""
     return min((closest.clearance for closest in closest_approaches(recording)), default=np.inf)
 
 
 def success(recording: Recording) -> float:
-    """1 if the robot arrived without a collision."""
+    """Return 1 if the robot arrived without a collision, else 0."""
     return float(arrived(recording) and not collisions(recording))
 
 
 def time(recording: Recording | RunSummary) -> float:
-    """Time to the goal [s]; of the whole run if it was not reached."""
+    """Time to the goal [s]; duration of the run if the goal was not reached."""
     return float(recording.times[-1] - recording.times[0])
 
 
 def extra_time(recording: Recording, robot: int = 0) -> float:
-    """Time until the robot arrived, less what the straight way takes at its top speed [s]; inf if it did not arrive.
+    """Time to arrival minus the time of the straight path at maximum speed [s]; inf if the robot did not arrive.
 
-    The way is that from where it starts to where its goal then is (gym-collision-avoidance's extra time to goal).
+    The path leads from the start to the initial position of the goal (gym-collision-avoidance's extra time to goal).
     """
     begin = float(recording.times[0])
-    way = float(np.linalg.norm(recording.goals[robot].position(begin) - recording.positions[0, robot]))
-    return float(recording.arrived[robot]) - begin - way / recording.limits[robot].max_speed
+    distance = float(np.linalg.norm(recording.goals[robot].position(begin) - recording.positions[0, robot]))
+    return float(recording.arrived[robot]) - begin - distance / recording.limits[robot].max_speed
 
 
 def path_length(recording: Recording) -> float:
@@ -73,9 +73,9 @@ def path_length(recording: Recording) -> float:
 
 
 def spl(recording: Recording) -> float:
-    """Success weighted by path length: the straight distance over the longer of itself and the path.
+    """Success weighted by path length: straight distance over the larger of straight distance and path length.
 
-    A robot that starts at its goal needs no path: its success counts in full.
+    The success of a robot that starts at its goal counts in full.
     """
     goal = recording.goals[0]
     start = recording.positions[0, 0]
@@ -85,7 +85,7 @@ def spl(recording: Recording) -> float:
 
 
 def adjustments(recording: Recording, robot: int = 0) -> float:
-    """Steps at which the applied acceleration changes by more than ADJUSTMENT."""
+    """Number of steps at which the applied acceleration changes by more than ADJUSTMENT."""
     change = np.diff(recording.accelerations[:, robot], axis=0, prepend=np.zeros((1, recording.dimension)))
     return float((np.linalg.norm(change, axis=1) > ADJUSTMENT).sum())
 
@@ -96,13 +96,13 @@ def adjustment_rate(recording: Recording) -> float:
 
 
 def sign_reversals(recording: Recording) -> float:
-    """Times at which the acceleration turns by more than a right angle from one step to the next."""
+    """Number of steps at which the acceleration turns by more than a right angle."""
     a = recording.accelerations[:, 0]
     return float((np.sum(a[1:] * a[:-1], axis=1) < 0).sum()) if len(a) > 1 else 0.0
 
 
 def max_speed(recording: Recording) -> float:
-    """Largest speed [m/s]; it is reached at a step."""
+    """Largest speed [m/s]; the speed of a parabola is largest at a step."""
     return float(np.linalg.norm(recording.velocities[:, 0], axis=1).max())
 
 
@@ -123,17 +123,17 @@ def mean_acceleration(recording: Recording) -> float:
 
 
 def efficacy(recording: Recording, robot: int = 0) -> float:
-    """How fast the robot came nearer to its goal until it arrived, as a share of its top speed: 1 is ideal.
+    """Mean rate of approach to the goal until arrival, as a share of the maximum speed; 1 is ideal.
 
-    The projection of the velocity on the desired one, over time (navground's efficacy).
+    It equals the mean projection of the velocity on the desired direction (navground's efficacy).
     """
     end = min(float(recording.arrived[robot]), float(recording.times[-1]))
-    spent, goal = end - float(recording.times[0]), recording.goals[robot]
-    if spent <= 0.0:
+    duration, goal = end - float(recording.times[0]), recording.goals[robot]
+    if duration <= 0.0:
         return 1.0
-    place = positions_at(recording, robot, np.array([recording.times[0], end]))
-    away = np.linalg.norm(goal.position(np.array([recording.times[0], end])) - place, axis=-1)
-    return float((away[0] - away[1]) / (spent * recording.limits[robot].max_speed))
+    robot_positions = positions_at(recording, robot, np.array([recording.times[0], end]))
+    distances = np.linalg.norm(goal.position(np.array([recording.times[0], end])) - robot_positions, axis=-1)
+    return float((distances[0] - distances[1]) / (duration * recording.limits[robot].max_speed))
 
 
 def _jerks(recording: Recording) -> Array:
@@ -152,7 +152,7 @@ def mean_jerk(recording: Recording) -> float:
 
 
 def heading_change(recording: Recording) -> float:
-    """Sum of the absolute angles by which the velocity turns [rad]."""
+    """Sum of the absolute changes of the direction of the velocity [rad]."""
     v = recording.velocities[:, 0]
     v = v[np.linalg.norm(v, axis=1) > 1e-9]
     unit = v / np.linalg.norm(v, axis=1, keepdims=True)
@@ -161,11 +161,11 @@ def heading_change(recording: Recording) -> float:
 
 def stalled_time(recording: Recording) -> float:
     """Time with a speed below STALLED [s]."""
-    return float((np.linalg.norm(recording.velocities[:-1, 0], axis=1) < STALLED).sum() * recording.dt)
+    return float((np.linalg.norm(recording.velocities[:-1, 0], axis=1) < STALLED_SPEED).sum() * recording.dt)
 
 
 def failures_to_progress(recording: Recording) -> float:
-    """Intervals of PROGRESS[1] seconds in which the goal comes nearer by less than PROGRESS[0] metres."""
+    """Number of intervals of PROGRESS[1] seconds in which the robot approaches its goal by less than PROGRESS[0] m."""
     nearer, seconds = PROGRESS
     goal = recording.goals[0].position(recording.times)
     distance = np.linalg.norm(goal - recording.positions[:, 0], axis=1)[:: max(1, round(seconds / recording.dt))]
@@ -173,19 +173,19 @@ def failures_to_progress(recording: Recording) -> float:
 
 
 def _bodies(recording: Recording) -> list[Obstacle]:
-    """All obstacles; where the world repeats, their images that come nearest at some time of the run."""
-    return [image for obstacle in recording.obstacles for image in images_met(recording, 0, obstacle)]
+    """Return all obstacles; in a periodic world, their images that are nearest at some time of the run."""
+    return [image for obstacle in recording.obstacles for image in nearest_images(recording, 0, obstacle)]
 
 
 def _clearances_at_steps(recording: Recording) -> Array:
-    """Clearance to the nearest obstacle at each step, (T + 1,) [m]; inf where there is none."""
+    """Return the clearance (T + 1,) [m] to the nearest obstacle at each step; inf without obstacles."""
     nearest = np.full(len(recording.times), np.inf)
     for obstacle in _bodies(recording):
         first, last = obstacle.trajectory.span
-        there = (recording.times >= first) & (recording.times <= last)
-        if np.any(there):
-            gap = clearances(obstacle, recording.shapes[0], recording.times[there], recording.positions[there, 0])
-            nearest[there] = np.minimum(nearest[there], gap)
+        present = (recording.times >= first) & (recording.times <= last)
+        if np.any(present):
+            gap = clearances(obstacle, recording.shapes[0], recording.times[present], recording.positions[present, 0])
+            nearest[present] = np.minimum(nearest[present], gap)
     return nearest
 
 
@@ -197,35 +197,37 @@ def clearing_distance(recording: Recording) -> float:
 
 def space_compliance(recording: Recording) -> float:
     """Share of the steps with a clearance of at least PERSONAL."""
-    return float((_clearances_at_steps(recording) >= PERSONAL).mean())
+    return float((_clearances_at_steps(recording) >= PERSONAL_SPACE).mean())
 
 
 def min_time_to_collision(recording: Recording) -> float:
-    """Least time to collision over the steps [s]: clearance over closing speed of pairs that close in; inf if none."""
+    """Least time to collision [s] over the steps: clearance over closing speed of approaching pairs; inf if none."""
     least = np.inf
     for obstacle in _bodies(recording):
         first, last = obstacle.trajectory.span
-        there = (recording.times >= first) & (recording.times <= last)
-        times = recording.times[there]
-        if not np.any(there):
+        present = (recording.times >= first) & (recording.times <= last)
+        times = recording.times[present]
+        if not np.any(present):
             continue
-        robot, own = recording.shapes[0], recording.positions[there, 0]
-        relative = obstacle.trajectory.velocity(times) - recording.velocities[there, 0]
-        here = clearances(obstacle, robot, times, own)
+        robot, robot_positions = recording.shapes[0], recording.positions[present, 0]
+        relative = obstacle.trajectory.velocity(times) - recording.velocities[present, 0]
+        clearance = clearances(obstacle, robot, times, robot_positions)
         if len(obstacle.shape.parts) == len(robot.parts) == 1 and len(obstacle.shape.parts[0].corners) == 1:
-            away = obstacle.trajectory.position(times) - own
-            closing = -np.sum(away * relative, axis=1) / np.maximum(np.linalg.norm(away, axis=1), 1e-12)
+            offsets = obstacle.trajectory.position(times) - robot_positions
+            closing = -np.sum(offsets * relative, axis=1) / np.maximum(np.linalg.norm(offsets, axis=1), 1e-12)
         else:
-            # How fast the gap closes if both go on straight for a moment.
-            closing = (here - clearances(obstacle, robot, times, own - SOON * relative)) / SOON
-        gap = np.maximum(here, 0.0)
-        near = closing > 1e-9
-        least = min(least, float((gap[near] / closing[near]).min(initial=np.inf)))
+            # Finite difference of the clearance for straight motion of both.
+            closing = (
+                clearance - clearances(obstacle, robot, times, robot_positions - CLOSING_INTERVAL * relative)
+            ) / CLOSING_INTERVAL
+        gap = np.maximum(clearance, 0.0)
+        is_closing = closing > 1e-9
+        least = min(least, float((gap[is_closing] / closing[is_closing]).min(initial=np.inf)))
     return least
 
 
 def without_safe_choice(recording: Recording) -> float:
-    """Share of the decisions, of those that have an outcome, for which no new safe manoeuvre existed."""
+    """Share of the decisions with an outcome for which no new safe manoeuvre existed."""
     made = [row[0] for row in recording.outcomes if row[0] in Outcome.__members__]
     return sum(name not in ("CLEAR", "CONSTRAINED", "KEPT") for name in made) / len(made) if made else 0.0
 
@@ -263,16 +265,16 @@ METRICS: Final[dict[str, Callable[[Recording], float]]] = {
         changed_choices,
     )
 }
-"""Every metric by name."""
+"""Metrics by name."""
 
 
 def summary(recording: Recording) -> dict[str, Any]:
-    """What the command line prints of a run (design section 6), JSON-ready: numbers that are infinite become None."""
-    spent = recording.decision_times[recording.decision_times > 0.0] * 1e6
-    quantiles = np.quantile(spent, [0.5, 0.99, 1.0]) if spent.size else np.zeros(3)
+    """Return the result that the command line prints, ready for JSON: infinite numbers become None."""
+    decision_times_us = recording.decision_times[recording.decision_times > 0.0] * 1e6
+    quantiles = np.quantile(decision_times_us, [0.5, 0.99, 1.0]) if decision_times_us.size else np.zeros(3)
     robots = range(len(recording.shapes))
     passive = np.array([[c.clearance for c in closest_approaches(recording, k)] for k in robots])
-    # Two robots that collide are one collision, seen by both.
+    # The matrix is symmetric: each collision of two robots appears twice.
     between = between_robots(recording)
     collided = int((passive < -COLLISION).sum()) + int((between < -COLLISION).sum()) // 2
     return {
@@ -293,12 +295,12 @@ def summary(recording: Recording) -> dict[str, Any]:
 
 
 def finite(value: float) -> float | None:
-    """The value, or None for what JSON cannot say."""
+    """Return the value, or None if it is not finite, which JSON cannot represent."""
     return float(value) if np.isfinite(value) else None
 
 
 def track(recording: Recording, rate: float, robot: int = 0) -> tuple[Array, Array]:
-    """Times (k,) from the start of the run and positions (k, d) of a robot at `rate` [1/s] or more."""
+    """Return times (k,) [s] from the start of the run and positions (k, d) [m] of a robot, at `rate` [1/s] or more."""
     span = float(recording.times[-1] - recording.times[0])
     times = np.linspace(0.0, span, max(2, int(np.ceil(span * rate)) + 1))
     return times, positions_at(recording, robot, recording.times[0] + times)

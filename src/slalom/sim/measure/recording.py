@@ -1,4 +1,4 @@
-"""What happened: everything that metrics, pictures and an exact replay need."""
+"""Recording of a run: all data for metrics, figures and an exact replay, and its HDF5 file."""
 
 import hashlib
 import re
@@ -23,12 +23,12 @@ from slalom.sim.periodic import Period
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import UNCERTAINTIES
 
-FORMAT, READ = "slalom recording 2", ("slalom recording 1", "slalom recording 2")
-"""The format that is written, and those that are read."""
+FORMAT, READABLE_FORMATS = "slalom recording 2", ("slalom recording 1", "slalom recording 2")
+"""Name of the written format, and of the readable ones."""
 FORMER_NAMES = {"place": "initial_position", "speed": "initial_velocity", "push": "initial_acceleration"}
-"""Fields of trajectories in format 1, by which `_load_part` reads them where the class has no such field."""
+"""Current names of fields of trajectories in format 1, which `_load_part` uses if the class lacks the old name."""
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
-"""What takes the place of an `Outcome` with a peer: it chose a velocity, or answered with something that is none."""
+"""Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""
 HALF_SPACES = ("velocity_bounds", "acceleration_bounds")
@@ -39,17 +39,18 @@ class Recording:
     """A run of N robots over T steps.
 
     Attributes:
-        scenario, method, seed, parameters: what was run. dt: [s].
-        times: (T + 1,) absolute [s]. positions, velocities: (T + 1, N, d). accelerations: (T, N, d) applied from each
-            step on, constant over it. controls: (T, N, d) of the committed manoeuvre, in the unit of its
-            response, whose text is in responses: (T, N). Of a peer the velocities that it chose, and its name.
-        outcomes: (T, N) names of `Outcome`, CHOSEN or UNANSWERED; "" where no decision was due.
-        decision_times: (T, N) wall clock [s], the only part that is not the same in every run.
-        shapes: N. limits: N. goals: N. arrived: (N,) absolute time, inf if not.
-        obstacles: with their true trajectories.
-        foresight: what the robot knew of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); what
-            several robots knew of each other: published or observed. "" where a file does not say.
-        period: [m] of a world that repeats, see `Scenario`; positions are not wrapped.
+        scenario, method, seed, parameters: input of the run. dt: [s] length of a step.
+        times: (T + 1,) absolute [s]. positions: (T + 1, N, d) [m]. velocities: (T + 1, N, d) [m/s].
+        accelerations: (T, N, d) [m/s^2], constant over each step.
+        controls: (T, N, d) of the committed manoeuvre, in the unit of its response; velocities for a peer.
+        responses: (T, N) texts of the responses; names for a peer.
+        outcomes: (T, N) names of `Outcome`, CHOSEN or UNANSWERED; "" if no decision was due.
+        decision_times: (T, N) wall clock [s], the only part that differs between equal runs.
+        shapes: N. limits: N. goals: N. arrived: (N,) absolute time [s], inf if the robot did not arrive.
+        obstacles: obstacles with their true trajectories.
+        foresight: knowledge of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); with several
+            robots, knowledge of each other: published or observed. "" if a file states none.
+        period: [m] of a periodic world, see `Scenario`; positions are not wrapped.
     """
 
     scenario: str
@@ -75,7 +76,7 @@ class Recording:
 
     @classmethod
     def of(cls, log: RunLog) -> "Recording":
-        """The recording of a run of which every step was noted."""
+        """Return the recording of a run whose log holds every step."""
         scenario, steps = log.scenario, log.steps
         n, d = log.positions.shape
         return cls(
@@ -103,17 +104,17 @@ class Recording:
 
     @property
     def dimension(self) -> int:
-        """2 or 3."""
+        """Dimension of the space, 2 or 3."""
         return int(self.positions.shape[2])
 
     def acceleration_before(self, step: int, robot: int = 0) -> Array:
-        """The acceleration applied up to `step`; zero at the first."""
+        """Return the acceleration (d,) [m/s^2] applied before `step`; zero before the first."""
         return np.asarray(self.accelerations[step - 1, robot] if step else np.zeros(self.dimension))
 
     def digest(self) -> str:
-        """A hash of everything but the wall clock: the same run gives the same digest.
+        """Return a hash of all data except the wall clock: equal runs have equal digests.
 
-        Of the responses it covers the numbers, not the names of classes and fields: a rename changes no digest.
+        For responses it covers the numbers, not the names of classes and fields: a rename changes no digest.
         """
         numbers = [NUMBER.findall(text) for row in self.responses for text in row]
         parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(numbers), repr(self.outcomes)]
@@ -124,9 +125,9 @@ class Recording:
         return hashlib.sha256(content).hexdigest()
 
     def save(self, path: FilePath | str) -> None:
-        """Write an HDF5 file with navground's group and attribute names where they exist.
+        """Write an HDF5 file, with navground's group and attribute names if they exist.
 
-        `poses` holds position and, last, the heading of the velocity [rad]; `twists` velocity and, last, 0.
+        `poses` holds the position and, last, the heading of the velocity [rad]; `twists` the velocity and, last, 0.
         """
         with h5py.File(path, "w") as file:
             file.attrs["format"] = FORMAT
@@ -176,18 +177,18 @@ class Recording:
 
     @classmethod
     def load(cls, path: FilePath | str) -> "Recording":
-        """Read what `save` wrote. Raises InvalidFile for anything else."""
+        """Read a file written by `save`. Raises InvalidFile for any other file."""
         try:
             with h5py.File(path) as file:
-                if file.attrs.get("format") not in READ:
+                if file.attrs.get("format") not in READABLE_FORMATS:
                     found = file.attrs.get("format", "no format")
                     raise InvalidFile([f"{path}: expected a file of format {FORMAT!r}, found {found!r}"])
                 return cls._from_group(file["run_0"])
         except OSError as error:
             raise InvalidFile([f"{path}: expected an HDF5 recording, found {error}"]) from None
         except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-            # What h5py and the checks of the parts raise for a file that lacks something or holds something else.
-            raise InvalidFile([f"{path}: expected what a recording holds, found {error}"]) from None
+            # Errors of h5py and of the checks of the parts for files with missing or invalid content.
+            raise InvalidFile([f"{path}: expected the content of a recording, found {error}"]) from None
 
     @classmethod
     def _from_group(cls, run: Any) -> "Recording":
@@ -230,11 +231,11 @@ class Recording:
 
 
 def _load_limits(group: Any) -> Limits:
-    flat = (tuple(HalfSpace(row[:-1], float(row[-1])) for row in group[name][:]) for name in HALF_SPACES)
+    half_spaces = (tuple(HalfSpace(row[:-1], float(row[-1])) for row in group[name][:]) for name in HALF_SPACES)
     others = tuple(_load_part(group[f"bounds/{k}"], BOUNDS) for k in range(len(group.get("bounds", ()))))
-    velocity_bounds, acceleration_bounds = flat
-    most = float(group.attrs["max_speed"]), float(group.attrs["max_acceleration"])
-    return Limits(*most, velocity_bounds, acceleration_bounds, others)
+    velocity_bounds, acceleration_bounds = half_spaces
+    maxima = float(group.attrs["max_speed"]), float(group.attrs["max_acceleration"])
+    return Limits(*maxima, velocity_bounds, acceleration_bounds, others)
 
 
 def _texts(rows: Any) -> tuple[tuple[str, ...], ...]:
@@ -242,10 +243,10 @@ def _texts(rows: Any) -> tuple[tuple[str, ...], ...]:
 
 
 def _save_trajectory(group: Any, trajectory: Trajectory, start: float, end: float) -> None:
-    """The kind of the trajectory and its fields, as they are: reading gives the same curve to the bit.
+    """Write the kind of the trajectory and its fields; reading gives the same curve to the bit.
 
-    A kind that is not plain numbers (a composite, a Python function, one of yours) is saved as its cubic pieces over
-    the run, within its own path's error.
+    A kind that is not in TRAJECTORIES (a composite, a Python function, a user's class) is saved as its cubic pieces
+    over the run, within the error of its path.
     """
     if type(trajectory) not in TRAJECTORIES.values():
         first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
@@ -254,7 +255,7 @@ def _save_trajectory(group: Any, trajectory: Trajectory, start: float, end: floa
 
 
 def _save_part(group: Any, part: Any, kinds: Mapping[str, type]) -> None:
-    """Its name among `kinds` and its fields."""
+    """Write the name of the part's class among `kinds`, and its fields."""
     group.attrs["kind"] = next(name for name, cls in kinds.items() if type(part) is cls)
     for item in fields(part):
         value = getattr(part, item.name)
@@ -269,8 +270,8 @@ def _save_shape(group: Any, shape: Shape) -> None:
         _save_part(group, shape, SHAPES)
         return
     group.attrs["kind"] = "union"
-    for k, one in enumerate(shape.shapes):
-        _save_shape(group.create_group(str(k)), one)
+    for k, part in enumerate(shape.shapes):
+        _save_shape(group.create_group(str(k)), part)
 
 
 def _load_shape(group: Any) -> Shape:
@@ -281,7 +282,7 @@ def _load_shape(group: Any) -> Shape:
 
 
 def _as_polynomial(path: Path) -> PiecewisePolynomial:
-    """Cubic pieces in ascending powers of the time since each began."""
+    """Convert a path to cubic pieces in ascending powers of the time since the start of each piece."""
     p0, p1, p2, p3 = (path.points[:, j] for j in range(4))
     h = np.diff(path.times)
     powers = np.stack([p0, 3 * (p1 - p0), 3 * (p2 - 2 * p1 + p0), p3 - 3 * p2 + 3 * p1 - p0], axis=1)

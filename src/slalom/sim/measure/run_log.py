@@ -1,4 +1,4 @@
-"""What the loop over time notes of a run: each step if it is recorded, the end always."""
+"""Log of a run, written by the loop over time: every step of a recorded run, and the final states."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -11,12 +11,12 @@ from slalom.sim.scenario import Scenario
 
 
 class Step(NamedTuple):
-    """One step of N robots: their states at its begin, and the accelerations applied during it.
+    """One step of N robots: states at its start, and accelerations applied during it.
 
     Attributes:
         positions, velocities, accelerations: (N, d) [m, m/s, m/s^2].
         controls: (N, d) of the committed manoeuvres. responses: their responses as text.
-        outcomes: names of decisions, "" where a robot made none. decision_times: (N,) [s] wall clock.
+        outcomes: names of the outcomes of decisions, "" without a decision. decision_times: (N,) [s] wall clock.
     """
 
     positions: Array
@@ -30,12 +30,12 @@ class Step(NamedTuple):
 
 @dataclass
 class RunLog:
-    """The notes of one run, from which `Recording.of` and `RunSummary.of` are built.
+    """Log of one run, from which `Recording.of` and `RunSummary.of` are built.
 
     Attributes:
         scenario, method, seed, foresight: see `Recording`.
-        steps: the steps of a run that is recorded. count: how many there were, recorded or not.
-        statuses: how often each outcome of a decision occurred.
+        steps: steps of a recorded run. count: number of steps, recorded or not.
+        statuses: number of decisions by name of the outcome.
         positions, velocities: (N, d) [m, m/s] at the end. arrived: (N,) [s] absolute, inf if not.
     """
 
@@ -51,5 +51,5 @@ class RunLog:
     arrived: Array = field(default_factory=lambda: np.empty(0))
 
     def end(self, positions: Array, velocities: Array, arrived: Array) -> None:
-        """Note the final states (N, d) and arrivals (N,)."""
+        """Store the final positions (N, d) [m], velocities (N, d) [m/s] and arrival times (N,) [s]."""
         self.positions, self.velocities, self.arrived = positions, velocities, arrived

@@ -1,4 +1,4 @@
-"""How a run ended that was not recorded."""
+"""Summary of a run without a recording."""
 
 from dataclasses import dataclass, fields
 from typing import Any
@@ -13,17 +13,17 @@ from slalom.sim.measure.run_log import RunLog
 
 @dataclass(frozen=True, eq=False)
 class RunSummary:
-    """The end of a run of N robots: as large after an hour as after a second.
+    """Final state of a run of N robots; its size does not depend on the duration.
 
-    Of the metrics `arrived` and `time` need no more. All others are of what happened in between, also collisions: an
-    attribute that only a `Recording` has raises InvalidInput.
+    Only the metrics `arrived` and `time` accept it. The others, including collisions, need the whole run: an attribute
+    that only a `Recording` has raises InvalidInput.
 
     Attributes:
-        scenario, method, seed, dt, parameters, foresight: as of a `Recording`.
-        times: (2,) absolute [s], of the begin and the end. steps: how many there were.
-        position, velocity: (N, d) at the end.
-        arrived: (N,) absolute time, inf if not.
-        statuses: how often each outcome of a decision occurred, by its name.
+        scenario, method, seed, dt, parameters, foresight: as in `Recording`.
+        times: (2,) absolute start and end [s]. steps: number of steps.
+        position: (N, d) [m] at the end. velocity: (N, d) [m/s] at the end.
+        arrived: (N,) absolute time [s], inf if the robot did not arrive.
+        statuses: number of decisions by name of the outcome.
     """
 
     scenario: str
@@ -41,7 +41,7 @@ class RunSummary:
 
     @classmethod
     def of(cls, log: RunLog) -> "RunSummary":
-        """The end of a run."""
+        """Return the summary of a run from its log."""
         scenario = log.scenario
         return cls(
             scenario=scenario.name,
@@ -59,10 +59,12 @@ class RunSummary:
         )
 
     def __getattr__(self, name: str) -> Any:
-        if name in RECORDED:
-            raise InvalidInput(f"{name}: expected a run that was recorded, found one with record=False")
+        if name in RECORDING_ATTRIBUTES:
+            raise InvalidInput(f"{name}: expected a recorded run, found one with record=False")
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
 
-RECORDED = {name for name in (*dir(Recording), *(f.name for f in fields(Recording))) if not name.startswith("_")}
-"""The attributes of recordings."""
+RECORDING_ATTRIBUTES = {
+    name for name in (*dir(Recording), *(f.name for f in fields(Recording))) if not name.startswith("_")
+}
+"""Names of the public attributes of recordings."""
