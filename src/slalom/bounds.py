@@ -103,8 +103,8 @@ class Friction:
     """(a_x / x)^2 + (a_lateral / lateral)^2 <= 1 in the body frame; x is `forward` if a_x >= 0, else `braking`.
 
     Two half ellipses (in space half ellipsoids of revolution): the friction ellipse of a tyre with different limits of
-    engine and brakes, all in m/s^2 and above 0. In the plane an inscribed polygon of ELLIPSE_SIDES sides, which loses at
-    most 0.5 % of any acceleration; in space a polyhedron of 18 faces, which loses at most 18.4 %. Neither loses
+    engine and brakes, all in m/s^2 and above 0. In the plane an inscribed polygon of ELLIPSE_SIDES sides, which loses
+    at most 0.5 % of any acceleration; in space a polyhedron of 18 faces, which loses at most 18.4 %. Neither loses
     anything along the heading.
     """
 

@@ -35,6 +35,7 @@ def compare(
     jobs: int = 1,
     backend: str | None = None,
     store: Path | None = None,
+    adopt: Flag = False,
     data: Path | None = None,
     page: Path | None = None,
     json: Flag = False,
@@ -63,6 +64,8 @@ def compare(
         Backend of joblib: loky (by default), threading, sequential, dask, ray.
     store
         Folder that keeps every finished run, created if needed; the same command resumes an interrupted comparison.
+    adopt
+        Adopt runs of former code from the store if a sample of them, run again, gives the same numbers.
     data
         Folder of the test cases that a study names; by default the folder of the study. Missing files are left out
         and listed.
@@ -85,6 +88,8 @@ def compare(
             jobs=jobs,
             backend=backend,
             store=store,
+            adopt=adopt,
+            note=print_message,
             progress=lambda done, total: advance(done / total),
         )
     if page is not None:

@@ -11,8 +11,8 @@ from slalom.kernels.decision.tables import ResponseTable
 from slalom.path import Path, hermite
 from slalom.response import Response
 from slalom.state import State
-from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial
 from slalom.tolerances import BALL_WINDOWS
+from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial
 
 FASTEST = 100.0
 """[m/s] Cubic pieces of responses that are not cubic themselves are fine enough up to this speed."""
