@@ -691,3 +691,83 @@ UNCERTAINTY_PIECES: Final = 8
 
 Larger: more pieces. Smaller: the radius is larger than needed in between.
 """
+
+WORK_NODE: Final = 8.0
+"""[us] Counted for the expansion of a node of a search over sequences, without its bodies and candidates.
+
+The counts stand for times on a usual machine (benchmarks/crossings.py compares them). Larger than the true time:
+searches end earlier than their budget. Smaller: they take longer than it.
+"""
+
+WORK_ROW: Final = 0.3
+"""[us] Counted for each piece of a body near a motion: see WORK_NODE."""
+
+WORK_CANDIDATE: Final = 0.6
+"""[us] Counted for the test of one candidate acceleration: see WORK_NODE."""
+
+WORK_CHOICE: Final = 8.0
+"""[us] Counted for an exact selection, and for an attempt to steer to the goal: see WORK_NODE."""
+
+WORK_STRETCH: Final = 3.0
+"""[us] Counted for each stretch of a motion that is tested: see WORK_NODE."""
+
+WHOLE_COUNT: Final = 1e-9
+"""[1] Excess over a whole number of periods or steps that is rounding and does not count as one more.
+
+Larger: durations are cut short by that share. Smaller than 1e-15 times the count: an additional period by rounding.
+"""
+
+TIME_CELLS_PER_STEP: Final = 2.0
+"""[1] Cells of time per step of a search over sequences; the tree keeps one node for each cell.
+
+Larger: more nodes that are nearly the same. Smaller: nodes at different times exclude each other.
+"""
+
+CELLS_PER_STEP: Final = 4.0
+"""[1] Cells of position per distance at maximum speed during one step; the tree keeps one node for each cell.
+
+Larger: more nodes that are nearly the same. Smaller: sequences through narrow gaps are missed.
+"""
+
+CELLS_PER_MAX_SPEED: Final = 5.0
+"""[1] Cells of velocity per maximum speed; the tree keeps one node for each cell.
+
+Larger: more nodes that are nearly the same. Smaller: nodes with different velocities exclude each other.
+"""
+
+COAST_ATTEMPTS: Final = 100
+"""[1] Arrival times that are tried for passing the goal after one acceleration and coasting.
+
+More: slower where the goal is beside the course of a fast robot. Fewer: arrivals that need a later time are missed.
+"""
+
+COAST_STEP: Final = 0.25
+"""[1] Share of a period between these arrival times.
+
+Larger: later arrivals. Smaller: COAST_ATTEMPTS cover less time.
+"""
+
+BRAKE_STEPS: Final = 2.0
+"""[1] Steps that accelerating, and then braking to a stop at the goal, may each take at most.
+
+Larger: stops at distant goals are found at once, in more tests. Smaller: only from nodes near the goal.
+"""
+
+EARLIER_ARRIVAL: Final = 0.5
+"""[1] Share of a period by which a new arrival must precede the best one.
+
+Arrivals are whole periods apart, but for rounding. Larger than 1: arrivals one period earlier are missed.
+"""
+
+OVERSPEED_BRAKING: Final = 0.5
+"""[1] Share of its maximum acceleration with which a robot above its maximum speed must at least brake.
+
+Larger: less room to evade. Smaller: it stays too fast for longer. At 0 it need not brake.
+"""
+
+SPARE_NODES: Final = 8
+"""[1] Nodes that are kept free, besides one for each direction, when a search is cut because its tree is full.
+
+One expansion adds three more nodes than there are directions, and steering to the goal two. Fewer than that: the tree
+overflows. More: it is cut earlier.
+"""

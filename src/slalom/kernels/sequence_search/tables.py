@@ -1,63 +1,70 @@
-"""What a search over sequences of accelerations is made from, as arrays."""
+"""Tables of the search over sequences of accelerations."""
 
 from typing import NamedTuple
 
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
 
 OPEN, CLOSED, ARRIVED = 0, 1, 2
-"""Marks of nodes: yet to be looked at, looked at, at the goal."""
+"""Status of a node: not expanded, expanded, at the goal."""
 NODES, BEST = 0, 1
-"""Counts of a tree: how many nodes it has, and which of them arrives first, or -1."""
-CELLS_PER_STEP, CELLS_PER_SPEED = 4.0, 5.0
-"""[1] Cells are top speed times step over PLACES wide, and top speed over SPEEDS fast; one node for each is enough."""
+"""Positions in `SearchTree.counts`: the number of nodes, and the node that arrives first (-1: none)."""
+COAST, BRAKE, TO_GOAL, FIRST_DIRECTION = 0, 1, 2, 3
+"""Numbers of the candidate accelerations of a node; those from FIRST_DIRECTION on are `SearchProblem.directions`."""
 
 
 class SpacetimeIndex(NamedTuple):
-    """Bodies grown by a robot, see `traffic.Bodies`, with times that are absolute, and what finds them."""
+    """Pieces of bodies grown by a robot (see `obstacle_pieces.Bodies`), at absolute times, listed by intervals."""
 
-    times: Array  # (n, 2) [s]
-    points: Array  # (n, 4, d)
-    radius: Array  # (n,) [m] all of it, but the margin
-    growth: Array  # (n,)
-    turns: Array  # (n, 4, 2), or (0, 4, 2) if nothing turns
-    centers: Array  # (n, d) middle of each piece
-    bounding_radius: Array  # (n,) [m] how far any point of the body is from there at most, within the piece
-    hull_radius: Array  # (n,)
-    appears: Array  # (n,) [s] when the body appears
-    hulls: MaybeHulls  # the first (n,), the second empty: see `compiled.MaybeHulls`
+    times: Array  # (n, 2) [s] begin and end of each piece
+    points: Array  # (n, 4, d) [m] control points
+    radius: Array  # (n,) [m] at the begin, without the margin
+    growth: Array  # (n,) [m] of the radius, from begin to end
+    turns: Array  # (n, 4, 2) control points of the direction, or (0, 4, 2) if no body turns
+    centers: Array  # (n, d) [m] of the bounding balls
+    bounding_radius: Array  # (n,) [m] of the bounding balls: body and motion during the piece
+    hull_radius: Array  # (n,) [m] of the hull of the body; 0: a disc or ball
+    appears: Array  # (n,) [s] time at which the body appears
+    hulls: MaybeHulls  # the first (n,), the second empty: see `kernels.arrays.MaybeHulls`
     start: float  # [s] of the first interval
-    width: float  # [s] of all intervals
-    first: Indices  # (m + 1,) interval k has the rows row[begin[k]] to row[begin[k + 1]]
-    row: Indices
+    width: float  # [s] of each interval
+    first: Indices  # (m + 1,) interval k overlaps the pieces row[first[k]:first[k + 1]]
+    row: Indices  # numbers of pieces
 
 
 class SearchProblem(NamedTuple):
-    """Who wants where, and how it is sought."""
+    """Goal and limits of a robot, and the settings of the search."""
 
     dimension: int
-    goal: Array  # (3,)
-    tolerance: float  # [m] how near is enough
-    stop: bool  # whether to be at rest there
-    max_acceleration: float  # [m/s^2] the largest
+    goal: Array  # (3,) [m]
+    tolerance: float  # [m] distance from the goal that counts as reached
+    stop: bool  # whether the robot stops at the goal
+    max_acceleration: float  # [m/s^2]
     max_speed: float  # [m/s]
     step: float  # [s] between the nodes of a sequence, a multiple of `period`
-    period: float  # [s] pushes change at multiples of it only
-    deadline: float  # [s] nothing later counts
-    margin: float  # [m]
+    period: float  # [s] accelerations change at multiples of it only
+    deadline: float  # [s] later arrivals do not count
+    margin: float  # [m] kept between bodies
     now: float  # [s] bodies that appear later are not known
-    directions: Array  # (k, 3) unit vectors: directions of pushes, the first axis to the goal
-    heuristic_weight: float  # [1] how much more the time to go counts than the time gone
+    directions: Array  # (k, 3) unit vectors of candidate accelerations, the first axis towards the goal
+    heuristic_weight: float  # [1] weight of the time to go relative to the elapsed time
 
 
 class SearchTree(NamedTuple):
-    """Sequences of pushes that keep clear: nodes, each after its parent, from which it is reached by one push."""
+    """Collision-free sequences: each node is reached from its parent under one constant acceleration."""
 
     time: Array  # (c,) [s]
-    position: Array  # (c, 3)
-    velocity: Array  # (c, 3)
-    acceleration: Array  # (c, 3) that led there
-    parent: Indices  # (c,) the root has itself
-    cost: Array  # (c,)
-    status: Indices  # (c,)
-    cells: Indices  # (2^k,) keys of the cells that are taken; 0: free
-    counts: Indices  # (2,)
+    position: Array  # (c, 3) [m]
+    velocity: Array  # (c, 3) [m/s]
+    acceleration: Array  # (c, 3) [m/s^2] from the parent to the node
+    parent: Indices  # (c,) the root is its own parent
+    cost: Array  # (c,) [s]
+    status: Indices  # (c,) OPEN, CLOSED or ARRIVED
+    cells: Indices  # (2^k,) hash table of the keys of occupied cells; 0: free
+    counts: Indices  # (2,) see NODES and BEST
+
+
+class SearchScratch(NamedTuple):
+    """Workspace of a search, and its account of work."""
+
+    rows: Indices  # (n,) numbers of pieces near a motion, n as in `SpacetimeIndex`
+    work: Array  # (1,) [us] done so far, as counted by WORK_NODE etc.
