@@ -802,9 +802,9 @@ def test_nlvo_of_a_line_is_the_classical_cone(data: st.DataObject) -> None:
     obstacle = [Obstacle(disc_or_ball(1.0, d), track)]
     nlvo = control_obstacle(Velocity(), state, obstacle, disc_or_ball(0.3, d), horizon=7200.0)
     vo = replace(
-        nlvo, traffic=ObstacleTable([replace(obstacle[0], trajectory=AtConstantVelocity()(track, 0.0))], 0, 7200.0)
+        nlvo, obstacles=ObstacleTable([replace(obstacle[0], trajectory=AtConstantVelocity()(track, 0.0))], 0, 7200.0)
     )
-    half_angle, apex = np.arcsin(radius / np.linalg.norm(c)), track.speed
+    half_angle, apex = np.arcsin(radius / np.linalg.norm(c)), track.initial_velocity
     axis = c / np.linalg.norm(c)
     side = data.draw(directions(d))
     side = side - (side @ axis) * axis
@@ -857,8 +857,10 @@ def test_avo_is_that_of_van_den_berg_et_al(data: st.DataObject) -> None:
     assume(np.linalg.norm(track.position(0.0) - state.position) > 1.31)
     obstacle = Obstacle(disc_or_ball(1.0, d), track)
     element = control_obstacle(LaggedVelocity(lag), state, [obstacle], disc_or_ball(0.3, d), horizon=5.0).element(t)
-    e, p, v = np.expm1(-t / lag), state.position - track.position(0.0), state.velocity - track.speed
-    np.testing.assert_allclose(element.centers[0] - track.speed, (lag * e * v - p) / (t + lag * e), atol=1e-7)
+    e, p, v = np.expm1(-t / lag), state.position - track.position(0.0), state.velocity - track.initial_velocity
+    np.testing.assert_allclose(
+        element.centers[0] - track.initial_velocity, (lag * e * v - p) / (t + lag * e), atol=1e-7
+    )
     assert element.radii[0] == pytest.approx(1.3 / (t + lag * e), rel=1e-9)
 
 
@@ -926,8 +928,8 @@ def test_no_collision_before_the_first_possible_time(data: st.DataObject) -> Non
     )
     speed = float(np.linalg.norm(w))
     tried = telling_controls(blocked, data.draw(controls(d))[None])
-    for u in np.append(tried, (track.push + 3.0 * c / np.linalg.norm(c))[None], axis=0):
-        most = float(np.linalg.norm(u - track.push))
+    for u in np.append(tried, (track.initial_acceleration + 3.0 * c / np.linalg.norm(c))[None], axis=0):
+        most = float(np.linalg.norm(u - track.initial_acceleration))
         earliest = 2 * room / (speed + np.sqrt(speed**2 + 2 * most * room) + 1e-300)
         assert float(blocked.time_to_collision(u)) >= earliest * (1 - 1e-6)
 

@@ -162,7 +162,7 @@ def run_among_rocks(vehicle, seed: int):
         for share in SHARES:
             place = vehicle.drive(me, command, share * dt).position
             away = max(away, float(np.linalg.norm(place - drive(state, push, share * dt).position)))
-            near.append(min(np.linalg.norm(place - rock.trajectory.place) - 0.6 - radius for rock in rocks))
+            near.append(min(np.linalg.norm(place - rock.trajectory.initial_position) - 0.6 - radius for rock in rocks))
         me, state = vehicle.drive(me, command, dt), drive(state, push, dt)
         assert np.linalg.norm(state.velocity) >= slowest - 1e-9
     return error, away, min(near), False
