@@ -563,7 +563,7 @@ CASES = [
     Case(
         "contender_named",
         InvalidInput,
-        r"method: expected hl alone, which sees what is there now; found 'hl@observed'",
+        r"method: expected hl alone, which observes the present only; found 'hl@observed'",
         lambda _: contender("hl@observed"),
     ),
     # Numbers.
