@@ -1,10 +1,11 @@
 """The store of runs: what decides a result decides where it is kept, and what is damaged is said and not trusted."""
 
+import hashlib
 import json
 import re
 import shutil
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 
 import slalom
 from slalom import InvalidFile, InvalidInput
+from slalom.cli import DONE, call
 from slalom.peers import PEERS, contender
 from slalom.sim import Row, compare, compare_all
 from slalom.sim.sweep.case import ABOVE, SOURCES, Case, Failure, canonical, run_case, run_one, sources_digest
@@ -96,7 +98,7 @@ def test_a_peer_has_its_package_in_the_key(name: str) -> None:
     content = case("circle", name).content
     assert PEERS[name].package in content["versions"]
     assert content["method"]["inflation"] == PEERS[name].inflation
-    assert isinstance(content["method"]["crowd"], list)
+    assert isinstance(content["method"]["settings"], list)
     assert "0x" not in canonical(content)
 
 
@@ -130,7 +132,12 @@ def test_edited_code_has_another_digest(tmp_path: Path) -> None:
     (copy / "sim" / "__pycache__" / "a.py").write_text("")
     assert sources_digest(copy) == SOURCES
     seen = {SOURCES}
-    for edited in ("methods.py", "kernels/exchange.py", "sim/metrics.py", "data/roundabout_ring_11.csv"):
+    for edited in (
+        "methods.py",
+        "kernels/selection/exchange.py",
+        "sim/measure/metrics.py",
+        "data/roundabout_ring_11.csv",
+    ):
         with (copy / edited).open("a") as file:
             file.write("\n")
         seen.add(sources_digest(copy))
@@ -183,6 +190,149 @@ def test_what_is_left_of_a_killed_process_is_not_read(tmp_path: Path) -> None:
     assert list(store.read([case(), case(seed=1)])) == [case().key]
 
 
+# ---------------------------------------------------------------------------------------------------------------------
+# What former code left.
+
+
+def aged(store: Store, *cases: Case, sources: str = "0" * 64, **changes: object) -> None:
+    """Make the stored runs those of former code: its sources, its description of methods, its format and digests."""
+    for one in cases:
+        kept = json.loads(store.path(one).read_text())
+        store.path(one).unlink()
+        method = {"name": one.method, "responses": "slalom.methods._velocity", "forecast": "Known()", "share": 1.0}
+        content = {**one.content, "method": method, "sources": sources}
+        row = {**kept["row"], "digest": "0" * 64, **changes}
+        written = {"format": "slalom run 1", "case": content, "row": row}
+        key = hashlib.sha256(canonical(content).encode()).hexdigest()
+        digest = hashlib.sha256(canonical(written).encode()).hexdigest()
+        (store.folder / f"{key}.json").write_text(json.dumps({**written, "sha256": digest}))
+
+
+def made_again(store: Store) -> Callable:
+    """Runs cases, stores and notes them."""
+
+    def run(cases: Sequence[Case]) -> dict:
+        made_again.cases = [*cases]
+        filled(store.folder, *cases)
+        return store.read(cases)
+
+    return run
+
+
+def test_a_method_is_described_without_names_of_code() -> None:
+    """By its name, what it knows and its numbers: a rename of classes, functions or fields orphans no result."""
+    assert case(method="nao").content["method"] == {
+        "name": "nao",
+        "foresight": "recorded",
+        "foresight_among": "observed",
+        "share": 0.5,
+        "regain": 1.0,
+        "shared": False,
+        "ahead": False,
+        "forecast": [],
+        "of_robots": [0.1],
+    }
+    assert case(method="nao@observed").content["method"]["foresight"] == "observed"
+
+
+def test_runs_of_former_code_are_adopted(tmp_path: Path) -> None:
+    """Of each scenario and method the first seed is made again; the others are taken over, with where they are from."""
+    cases = [case(name, method, seed) for name in ("empty", "head_on") for method in ("vo", "avo") for seed in range(3)]
+    store = filled(tmp_path, *cases)
+    rows = store.read(cases)
+    aged(store, *cases)
+    assert store.read(cases) == {}
+    assert store.adopt([*cases, case(seed=3)], made_again(store)) == (8, 4)
+    assert [(one.scenario, one.method, one.seed) for one in made_again.cases] == [
+        (name, method, 0) for name in ("empty", "head_on") for method in ("vo", "avo")
+    ]
+    assert store.read(cases) == {
+        one.key: rows[one.key] if one.seed == 0 else {**rows[one.key], "digest": None} for one in cases
+    }
+    kept = json.loads(store.path(cases[1]).read_text())
+    assert kept["adopted_from"] == "0" * 64
+    assert store.adopt(cases, lambda some: pytest.fail("it ran")) == (0, 0)
+
+
+def test_adopted_runs_are_adopted_again(tmp_path: Path) -> None:
+    """By code after the present one, with the digests that there are."""
+    cases = [case(seed=seed) for seed in range(3)]
+    store = filled(tmp_path, *cases)
+    aged(store, *cases)
+    store.adopt(cases, made_again(store))
+    later = [replace(one, content={**one.content, "sources": "1" * 64}) for one in cases]
+
+    def run(some: Sequence[Case]) -> dict:
+        row = store.read(cases)[cases[0].key]
+        for one in some:
+            store.write(one, row)
+        return store.read(some)
+
+    assert store.adopt(later, run) == (2, 1)
+
+
+@pytest.mark.parametrize("change", [{"time": 0.25}, {"adjustments": 7}, {"extra_times": [0.5]}, {"more": 1.0}])
+def test_runs_that_are_not_the_same_are_not_adopted(change: dict, tmp_path: Path) -> None:
+    """Any number; the message says which run, which numbers and where."""
+    cases = [case(seed=seed) for seed in range(3)]
+    store = filled(tmp_path, *cases)
+    aged(store, *cases, **change)
+    with pytest.raises(InvalidFile) as caught:
+        store.adopt(cases, made_again(store))
+    (mistake,) = caught.value.mistakes
+    ((name, value),) = change.items()
+    assert "expected the result that the present code gives for empty with avo and seed 0, found another" in mistake
+    assert "so no run is adopted" in mistake
+    assert f"{name} " in mistake
+    assert mistake.endswith(repr(value))
+    assert list(store.read(cases)) == [cases[0].key]
+
+
+def test_runs_of_every_former_code_are_compared(tmp_path: Path) -> None:
+    """One that is the same does not vouch for another."""
+    cases = [case(seed=seed) for seed in range(4)]
+    store = filled(tmp_path, *cases)
+    aged(store, *cases[:2], sources="a" * 64)
+    aged(store, *cases[2:], sources="b" * 64, time=0.25)
+    with pytest.raises(InvalidFile, match="seed 2, found another"):
+        store.adopt(cases, made_again(store))
+    assert [one.seed for one in made_again.cases] == [0, 2]
+
+
+def test_what_differs_in_more_than_the_code_is_not_adopted(tmp_path: Path) -> None:
+    """Another seed, setting, method or version; a damaged file."""
+    one = case()
+    store = filled(tmp_path, one)
+    aged(store, one)
+    others = [case(seed=1), case(duration=0.4), case(method="vo"), case("head_on")]
+    versions = {**one.content["versions"], "numpy": "0"}
+    others.append(replace(one, content={**one.content, "versions": versions}))
+    assert store.adopt(others, lambda some: pytest.fail("it ran")) == (0, 0)
+    (path,) = store.folder.glob("*.json")
+    path.write_bytes(path.read_bytes()[:-20])
+    assert store.adopt([one], lambda some: pytest.fail("it ran")) == (0, 0)
+
+
+def test_a_study_adopts_what_is_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The same table, and a note; without a store it is refused."""
+    cases = [case(seed=seed) for seed in range(3)]
+    store = filled(tmp_path, *cases)
+    table = compare("empty", ["avo"], 3, settings=SHORT, store=tmp_path)
+    aged(store, *cases)
+    said: list[str] = []
+    assert compare("empty", ["avo"], 3, settings=SHORT, store=tmp_path, adopt=True, note=said.append) == table
+    assert said == [f"{tmp_path}: 2 runs of former code adopted; 1 made again, with the same results"]
+    with pytest.raises(InvalidInput, match="adopt: expected a store with runs of former code, found no store"):
+        compare("empty", ["avo"], 3, settings=SHORT, adopt=True)
+    for path in store.folder.glob("*.json"):
+        path.unlink()
+    filled(tmp_path, *cases)
+    aged(store, *cases)
+    command = ["compare", "empty", "--set", "duration=0.3", "--methods", "avo", "--seeds", "3", "--json", "--adopt"]
+    assert call([*command, "--store", str(tmp_path)]) == DONE
+    assert "2 runs of former code adopted" in capsys.readouterr().err
+
+
 def edited(change: Callable[[dict], object]) -> Callable[[bytes], bytes]:
     """The content of a file with a change in its JSON."""
 
@@ -198,7 +348,7 @@ DAMAGE = {
     "cut off": (lambda text: text[:100], "100 bytes that are not JSON"),
     "empty": (lambda text: b"", "0 bytes that are not JSON"),
     "not text": (lambda text: b"\xff" + text, "bytes that are not JSON"),
-    "a list": (lambda text: b"[]", "JSON that is not of format 'slalom run 1'"),
+    "a list": (lambda text: b"[]", "JSON that is not of format 'slalom run 2'"),
     "another format": (edited(lambda kept: kept.update(format="slalom run 9")), "JSON that is not of format"),
     "without its digest": (edited(lambda kept: kept.pop("sha256")), "JSON that is not of format"),
     "another number": (edited(lambda kept: kept["row"].update(time=0.25)), "content that does not have the digest"),

@@ -35,6 +35,7 @@ def compare(
     jobs: int = 1,
     backend: str | None = None,
     store: Path | None = None,
+    adopt: Flag = False,
     data: Path | None = None,
     page: Path | None = None,
     json: Flag = False,
@@ -63,6 +64,8 @@ def compare(
         What joblib works with: loky (by default), threading, sequential, dask, ray.
     store
         Folder that keeps every finished run, made if need be; the same command goes on where it was interrupted.
+    adopt
+        Take over runs of former code from the store, if a sample of them, made again, has the same numbers.
     data
         Folder of the test cases that a study names; by default its own. Those not there are left out, and named.
     page
@@ -84,6 +87,8 @@ def compare(
             jobs=jobs,
             backend=backend,
             store=store,
+            adopt=adopt,
+            note=complain,
             progress=lambda done, total: advance(done / total),
         )
     if page is not None:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
@@ -189,18 +189,27 @@ def scenario_content(name: str, settings: Mapping[str, float], scenario: Scenari
 
 
 def method_content(method: Method | Peer) -> Content:
-    """What a result depends on of a method: its row of the table without the words."""
-    told = ("sentence", "source")
-    return {item.name: _told(getattr(method, item.name)) for item in fields(method) if item.name not in told}
+    """Return what a result depends on of a method: its name, foresight and numeric parameters.
+
+    The code is part of the digest of the sources. The keys are written out here, so that no rename changes them.
+    """
+    shared = {"name": method.name, "foresight": method.foresight, "foresight_among": method.foresight_among}
+    if isinstance(method, Peer):
+        own: Content = {"limited": method.limited, "inflation": method.inflation, "walls": method.walls}
+        return {**shared, **own, "settings": _values(method.crowd)}
+    own = {"share": method.share, "regain": method.regain, "shared": method.shared, "ahead": method.looks_ahead}
+    return {**shared, **own, "forecast": _values(method.forecast), "of_robots": _values(method.robot_forecast)}
 
 
-def _told(value: Any) -> Any:
-    """A value of a method's row in a form that is the same in every process."""
+def _values(value: Any) -> Any:
+    """Return the values of a setting without the names of classes, functions, fields and parameters."""
     if isinstance(value, partial):
-        return [_told(value.func), {name: repr(item) for name, item in sorted(value.keywords.items())}]
-    if callable(value) and hasattr(value, "__qualname__"):
-        return f"{value.__module__}.{value.__qualname__}"
-    return value if value is None or isinstance(value, str | int | float) else repr(value)
+        return [_values(item) for item in value.keywords.values()]
+    if is_dataclass(value):
+        return [_values(getattr(value, item.name)) for item in fields(value)]
+    if isinstance(value, Mapping):
+        return {name: _values(item) for name, item in value.items()}
+    return value if value is None or isinstance(value, str | int | float) else []
 
 
 def versions(methods: Iterable[Method | Peer] = ()) -> dict[str, str]:

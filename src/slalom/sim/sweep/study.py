@@ -1,6 +1,6 @@
 """Scenarios x methods x seeds -> one table."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -25,14 +25,12 @@ from slalom.sim.sweep.case import (
 )
 from slalom.sim.sweep.case_file import is_cases, refuse_more
 from slalom.sim.sweep.pool import map_surviving_kills, working_with
-from slalom.sim.sweep.store import Store
+from slalom.sim.sweep.store import Result, Store
 
 METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
 """Compared if nothing else is said."""
 SEEDS: Final = 100
 """[1] Of each scenario and method if nothing else is said."""
-
-Result = dict[str, Any] | Failure
 
 
 class Row(NamedTuple):
@@ -56,7 +54,9 @@ def compare(
     jobs: int = 1,
     backend: str | None = None,
     store: Path | str | None = None,
+    adopt: bool = False,
     progress: Callable[[int, int], None] | None = None,
+    note: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Every method on the same `seeds` scenarios (seeds 0, 1, ...), see `compare_all`.
 
@@ -70,7 +70,7 @@ def compare(
         for runs that have no result the reasons, each with its seeds. What there is not is None.
     """
     row = Row(name, settings or {}, methods, seeds)
-    return compare_all([row], jobs=jobs, backend=backend, store=store, progress=progress)[0]
+    return compare_all([row], jobs=jobs, backend=backend, store=store, adopt=adopt, progress=progress, note=note)[0]
 
 
 def compare_all(
@@ -79,7 +79,9 @@ def compare_all(
     jobs: int = 1,
     backend: str | None = None,
     store: Path | str | None = None,
+    adopt: bool = False,
     progress: Callable[[int, int], None] | None = None,
+    note: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
     """What `compare` gives for each of the rows; the same to the bit for any `jobs` and `backend`, and interrupted or
     not.
@@ -96,6 +98,8 @@ def compare_all(
         InvalidInput: an unknown scenario, setting, method or backend, or a value that does not fit. InvalidFile:
             mistakes in a scenario file; a damaged file in the store. Both before anything is run.
     """
+    if adopt and store is None:
+        raise InvalidInput("adopt: expected a store with runs of former code, found no store")
     if jobs == 0 or any(row.seeds < 1 for row in rows):
         least = min((row.seeds for row in rows), default=1)
         raise InvalidInput(f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {least} and {jobs}")
@@ -104,13 +108,16 @@ def compare_all(
     cases = {case.key: case for case in sorted(chain.from_iterable(plan), key=lambda case: case.seed)}
     with working_with(backend):
         kept = Store.at(store) if store is not None else None
+        if kept is not None and adopt:
+            run = partial(_run_and_keep, kept, jobs)
+            adopted, compared = kept.adopt(cases.values(), run)
+            if note:
+                note(f"{store}: {adopted} runs of former code adopted; {compared} made again, with the same results")
         results: dict[str, Result] = dict(kept.read(cases.values())) if kept else {}
         if progress and results:
             progress(len(results), len(cases))
         missing = {key: case for key, case in cases.items() if key not in results}
-        for key, result in map_surviving_kills(
-            partial(_kept, kept), missing, jobs=jobs, recall=partial(_recalled, kept)
-        ):
+        for key, result in _finished(kept, missing, jobs):
             results[key] = result
             if progress:
                 progress(len(results), len(cases))
@@ -143,6 +150,16 @@ def cases_of(row: Row) -> list[Case]:
         }
         made += [Case(where, settings, name, seed, {**shared, "seed": seed}) for seed in range(row.seeds)]
     return made
+
+
+def _finished(store: Store | None, cases: Mapping[str, Case], jobs: int) -> Iterator[tuple[str, Result]]:
+    """Yield key and result of each case, in the order in which the runs finish, and store them."""
+    return map_surviving_kills(partial(_kept, store), cases, jobs=jobs, recall=partial(_recalled, store))
+
+
+def _run_and_keep(store: Store, jobs: int, cases: Sequence[Case]) -> dict[str, Result]:
+    """Return the results of the cases by key, and store them."""
+    return dict(_finished(store, {case.key: case for case in cases}, jobs))
 
 
 def _kept(store: Store | None, case: Case) -> Result:
