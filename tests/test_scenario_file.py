@@ -353,7 +353,7 @@ replan: @0.25
         "obstacles.1.trajectory: times: expected increasing times, found 2 followed by 1 at index 2",
         "obstacles.2.trajectory: times: expected increasing times, found 1 followed by 1 at index 2",
         "obstacles.3.trajectory: normal: expected none for a circle in the plane, found one",
-        "obstacles.4.trajectory: speed: expected 2 numbers, found [0, 0, 0] of shape (3,)",
+        "obstacles.4.trajectory: velocity: expected 2 numbers, found [0, 0, 0] of shape (3,)",
         "obstacles.5.trajectory: times: expected at least two samples, found 1",
         "replan: expected a multiple of dt = 0.1 s, found 0.25 s",
     )

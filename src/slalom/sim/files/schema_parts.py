@@ -15,6 +15,7 @@ from pydantic_core import PydanticKnownError, core_schema
 
 from slalom.bounds import BOUNDS, Bound
 from slalom.checks import Checked, not_negative, positive, vector
+from slalom.errors import InvalidInput
 from slalom.shape import SHAPES, Shape
 from slalom.sim.files.schema_base import Built, ModelByContent, NotNegative, Positive, Vector
 from slalom.trajectory import TRAJECTORIES, Trajectory
@@ -31,8 +32,13 @@ class PartModel(Built):
     names: ClassVar[dict[str, str]]
 
     def build(self) -> Any:
-        """Return the part. Raises InvalidInput."""
-        return self.part(**{field: _built(getattr(self, key)) for key, field in self.names.items()})
+        """Return the part. Raises InvalidInput, which names the key of a field in place of the field."""
+        try:
+            return self.part(**{field: _built(getattr(self, key)) for key, field in self.names.items()})
+        except InvalidInput as error:
+            name, colon, text = str(error).partition(": ")
+            key = next((key for key, field in self.names.items() if field == name), name)
+            raise InvalidInput(f"{key}{colon}{text}") from None
 
 
 def _built(value: Any) -> Any:
