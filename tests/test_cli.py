@@ -551,7 +551,7 @@ BAD = [
     ("compare empty --backend fast", r"backend: expected loky, .*; found 'fast'"),
     ("compare empty --data folder", r"data: expected only with a study file, found it with empty"),
     ("compare empty --page none/a.md", r"none/a\.md: expected a file in a folder that exists"),
-    ("compare empty --seeds 1 --store scene.yaml", r"store: expected a folder that is there or can be made, found "),
+    ("compare empty --seeds 1 --store scene.yaml", r"store: expected a folder that exists or can be made, found "),
     ("fly empty", r"fly"),
     ("--fly", r"--fly"),
 ]  # fmt: skip

@@ -1147,7 +1147,7 @@ CASES = [
     Case(
         "working_with",
         InvalidInput,
-        r"backend: expected one that notices when a process is killed, found 'multiprocessing'",
+        r"backend: expected one that reports killed processes, found 'multiprocessing'",
         lambda _: compare("empty", ["nao"], 1, backend="multiprocessing"),
     ),
     Case(
@@ -1173,7 +1173,7 @@ CASES = [
     Case(
         "Store.at",
         InvalidInput,
-        r"store: expected a folder that is there or can be made, found ",
+        r"store: expected a folder that exists or can be made, found ",
         lambda folder: Store.at(written("a", "")(folder) / "b"),
     ),
     Case(

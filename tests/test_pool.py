@@ -88,7 +88,7 @@ def test_what_joblib_is_set_to_is_used(tmp_path: Path) -> None:
     ("backend", "message"),
     [
         ("fast", r"expected loky, .*; found 'fast': Invalid backend: fast, expected one of"),
-        ("multiprocessing", r"expected one that notices when a process is killed, found 'multiprocessing'"),
+        ("multiprocessing", r"expected one that reports killed processes, found 'multiprocessing'"),
     ],
 )
 def test_unknown_backends_are_refused(backend: str, message: str) -> None:

@@ -156,7 +156,7 @@ def test_a_run_lasts_as_long_as_the_recording(say: Say) -> None:
     assert "ends" not in said.err
     assert said.json["time"] == pytest.approx(1.9)
     said = say("run", "people.csv", *far, "--duration", 4)
-    assert "people: the recording, or what is used of it, ends at 19.9 s, before the run does at 22 s" in said.err
+    assert "people: the used part of the recording ends at 19.9 s, before the end of the run at 22 s" in said.err
 
 
 @pytest.mark.parametrize("foresight", FORESIGHTS)

@@ -639,7 +639,7 @@ def test_mistakes_in_a_recording(marked: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("marked", "expected"),
     [
-        ("start: @99\n", "start: expected a start while it is recorded, from 5 to before 50 s, found 99"),
+        ("start: @99\n", "start: expected a start during the recording, from 5 to before 50 s, found 99"),
         ("duration: @90\n", "duration: expected at most 45 s, until the window ends, found 90"),
     ],
 )
@@ -654,7 +654,7 @@ def test_a_recording_that_begins_after_the_run(tmp_path: Path) -> None:
     check(
         tmp_path,
         ROBOT + "recording: @{file: tracks.csv}\n",
-        "recording: expected a start while it is recorded, from 7 to before 9 s, found 0",
+        "recording: expected a start during the recording, from 7 to before 9 s, found 0",
     )
 
 

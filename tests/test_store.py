@@ -392,7 +392,7 @@ def test_every_damaged_file_is_named(tmp_path: Path) -> None:
 
 def test_a_store_that_cannot_be_made_or_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InvalidInput, match="store: expected a folder that is there or can be made, found "):
+    with pytest.raises(InvalidInput, match="store: expected a folder that exists or can be made, found "):
         Store.at(tmp_path / "file" / "inner")
     one = case()
     store = filled(tmp_path / "gone", one)

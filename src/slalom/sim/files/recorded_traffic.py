@@ -1,4 +1,4 @@
-"""Scenarios from recordings: recorded agents as the obstacles of one robot. They do not react to it."""
+"""Scenarios from recordings: recorded agents as obstacles of one robot, without reaction to it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,8 +20,8 @@ from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
 from slalom.trajectory import Stationary
 
-UNKNOWN: Final[Mapping[int, str]] = {2: "pedestrian", 3: "drone"}
-"""What agents are taken for of which neither the file nor its format says it, by their dimension."""
+DEFAULT_KINDS: Final[Mapping[int, str]] = {2: "pedestrian", 3: "drone"}
+"""Kind of an agent without a kind in the file or the format, by the dimension of its track."""
 
 RADII: Final[Mapping[str, float]] = {
     "pedestrian": 0.25,
@@ -35,9 +35,9 @@ RADII: Final[Mapping[str, float]] = {
     "aircraft": 30.0,
     "drone": 0.3,
 }
-"""[m] Of agents of which nobody says how large they are: half the diagonal of a usual one, 4.5 x 1.8 m for a car."""
+"""[m] Radius of an agent without a size, by kind: half the diagonal of a common one, 4.5 x 1.8 m for a car."""
 
-WORDS: Final[Mapping[str, str]] = {
+KIND_ALIASES: Final[Mapping[str, str]] = {
     "pedestrian/bicycle": "bicycle",
     "bicyclist": "bicycle",
     "truck_bus": "bus",
@@ -46,18 +46,18 @@ WORDS: Final[Mapping[str, str]] = {
     "parkedvehicle": "car",
     "trailer": "truck",
 }
-"""What files call kinds of RADII in other words."""
+"""Kinds of RADII by other words of files."""
 
-LONGEST: Final = 60.0
-"""[s] Duration of a run, as of every scenario, if the recording lasts so long."""
+MAX_DURATION: Final = 60.0
+"""[s] Duration of a run, unless the recording ends before. It is the default of every scenario."""
 
 
 class Recorded(NamedTuple):
     """The agents of a recording as obstacles.
 
     Attributes:
-        name: of the file. obstacles: called agent and the id. span: [s] the first and the last time of the recording.
-        dimension: 2 or 3. notes: what was repaired, left out or assumed.
+        name: of the file. obstacles: with names "agent ID". span: [s] the first and the last time of the recording.
+        dimension: 2 or 3. notes: repairs, omissions and assumptions, a sentence each.
     """
 
     name: str
@@ -69,10 +69,10 @@ class Recorded(NamedTuple):
 
 @dataclass(frozen=True)
 class AgentSelection:
-    """Who of a recording is an obstacle, and how large.
+    """Agents of a recording that become obstacles, and their default radius.
 
     Attributes:
-        radius: [m] of agents of which the file does not say it. agents: ids; None for all. without: ids to leave out.
+        radius: [m] of agents without one in the file. agents: ids; None for all. without: ids to leave out.
     """
 
     radius: float | None = None
@@ -80,50 +80,49 @@ class AgentSelection:
     without: Sequence[str] = ()
 
 
-def read_recorded(path: Path | str, who: AgentSelection | None = None, **reading: Any) -> Recorded:
-    """The agents of a recording of any format as discs, or balls in space.
+def read_recorded(path: Path | str, selection: AgentSelection | None = None, **reading: Any) -> Recorded:
+    """Return the agents of a recording of any format as discs, or balls in space.
 
-    The radius of an agent is its own if the file has one; else that of `who`; else half the diagonal of its length and
-    width; else that of its kind in RADII, which is noted.
+    The radius of an agent is the first of: its own in the file, that of `selection`, half the diagonal of its length
+    and width, that of its kind in RADII. The last is noted.
 
     Args:
         reading: see `io.formats.read_recording`.
 
     Raises:
-        InvalidFile: no such file, or rows that make no tracks. InvalidInput: settings that the format does not have, an
-            id that there is not.
+        InvalidFile: no such file, or rows that make no tracks. InvalidInput: unknown settings or ids.
     """
-    path, who = Path(path), who or AgentSelection()
+    path, selection = Path(path), selection or AgentSelection()
     tracks = read_recording(path, **reading)
     spans = np.array([agent.trajectory.span for agent in tracks.agents.values()])
-    agents = chosen(tracks, who, path.name).agents
-    radii, notes = _radii(agents, FORMATS[tracks.format].agents, who.radius)
+    agents = chosen(tracks, selection, path.name).agents
+    radii, notes = _radii(agents, FORMATS[tracks.format].agents, selection.radius)
     d = next(iter(tracks.agents.values())).trajectory.dimension
     obstacles = [Obstacle(round_shape(radii[k], d), agent.trajectory, f"agent {k}") for k, agent in agents.items()]
-    said = tuple(f"{path.name}: {note}" for note in (*tracks.notes, *notes))
-    return Recorded(path.stem, tuple(obstacles), (float(spans[:, 0].min()), float(spans[:, 1].max())), d, said)
+    noted = tuple(f"{path.name}: {note}" for note in (*tracks.notes, *notes))
+    return Recorded(path.stem, tuple(obstacles), (float(spans[:, 0].min()), float(spans[:, 1].max())), d, noted)
 
 
-def chosen(tracks: Tracks, who: AgentSelection, name: str) -> Tracks:
-    """Those agents of the tracks of a file of that name, with all parts of a track that was split.
+def chosen(tracks: Tracks, selection: AgentSelection, name: str) -> Tracks:
+    """Return the selected agents of the tracks of the file `name`, with all parts of a split track.
 
     Raises:
-        InvalidInput: an id that there is not.
+        InvalidInput: an unknown id.
     """
-    for what, asked in (("agents", who.agents or ()), ("without", who.without)):
-        for label in asked:
+    for key, labels in (("agents", selection.agents or ()), ("without", selection.without)):
+        for label in labels:
             if label not in tracks.agents and label not in tracks.parts:
-                raise InvalidInput(f"{what}: expected ids of {name}, {named(tracks.agents)}; found {label!r}")
+                raise InvalidInput(f"{key}: expected ids of {name}, {named(tracks.agents)}; found {label!r}")
     wanted, unwanted = (
-        {part for label in asked for part in (label, *tracks.parts.get(label, ()))}
-        for asked in (tracks.agents if who.agents is None else who.agents, who.without)
+        {part for label in labels for part in (label, *tracks.parts.get(label, ()))}
+        for labels in (tracks.agents if selection.agents is None else selection.agents, selection.without)
     )
-    some = wanted - unwanted
-    return replace(tracks, agents={label: agent for label, agent in tracks.agents.items() if label in some})
+    kept = wanted - unwanted
+    return replace(tracks, agents={label: agent for label, agent in tracks.agents.items() if label in kept})
 
 
 def _radii(agents: Mapping[str, Agent], kind: str, given: float | None) -> tuple[dict[str, float], list[str]]:
-    """The radius of each agent [m], and notes on what was assumed; `kind` is what they are in files of the format."""
+    """Return the radius of each agent [m] and notes on assumptions; `kind` is the kind of agents of the format."""
     radii: dict[str, float] = {}
     assumed: dict[tuple[str, float], list[str]] = {}
     for label, agent in agents.items():
@@ -134,21 +133,21 @@ def _radii(agents: Mapping[str, Agent], kind: str, given: float | None) -> tuple
         elif agent.length is not None and agent.width is not None:
             radii[label] = 0.5 * float(np.hypot(agent.length, agent.width))
         else:
-            what = _kind(agent.kind, kind or UNKNOWN[agent.trajectory.dimension])
-            radii[label] = max(RADII[what], 0.5 * (agent.length or agent.width or 0.0))
-            assumed.setdefault((what, radii[label]), []).append(label)
-    notes = [f"size of {named(who)} not known: radius {r:g} m, as of a {what}" for (what, r), who in assumed.items()]
+            found = _kind(agent.kind, kind or DEFAULT_KINDS[agent.trajectory.dimension])
+            radii[label] = max(RADII[found], 0.5 * (agent.length or agent.width or 0.0))
+            assumed.setdefault((found, radii[label]), []).append(label)
+    notes = [f"size of {named(ids)} not known: radius {r:g} m, as of a {word}" for (word, r), ids in assumed.items()]
     kept = [label for label, agent in agents.items() if given is not None and agent.radius not in (None, given)]
     if kept:
         notes.append(f"radius of {named(kept)} as in the file, not the {given:g} m given")
     return radii, notes
 
 
-def _kind(said: str, otherwise: str) -> str:
-    """A kind of RADII: what the file says of the agent, or otherwise."""
-    word = said.strip().lower()
-    word = WORDS.get(word, word)
-    return word if word in RADII else otherwise
+def _kind(written: str, default: str) -> str:
+    """Return a kind of RADII: the one that the file names, or the default."""
+    word = written.strip().lower()
+    word = KIND_ALIASES.get(word, word)
+    return word if word in RADII else default
 
 
 def crossing(
@@ -164,15 +163,15 @@ def crossing(
     tolerance: float = 0.5,
     duration: float | None = None,
 ) -> Scenario:
-    """One robot, a disc or a ball, that goes from `start` to `goal` (d,) [m] among recorded agents.
+    """Return a scenario of one robot, a disc or a ball, from `start` to `goal` (d,) [m] among recorded agents.
 
     Args:
-        at: [s] when it begins, in the recording's own time; its first if None. velocity: (d,) [m/s] at the start, zero
-            if None. radius, tolerance: [m]. max_speed: [m/s]. max_acceleration: [m/s^2].
-        duration: [s]; until the recording ends, but at most LONGEST, if None.
+        at: [s] start of the run in the time of the recording; its first if None. velocity: (d,) [m/s] at the start,
+            zero if None. radius, tolerance: [m]. max_speed: [m/s]. max_acceleration: [m/s^2].
+        duration: [s]; until the end of the recording, at most MAX_DURATION, if None.
 
     Raises:
-        InvalidInput: numbers that do not fit each other or the recording.
+        InvalidInput: numbers that contradict each other or the recording.
     """
     d, (first, last) = recorded.dimension, recorded.span
     begin = first if at is None else number(at, "at")
@@ -180,26 +179,26 @@ def crossing(
         raise InvalidInput(
             f"at: expected a time of {recorded.name}, from {first:g} to before {last:g} s, found {begin:g} s"
         )
-    speed = vector(np.zeros(d) if velocity is None else velocity, "start velocity", d)
-    state = State(vector(start, "start", d), speed)
-    there = Goal(Stationary(vector(goal, "goal", d)), positive(tolerance, "tolerance"))
+    initial_velocity = vector(np.zeros(d) if velocity is None else velocity, "start velocity", d)
+    state = State(vector(start, "start", d), initial_velocity)
+    target = Goal(Stationary(vector(goal, "goal", d)), positive(tolerance, "tolerance"))
     limits = Limits(positive(max_speed, "speed"), positive(max_acceleration, "acceleration"))
     return Scenario(
         recorded.name,
-        (Robot(round_shape(radius, d), limits, state, there),),
+        (Robot(round_shape(radius, d), limits, state, target),),
         recorded.obstacles,
         start=begin,
-        duration=min(LONGEST, last - begin) if duration is None else duration,
+        duration=min(MAX_DURATION, last - begin) if duration is None else duration,
         recorded=recorded.span,
         notes=recorded.notes,
     )
 
 
 def ends_before(scenario: Scenario, end: float) -> list[str]:
-    """A note if a run of a scenario that went on until `end` [s] outlasted what was recorded."""
+    """Return a note if a run of a scenario until `end` [s] outlasted the recording; else none."""
     if scenario.recorded is None or end <= scenario.recorded[1] + 1e-9 * abs(end):
         return []
     last = scenario.recorded[1]
     return [
-        f"{scenario.name}: the recording, or what is used of it, ends at {last:g} s, before the run does at {end:g} s"
+        f"{scenario.name}: the used part of the recording ends at {last:g} s, before the end of the run at {end:g} s"
     ]

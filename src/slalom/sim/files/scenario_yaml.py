@@ -1,4 +1,4 @@
-"""Scenario files: YAML 1.2 in, every mistake at once as file:line:column."""
+"""Reader of scenario files in YAML 1.2; all mistakes are reported at once as file:line:column."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -27,10 +27,10 @@ M = TypeVar("M", bound=BaseModel)
 
 
 def read_scenario(path: Path | str) -> Scenario:
-    """The scenario of a YAML file.
+    """Return the scenario of a YAML file.
 
     Raises:
-        InvalidFile: with one `file:line:column: expected, found` for every mistake.
+        InvalidFile: one line `file:line:column: KEY: expected ..., found ...` for each mistake.
     """
     path = Path(path)
     root, content = compose(path)
@@ -44,15 +44,15 @@ def read_scenario(path: Path | str) -> Scenario:
 
 
 def files_of(path: Path) -> list[Path]:
-    """A scenario file that is right, and the files of the recording that it names, if any."""
+    """Return a valid scenario file and the files of the recording that it names, if any."""
     recording = compose(path)[1].get("recording")
     return [path] if recording is None else [path, *formats.files_of(path.parent / recording["file"])]
 
 
 class _Parts:
-    """Puts the parts of a file together that are right by themselves, and notes which do not fit each other.
+    """Assembles the valid parts of a file, and notes parts that contradict each other.
 
-    Parts are validated one by one, so that a mistake in one does not hide that another does not fit.
+    Parts are validated one by one, so that a mistake in one part does not hide a contradiction between others.
     """
 
     def __init__(self, path: Path, root: Node | None) -> None:
@@ -60,22 +60,22 @@ class _Parts:
         self.mistakes: list[str] = []
 
     def note(self, place: Place, text: str) -> None:
-        """One more mistake."""
+        """Add a mistake at a place."""
         self.mistakes.append(f"{where(self.path, self.root, place)}: {dotted(place)}{text}")
 
     def attempt(self, place: Place, make: Callable[[], T]) -> T | None:
-        """What `make` gives, or None and a mistake at `place`."""
+        """Return the value of `make`; None if it raises, with a mistake at `place`."""
         try:
             return make()
         except InvalidFile as error:
             self.mistakes.extend(error.mistakes)
         except SlalomError as error:
-            # The message may begin with the name of the value, which the place says already.
+            # The message may begin with the name of the value, which the place contains.
             self.note(place, str(error).removeprefix(dotted(place)).removeprefix(f"{place[-1]}: "))
         return None
 
     def assemble(self, content: dict[str, Any]) -> Scenario | None:
-        """The scenario, if everything is right."""
+        """Return the scenario; None if there is a mistake."""
         given = _valid(RobotSpec, content.get("robot"))
         d = self.dimension(content.get("robot"))
         robot = self.robot(given) if given else None
@@ -100,14 +100,14 @@ class _Parts:
         if spec is None or robot is None or self.mistakes:
             return None
         some = tuple(obstacle for obstacle in obstacles if obstacle is not None)
-        # All that a scenario can still refuse is a goal under an obstacle.
+        # The only remaining refusal of a scenario is a goal under an obstacle.
         return self.attempt(
             ("robot", "goal"),
             lambda: Scenario(spec.name or self.path.stem, (robot,), some, holds=tuple(spec.holds), **settings),
         )
 
     def dimension(self, robot: object) -> int | None:
-        """The dimension of the robot's position, even if something else about the robot is wrong."""
+        """Return the dimension of the robot's position, also if other keys of the robot are wrong."""
         given = robot if isinstance(robot, dict) else {}
         position, velocity = (_valid_vector(given.get(name)) for name in ("position", "velocity"))
         if position and velocity and len(position) != len(velocity):
@@ -119,7 +119,7 @@ class _Parts:
         return len(position) if position else None
 
     def periods(self, content: dict[str, Any]) -> None:
-        """The interval of decisions must be a multiple of that of steps."""
+        """Note a decision interval that is no multiple of the time step."""
         dt, replan = content.get("dt", ScenarioSpec.model_fields["dt"].default), content.get("replan", 0.0)
         if all(isinstance(x, int | float) and np.isfinite(x) for x in (dt, replan)) and dt > 0 and replan > 0:
             try:
@@ -128,9 +128,9 @@ class _Parts:
                 self.note(("replan",), str(error).removeprefix("replan: "))
 
     def robot(self, me: RobotSpec) -> Robot | None:
-        """The robot, if its parts are of one dimension."""
+        """Return the robot; None if its parts differ in dimension."""
         d, before = len(me.position), len(self.mistakes)
-        along, pushes = (
+        velocity_bounds, acceleration_bounds = (
             tuple(self.bound((name, k), spec, d) for k, spec in enumerate(getattr(me, name)))
             for name in ("velocity_bounds", "acceleration_bounds")
         )
@@ -138,9 +138,9 @@ class _Parts:
         state = State(me.position, velocity) if len(velocity) == d else None
         bounds = tuple(bound.build() for bound in me.bounds)
         for k, bound in enumerate(bounds):
-            # Whether it fits the dimension shows in any state.
+            # A bound of another dimension raises in any state.
             self.attempt(("robot", "bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
-        limits = Limits(me.max_speed, me.max_acceleration, along, pushes, bounds)
+        limits = Limits(me.max_speed, me.max_acceleration, velocity_bounds, acceleration_bounds, bounds)
         goal, shape = me.goal.build(), self.attempt(("robot",), lambda: me.whole_shape(d))
         if state is None or shape is None:
             return None
@@ -148,35 +148,35 @@ class _Parts:
         return robot if len(self.mistakes) == before else None
 
     def bound(self, place: tuple[str, int], spec: HalfSpaceSpec, d: int) -> HalfSpace:
-        """A half-space of the robot's dimension."""
+        """Return a half-space, and note one of another dimension than the robot."""
         if len(spec.normal) != d:
             self.note(("robot", *place, "normal"), f"expected {d} numbers, found {len(spec.normal)}")
         return spec.build()
 
     def obstacle(self, k: int, spec: ObstacleSpec, d: int) -> Obstacle | None:
-        """An obstacle of the robot's dimension."""
+        """Return an obstacle of the robot's dimension; None with a mistake."""
         name = spec.name or f"obstacle {k}"
         shape = self.attempt(("obstacles", k), lambda: spec.whole_shape(d))
         if shape is None:
             return None
-        unsure = spec.uncertainty.build() if spec.uncertainty is not None else None
+        uncertainty = spec.uncertainty.build() if spec.uncertainty is not None else None
         return self.attempt(
             ("obstacles", k, "trajectory"),
-            lambda: Obstacle(shape, spec.trajectory.build(), name, spec.heading, unsure),
+            lambda: Obstacle(shape, spec.trajectory.build(), name, spec.heading, uncertainty),
         )
 
     def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:
-        """The agents of a recording of the robot's dimension."""
-        file, told = self.path.parent / spec.file, spec.of_format()
+        """Return the agents of a recording of the robot's dimension; None with a mistake."""
+        file, given = self.path.parent / spec.file, spec.of_format()
         name = self.attempt(("recording", "file"), lambda: spec.format or formats.format_of(file))
         if name is None:
             return None
-        have = formats.reader_settings(name)
-        strange = [key for key in told if key not in have]
-        for key in strange:
-            text = f"expected a setting that {name} has ({', '.join(have) or 'none'}), found {key!r}"
+        settings = formats.settings_of(name)
+        unknown = [key for key in given if key not in settings]
+        for key in unknown:
+            text = f"expected a setting that {name} has ({', '.join(settings) or 'none'}), found {key!r}"
             self.note(("recording", key), text)
-        if strange:
+        if unknown:
             return None
         try:
             found = read_recorded(
@@ -186,7 +186,7 @@ class _Parts:
                 gap=spec.gap,
                 max_speed=spec.jump_speed,
                 interpolation=spec.interpolation,
-                **told,
+                **given,
             )
         except InvalidFile as error:
             self.mistakes.extend(error.mistakes)
@@ -202,7 +202,7 @@ class _Parts:
         return found
 
     def while_recorded(self, spec: ScenarioSpec, recording: RecordingSpec, found: Recorded) -> dict[str, Any]:
-        """When the run begins and how long it is, and what of the recording is used: they must fit each other."""
+        """Return start, duration and the used part of the recording; none of them with a mistake."""
         (first, last), window = found.span, recording.window
         begin, end = (max(first, window[0]), min(last, window[1])) if window else (first, last)
         if window and begin >= end:
@@ -213,7 +213,7 @@ class _Parts:
         if not begin <= start < end:
             place = ("start",) if "start" in spec.model_fields_set else ("recording",)
             self.note(
-                place, f"expected a start while it is recorded, from {begin:g} to before {end:g} s, found {start:g}"
+                place, f"expected a start during the recording, from {begin:g} to before {end:g} s, found {start:g}"
             )
             return {}
         duration = spec.duration
@@ -225,7 +225,7 @@ class _Parts:
 
 
 def there_in(found: Recorded, window: Sequence[float] | None, horizon: float) -> list[Obstacle]:
-    """Whoever is there at some time of the window [s], or could be foreseen in it to come within the horizon [s]."""
+    """Return the agents that exist during the window [s] extended by one horizon [s]; all without a window."""
     if window is None:
         return list(found.obstacles)
     spans = (obstacle.trajectory.span for obstacle in found.obstacles)
@@ -233,13 +233,13 @@ def there_in(found: Recorded, window: Sequence[float] | None, horizon: float) ->
 
 
 def _valid_vector(raw: object) -> list[float] | None:
-    """Two or three numbers, or None."""
-    right = isinstance(raw, list) and len(raw) in (2, 3) and all(isinstance(x, int | float) for x in raw)
-    return raw if right else None  # type: ignore[return-value]
+    """Return two or three numbers; None for anything else."""
+    valid = isinstance(raw, list) and len(raw) in (2, 3) and all(isinstance(x, int | float) for x in raw)
+    return raw if valid else None  # type: ignore[return-value]
 
 
 def _valid(model: type[M], raw: object) -> M | None:
-    """The model of a part, or None if it has mistakes of its own, which are reported with those of the whole file."""
+    """Return the model of a part; None if it has mistakes, which are reported with those of the whole file."""
     try:
         return model.model_validate(raw)
     except ValidationError:

@@ -1,4 +1,4 @@
-"""What a scenario file may say of a recording whose agents are obstacles."""
+"""Model of the recording in a scenario file, the agents of which are obstacles."""
 
 from typing import Annotated, Any, Literal
 
@@ -12,10 +12,10 @@ Window = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)]
 
 
 class RecordingSpec(Model):
-    """Recorded agents as obstacles, of a file of any format beside the scenario file.
+    """Recorded agents as obstacles, from a file of any format; its path is relative to the scenario file.
 
-    `radius` [m] is that of agents of which the file says none (see `recorded.read_recorded`). `window` [s] is the part
-    that is used: from when to when, in the recording's own time.
+    `radius` [m] is that of agents without one in the file (see `recorded_traffic.read_recorded`). `window` [s] is the
+    first and the last time of the used part, in the time of the recording.
     """
 
     file: str
@@ -50,16 +50,16 @@ class RecordingSpec(Model):
         return window
 
     def of_format(self) -> dict[str, Any]:
-        """The settings of a reader that are given, by name."""
+        """Return the given settings of a reader, by name."""
         names = ("frame_rate", "unit", "case", "columns", "origin", "epoch", "altitude_unit")
-        told = {name: value for name in names if (value := getattr(self, name)) is not None}
+        given = {name: value for name in names if (value := getattr(self, name)) is not None}
         if self.epoch is not None:
-            told["epoch"] = number_or_text(self.epoch)
-        return told
+            given["epoch"] = number_or_text(self.epoch)
+        return given
 
 
 def number_or_text(text: str) -> float | str:
-    """A time: seconds where it is a number."""
+    """Return a time as a number of seconds if it is one, else as text."""
     try:
         return float(text)
     except ValueError:

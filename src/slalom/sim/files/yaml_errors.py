@@ -1,4 +1,4 @@
-"""Mistakes in a YAML file as `file:line:column: key: what was expected, what was found`."""
+"""Mistakes in a YAML file as `file:line:column: KEY: expected ..., found ...`."""
 
 from difflib import get_close_matches
 from pathlib import Path
@@ -14,7 +14,7 @@ from slalom.sim.files.schema_base import Model, Place, keys_at
 
 
 def compose(path: Path) -> tuple[Node | None, Any]:
-    """The nodes of a YAML file, with their places, and its content. Raises InvalidFile for what is not YAML."""
+    """Return the nodes of a YAML file with their positions, and its content. Raises InvalidFile if it is not YAML."""
     try:
         text = path.read_text()
     except (OSError, UnicodeDecodeError) as error:
@@ -32,12 +32,12 @@ def compose(path: Path) -> tuple[Node | None, Any]:
 
 
 def dotted(place: Place) -> str:
-    """The key path at the head of a message."""
+    """Return the key path at the head of a message."""
     return ".".join(str(part) for part in place) + ": " if place else ""
 
 
 def _find(root: Node | None, place: Place) -> tuple[Node | None, Node | None]:
-    """The key and value nodes at `place`, or the deepest ones on the way there."""
+    """Return the key and value nodes at `place`, or the deepest ones on the way to it."""
     key, node = None, root
     for part in place:
         if isinstance(node, MappingNode):
@@ -50,10 +50,10 @@ def _find(root: Node | None, place: Place) -> tuple[Node | None, Node | None]:
 
 
 def where(path: Path, root: Node | None, place: Place, at_key: bool = False) -> str:
-    """file:line:column of the value at `place`, or of its key."""
+    """Return file:line:column of the value at `place`, or of its key."""
     key, node = _find(root, place)
-    left_out = isinstance(node, ScalarNode) and node.value == "" and node.style is None
-    marked = key if key is not None and (at_key or left_out) else node
+    is_empty = isinstance(node, ScalarNode) and node.value == "" and node.style is None
+    marked = key if key is not None and (at_key or is_empty) else node
     if marked is None:
         return f"{path}:1:1"
     return f"{path}:{marked.start_mark.line + 1}:{marked.start_mark.column + 1}"

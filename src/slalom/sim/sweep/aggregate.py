@@ -1,4 +1,4 @@
-"""Many runs of one scenario and method -> one row of a table, with confidence intervals."""
+"""Aggregation of the runs of one scenario and method to a table row, with confidence intervals."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -10,11 +10,11 @@ from slalom.sim.measure.metrics import finite
 from slalom.sim.sweep.case import Failure
 
 PERCENTILES: Final = (50, 75, 90)
-"""[%] Of the extra times of robots."""
+"""[%] Percentiles of the extra time in a row."""
 
 
 def wilson(count: int, runs: int) -> list[float] | None:
-    """The 95 % confidence interval of a share of which `count` of `runs` were seen (Wilson, JASA 22, 1927).
+    """Return the 95 % confidence interval of a share, observed in `count` of `runs` (Wilson, JASA 22, 1927).
 
     None for no runs.
     """
@@ -27,7 +27,7 @@ def wilson(count: int, runs: int) -> list[float] | None:
 
 
 def mean_interval(values: Sequence[float]) -> list[float] | None:
-    """The 95 % confidence interval of a mean by Student's t; None for fewer than two values.
+    """Return the 95 % confidence interval of a mean by Student's t; None for fewer than two values.
 
     The quantile of t is the expansion 26.7.5 of Abramowitz and Stegun: 0.3 % low for 4 degrees of freedom, 24 % for 1.
     """
@@ -42,7 +42,7 @@ def mean_interval(values: Sequence[float]) -> list[float] | None:
 
 
 def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
-    """The results of seeds 0, 1, ... as one row, see `study.compare`; JSON-ready."""
+    """Return the results of seeds 0, 1, ... as one row, JSON-ready; see `study.compare`."""
     rows = [row for row in results if not isinstance(row, Failure)]
     times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
     good = sum(row["arrived"] == row["robots"] and not row["collisions"] for row in rows)
@@ -73,7 +73,7 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
 
 
 def _failures(results: Sequence[Mapping[str, Any] | Failure]) -> list[dict[str, Any]]:
-    """The reasons why runs have no result, each with its seeds."""
+    """Return the reasons of runs without a result, each with its seeds."""
     seeds: dict[Failure, list[int]] = {}
     for seed, result in enumerate(results):
         if isinstance(result, Failure):

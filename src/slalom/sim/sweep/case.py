@@ -1,4 +1,4 @@
-"""One run of a sweep, and all that its result depends on."""
+"""One run of a sweep, and everything that its result depends on."""
 
 import hashlib
 import json
@@ -22,16 +22,15 @@ from slalom.sim.scenario import Scenario
 from slalom.sim.sweep.case_file import case_of, is_cases
 
 ABOVE: Final = ("__main__.py", "cli", "paper", "view")
-"""What stands above `sim` in the layers: no run uses it, so an edit there leaves results as they are."""
+"""Layers above `sim`. No run uses them, so an edit there changes no result."""
 
 Content = dict[str, Any]
 
 
 def sources_digest(root: Path = Path(__file__).parents[2]) -> str:
-    """SHA-256 of the code and data of the package in the folder `root`, without what no run uses.
+    """Return the SHA-256 of code and data of the package in the folder `root`, without the layers ABOVE.
 
-    The version alone would not do: whoever edits the code would be given results of the code before. It takes some
-    milliseconds, once in a process.
+    The version alone would return old results after an edit. It takes some milliseconds, once per process.
     """
     found = hashlib.sha256()
     for folder, inner, names in os.walk(root):
@@ -45,19 +44,18 @@ def sources_digest(root: Path = Path(__file__).parents[2]) -> str:
 
 
 SOURCES: Final = sources_digest()
-"""Of the code that this process has imported: taken at once, not when it is asked for."""
+"""Digest of the code that this process has imported, computed at import."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A run that can be asked for in any process.
+    """A run that any process can make.
 
     Attributes:
-        scenario: a name of the gallery, or the absolute path of a file, perhaps of test cases. settings, method, seed:
-            see `run_one`.
-        content: all that the result depends on, JSON-ready: scenario and method with their parameters, seed, versions,
-            digests of the sources and of files. A gallery's parameters are those asked for and the defaults of the
-            others.
+        scenario: a name of the gallery, or the absolute path of a scenario file or of a file of test cases. settings,
+            method, seed: see `run_one`.
+        content: everything that the result depends on, JSON-ready: scenario and method with their parameters, seed,
+            versions, digests of the sources and of files. Parameters of the gallery include the defaults.
     """
 
     scenario: str
@@ -73,19 +71,19 @@ class Case:
 
 
 class Failure(NamedTuple):
-    """Why there is no result of a run: it was refused, or `killed` the process that it was in."""
+    """The reason of a run without a result: it was refused, or its process was `killed`."""
 
     reason: str
     killed: bool = False
 
 
 def canonical(content: Any) -> str:
-    """JSON that is the same text for the same content."""
+    """Return JSON, the same text for the same content."""
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def load(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """The scenario of a gallery name or, for a name that ends in .yaml or .yml, of a file.
+    """Return the scenario of a gallery name or, for a name that ends in .yaml or .yml, of a file.
 
     Raises:
         InvalidInput: an unknown name or setting. InvalidFile: mistakes in the file.
@@ -98,7 +96,7 @@ def load(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 
 
 
 def drawn(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """What a study runs by that name with a seed: as `load`, and of a file of test cases the case of that number.
+    """Return the scenario of a study with a seed: as `load`, or the case of that number of a file of test cases.
 
     Raises:
         InvalidInput: as `load`; no such case. InvalidFile: mistakes in the file.
@@ -109,14 +107,12 @@ def drawn(name: str, settings: Mapping[str, float] | None = None, *, seed: int =
 
 
 def is_file(name: str) -> bool:
-    """Whether the name of a scenario is that of a file."""
+    """Return whether a scenario is named by a file."""
     return name.endswith((".yaml", ".yml"))
 
 
 def measured(scenario: Scenario, method: str, seed: int) -> dict[str, Any]:
-    """The summary of one run and the extra time of each robot, without what depends on the clock; as JSON gives it
-    back.
-    """
+    """Return the summary of one run and the extra time of each robot, as JSON reads it back; without decision times."""
     recording = simulate(scenario, contender(method), seed=seed)
     row = summary(recording)
     del row["decision_us"]
@@ -126,15 +122,15 @@ def measured(scenario: Scenario, method: str, seed: int) -> dict[str, Any]:
 
 
 def run_one(name: str, settings: Mapping[str, float], method: str, seed: int) -> dict[str, Any]:
-    """The summary of one run, see `measured`."""
+    """Return the summary of one run, see `measured`."""
     return measured(drawn(name, settings, seed=seed), method, seed)
 
 
 def run_case(case: Case) -> dict[str, Any] | Failure:
-    """The summary of the run, or why the scenario cannot be made or run with that seed and method.
+    """Return the summary of the run, or the reason why the scenario cannot be built or run with seed and method.
 
     Raises:
-        InvalidFile: the sources, or files of the scenario, are no longer those of the case.
+        InvalidFile: the sources or files of the scenario differ from those of the case.
     """
     if case.content["sources"] != SOURCES:
         raise InvalidFile(
@@ -155,7 +151,7 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
 
 @cache
 def _read(name: str, digests: tuple[str, ...]) -> Scenario:
-    """A scenario file of which the files have these digests, once in a process."""
+    """Return a scenario whose files have these digests, read once per process."""
     scenario = read_scenario(name)
     _refuse_others(name, digests)
     return scenario
@@ -163,26 +159,26 @@ def _read(name: str, digests: tuple[str, ...]) -> Scenario:
 
 @cache
 def _read_cases(name: str, digests: tuple[str, ...]) -> list[cadrl.Case]:
-    """The cases of a file that has this digest, once in a process."""
+    """Return the cases of a file with this digest, read once per process."""
     cases = cadrl.read_cases(name)
     _refuse_others(name, digests)
     return cases
 
 
 def _refuse_others(name: str, digests: tuple[str, ...]) -> None:
-    """Raises InvalidFile if a file of a scenario, or of cases, is no longer what it was."""
+    """Raise InvalidFile if a file of a scenario, or of cases, has changed."""
     if digests_of(name) != list(digests):
         raise InvalidFile([f"{name}: expected the files that the sweep began with, found others"])
 
 
 def digests_of(name: str) -> list[str]:
-    """SHA-256 of a file of cases, or of a scenario file and of the files that it names."""
+    """Return the SHA-256 of a file of cases, or of a scenario file and of the files that it names."""
     paths = [Path(name)] if is_cases(name) else files_of(Path(name))
     return [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
 
 
 def scenario_content(name: str, settings: Mapping[str, float], scenario: Scenario) -> Content:
-    """What a result depends on of a `scenario` that was loaded by that name and with those settings."""
+    """Return what a result depends on of a `scenario` that was loaded by that name with those settings."""
     if is_file(name) or is_cases(name):
         return {"name": scenario.name, "settings": dict(settings), "files": digests_of(name)}
     return {"name": name, "parameters": dict(scenario.parameters)}
@@ -213,6 +209,6 @@ def _values(value: Any) -> Any:
 
 
 def versions(methods: Iterable[Method | Peer] = ()) -> dict[str, str]:
-    """Of slalom, of the packages that calculate, and of those that these methods run in."""
+    """Return the versions of slalom, of the computing packages, and of the packages of these methods."""
     packages = ["slalom", "numpy", "numba", "shapely", *(m.package for m in methods if isinstance(m, Peer))]
     return {name: version(name) for name in dict.fromkeys(packages)}

@@ -1,4 +1,4 @@
-"""Files of test cases, of which a study runs one with each seed."""
+"""Files of test cases; a study runs one case per seed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,15 +11,15 @@ from slalom.sim.scenario import SETTINGS, Scenario
 
 
 def is_cases(name: str) -> bool:
-    """Whether the name of a scenario is that of a file of test cases (`io.cadrl`)."""
+    """Return whether a scenario is named by a file of test cases (`io.cadrl`)."""
     return name.endswith(".csv")
 
 
 def case_of(name: str, cases: Sequence[Case], settings: Mapping[str, float], seed: int) -> Scenario:
-    """The case at that place of a file of cases, 0 the one of the least number; see `crowds.cadrl`.
+    """Return the scenario of a case of a file, by its rank from 0 in the order of case numbers; see `open_space.cadrl`.
 
     Args:
-        settings: of every scenario, and `max_acceleration`.
+        settings: those of every scenario, and `max_acceleration`.
 
     Raises:
         InvalidInput: no such case or setting; robots that overlap at the start.
@@ -30,12 +30,12 @@ def case_of(name: str, cases: Sequence[Case], settings: Mapping[str, float], see
         raise InvalidInput(f"parameter of {Path(name).name}: expected one of {names}; found {unknown[0]!r}")
     if not 0 <= seed < len(cases):
         raise InvalidInput(f"seed: expected 0 to {len(cases) - 1}, the cases of {name}; found {seed}")
-    pushes = {key: value for key, value in settings.items() if key == "max_acceleration"}
-    scenario = cadrl(cases[seed], **pushes).with_settings({k: v for k, v in settings.items() if k not in pushes})
+    limits = {key: value for key, value in settings.items() if key == "max_acceleration"}
+    scenario = cadrl(cases[seed], **limits).with_settings({k: v for k, v in settings.items() if k not in limits})
     return replace(scenario, parameters={**scenario.parameters, **settings})
 
 
 def refuse_more(name: str, cases: Sequence[Case], seeds: int) -> None:
-    """Raises InvalidInput if a study asks for more cases than the file has."""
+    """Raise InvalidInput if a study has more seeds than the file has cases."""
     if seeds > len(cases):
         raise InvalidInput(f"seeds: expected at most {len(cases)}, the cases of {name}; found {seeds}")

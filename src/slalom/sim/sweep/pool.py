@@ -1,4 +1,4 @@
-"""Many independent pieces of work in processes, any of which may be killed."""
+"""Independent work items in processes, any of which may be killed."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -18,23 +18,23 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 KILLS: Final = 3
-"""[1] How often the process may be killed that an item is worked on in; the last time nothing else is at work."""
+"""[1] Kills after which an item fails; at the last attempt it is the only item in progress."""
 
 
 @contextmanager
 def working_with(backend: str | None) -> Iterator[None]:
-    """What joblib works with inside; None for what it is set to already.
+    """Set the backend of joblib within the context; None leaves the present one.
 
-    Of dask, the client that this process has, or a new one, which goes by dask's own settings (DASK_SCHEDULER_ADDRESS;
-    without them, a cluster on this machine). Ray goes by its own settings too (RAY_ADDRESS).
+    dask uses the client of this process, or a new one by dask's own settings (DASK_SCHEDULER_ADDRESS; by default a
+    cluster on this machine). ray uses its own settings too (RAY_ADDRESS).
 
     Raises:
-        InvalidInput: joblib knows no such backend, or it is not installed; or it is multiprocessing, which waits for
-            ever for a process that was killed.
+        InvalidInput: a backend that joblib does not know or that is not installed; or multiprocessing, which waits for
+            ever for a killed process.
     """
     with ExitStack() as stack:
         if backend == "multiprocessing":
-            raise InvalidInput("backend: expected one that notices when a process is killed, found 'multiprocessing'")
+            raise InvalidInput("backend: expected one that reports killed processes, found 'multiprocessing'")
         try:
             if backend == "ray":
                 from ray.util.joblib import register_ray
@@ -53,7 +53,7 @@ def working_with(backend: str | None) -> Iterator[None]:
 
 
 def _dask() -> AbstractContextManager[Any]:
-    """A client for as long as it is needed, or the one that is there."""
+    """Return the client of this process, or a new one that is closed with the context."""
     from distributed import Client, get_client
 
     try:
@@ -70,21 +70,20 @@ def map_surviving_kills(
     jobs: int,
     recall: Callable[[Iterable[Item]], Mapping[str, Result]],
 ) -> Iterator[tuple[str, Result | Failure]]:
-    """The name of every item and what `work` makes of it, in the order in which they are finished.
+    """Yield the name and the result of every item, in the order in which they finish.
 
-    When a process is killed, loky gives up all of them. What `recall` knows of the items that were not returned is
-    taken, and the others are begun again in new processes. An item that was being worked on in two such cases is
-    left for the end, when it has the processes for itself; if one is killed again, the item is a `Failure`. So are all
-    that are left if, KILLS times in succession, a process is killed before anything was finished.
+    When a process is killed, loky ends all others. `recall` returns the stored results of unfinished items, and the
+    rest starts again in new processes. An item in progress at KILLS - 1 kills runs alone at the end; if its process is
+    killed again, the item is a `Failure`. All remaining items fail after KILLS kills in succession without a finished item.
     """
     left, kills, barren = dict(items), Counter[str](), 0
     with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         while left:
-            # Of their own each time: a process that is about to end may still make one.
+            # A new folder for each attempt: a process that is about to end may still write a mark.
             marks = Path(mkdtemp(dir=folder)) if isinstance(get_active_backend()[0], BACKENDS["loky"]) else None
             together = {key: left[key] for key in left if kills[key] < KILLS - 1}
             turn = together or dict([next(iter(left.items()))])
-            before, broken = len(left), False
+            count, broken = len(left), False
             try:
                 for key, result in _results(work, turn, jobs, marks):
                     del left[key]
@@ -95,7 +94,7 @@ def map_surviving_kills(
                 for key, result in recall([left[key] for key in turn if key in left]).items():
                     del left[key]
                     yield key, result
-                barren = 0 if len(left) < before else barren + bool(together)
+                barren = 0 if len(left) < count else barren + bool(together)
                 for key in _taken(marks) if together else turn:
                     kills[key] += 1
                     if kills[key] == KILLS and left.pop(key, None) is not None:
@@ -115,7 +114,7 @@ def _results(
 
 
 def _marked(work: Callable[[Item], Result], marks: Path | None, key: str, item: Item) -> tuple[str, Result]:
-    """Work with a file that says so: the files that are there when processes have been killed say at what they were."""
+    """Work on an item while a mark file exists: the files left after a kill name the items in progress."""
     if marks is None:
         return key, work(item)
     mark = marks / key
@@ -127,5 +126,5 @@ def _marked(work: Callable[[Item], Result], marks: Path | None, key: str, item: 
 
 
 def _taken(marks: Path | None) -> list[str]:
-    """The items that were being worked on."""
+    """Return the items in progress."""
     return sorted(mark.name for mark in marks.iterdir()) if marks is not None else []

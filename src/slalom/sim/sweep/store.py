@@ -46,7 +46,7 @@ class Store:
         try:
             Path(folder).mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InvalidInput(f"store: expected a folder that is there or can be made, found {error}") from None
+            raise InvalidInput(f"store: expected a folder that exists or can be made, found {error}") from None
         return cls(Path(folder).resolve())
 
     def path(self, case: Case) -> Path:
@@ -153,7 +153,7 @@ def _refuse_another(case: Case, former: _Former, result: Result) -> None:
             names = [name for name in names if name != "digest"]
         if not names:
             return
-        found = ", ".join(f"{name} {result.get(name)!r} and {former.row.get(name)!r}" for name in names)
+        found = ", ".join(f"{name} {result.get(name)!r} now, in the store {former.row.get(name)!r}" for name in names)
     raise InvalidFile(
         [
             f"{former.path}: expected the result that the present code gives for {case.scenario} with {case.method} "

@@ -1,4 +1,4 @@
-"""Scenarios x methods x seeds -> one table."""
+"""Comparison of methods over scenarios and seeds in one table."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -28,15 +28,15 @@ from slalom.sim.sweep.pool import map_surviving_kills, working_with
 from slalom.sim.sweep.store import Result, Store
 
 METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
-"""Compared if nothing else is said."""
+"""Methods of a row that names none."""
 SEEDS: Final = 100
-"""[1] Of each scenario and method if nothing else is said."""
+"""[1] Seeds of a row that gives no number."""
 
 
 class Row(NamedTuple):
-    """A scenario with settings, and the methods that are compared in it on seeds 0, 1, ...
+    """A scenario with settings, and the methods to compare on seeds 0, 1, ...
 
-    Of a file of test cases, seeds are the first so many cases.
+    For a file of test cases, the seeds are the first cases.
     """
 
     scenario: str
@@ -58,16 +58,16 @@ def compare(
     progress: Callable[[int, int], None] | None = None,
     note: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
-    """Every method on the same `seeds` scenarios (seeds 0, 1, ...), see `compare_all`.
+    """Compare methods on the same `seeds` scenarios (seeds 0, 1, ...), see `compare_all`.
 
     Returns:
         {"scenario", "seeds", "settings", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived",
         "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance", "outcomes", "failures"}}}:
-        counts, of which a successful run is one in which all arrived and nobody collided; means over the runs for
-        adjustments and efficacy and, over those in which all arrived, time until the last did [s]; of all robots that
-        arrived the 50th, 75th and 90th percentile of the extra time [s]; the least clearance [m] of all; for the
-        counts and the time "..._interval", between which the share of runs and the mean lie with 95 % confidence; and
-        for runs that have no result the reasons, each with its seeds. What there is not is None.
+        counts of runs, where a successful run has all robots arrived and no collision; means over the runs of
+        adjustments and efficacy; the mean time of the last arrival [s] over runs in which all arrived; the 50th, 75th
+        and 90th percentile of the extra time [s] of all robots that arrived; the least clearance [m] of all runs.
+        "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
+        reasons of runs without a result, each with its seeds. A value without data is None.
     """
     row = Row(name, settings or {}, methods, seeds)
     return compare_all([row], jobs=jobs, backend=backend, store=store, adopt=adopt, progress=progress, note=note)[0]
@@ -83,20 +83,21 @@ def compare_all(
     progress: Callable[[int, int], None] | None = None,
     note: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
-    """What `compare` gives for each of the rows; the same to the bit for any `jobs` and `backend`, and interrupted or
-    not.
+    """Return the table of `compare` for each row: the same to the bit for any `jobs` and `backend`, interrupted or not.
 
-    With a `store`, a folder that is made if need be, every run is kept there as soon as it is finished, and a run that
-    is there already is not made again: see `Store`. A scenario that a method cannot run (some take discs only), and a
-    run whose process is killed again and again, see `pool.survive`, is a failure in the row, not the end. `progress`
-    is called with the number of runs that there are and that there will be.
+    A scenario that a method cannot run (some take discs only) is a failure in the row. So is a run whose process is
+    killed repeatedly, see `pool.map_surviving_kills`.
 
     Args:
-        jobs: processes; -1 for one per core. backend: what joblib works with, see `pool.working_with`.
+        jobs: processes; -1 for one per core. backend: of joblib, see `pool.working_with`.
+        store: folder, made if it does not exist. Every finished run is stored there, and no stored run is made again,
+            see `Store`. adopt: take over runs of former code from it first, see `Store.adopt`.
+        progress: called with the number of finished runs and of all. note: called with a sentence on adopted runs.
 
     Raises:
-        InvalidInput: an unknown scenario, setting, method or backend, or a value that does not fit. InvalidFile:
-            mistakes in a scenario file; a damaged file in the store. Both before anything is run.
+        InvalidInput: an unknown scenario, setting, method or backend, or a value out of range. InvalidFile: mistakes
+            in a scenario file; a damaged file in the store; former runs with other results. All but the last are
+            raised before any run.
     """
     if adopt and store is None:
         raise InvalidInput("adopt: expected a store with runs of former code, found no store")
@@ -104,7 +105,7 @@ def compare_all(
         least = min((row.seeds for row in rows), default=1)
         raise InvalidInput(f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {least} and {jobs}")
     plan = [cases_of(row) for row in rows]
-    # By seeds first, so that the work ahead is like the work behind: joblib makes batches by how long runs took.
+    # Seeds first: joblib sizes batches by the durations of the last runs, which are then like the next ones.
     cases = {case.key: case for case in sorted(chain.from_iterable(plan), key=lambda case: case.seed)}
     with working_with(backend):
         kept = Store.at(store) if store is not None else None
@@ -125,7 +126,7 @@ def compare_all(
 
 
 def cases_of(row: Row) -> list[Case]:
-    """The runs of a row: all seeds of its first method, then those of the next. Everything is checked."""
+    """Return the runs of a row: all seeds of its first method, then those of the next. Raises InvalidInput."""
     if not row.methods:
         raise InvalidInput(f"methods: expected at least one of {', '.join(CONTENDERS)}; found none")
     settings = {name: number(value, name) for name, value in row.settings.items()}
@@ -134,22 +135,22 @@ def cases_of(row: Row) -> list[Case]:
     if is_cases(row.scenario):
         refuse_more(row.scenario, read_cases(row.scenario), row.seeds)
     a_file = is_file(row.scenario) or is_cases(row.scenario)
-    where = str(Path(row.scenario).resolve()) if a_file else row.scenario
-    about = scenario_content(row.scenario, settings, scenario)
+    name = str(Path(row.scenario).resolve()) if a_file else row.scenario
+    content = scenario_content(row.scenario, settings, scenario)
     for method in contenders.values():
         if isinstance(method, Method):
-            # What a navigator refuses is a mistake in the settings, whatever happens in the run.
+            # Settings that a navigator refuses are a mistake, also where no run would reach them.
             scenario.navigator(method)
-    made = []
-    for name, method in contenders.items():
+    cases = []
+    for called, method in contenders.items():
         shared = {
-            "scenario": about,
+            "scenario": content,
             "method": method_content(method),
             "sources": SOURCES,
             "versions": versions([method]),
         }
-        made += [Case(where, settings, name, seed, {**shared, "seed": seed}) for seed in range(row.seeds)]
-    return made
+        cases += [Case(name, settings, called, seed, {**shared, "seed": seed}) for seed in range(row.seeds)]
+    return cases
 
 
 def _finished(store: Store | None, cases: Mapping[str, Case], jobs: int) -> Iterator[tuple[str, Result]]:
@@ -163,7 +164,7 @@ def _run_and_keep(store: Store, jobs: int, cases: Sequence[Case]) -> dict[str, R
 
 
 def _kept(store: Store | None, case: Case) -> Result:
-    """The result of a run, which is in the store as soon as it is known, and before it is handed on."""
+    """Return the result of a run, after it has been stored."""
     result = run_case(case)
     if store is not None and not isinstance(result, Failure):
         store.write(case, result)
@@ -175,7 +176,7 @@ def _recalled(store: Store | None, cases: Iterable[Case]) -> dict[str, Result]:
 
 
 def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
-    """What `compare` gives, from the results of the row's cases."""
+    """Return the table of `compare` from the results of the cases of the row."""
     parts = [results[first : first + row.seeds] for first in range(0, len(results), row.seeds)]
     return {
         "scenario": row.scenario,
@@ -186,7 +187,7 @@ def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
 
 
 def flat(tables: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """One row for each scenario and method of what `compare_all` gives."""
+    """Return one row for each scenario and method of the tables of `compare_all`."""
     return [
         {**{name: value for name, value in table.items() if name != "methods"}, "method": method, **row}
         for table in tables

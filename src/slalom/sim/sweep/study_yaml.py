@@ -1,4 +1,4 @@
-"""Study files: YAML that lists scenarios with their settings and methods, to be compared with one command."""
+"""Reader of study files: YAML with scenarios, settings and methods for one comparison."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -19,9 +19,10 @@ from slalom.sim.sweep.study import METHODS, SEEDS, Row
 
 
 class ScenarioRowSpec(Model):
-    """A scenario, by a name of the gallery or a file, with settings; methods and seeds of its own.
+    """A scenario by a name of the gallery or a file, with settings; perhaps methods and seeds of its own.
 
-    A .yaml file is beside the study; a .csv file, of test cases, there or in the folder of data.
+    The path of a .yaml file is relative to the study, that of a .csv file of test cases to the study or the data
+    folder.
     """
 
     scenario: str
@@ -31,7 +32,7 @@ class ScenarioRowSpec(Model):
 
 
 class StudySpec(Model):
-    """A study file; methods and seeds are those of the scenarios that name none."""
+    """A study file. Its methods and seeds apply to scenarios that give none."""
 
     title: str = ""
     text: str = ""
@@ -41,9 +42,9 @@ class StudySpec(Model):
 
 
 class Study(NamedTuple):
-    """What a study file says: its title and text for the page, and its rows.
+    """The content of a study file: title and text for the page, and rows.
 
-    Left out are rows whose file of test cases is not there, which is named as in the study.
+    `left_out` has the rows whose file of test cases does not exist, by its name in the study.
     """
 
     title: str
@@ -53,25 +54,25 @@ class Study(NamedTuple):
 
     @property
     def missing(self) -> list[str]:
-        """The files of test cases that are not there, each once."""
+        """The missing files of test cases, each once."""
         return list(dict.fromkeys(row.scenario for row in self.left_out))
 
 
 def is_study(name: str) -> bool:
-    """Whether a name is that of a YAML file that lists `scenarios`. Raises InvalidFile if it is not YAML."""
+    """Return whether a name is that of a YAML file with `scenarios`. Raises InvalidFile if it is not YAML."""
     content = compose(Path(name))[1] if is_file(name) else None
     return isinstance(content, dict) and "scenarios" in content
 
 
 def read_study(path: Path | str, data: Path | str | None = None) -> Study:
-    """The study of a YAML file.
+    """Return the study of a YAML file.
 
     Args:
-        data: the folder of the files of test cases; by default that of the study.
+        data: folder of the files of test cases; by default that of the study.
 
     Raises:
-        InvalidFile: with one `file:line:column: expected, found` for every mistake; an unknown scenario, setting or
-            method is one too. InvalidInput: there is no such folder of data.
+        InvalidFile: one line `file:line:column: KEY: expected ..., found ...` for each mistake; an unknown scenario,
+            setting or method is one too. InvalidInput: no such folder of data.
     """
     path = Path(path)
     cases = path.parent if data is None else Path(data)
@@ -108,17 +109,17 @@ def named(
     only: Sequence[str] | None = None,
     data: Path | str | None = None,
 ) -> Study:
-    """The studies and scenarios of those names as one study; title and text are those of a study that is alone.
+    """Return the studies and scenarios of these names as one study; a single study keeps its title and text.
 
-    Settings are added to those of every row, methods and seeds stand in for theirs.
+    Settings are added to those of every row; methods and seeds replace those of every row.
 
     Args:
-        only: leave out all rows but those of these scenarios; a file of test cases by its name alone.
+        only: scenarios whose rows are kept; a file of test cases by its name without the folder.
         data: see `read_study`.
 
     Raises:
-        InvalidInput: nothing is named, or no file of test cases is there of a study of nothing else; `only` names a
-            scenario that no row has; no such folder of data. InvalidFile: mistakes in a study.
+        InvalidInput: no names, or no row with an existing file; a scenario in `only` that no row has; no such folder of
+            data. InvalidFile: mistakes in a study.
     """
     studies = [read_study(name, data) if is_study(name) else Study("", "", [Row(name)]) for name in names]
     if data is not None and not any(is_study(name) for name in names):
@@ -129,7 +130,7 @@ def named(
     for name in only or ():
         known(name, "only", list(dict.fromkeys(_called(row) for row in every)))
 
-    def asked(rows: Iterable[Row]) -> list[Row]:
+    def changed(rows: Iterable[Row]) -> list[Row]:
         return [
             Row(
                 row.scenario,
@@ -141,8 +142,8 @@ def named(
             if not only or _called(row) in only
         ]
 
-    rows = asked(row for study in studies for row in study.rows)
-    left_out = asked(row for study in studies for row in study.left_out)
+    rows = changed(row for study in studies for row in study.rows)
+    left_out = changed(row for study in studies for row in study.left_out)
     title, text = (studies[0].title, studies[0].text) if len(studies) == 1 else ("", "")
     study = Study(title, text, rows, tuple(left_out))
     if not rows:
@@ -152,12 +153,12 @@ def named(
 
 
 def _called(row: Row) -> str:
-    """What `only` calls the scenario of a row."""
+    """Return the name of the scenario of a row in `only`."""
     return Path(row.scenario).name if is_cases(row.scenario) else row.scenario
 
 
 def _unfit(path: Path, root: Node | None, k: int, row: Row) -> list[str]:
-    """What is wrong with the scenario of a row, with its settings or with how many cases it asks for."""
+    """Return the mistakes in the scenario of a row, in its settings and in its number of cases."""
     try:
         drawn(row.scenario, row.settings)
         if is_cases(row.scenario):
@@ -173,7 +174,7 @@ def _unfit(path: Path, root: Node | None, k: int, row: Row) -> list[str]:
 
 
 def _unknown(path: Path, root: Node | None, place: Place, names: Sequence[str]) -> list[str]:
-    """The methods among the names that there are not. Whether their packages are installed is asked when they run."""
+    """Return a mistake for each unknown method. Missing packages are reported when the methods run."""
     mistakes = []
     for k, name in enumerate(names):
         try:
