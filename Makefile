@@ -2,11 +2,13 @@
 PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
+DRAWS ?= first
+PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all golden lint bench clean
+.PHONY: demo test test-all test-paper golden ci lint bench clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -34,11 +36,20 @@ lint: .venv/test.stamp
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# The first draws of every law. DRAWS=commit adds slow tests and the quarter of the other draws that is this commit's turn.
 test: lint
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+	$(PYTEST) -m "not paper" --draws $(DRAWS)
 
 test-all: lint
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(PYTEST) --draws all
+
+test-paper: .venv/test.stamp
+	$(PYTEST) -m paper
+
+# What continuous integration runs. Golden runs come first: they compile the kernels that the tests share.
+ci: demo golden
+	$(MAKE) test DRAWS=commit
+	$(MAKE) test-paper
 
 # Digests of runs, choices and boundaries, compared with those of tools/golden.json: a change of form changes none.
 golden: .venv/test.stamp

@@ -1,7 +1,10 @@
 """Settings and fixtures of all tests."""
 
+import os
+
 import numpy as np
 import pytest
+from draws import quarters, runs
 from hypothesis import HealthCheck, Phase, settings
 from parts import PERIOD, disc_or_ball
 
@@ -21,6 +24,30 @@ settings.register_profile(
     "long", deadline=None, max_examples=500, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
 settings.load_profile("slalom")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the choice of draws, which the environment may set."""
+    parser.addoption(
+        "--draws",
+        default=os.environ.get("SLALOM_DRAWS", "all"),
+        help="first: the first draws of each law; 0 to 3: those, slow tests and a quarter of the others; "
+        "commit: the quarter of this commit; all (default)",
+    )
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    """Name the draws of this run."""
+    selected = quarters(config.getoption("draws"))
+    return f"draws: first{'' if selected is None else f', slow, quarters {sorted(selected)}'}"
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Deselect the draws of other commits."""
+    selected = quarters(config.getoption("draws"))
+    kept = [item for item in items if runs(item, selected)]
+    config.hook.pytest_deselected(items=[item for item in items if not runs(item, selected)])
+    items[:] = kept
 
 
 @pytest.fixture(scope="session", autouse=True)

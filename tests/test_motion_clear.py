@@ -1,9 +1,10 @@
-"""What is found free without a choice (`kernels.direct`) is free, and the choice would have been the same."""
+"""Controls that are found clear without an exact choice are clear, and the exact choice is the same."""
 
 import numpy as np
 import pytest
+from draws import draws
+from fleets import FLEETS, started
 from hypothesis import given, strategies as st
-from test_windows import CREWS, started
 
 from slalom import kernels
 from slalom.kernels.decision.encounters import limits_of, obstacle_pieces, relative_motion, state_on_path
@@ -28,7 +29,7 @@ def test_the_bound_of_one_piece_is_that_of_many(control):
 
 
 def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, np.ndarray, np.ndarray]:
-    """Three bodies of two pieces each, and a table of two courses of three pieces."""
+    """Three bodies of two pieces each, and a table of two paths of three pieces."""
     times = np.repeat([[[-rng.uniform(0.1, 2.0), 2.0], [2.0, 8.0]]], 3, axis=0).reshape(6, 2)
     places = rng.uniform(-6.0, 6.0, (6, 4, d)) + np.repeat(rng.uniform(-3.0, 3.0, (3, 1, d)), 2, axis=0)
     body, partner = np.repeat(np.arange(3), 2), rng.random(3) < 0.5
@@ -43,8 +44,8 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, np.ndarray,
 
 
 @pytest.mark.parametrize("d", [2, 3])
-def test_what_passes_keeps_away(d):
-    """From each body at all times, on the course that counts for it; what is not met is not looked at."""
+def test_clear_motions_keep_the_distance(d):
+    """From each body at all times, on the path that counts for it; bodies that cannot be met are not tested."""
     rng, passed = np.random.default_rng(3), 0
     place, speed, now, horizon = np.zeros(3), np.zeros(3), 5.0, 6.0
     for _ in range(400):
@@ -63,9 +64,10 @@ def test_what_passes_keeps_away(d):
     assert 100 < passed < 380
 
 
-@pytest.mark.parametrize(("name", "scenario", "settings"), CREWS)
-def test_what_is_chosen_directly_is_the_exact_choice(name, scenario, settings):
-    """To the bit; and most choices that turn out to be of the preferred control are found so."""
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "scenario", "settings"), draws(FLEETS, 2))
+def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, settings):
+    """To the bit; and most exact choices of the preferred control are found without a choice."""
     crew, rng = started(name, scenario, settings), np.random.default_rng(2)
     some, terms = crew.looked
     fleet, answers, world, d = crew.fleet, crew.answers, crew._world(0.0), crew.scenario.dimension
