@@ -8,7 +8,7 @@ PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundari
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all test-paper golden ci lint bench clean
+.PHONY: demo test test-all test-paper kernels golden ci lint bench clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -36,18 +36,22 @@ lint: .venv/test.stamp
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# Kernels are compiled once, before the workers of the tests begin, which would each compile them.
+kernels: .venv/test.stamp
+	@$(BIN)/python tools/compile_kernels.py
+
 # The first draws of every law. DRAWS=commit adds slow tests and the quarter of the other draws that is this commit's turn.
-test: lint
+test: lint kernels
 	$(PYTEST) -m "not paper" --draws $(DRAWS)
 
-test-all: lint
+test-all: lint kernels
 	$(PYTEST) --draws all
 
-test-paper: .venv/test.stamp
+test-paper: kernels
 	$(PYTEST) -m paper
 
-# What continuous integration runs. Golden runs come first: they compile the kernels that the tests share.
-ci: demo golden
+# What continuous integration runs.
+ci: demo kernels golden
 	$(MAKE) test DRAWS=commit
 	$(MAKE) test-paper
 

@@ -2,13 +2,9 @@
 
 import os
 
-import numpy as np
 import pytest
 from draws import quarters, runs
 from hypothesis import HealthCheck, Phase, settings
-from parts import PERIOD, disc_or_ball
-
-from slalom import Circular, Obstacle, State, Velocity, admissible_ball, control_obstacle, select
 
 # Reproducible and quick by default. `--hypothesis-profile=long` looks harder, with new examples every time, and
 # shrinks what it finds.
@@ -48,15 +44,3 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     kept = [item for item in items if runs(item, selected)]
     config.hook.pytest_deselected(items=[item for item in items if not runs(item, selected)])
     items[:] = kept
-
-
-@pytest.fixture(scope="session", autouse=True)
-def warm_kernels() -> None:
-    """Compile (or load) every kernel once, so that no test pays for it."""
-    for d in (2, 3):
-        center, start = np.zeros(d), State(np.full(d, 4.0), np.zeros(d))
-        obstacle = Obstacle(disc_or_ball(1.0, d), Circular(center, 2.0, 1.0))
-        blocked = control_obstacle(Velocity(PERIOD), start, [obstacle], disc_or_ball(0.5, d), horizon=5.0)
-        blocked.clearance(center)
-        blocked.time_to_collision(center)
-        select(np.full(d, -1.0), admissible_ball(center, 3.0), blocked)

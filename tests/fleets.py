@@ -3,6 +3,8 @@
 import pytest
 
 from slalom import METHODS
+from slalom.kernels.arrays import Indices
+from slalom.kernels.decision.tables import DecisionTables
 from slalom.sim import gallery
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
@@ -13,9 +15,9 @@ class Watched(FleetDecider):
     """A decider of a fleet that keeps the arguments of its last decision."""
 
     def _turns(self, due, terms):
-        for some, usual in super()._turns(due, terms):
-            self.looked = some, usual
-            yield some, usual
+        for some, settings in super()._turns(due, terms):
+            self.last = some, DecisionTables(self.fleet, self._world(0.0), self.answers, settings)
+            yield some, settings
 
 
 FLEETS = [
@@ -25,8 +27,8 @@ FLEETS = [
 ]
 
 
-def started(name, scenario, settings):
-    """A fleet on the move, with the robots at the positions of its last decision."""
+def last_decision(name: str, scenario: str, settings: dict[str, float]) -> tuple[Indices, DecisionTables]:
+    """The robots and the tables of the eighth decision of a fleet."""
     built = gallery.build(scenario, settings, seed=5)
     guidance = Guidance(RobotStates(built))
     fleet = Watched(METHODS[name].among_robots(), guidance, threads=1)
@@ -37,4 +39,4 @@ def started(name, scenario, settings):
         fleet.decide(range(len(built.robots)), now)
         if step < 7:
             guidance.states.integrate(fleet.accelerations(now, built.dt), built.dt)
-    return fleet
+    return fleet.last

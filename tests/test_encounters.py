@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from slalom.sim.run.among import margin_among
 
 from slalom import METHODS, Disc, Goal, HalfSpace, Limits, State, Stationary
 from slalom.sim import Robot, Scenario, gallery, simulate
+from slalom.sim.run.deciders import margin_among
 
 SHARED = METHODS["nao_shared"]
 FLEETS = {

@@ -255,9 +255,7 @@ def test_what_comes_later_is_not_seen(d: int, name: str) -> None:
     ],
     ids=lambda x: type(x).__name__,
 )
-def test_only_one_forecast_includes_obstacles_that_appear_later(
-    forecast: slalom.Forecast, includes_future: bool
-) -> None:
+def test_one_forecast_includes_obstacles_that_appear_later(forecast: slalom.Forecast, includes_future: bool) -> None:
     assert forecast.includes_future is includes_future
     here = Obstacle(Disc(1.0), Sampled([0.0, 9.0], [(5.0, 0.0), (6.0, 1.0)]), "here")
     later = Obstacle(Disc(1.0), Sampled([2.0, 9.0], [(7.0, 0.0), (6.0, 1.0)]), "later")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 from draws import draws
-from galleries import FLEETS, NAMES, WITH_PYRVO, nudged
+from galleries import FLEETS, NAMES, WITH_PYRVO, gallery_run, nudged
 
 import slalom
 from slalom.sim import gallery, metrics, simulate
@@ -18,7 +18,7 @@ from slalom.sim.shape_distance import clearances
 def test_nao_crosses_every_scenario_without_a_collision(name):
     scenario = gallery.build(name)
     method = "nao_shared" if len(scenario.robots) > 1 else "nao"
-    result = metrics.summary(simulate(scenario, slalom.method(method)))
+    result = metrics.summary(gallery_run(name, method))
     assert result["arrived"] == len(scenario.robots)
     assert result["collisions"] == 0
 

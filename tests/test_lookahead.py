@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from draws import draws
-from galleries import FLEETS, WITH_PYRVO
+from galleries import FLEETS, WITH_PYRVO, gallery_run
 from hypothesis import given, strategies as st
 from journeys import Decided, Journey, driven, journey, least_gap, motion_of, steps_of
 from motion import drive
@@ -411,12 +411,6 @@ ALONE = [
 ]
 
 
-@cache
-def run(name: str, method_name: str, seed: int) -> Recording:
-    """A run of a scenario of the gallery."""
-    return simulate(build(name, seed=seed), method(method_name), seed=seed)
-
-
 def clear(recording: Recording, margin: float) -> bool:
     """Whether the margin was kept all the way, by code that shares nothing with the deciding kernels."""
     return all(closest.clearance >= margin - COMMITTED_SLACK - METRIC for closest in closest_approaches(recording))
@@ -432,11 +426,11 @@ def test_scenarios_of_one_robot_are_known() -> None:
 @pytest.mark.parametrize("name", ALONE)
 def test_it_crosses_every_scenario_and_keeps_the_margin(name: str) -> None:
     """Where it decides by itself from begin to end."""
-    recording = run(name, "nao_ahead", 0)
+    recording = gallery_run(name, "nao_ahead", 0)
     assert np.isfinite(recording.arrived[0])
     assert clear(recording, build(name).margin)
     assert {outcome for row in recording.outcomes for outcome in row} <= {"CLEAR", "CONSTRAINED", "KEPT", "BEGUN"}
-    assert recording.arrived[0] <= run(name, "nao", 0).arrived[0] + 1.0
+    assert recording.arrived[0] <= gallery_run(name, "nao", 0).arrived[0] + 1.0
 
 
 SEEDS = 12
@@ -450,7 +444,7 @@ def test_it_is_not_later_than_without_looking_ahead(name: str) -> None:
 
     (Without looking ahead a robot chooses among all controls; where that is all it takes it may be a decision sooner.)
     """
-    both = [[run(name, method_name, seed) for seed in range(SEEDS)] for method_name in ("nao", "nao_ahead")]
+    both = [[gallery_run(name, method_name, seed) for seed in range(SEEDS)] for method_name in ("nao", "nao_ahead")]
     plain, ahead = (np.array([recording.arrived[0] for recording in row]) for row in both)
     assert np.all(np.isfinite(ahead))
     assert all(clear(recording, 0.05) for recording in both[1])
