@@ -2,11 +2,13 @@
 PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
+DRAWS ?= first
+PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all golden lint bench clean
+.PHONY: demo test test-all test-paper kernels golden ci lint bench clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -34,11 +36,24 @@ lint: .venv/test.stamp
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-test: lint
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+# Kernels are compiled once, before the workers of the tests begin, which would each compile them.
+kernels: .venv/test.stamp
+	@$(BIN)/python tools/compile_kernels.py
 
-test-all: lint
-	$(BIN)/python -m pytest -n $(WORKERS)
+# The first draws of every law. DRAWS=commit adds slow tests and the quarter of the other draws that is this commit's turn.
+test: lint kernels
+	$(PYTEST) -m "not paper" --draws $(DRAWS)
+
+test-all: lint kernels
+	$(PYTEST) --draws all
+
+test-paper: kernels
+	$(PYTEST) -m paper
+
+# What continuous integration runs.
+ci: demo kernels golden
+	$(MAKE) test DRAWS=commit
+	$(MAKE) test-paper
 
 # Digests of runs, choices and boundaries, compared with those of tools/golden.json: a change of form changes none.
 golden: .venv/test.stamp

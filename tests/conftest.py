@@ -1,11 +1,10 @@
 """Settings and fixtures of all tests."""
 
-import numpy as np
-import pytest
-from hypothesis import HealthCheck, Phase, settings
-from parts import PERIOD, disc_or_ball
+import os
 
-from slalom import Circular, Obstacle, State, Velocity, admissible_ball, control_obstacle, select
+import pytest
+from draws import quarters, runs
+from hypothesis import HealthCheck, Phase, settings
 
 # Reproducible and quick by default. `--hypothesis-profile=long` looks harder, with new examples every time, and
 # shrinks what it finds.
@@ -23,13 +22,25 @@ settings.register_profile(
 settings.load_profile("slalom")
 
 
-@pytest.fixture(scope="session", autouse=True)
-def warm_kernels() -> None:
-    """Compile (or load) every kernel once, so that no test pays for it."""
-    for d in (2, 3):
-        center, start = np.zeros(d), State(np.full(d, 4.0), np.zeros(d))
-        obstacle = Obstacle(disc_or_ball(1.0, d), Circular(center, 2.0, 1.0))
-        blocked = control_obstacle(Velocity(PERIOD), start, [obstacle], disc_or_ball(0.5, d), horizon=5.0)
-        blocked.clearance(center)
-        blocked.time_to_collision(center)
-        select(np.full(d, -1.0), admissible_ball(center, 3.0), blocked)
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the choice of draws, which the environment may set."""
+    parser.addoption(
+        "--draws",
+        default=os.environ.get("SLALOM_DRAWS", "all"),
+        help="first: the first draws of each law; 0 to 3: those, slow tests and a quarter of the others; "
+        "commit: the quarter of this commit; all (default)",
+    )
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    """Name the draws of this run."""
+    selected = quarters(config.getoption("draws"))
+    return f"draws: first{'' if selected is None else f', slow, quarters {sorted(selected)}'}"
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Deselect the draws of other commits."""
+    selected = quarters(config.getoption("draws"))
+    kept = [item for item in items if runs(item, selected)]
+    config.hook.pytest_deselected(items=[item for item in items if not runs(item, selected)])
+    items[:] = kept

@@ -36,7 +36,7 @@ from slalom.shape import round_shape
 from slalom.trajectory import TRAJECTORIES
 
 COARSE, FINE = 0.02, 5e-4
-"""[s] Between samples; where somebody is near."""
+"""[s] Between samples; where an obstacle is near."""
 JUMP = 1e-9
 """[s] Before and after a jump, bodies are looked at too."""
 ROUND, SHAPED_ROBOT, UNSURE, WALLED, GATED = 0.4, 0.3, 0.15, 0.2, 0.12
@@ -162,7 +162,7 @@ class Journey:
         return tuple(body.obstacle for body in self.bodies)
 
     def decider(self, **settings: float) -> LookAhead:
-        """Who decides."""
+        """The decider of the journey."""
         method = METHODS["nao_ahead"]
         navigator = Navigator(method, self.robot, self.limits, self.period, 6.0, self.margin)
         return LookAhead(navigator, **{"time_horizon": 25.0, **settings})
@@ -238,7 +238,7 @@ def _wall(rng: np.random.Generator, j: Journey, way: np.ndarray) -> Body:
 
 
 def _body(rng: np.random.Generator, j: Journey, way: np.ndarray, plain: bool) -> Body:
-    """Somebody who is near the straight way at some time."""
+    """An obstacle that is near the straight way at some time."""
     d, span = j.state.dimension, 3.0 * float(np.linalg.norm(way)) / j.limits.max_speed
     size = float(rng.uniform(0.2, 1.5))
     while True:

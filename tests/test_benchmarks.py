@@ -51,7 +51,7 @@ def test_make_bench_runs_every_program_and_the_tests_know_them() -> None:
     assert set(listed) == set(QUICK)
 
 
-@pytest.mark.slow
+@pytest.mark.draw(3)
 @pytest.mark.parametrize("name", AVAILABLE)
 def test_results_hold_what_the_report_needs(results: Path, name: str) -> None:
     result = json.loads((results / f"{name}.json").read_text())
@@ -74,7 +74,7 @@ def test_results_hold_what_the_report_needs(results: Path, name: str) -> None:
         assert one["value"] is not None or not one["met"]
 
 
-@pytest.mark.slow
+@pytest.mark.draw(3)
 def test_slalom_is_never_farther_from_the_preferred_control_than_a_free_sample(results: Path) -> None:
     result = json.loads((results / "sampling.json").read_text())
     for one in result["results"].values():
@@ -82,7 +82,7 @@ def test_slalom_is_never_farther_from_the_preferred_control_than_a_free_sample(r
         assert one["quality"]["worse"] == 0
 
 
-@pytest.mark.slow
+@pytest.mark.draw(3)
 def test_the_page_is_rendered(results: Path, tmp_path: Path) -> None:
     done = called(FOLDER / "report.py", "--results", results, "--docs", tmp_path)
     assert done.returncode == 0, done.stderr

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from draws import draws
 from scenes import scene
 
 from slalom import (
@@ -27,7 +28,7 @@ LEAST = 1e-3  # [1] of the window's area: smaller obstacles are judged as if the
 OFF = 3.0  # [tolerances] from the boundary within which a control may be on the wrong side
 
 QUICK, ALL = 25, 500
-CHUNKS = [pytest.param(k, marks=[pytest.mark.slow] if k else []) for k in range(ALL // QUICK)]
+CHUNKS = draws(range(ALL // QUICK))
 
 
 def regions(blocked, center, radius):

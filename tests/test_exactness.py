@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 from definitions import out_of_bound
+from draws import draws
 from oracle import STAMPS, better_control, motion, polynomial_gap
 from scenes import SHAPES, scene
 
@@ -25,9 +26,7 @@ from slalom import (
 from slalom.response import RESPONSES
 from slalom.shape import SHAPES as SERVED, round_shape
 
-# The first of each dimension belong to `make test`, all to `make test-all`.
-CHUNKS = [pytest.param((2, k), marks=[pytest.mark.slow] if k > 1 else []) for k in range(20)]
-CHUNKS += [pytest.param((3, k), marks=[pytest.mark.slow] if k > 0 else []) for k in range(5)]
+CHUNKS = [*draws((2, k) for k in range(20)), *draws((3, k) for k in range(5))]
 PER_CHUNK = 100
 
 SAFE = -1e-6  # [m] least true clearance of a choice
@@ -124,12 +123,14 @@ def test_admissible_controls_obey_the_limits(chunk):
                 assert excess <= 1e-7, f"out of {bound} by {excess:g}, {u.tolist()}: {s}"
 
 
+@pytest.mark.slow
 def test_the_scenes_have_bounds_of_every_kind():
     for d in (2, 3):
         seen = [type(bound) for number in range(100) for bound in scene(number, d).limits.bounds]
         assert all(seen.count(kind) >= 3 for kind in slalom.bounds.BOUNDS.values() if (d, kind) != (3, ConvexPolygon))
 
 
+@pytest.mark.slow
 def test_the_scenes_are_hard_and_of_every_kind():
     seen = {what: set() for what in ("method", "response", "kind", "shape", "robot", "turning")}
     statuses, all_round = [], 0

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from draws import draws
 
 from slalom import (
     METHODS,
@@ -63,7 +64,7 @@ def drawn(seed: int, count: int = 6, *, moving: bool = False) -> Scenario:
     return Scenario("drawn", tuple(robots), (walls,), duration=12.0, horizon=6.0, holds=(0.5, 1.5))
 
 
-@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(k, marks=pytest.mark.slow) for k in range(4, 30))])
+@pytest.mark.parametrize("seed", draws(range(30), 2))
 def test_shared_manoeuvres_never_collide(seed):
     """The theorem of docs/theory.md, 16, in runs in which its assumptions hold: every clearance, every outcome."""
     run = simulate(drawn(seed, moving=seed % 2 == 1), SHARED, seed=seed)
@@ -75,7 +76,7 @@ def test_shared_manoeuvres_never_collide(seed):
         assert np.linalg.norm(run.velocities[:, k], axis=1).max() <= limits.max_speed * (1 + 1e-7)
 
 
-@pytest.mark.parametrize("robots", [2, 4, pytest.param(10, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("robots", draws([2, 4, 10], 2))
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 def test_robots_change_places_on_a_circle(robots, noise):
     run = simulate(build("circle", {"robots": robots, "noise": noise}, seed=1), SHARED)

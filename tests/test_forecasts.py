@@ -83,7 +83,7 @@ class Seen:
 
 
 @given(data=st.data(), d=dimensions)
-def test_who_drives_on_a_circle_is_foreseen_exactly(data: st.DataObject, d: int) -> None:
+def test_motion_on_a_circle_is_predicted_exactly(data: st.DataObject, d: int) -> None:
     """Either way round, of any size, in any plane, and whenever it is looked at."""
     normal = None if d == 2 else data.draw(directions(3))
     radius, speed = data.draw(numbers(0.3, 40.0)), data.draw(numbers(0.2, 10.0)) * data.draw(st.sampled_from([-1, 1]))
@@ -117,7 +117,7 @@ def test_the_turn_is_that_of_the_acceleration_across_the_velocity(data: st.DataO
 
 
 @given(data=st.data(), d=dimensions)
-def test_who_goes_straight_is_foreseen_to_go_straight(data: st.DataObject, d: int) -> None:
+def test_straight_motion_is_predicted_straight(data: st.DataObject, d: int) -> None:
     """What it accelerates along its velocity is dropped."""
     way, place = data.draw(directions(d)), data.draw(vectors(d, 9.0))
     speed, push, now = data.draw(numbers(0.1, 5.0)), data.draw(numbers(-2.0, 2.0)), data.draw(numbers(-5.0, 5.0))
@@ -127,7 +127,7 @@ def test_who_goes_straight_is_foreseen_to_go_straight(data: st.DataObject, d: in
 
 
 @each_dimension
-def test_who_turns_hardly_or_rests_does_not_turn(d: int) -> None:
+def test_small_turn_rates_and_rest_predict_no_turn(d: int) -> None:
     x, y = np.eye(d)[:2]
     for share, kind in ((0.99, ConstantVelocity), (1.01, Circular)):
         slowly = ConstantAcceleration(0.0 * x, 2.0 * x, share * STRAIGHT * 2.0 * y, 0.0)
@@ -193,7 +193,7 @@ def test_what_is_seen_is_the_past(d: int, track: str, name: str) -> None:
 
 @each_observing
 @each_dimension
-def test_who_has_just_appeared_goes_straight_on(d: int, name: str) -> None:
+def test_an_obstacle_that_has_just_appeared_is_predicted_straight(d: int, name: str) -> None:
     """Its velocity is seen, an acceleration is not."""
     truth = Circular(np.zeros(d), 3.0, 2.0)
     for since in (0.0, 0.04, 0.09):
@@ -239,7 +239,7 @@ def test_what_comes_later_is_not_seen(d: int, name: str) -> None:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Whom they know of.
+# Obstacles that forecasts include.
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_what_comes_later_is_not_seen(d: int, name: str) -> None:
     ],
     ids=lambda x: type(x).__name__,
 )
-def test_only_one_forecast_knows_who_will_appear(forecast: slalom.Forecast, includes_future: bool) -> None:
+def test_one_forecast_includes_obstacles_that_appear_later(forecast: slalom.Forecast, includes_future: bool) -> None:
     assert forecast.includes_future is includes_future
     here = Obstacle(Disc(1.0), Sampled([0.0, 9.0], [(5.0, 0.0), (6.0, 1.0)]), "here")
     later = Obstacle(Disc(1.0), Sampled([2.0, 9.0], [(7.0, 0.0), (6.0, 1.0)]), "later")
@@ -267,7 +267,7 @@ def test_only_one_forecast_knows_who_will_appear(forecast: slalom.Forecast, incl
 
 
 @each_dimension
-def test_the_futures_of_those_who_are_there_are_their_futures(d: int) -> None:
+def test_futures_of_present_obstacles_are_their_own(d: int) -> None:
     for track in TRAJECTORIES.values():
         obstacle = Obstacle(slalom.shape.round_shape(1.0, d), track(d))
         for forecast in (Known(), Present()):

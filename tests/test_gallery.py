@@ -5,7 +5,8 @@ import inspect
 import numpy as np
 import pytest
 import shapely
-from galleries import FLEETS, NAMES, WITH_PYRVO, nudged
+from draws import draws
+from galleries import FLEETS, NAMES, WITH_PYRVO, gallery_run, nudged
 
 import slalom
 from slalom.sim import gallery, metrics, simulate
@@ -17,14 +18,14 @@ from slalom.sim.shape_distance import clearances
 def test_nao_crosses_every_scenario_without_a_collision(name):
     scenario = gallery.build(name)
     method = "nao_shared" if len(scenario.robots) > 1 else "nao"
-    result = metrics.summary(simulate(scenario, slalom.method(method)))
+    result = metrics.summary(gallery_run(name, method))
     assert result["arrived"] == len(scenario.robots)
     assert result["collisions"] == 0
 
 
 @pytest.mark.parametrize("name", FLEETS)
 def test_fleets_set_off_without_a_collision(name):
-    """Well-posed: whoever starts clear of everybody and of the walls stays so, and comes nearer to its goal."""
+    """Well-posed: robots that start clear of each other and of walls stay clear and come nearer to their goals."""
     scenario = gallery.build(name, {"robots": 6.0, "duration": 2.0}, seed=1)
     run = simulate(scenario, slalom.METHODS["nao_shared"], seed=1)
     assert metrics.summary(run)["collisions"] == 0
@@ -58,7 +59,7 @@ def test_the_seed_is_all_that_is_drawn_with(name):
 
 
 def content(scenario):
-    """Where everybody is and wants to, over the first seconds, to the bit."""
+    """Positions and goals of all robots and obstacles over the first seconds, to the bit."""
     times = scenario.start + np.linspace(0.0, 5.0, 7)
     robots = [
         (robot.state.position.tobytes(), robot.state.velocity.tobytes(), robot.goal.position(times).tobytes())
@@ -89,7 +90,7 @@ def apart(places):
 @pytest.mark.parametrize("settings", [{}, {"robots": 13.0}, {"robot_radius": 0.05}, "nudged"], ids=str)
 @pytest.mark.parametrize("name", FLEETS)
 @pytest.mark.parametrize("seed", range(3))
-def test_nobody_starts_or_stops_on_somebody_or_in_a_wall(name, seed, settings):
+def test_starts_and_goals_overlap_no_robot_and_no_wall(name, seed, settings):
     """And there is a way: start and goal are in the same part of what the walls leave free."""
     scenario = gallery.build(name, nudged(name) if settings == "nudged" else settings, seed=seed)
     radius = scenario.robot.shape.radius
@@ -122,7 +123,7 @@ def test_robots_are_as_they_were_asked_for(name):
 
 
 @pytest.mark.parametrize(("name", "radius"), [("circle", 20.0), ("circle_random", 20.0), ("ring", 25.0)])
-def test_robots_of_a_circle_want_to_the_opposite_side(name, radius):
+def test_goals_on_a_circle_are_opposite_to_the_starts(name, radius):
     for wanted in (radius, 31.0):
         starts, goals = starts_and_goals(gallery.build(name, {"radius": wanted, "robots": 8.0}, seed=2))
         assert np.allclose(np.linalg.norm(goals, axis=1), wanted)
@@ -194,7 +195,7 @@ def test_robots_go_through_the_doorway(both):
     for x in (-8.0, 8.0):
         room = np.array([[0.5 * x, 0.0]])
         assert clearances(walls, slalom.Disc(4.0), np.zeros(1), room)[0] == pytest.approx(0.0, abs=0.051)
-    # Nobody stands in front of it.
+    # No robot stands in front of it.
     assert np.all(np.abs(np.concatenate([starts, goals])[:, 0]) >= 1.1 + 0.3)
 
 
@@ -240,7 +241,7 @@ def test_cars_of_the_roundabout_keep_their_distance(seed):
         assert np.diff([*phases, phases[0] + 2 * np.pi]).min() * lane >= 4.5 - 1e-9
 
 
-@pytest.mark.parametrize("seed", [7, *(pytest.param(k, marks=pytest.mark.slow) for k in range(20) if k != 7)])
+@pytest.mark.parametrize("seed", draws([7, *(k for k in range(20) if k != 7)]))
 def test_a_robot_merges_into_a_gap_and_leaves_at_its_exit(seed):
     """Between the same two cars all the way, in the lane, from the entry on the left to the exit on the right."""
     scenario = gallery.build("merging", seed=seed)
@@ -311,7 +312,7 @@ def test_people_of_crowdnav_walk_past_each_other(people):
 
 
 @WITH_PYRVO
-@pytest.mark.slow
+@pytest.mark.draw(0)
 def test_orca_among_these_people_does_as_published():
     """The published row of ORCA: 43 % success, 57 % collisions, 10.86 s; collisions and times as counted there."""
     ends = [crossing_by_orca(case) for case in range(500)]
@@ -322,7 +323,7 @@ def test_orca_among_these_people_does_as_published():
 
 
 def crossing_by_orca(case):
-    """How and when ORCA's robot ends, whom nobody sees; as in CrowdNav, with the people's velocities of before."""
+    """How and when ORCA's robot, unobserved by the people, ends; as in CrowdNav, with their former velocities."""
     from pyrvo import RVOSimulator
 
     walks = crowdnav.walk(crowdnav.people(5, case), 97)
@@ -372,9 +373,9 @@ def test_recorded_cars_are_the_recording():
     assert np.allclose(cars[0].trajectory.position(0.0), (-41.938, 11.278))
 
 
-@pytest.mark.parametrize("chunk", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 25))])
+@pytest.mark.parametrize("chunk", draws(range(25)))
 def test_the_corridor_is_crossed_without_a_collision(chunk):
-    """Among walls, a doorway and six people who do not give way: a hundred seeds, four at a time."""
+    """Among walls, a doorway and six people that do not give way: a hundred seeds, four at a time."""
     for seed in range(4 * chunk, 4 * chunk + 4):
         row = metrics.summary(simulate(gallery.build("corridor", seed=seed), slalom.METHODS["nao"], seed=seed))
         assert row["collisions"] == 0, row

@@ -1,7 +1,8 @@
-"""Where robots that share the plane head for: ways around what rests, rings around meetings, giving way."""
+"""Targets of robots that share the plane: paths around obstacles at rest, traffic circles, priority inheritance."""
 
 import numpy as np
 import pytest
+from draws import draws
 
 from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
 from slalom.kernels.guidance.grid_astar import (
@@ -33,7 +34,7 @@ def fleet(places, goals, *, walls=None) -> Scenario:
     return Scenario("fleet", robots, obstacles, duration=40.0, holds=(0.5, 1.0, 2.0))
 
 
-class TestWays:
+class TestPaths:
     @pytest.mark.parametrize("seed", range(5))
     def test_lengths_are_those_of_all_pairs(self, seed):
         """Against Bellman and Ford on the same 16 moves."""
@@ -103,8 +104,8 @@ class TestWays:
         assert np.all(np.isfinite(run.arrived))
 
 
-class TestRings:
-    def test_all_of_a_circle_go_around_its_middle_on_the_same_side(self):
+class TestTrafficCircles:
+    def test_robots_of_a_circle_pass_its_middle_on_the_same_side(self):
         scenario = build("circle", {"robots": 12, "noise": 0.0})
         guidance = Guidance(RobotStates(scenario))
         guide = guidance.guide
@@ -120,7 +121,7 @@ class TestRings:
         assert np.all(2.0 * np.pi * guide.circle[:, 2] > 12 * 3.0)
         assert not guide.stop.any()
 
-    def test_who_is_not_guided_heads_straight_for_its_goal(self):
+    def test_without_guidance_targets_are_the_goals(self):
         """At every step of a run in which guided robots go around each other; 0.0 and 1.0 are what `--set` gives."""
         for guided, straight in ((0.0, True), (1.0, False)):
             guidance = Guidance(RobotStates(build("circle", {"robots": 4, "guided": guided})))
@@ -134,30 +135,30 @@ class TestRings:
                 guidance.states.integrate(np.zeros((4, 3)), 0.1)
             assert all(found) == straight
 
-    def test_nobody_met_nobody_gone_around(self):
+    def test_without_encounters_targets_are_the_goals(self):
         guidance = Guidance(RobotStates(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)])))
         guidance.guide.velocity[:, 0] = 1.5
         update_targets(np.arange(2), guidance.guide)
         assert np.array_equal(guidance.guide.target, guidance.guide.goal)
 
-    def test_a_ring_beside_the_way_is_left(self):
+    def test_a_traffic_circle_beside_the_way_is_not_entered(self):
         guide = Guidance(RobotStates(fleet([(0.0, 0.0)], [(9.0, 0.0)]))).guide
         place = np.zeros(3)
         assert tangent_target(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), place)
         assert place[1] < 0.0
-        # The line to it touches the ring: its middle is one radius away.
+        # The line to it touches the circle: its middle is one radius away.
         assert abs(5.0 * place[1]) == pytest.approx(np.linalg.norm(place))
         for ring in ([5.0, 2.0, 1.0, 2.0], [-3.0, 0.0, 1.0, 2.0], [8.8, 0.0, 1.0, 2.0]):
             assert not tangent_target(0, guide, np.array(ring), place)
 
-    def test_meetings_elsewhere_are_not_of_the_ring(self):
+    def test_encounters_elsewhere_do_not_enlarge_the_circle(self):
         found, ring = np.array([(1.0, 0.0, 0.0, 0.5), (2.0, 0.5, 0.0, 0.5), (3.0, 30.0, 0.0, 0.5)]), np.zeros(4)
         circle_around(0.5, found, 3, ring)
         assert ring[3] == 2
         assert ring[0] == pytest.approx(0.25)
 
 
-class TestGivingWay:
+class TestPriorityInheritance:
     def test_a_robot_at_its_goal_in_a_passage_lets_another_through(self):
         """A passage one robot wide, in which the first has arrived."""
         walls = np.array([(-1, 0.6), (4, 0.6), (4, 3), (9, 3), (9, -3), (4, -3), (4, -0.6), (-1, -0.6)], float)
@@ -165,7 +166,7 @@ class TestGivingWay:
         run = simulate(fleet(places, goals, walls=walls), METHODS["nao_shared"])
         assert np.isfinite(run.arrived[1])
 
-    def test_who_waits_longest_is_let_through_first(self):
+    def test_the_robot_that_has_waited_longest_goes_first(self):
         robots = fleet([(0.0, 0.0), (0.9, 0.0), (1.8, 0.0)], [(9.0, 0.0), (-9.0, 0.0), (1.8, 0.0)])
         guidance = Guidance(RobotStates(robots))
         guide = guidance.guide
@@ -177,14 +178,14 @@ class TestGivingWay:
         assert np.array_equal(guide.target[0], guide.waypoint[0])
 
     @pytest.mark.parametrize("waited", [0.9 * REQUEST_BESIDE_AFTER, REQUEST_BESIDE_AFTER])
-    def test_who_has_waited_long_asks_those_beside_it_too(self, waited):
+    def test_after_a_long_wait_robots_beside_it_yield_too(self, waited):
         guidance = Guidance(RobotStates(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)])))
         guide = guidance.guide
         guide.waiting_time[0] = waited
         guidance.update(0.0, 0.1)
         assert (guide.yielding[1, 2] > 0.0) == (waited >= REQUEST_BESIDE_AFTER)
 
-    @pytest.mark.parametrize("seed", [5, pytest.param(114, marks=pytest.mark.slow)])
+    @pytest.mark.parametrize("seed", draws([5, 114]))
     def test_an_arch_before_a_door_does_not_last(self, seed):
         """Two robots at the jambs and one between them, none of them ahead of another, held up the rest for good."""
         run = simulate(build("doorway", {}, seed=seed), METHODS["nao_shared"])
@@ -192,7 +193,7 @@ class TestGivingWay:
 
 
 @pytest.mark.parametrize("name", ["corridor_swap", "crossing_streams", "doorway"])
-@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 5))])
+@pytest.mark.parametrize("seed", draws(range(5)))
 def test_all_arrive(name, seed):
     """Twenty robots, shared manoeuvres."""
     run = simulate(build(name, {}, seed=seed), METHODS["nao_shared"])

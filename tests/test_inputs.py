@@ -18,7 +18,6 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from slalom.sim.files.schema_shapes import Shaped
 
 import slalom
 from slalom import (
@@ -92,7 +91,7 @@ from slalom.io.formats import read_recording, write_recording
 from slalom.io.recorded import Agent, Tracks
 from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
-from slalom.sim.files.schema import GoalSpec
+from slalom.sim.files.schema import GoalSpec, Shaped
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import path_length

@@ -12,6 +12,7 @@ import mpmath
 import numpy as np
 import pytest
 from definitions import out_of_bound
+from draws import draws_of
 from hulls import Pair, turned
 from hypothesis import assume, given, strategies as st
 from parts import (
@@ -73,8 +74,12 @@ SLACK = 1e-5
 
 ROUNDING = 1e-9
 
+FIRST = ("velocity", "lagged_velocity_quick", "stop", "jerk")
 each_response = pytest.mark.parametrize("response", RESPONSES.values(), ids=RESPONSES)
+drawn_response = pytest.mark.parametrize("response", draws_of(RESPONSES, *FIRST))
+"""For laws of everything but the response: a velocity, an acceleration, a braking and a motion that is not cubic."""
 each_limits = pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS)
+drawn_limits = pytest.mark.parametrize("limits", draws_of(LIMITS, "walker", "one_way", "bounds_vehicle"))
 each_track = pytest.mark.parametrize("track", (TRAJECTORIES | MANOEUVRES).values(), ids=TRAJECTORIES | MANOEUVRES)
 each_dimension = pytest.mark.parametrize("d", [2, 3])
 
@@ -271,7 +276,7 @@ def test_simulated_steps_follow_the_prediction(response: Response, data: st.Data
         np.testing.assert_allclose(speed, manoeuvre.velocity(now), atol=1e-10)
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_continuation_is_the_rest_of_the_manoeuvre(response: Response, data: st.DataObject) -> None:
     """Whatever the control, the clearance of a continuation is that of the manoeuvre from then on."""
@@ -447,7 +452,7 @@ def telling_controls(blocked: ControlObstacle, drawn: np.ndarray) -> np.ndarray:
     return every[np.linalg.norm(every, axis=1) < 40.0]
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_control_is_in_an_element_exactly_if_it_meets_the_obstacle_then(
     response: Response, data: st.DataObject
@@ -469,7 +474,7 @@ def test_control_is_in_an_element_exactly_if_it_meets_the_obstacle_then(
             assert gain * depth == pytest.approx(gaps_along(blocked, owner, u, np.array([t]))[0], abs=1e-9)
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_clearance_is_the_least_distance(response: Response, data: st.DataObject) -> None:
     """Never above the true minimum by more than CLEARANCE, below it by at most CERTIFIED."""
@@ -493,7 +498,7 @@ def least_rounding(blocked: ControlObstacle) -> float:
     return min(of_obstacles) + min(part.radius for part in blocked.robot.parts) + blocked.margin
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_contains_clearance_and_time_to_collision_agree(response: Response, data: st.DataObject) -> None:
     """contains(u) = (clearance(u) < 0) = (time_to_collision(u) < inf), which is the first contact."""
@@ -515,7 +520,7 @@ def test_contains_clearance_and_time_to_collision_agree(response: Response, data
         np.testing.assert_allclose(blocked.clearances(tried)[:, index], alone.clearance(tried), atol=ROUNDING)
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_overlap_now_means_every_control_collides(response: Response, data: st.DataObject) -> None:
     scene = data.draw(scenes())
@@ -541,7 +546,7 @@ def test_overlap_now_means_every_control_collides(response: Response, data: st.D
 # Monotonicity
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_nothing_added_frees_a_control(response: Response, data: st.DataObject) -> None:
     """A longer horizon, a larger radius or margin, one more obstacle: clearance never grows."""
@@ -642,7 +647,7 @@ def moved_scene(scene: Scene, turn: np.ndarray, shift: np.ndarray) -> Scene:
     )
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_turned_mirrored_and_shifted_world_has_the_turned_answers(response: Response, data: st.DataObject) -> None:
     scene = data.draw(scenes())
@@ -668,7 +673,7 @@ def in_other_units(response: Response, time: float) -> Response:
     return replace(response, **{name: v / time if name == "rate" else v * time for name, v in values.items()})
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_change_of_units_changes_nothing(response: Response, data: st.DataObject) -> None:
     """Lengths in other units and times in other units: the same collisions and the same choice."""
@@ -707,7 +712,7 @@ def test_change_of_units_changes_nothing(response: Response, data: st.DataObject
 
 @given(data=st.data())
 def test_only_relative_velocity_matters_to_velocity_obstacles(data: st.DataObject) -> None:
-    """Galilean shift: everybody faster by the same velocity, seen from a frame that moves with it.
+    """Galilean shift: all bodies faster by the same velocity, seen from a frame that moves with it.
 
     Not of bodies that face along their motion: which way that is depends on the frame. They keep a heading here.
     """
@@ -942,7 +947,7 @@ def draw_problem(data: st.DataObject, response: Response, most: int = 3):
     return scene, box(response, scene.state, limits, scene.horizon), scene.controls[0], scene.blocked(response)
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_choice_is_admissible_safe_and_nearest(response: Response, data: st.DataObject) -> None:
     """Against brute force: the choice collides with nothing, and no safe admissible control is nearer."""
@@ -966,7 +971,7 @@ def test_choice_is_admissible_safe_and_nearest(response: Response, data: st.Data
             assert blocked.clearance(tried).max() < CONTACT + CERTIFIED
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_toward_is_the_nearest_point_of_the_smallest_ball(response: Response, data: st.DataObject) -> None:
     """And what is in that ball is its own."""
@@ -981,7 +986,7 @@ def test_toward_is_the_nearest_point_of_the_smallest_ball(response: Response, da
     assert np.array_equal(admissible.toward(inside), inside)
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_order_of_obstacles_does_not_matter(response: Response, data: st.DataObject) -> None:
     scene, admissible, preferred, _ = draw_problem(data, response, most=4)
@@ -993,7 +998,7 @@ def test_order_of_obstacles_does_not_matter(response: Response, data: st.DataObj
     )
 
 
-@each_response
+@drawn_response
 @given(data=st.data())
 def test_one_more_obstacle_never_brings_the_choice_nearer(response: Response, data: st.DataObject) -> None:
     scene, admissible, preferred, blocked = draw_problem(data, response)
@@ -1046,7 +1051,7 @@ def test_clearest_choice_keeps_its_margin_which_is_the_largest(data: st.DataObje
     assert 0.0 <= kept <= enough
     assert admissible.contains(choice.control)
     assert brute_clearance(blocked, choice.control) >= kept
-    # No margin beyond the present gap can be kept by anybody.
+    # No control keeps a margin beyond the present gap.
     assert kept >= min(enough, best) - accuracy - CONTACT - CERTIFIED
     nearest = select(preferred, admissible, scene.blocked(response, margin=scene.margin + kept))
     assert nearest.distance == pytest.approx(choice.distance, abs=1e-12)
@@ -1085,8 +1090,8 @@ def extreme_controls(response: Response, state: State, admissible, horizon: floa
     return [u for u in found if u is not None]
 
 
-@each_limits
-@each_response
+@drawn_limits
+@drawn_response
 @given(data=st.data())
 def test_admissible_controls_obey_the_limits_all_along(response: Response, limits, data: st.DataObject) -> None:
     """Speed and acceleration of the whole predicted motion stay below the limits."""
@@ -1150,7 +1155,7 @@ def shedding_time(response: Response) -> float:
 
 
 @pytest.mark.parametrize("name", ENROLLED_METHODS)
-@each_limits
+@drawn_limits
 @given(data=st.data())
 def test_every_response_of_a_method_has_an_admissible_control(name: str, limits, data: st.DataObject) -> None:
     """In any state within the limits, so that "no safe control" never means "no control"."""

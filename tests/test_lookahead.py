@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from galleries import FLEETS, WITH_PYRVO
+from draws import draws
+from galleries import FLEETS, WITH_PYRVO, gallery_run
 from hypothesis import given, strategies as st
 from journeys import Decided, Journey, driven, journey, least_gap, motion_of, steps_of
 from motion import drive
@@ -237,8 +238,8 @@ def without_tree(step: Decided) -> Decided:
     return step._replace(decision=replace(step.decision, search=replace(search, tree=tree), better=None))
 
 
-quick = pytest.mark.parametrize("first", range(0, 10 * BATCH, BATCH))
-many = pytest.mark.parametrize("first", range(1000, 1000 + 40 * BATCH, BATCH))
+quick = pytest.mark.parametrize("first", draws(range(0, 10 * BATCH, BATCH), 3))
+many = pytest.mark.parametrize("first", draws(range(1000, 1000 + 40 * BATCH, BATCH), 0))
 
 
 @quick
@@ -255,7 +256,6 @@ def test_plans_arrive_when_they_say(d: int, first: int) -> None:
 
 @many
 @each_dimension
-@pytest.mark.slow
 def test_many_plans_keep_clear_obey_the_limits_and_arrive_when_they_say(d: int, first: int) -> None:
     for k in range(first, first + BATCH):
         j = journey(k, d)
@@ -270,6 +270,7 @@ def test_every_step_is_decided(seed: int) -> None:
     assert [f"{j}: {fault}" for fault in faults(j, tuple(driven(j, 12)))] == []
 
 
+@pytest.mark.draw(0)
 def test_these_journeys_tell_something() -> None:
     """Every outcome of a search, every kind of motion, shape and heading; and arrivals among obstacles."""
     runs = [pair for d in (2, 3) for first in range(0, 10 * BATCH, BATCH) for pair in batch(first, d, 6)]
@@ -410,12 +411,6 @@ ALONE = [
 ]
 
 
-@cache
-def run(name: str, method_name: str, seed: int) -> Recording:
-    """A run of a scenario of the gallery."""
-    return simulate(build(name, seed=seed), method(method_name), seed=seed)
-
-
 def clear(recording: Recording, margin: float) -> bool:
     """Whether the margin was kept all the way, by code that shares nothing with the deciding kernels."""
     return all(closest.clearance >= margin - COMMITTED_SLACK - METRIC for closest in closest_approaches(recording))
@@ -431,24 +426,25 @@ def test_scenarios_of_one_robot_are_known() -> None:
 @pytest.mark.parametrize("name", ALONE)
 def test_it_crosses_every_scenario_and_keeps_the_margin(name: str) -> None:
     """Where it decides by itself from begin to end."""
-    recording = run(name, "nao_ahead", 0)
+    recording = gallery_run(name, "nao_ahead", 0)
     assert np.isfinite(recording.arrived[0])
     assert clear(recording, build(name).margin)
     assert {outcome for row in recording.outcomes for outcome in row} <= {"CLEAR", "CONSTRAINED", "KEPT", "BEGUN"}
-    assert recording.arrived[0] <= run(name, "nao", 0).arrived[0] + 1.0
+    assert recording.arrived[0] <= gallery_run(name, "nao", 0).arrived[0] + 1.0
 
 
 SEEDS = 12
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in ALONE if name not in ("empty", "head_on", "recorded_roundabout")])
+@pytest.mark.parametrize(
+    "name", draws([name for name in ALONE if name not in ("empty", "head_on", "recorded_roundabout")], 0)
+)
 def test_it_is_not_later_than_without_looking_ahead(name: str) -> None:
-    """Over many seeds: everyone arrives, clear of all; on average not later by two decisions, and nobody much later.
+    """Over many seeds every run arrives without overlap; on average not later by two decisions, and none much later.
 
     (Without looking ahead a robot chooses among all controls; where that is all it takes it may be a decision sooner.)
     """
-    both = [[run(name, method_name, seed) for seed in range(SEEDS)] for method_name in ("nao", "nao_ahead")]
+    both = [[gallery_run(name, method_name, seed) for seed in range(SEEDS)] for method_name in ("nao", "nao_ahead")]
     plain, ahead = (np.array([recording.arrived[0] for recording in row]) for row in both)
     assert np.all(np.isfinite(ahead))
     assert all(clear(recording, 0.05) for recording in both[1])
@@ -516,7 +512,7 @@ LONG = 120
 """[1] Steps of a long journey."""
 
 
-@pytest.mark.slow
+@pytest.mark.draw(1)
 def test_more_work_is_not_in_vain() -> None:
     """On average robots that may search longer arrive earlier."""
     little, usual, much = (times_taken(budget).mean() for budget in (20.0, 2000.0, 50_000.0))
@@ -555,7 +551,7 @@ def told(decision: Decision) -> tuple[object, ...]:
 @pytest.mark.parametrize("seconds", [0.3, 1.0, 2.5, 5.0])
 @each_dimension
 def test_nothing_later_than_the_deadline_is_planned(d: int, seconds: float) -> None:
-    """Who cannot arrive until then still decides something."""
+    """A robot that cannot arrive until then still decides."""
     planned, decided = 0, 0
     for seed in range(8):
         j = journey(seed, d)
@@ -614,7 +610,7 @@ def test_a_plan_is_kept_until_one_is_better_by_the_patience(d: int, first: int) 
 
 
 def test_one_table_serves_a_whole_run() -> None:
-    """Also for those who are known of only when they are there."""
+    """Also for obstacles that are known only once they are present."""
     for name in ("nao_ahead", "nao_ahead@present"):
         scenario = build("recorded_roundabout")
         robot, state, decision = scenario.decider(method(name)), scenario.robot.state, None
@@ -629,13 +625,13 @@ def test_one_table_serves_a_whole_run() -> None:
 
 
 def crossing(start: float, reach: float = 1.0) -> Obstacle:
-    """Somebody who appears at a time and stands in the way of the robot soon after."""
+    """An obstacle that appears at a time and stands in the way of the robot soon after."""
     return Obstacle(Disc(reach), Sampled([start, start + 30.0], [(6.0, 0.1), (6.5, 0.0)]), "late")
 
 
 @pytest.mark.parametrize("name", ["nao_ahead", "nao_ahead@present", "nao_ahead@observed"])
-def test_who_appears_later_changes_nothing_before(name: str) -> None:
-    """Unless the recording is known: then the robot makes way before."""
+def test_an_obstacle_that_appears_later_changes_nothing_before(name: str) -> None:
+    """Unless the recording is known: then the robot reacts before."""
     goal, appears = Goal(Stationary((20.0, 0.0)), 0.5), 1.5
     worlds = [[rock()], [rock(), crossing(appears)]]
     runs = [list(decisions(look_ahead(name=name), REST, world, goal, 30)) for world in worlds]
@@ -663,8 +659,8 @@ def decisions(
         state = drive(state, decision.manoeuvre.mean_acceleration(PERIOD * k, PERIOD), PERIOD)
 
 
-@pytest.mark.parametrize("first", range(3000, 3040, 10))
-def test_of_journeys_too_who_appears_later_changes_nothing_before(first: int) -> None:
+@pytest.mark.parametrize("first", draws(range(3000, 3040, 10)))
+def test_on_journeys_an_obstacle_that_appears_later_changes_nothing_before(first: int) -> None:
     """Among many others, in the same bits."""
     for number in range(first, first + 10):
         j = journey(number, 2)
@@ -690,10 +686,10 @@ def both_driven(
 
 
 @pytest.mark.parametrize("foresight", [*FORESIGHTS])
-def test_what_is_observed_is_the_past(foresight: str) -> None:
-    """Change all that comes after now: who only observes decides the same."""
+def test_observations_are_of_the_past(foresight: str) -> None:
+    """A change of all that comes after now leaves decisions from observations the same."""
     goal, differ = Goal(Stationary((15.0, 0.0)), 0.5), 0
-    for seed in range(5):
+    for seed in range(2):
         rng = np.random.default_rng(seed)
         stamps = np.arange(-20, 120) * PERIOD
         worlds: list[list[Obstacle]] = [[], []]
@@ -712,7 +708,7 @@ def test_what_is_observed_is_the_past(foresight: str) -> None:
     assert (differ > 0) == (not foresight.startswith("observed"))
 
 
-def test_who_appears_in_the_way_ends_a_plan() -> None:
+def test_an_obstacle_that_appears_in_the_way_ends_a_plan() -> None:
     """The new one keeps clear of them."""
     goal, late = Goal(Stationary((20.0, 0.0)), 0.5), crossing(1.5)
     found = list(decisions(look_ahead(name="nao_ahead@present"), REST, [late], goal, 30))
@@ -813,10 +809,10 @@ def table_of(j: Journey, *, everybody: bool = True, end: float = 20.0) -> Predic
     )
 
 
-@pytest.mark.parametrize("first", range(0, 40, 10))
+@pytest.mark.parametrize("first", draws(range(0, 40, 10), 2))
 @each_dimension
 def test_the_gap_is_the_least_distance(d: int, first: int) -> None:
-    """To whoever is there, at any place and time that the table is for, its first and last included.
+    """To present obstacles, at any position and time of the table, its first and last included.
 
     Less than that by at most what pieces may be off. What is uncertain grows by straight lines, a chord of which lies
     above its parabola by a eighth of the square of its length.

@@ -177,7 +177,7 @@ def test_continued(d: int) -> None:
 
 @pytest.mark.parametrize("d", PLANES)
 def test_a_committed_manoeuvre_is_given_up_when_it_is_no_longer_safe(d: int) -> None:
-    """A rock that nobody spoke of: what was promised counts for nothing."""
+    """A rock that was not predicted ends a commitment."""
     robot = navigator(d, patience=100.0)
     first = robot.decide(at(d, 4.0), [], goal(d))
     later = first.manoeuvre.advance(PERIOD)
@@ -332,7 +332,7 @@ def test_out_of_a_wall_is_across_it() -> None:
 @pytest.mark.parametrize(
     ("method", "sees"), [("vo", False), ("avo", False), ("ao", False), ("nlvo", True), ("nao", True)]
 )
-def test_who_sees_an_obstacle_that_appears_later(method: str, sees: bool) -> None:
+def test_foresight_of_an_obstacle_that_appears_later(method: str, sees: bool) -> None:
     """Only published trajectories say that something will be there."""
     speed, place = (1.0, 11.0) if method in ("vo", "nlvo") else (4.0, 16.0)
     later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(place, 0.5)] * 2), "later")

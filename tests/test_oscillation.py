@@ -105,7 +105,7 @@ class TestSides:
 
 
 class TestFlips:
-    def test_who_goes_straight_flips_never(self):
+    def test_straight_motion_has_no_flips(self):
         """Past each other with an offset, or through each other."""
         for offset in (0.0, 0.3, -2.0):
             run = meeting(np.zeros(101))
@@ -113,7 +113,7 @@ class TestFlips:
             assert flips_between(run)[0].sum() == 0
             assert bool(flips_between(run)[1].any()) == (offset != 0.0)
 
-    def test_who_weaves_flips_as_one_counts(self):
+    def test_weaving_has_as_many_flips_as_counted_by_hand(self):
         """They would meet after 10.5 s; the first changes its side every second, with 0.5 m/s.
 
         In second s they would miss by (10.5 - s) / 2.06 m on one side or (9.5 - s) / 2.06 m on the other one, more than
@@ -134,7 +134,7 @@ class TestFlips:
             velocities[:, 0, 0] = 1.0
             assert flips_between(drawn(ways, velocities))[0][0, 1] == expected
 
-    def test_where_who_and_from_where_do_not_matter(self, swap):
+    def test_order_position_and_frame_do_not_matter(self, swap):
         flips, steps = flips_between(swap)
         assert np.array_equal(flips, flips.T)
         assert np.array_equal(steps, steps.T)
@@ -180,7 +180,7 @@ class TestHeadings:
         assert heading_variation(replace(run, velocities=0.19 * v)) == 0.0
         assert heading_variation(replace(run, velocities=0.19 * v), moving=0.09) == pytest.approx(9 * np.pi / 3)
 
-    def test_who_stops_and_turns_back_turns_by_half_a_circle(self):
+    def test_a_stop_and_a_way_back_turn_by_half_a_circle(self):
         speed = np.concatenate([np.linspace(1.0, -1.0, 41), np.full(5, -1.0)])
         v = np.zeros((46, 1, 2))
         v[:, 0, 0] = speed

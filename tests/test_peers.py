@@ -35,7 +35,7 @@ from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.tolerances import COLLISION
 
-NOBODY = Discs(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))
+NO_DISCS = Discs(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))
 AVOIDING = [name for name in PEERS if not name.startswith("social_force")]  # to that others are points
 SEEING_WALLS = [name for name in AVOIDING if PEERS[name].walls]
 
@@ -110,7 +110,7 @@ def test_contenders_are_methods_and_peers():
 
 @pytest.mark.parametrize("name", ["orca", "hl"])
 def test_a_package_that_is_not_there_is_named(name, monkeypatch, capsys):
-    """Whoever asks for the peer is told what to install; everything else goes on."""
+    """A use of the peer names the package to install; everything else works."""
     for module in ("pyrvo", "navground", "navground.core"):
         monkeypatch.setitem(sys.modules, module, None)
     message = rf"^method: expected the package {PEERS[name].package}, .*; install it: pip install 'slalom\[peers\]'$"
@@ -219,7 +219,7 @@ WALLS = {
 @pytest.mark.parametrize("name", SEEING_WALLS)
 @pytest.mark.parametrize("wall", WALLS)
 def test_walls_are_not_run_into(name, wall):
-    """On the way to a goal behind them; who has no way round stands before them."""
+    """On the way to a goal behind them; a robot without a way round stops before them."""
     run = simulate(Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS[wall],), duration=15.0), peer(name))
     assert run.positions[-1, 0, 0] > 2.0
     assert metrics.min_clearance(run) >= -1e-4
@@ -232,7 +232,7 @@ def test_walls_that_are_not_seen_are_refused(name):
         simulate(behind, peer(name))
 
 
-@pytest.mark.slow
+@pytest.mark.draw(3)
 def test_the_ring_of_fifty():
     """What others measured of RVO2 with a clamp at 2 m/s^2 and 30 % larger robots: no collision; without them, many."""
     run, bare = (
@@ -283,7 +283,7 @@ def test_an_answer_beyond_the_largest_speed_is_cut():
 
 
 def test_robots_that_pass_their_goals_leave_the_scene():
-    """The first passes its goal in the way of the second, which then sees nobody."""
+    """The first passes its goal in the way of the second, which then has no neighbour."""
     willing, begun = fake()
     scenario = Scenario(
         "passing",
@@ -356,7 +356,7 @@ def test_a_wish_to_stand_is_answered(kind):
     """Told a velocity of 0, HRVO says NaN."""
     pytest.importorskip("navground.core")
     crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, time_horizon=10.0)
-    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2)), NOBODY)
+    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2)), NO_DISCS)
     np.testing.assert_allclose(chosen, 0.0, atol=1e-6)
 
 
@@ -376,7 +376,7 @@ def test_a_robot_alone_gets_its_wish_from_the_first_step_on(kind, angle):
     pytest.importorskip("navground.core")
     crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, time_horizon=10.0)
     wish = 1.5 * np.array([[np.cos(angle), np.sin(angle)]])
-    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), wish, NOBODY)[0]
+    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), wish, NO_DISCS)[0]
     assert chosen @ wish[0] > 0.0
     assert chosen[0] * wish[0, 1] - chosen[1] * wish[0, 0] == pytest.approx(0.0, abs=1e-5)
 

@@ -1,4 +1,4 @@
-"""Work in processes that are killed: what was finished stays, the rest is done, who kills again and again is named."""
+"""Work in processes that are killed: finished results stay, the rest is done, repeated killers are named."""
 
 import sys
 from pathlib import Path
@@ -32,8 +32,9 @@ def test_every_item_is_worked_on_once(count: int, tmp_path: Path) -> None:
     assert all(begun(job) == 1 for job in items.values())
 
 
+@pytest.mark.slow
 def test_a_killed_process_costs_what_it_was_at(tmp_path: Path) -> None:
-    """Whoever else was at work is begun again too, as loky ends all; whatever is kept is not."""
+    """Other items at work are begun again too, as loky ends all processes; kept results are not made again."""
     items = jobs(tmp_path, 12, e=(1, 0.0))
     results = list(map_surviving_kills(kept, items, jobs=2, recall=recalled))
     assert dict(results) == {name: 2 * name for name in items}
@@ -42,8 +43,9 @@ def test_a_killed_process_costs_what_it_was_at(tmp_path: Path) -> None:
     assert sum(begun(job) - 1 for job in items.values()) <= 2
 
 
-def test_who_kills_again_and_again_is_named(tmp_path: Path) -> None:
-    """And nobody else, although the long one was at work each time that the others were together."""
+@pytest.mark.slow
+def test_an_item_that_kills_again_and_again_is_named(tmp_path: Path) -> None:
+    """And no other item, although the long one was at work each time that the others were together."""
     items = jobs(tmp_path, 8, a=(99, 0.2), b=(0, 0.6))
     results = dict(map_surviving_kills(kept, items, jobs=2, recall=recalled))
     failure = results.pop("a")
@@ -54,6 +56,7 @@ def test_who_kills_again_and_again_is_named(tmp_path: Path) -> None:
     assert results == {name: 2 * name for name in items if name != "a"}
 
 
+@pytest.mark.slow
 def test_it_ends_when_everything_kills(tmp_path: Path) -> None:
     items = {name: job._replace(kills=99) for name, job in jobs(tmp_path, 20).items()}
     results = dict(map_surviving_kills(work, items, jobs=2, recall=nothing))

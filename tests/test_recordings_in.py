@@ -38,7 +38,7 @@ PEOPLE = "t,id,x,y\n" + "".join(
     for agent, first, x, y, vx, vy in ((4, 0, 0, 3, 0.2, -1), (5, 10, 3, -6, 0, 1.1), (9, 30, 9, 0.3, -1, 0))
     for k in range(first, 200)
 )
-"""Three who walk straight on until 19.9 s, from 0, 1 and 3 s on."""
+"""Three people that walk straight on until 19.9 s, from 0, 1 and 3 s on."""
 WAY = ("--start=-4,0", "--goal", "8,0")
 
 
@@ -161,7 +161,7 @@ def test_a_run_lasts_as_long_as_the_recording(say: Say) -> None:
 
 @pytest.mark.parametrize("foresight", FORESIGHTS)
 def test_levels_of_foresight(foresight: str, say: Say) -> None:
-    """As the same method says it, in every result; only who knows the future leaves early for who is not there yet."""
+    """As the same method says it, in every result; only a known future changes decisions early."""
     tokens = ["run", "people.csv", *WAY, "--at", 0.5, "--json", "--figure", "run.svg", "--figure-at", 0]
     one = say(*tokens, "--foresight", foresight)
     two = say(*tokens, "--method", f"nao_ahead@{foresight}")
@@ -333,7 +333,7 @@ def test_a_sweep_depends_on_every_file_that_is_read(say: Say, tmp_path: Path) ->
 
 @pytest.mark.parametrize("suffix", FORMAT_OF_SUFFIX)
 def test_a_run_is_written_as_a_recording(suffix: str, say: Say) -> None:
-    """Where the robot and those who were there are at the steps, to the bit; ids are kept."""
+    """Positions of the robot and of the people at the steps, to the bit; ids are kept."""
     tokens = ("run", "people.csv", *WAY, "--at", 1.7, "--without", "5")
     assert say(*tokens, "--out", "run.h5").code == 0
     said = say(*tokens, "--out", f"run{suffix}")
@@ -370,7 +370,7 @@ def test_a_run_can_be_run_again_among(say: Say) -> None:
 
 
 def test_obstacles_of_any_scenario_as_tracks() -> None:
-    """Round ones and rectangles with their sizes; others are left out, with a note; who never was there, without."""
+    """Round ones and rectangles with their sizes; others are left out, with a note; those that never exist, without."""
     robot = Robot(Disc(0.5), Limits(2, 1), State((0, 0), (0, 0)), Goal(Stationary((30, 0)), 0.5))
     obstacles = (
         Obstacle(Disc(1.0), Circular((0, 30), 5.0, 2.0), "car"),

@@ -1,106 +1,50 @@
-"""Robots that decide at the same time decide what they would have one after the other."""
+"""Robots that decide at the same time decide as they would one after the other."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from slalom import METHODS, kernels
-from slalom.sim import gallery, simulate
+from slalom import METHODS, State
+from slalom.sim import Scenario, gallery, simulate
 from slalom.sim.run import rounds
-from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.robot_states import RobotStates
-from slalom.sim.run.rounds import Tables, one_by_one
 from slalom.sim.run.threads import map_in_threads
 
 
-class Looking(FleetDecider):
-    """A crew that keeps what it decides from."""
-
-    def _turns(self, due, terms):
-        for some, usual in super()._turns(due, terms):
-            self.tables = Tables(self.fleet, self._passive(0.0), self.responses, usual)
-            yield some, usual
-
-
-def tables(robots: int, side: float) -> Tables:
-    """What robots at their starts decide from."""
-    built = gallery.build("random_goals", {"robots": robots, "side": side})
-    crew = Looking(METHODS["nao_shared"], Guidance(RobotStates(built)), threads=1)
-    crew.sense(0.0)
-    crew.decide(range(robots), 0.0)
-    return crew.tables
+def fleet(duration: float, overlapping: tuple[int, ...]) -> Scenario:
+    """400 robots on 0.81 km^2, some of which begin in overlap with the next: navigators decide for these."""
+    scenario = gallery.build("random_goals", {"robots": 400, "side": 900.0, "duration": duration})
+    robots = list(scenario.robots)
+    for k in overlapping:
+        state = State(robots[k].state.position + np.array([0.1, 0.0]), robots[k].state.velocity)
+        robots[k + 1] = replace(robots[k + 1], state=state)
+    return replace(scenario, robots=tuple(robots))
 
 
-def near(order, seen, fleet):
-    """Which robots of an order are in neighbouring cells of the survey: all pairs."""
-    cell = np.floor((fleet.position[order, : len(seen.counts)] - seen.low) / seen.width).astype(int)
-    cell = np.clip(cell, 0, seen.counts - 1)
-    return (abs(cell[:, None] - cell[None]) <= 1).all(axis=2)
+@pytest.mark.parametrize(("duration", "overlapping"), [(2.0, ()), (0.1, (222,))], ids=["clear", "overlapping"])
+def test_rounds_have_the_bits_of_one_after_the_other(
+    duration: float, overlapping: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Robots that cannot meet decide in one round, in any number of threads; a round ends at a navigator's decision."""
+    scenario, shared = fleet(duration, overlapping), METHODS["nao_shared"]
+    runs = [simulate(scenario, shared, threads=threads) for threads in (1, 3)]
+    monkeypatch.setattr(rounds, "FEWEST", 10**6)
+    expected = simulate(scenario, shared, threads=1)
+    found = {outcome for row in expected.outcomes for outcome in row}
+    assert ("ESCAPING" in found) == bool(overlapping)
+    for run in runs:
+        assert np.array_equal(run.positions, expected.positions)
+        assert run.outcomes == expected.outcomes
 
 
-@pytest.mark.parametrize(("robots", "side"), [(400, 900.0), (150, 60.0), (30, 10.0)])
-def test_rounds_keep_the_order_of_those_that_could_meet(robots, side):
-    found, order = tables(robots, side), np.random.default_rng(1).permutation(robots)
-    seen = kernels.build_cell_list(order, found.fleet, found.responses, found.settings)
-    turn = kernels.independent_rounds(order, seen, found.fleet)
-    earlier = np.tri(robots, k=-1, dtype=bool)
-    before = np.where(near(order, seen, found.fleet) & earlier, turn[None], -1).max(axis=1)
-    np.testing.assert_array_equal(turn, before + 1)
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("share", [0.0, 0.02, 1.0])
-def test_who_has_to_ask_is_waited_for(share, threads, monkeypatch):
-    """Everybody decides or asks, once, and after all those before it in the order that it could meet."""
-    found, rng, made = tables(400, 900.0), np.random.default_rng(2), []
-    order, lost = rng.permutation(400), rng.random(400) < share
-
-    def decide_all(part, *_):
-        for n, k in enumerate(part):
-            if lost[k]:
-                return n
-            made.append(int(k))
-        return len(part)
-
-    monkeypatch.setattr(kernels, "decide_all", decide_all)
-    asked = one_by_one(order, found, lambda k: made.append(k) or f"asked {k}", threads)
-    assert sorted(made) == list(range(400))
-    assert asked == {k: f"asked {k}" for k in np.flatnonzero(lost).tolist()}
-    seen = kernels.build_cell_list(order, found.fleet, found.responses, found.settings)
-    when = np.argsort(made)[order]
-    earlier = np.tri(400, k=-1, dtype=bool)
-    first, second = np.nonzero(near(order, seen, found.fleet) & earlier)
-    assert np.all(when[first] > when[second])
-
-
-@pytest.mark.parametrize("threads", [1, 2, 3])
-def test_rounds_have_the_bits_of_one_after_the_other(threads, monkeypatch):
-    built = gallery.build("random_goals", {"robots": 400, "side": 900.0, "duration": 4.0})
-    counted = []
-    original = rounds._in_rounds
-
-    def in_rounds(*arguments):
-        counted.append(1)
-        return original(*arguments)
-
-    monkeypatch.setattr(rounds, "_in_rounds", in_rounds)
-    together = simulate(built, METHODS["nao_shared"], threads=threads)
-    assert len(counted) >= 40
-    monkeypatch.setattr(rounds, "ROBOTS_PER_THREAD", 10**6)
-    alone = simulate(built, METHODS["nao_shared"], threads=1)
-    assert np.array_equal(together.positions, alone.positions)
-    assert together.outcomes == alone.outcomes
-
-
-def test_parts_come_back_in_order_and_none_is_left_running():
-    """Whatever happens to the first: the others work on arrays that whoever called owns."""
+def test_results_come_in_order_and_no_thread_is_left_running() -> None:
+    """Also when the first part raises: the other parts work on arrays of the caller."""
     rows, done = np.arange(100), []
     assert map_in_threads(np.sum, rows, 4, 20) == [part.sum() for part in np.array_split(rows, 4)]
     assert map_in_threads(np.sum, rows, 4, 60) == [rows.sum()]
 
-    def work(part):
+    def work(part: np.ndarray) -> None:
         if part[0] == 0:
             raise ArithmeticError
         time.sleep(0.05)

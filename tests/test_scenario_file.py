@@ -517,7 +517,7 @@ TRACKS = "t,id,x,y,radius\n" + "".join(
 
 
 def test_a_window_is_what_is_run(tmp_path: Path) -> None:
-    """It begins and ends the run if nothing else does; whoever is there in it, whole, or is foreseen to come."""
+    """It begins and ends the run if nothing else does; people present in it, whole, or predicted to come."""
     write(tmp_path, TRACKS, "tracks.csv")
     scenario = read_scenario(write(tmp_path, ROBOT + "recording: {file: tracks.csv, window: [12, 40]}\n"))
     assert (scenario.start, scenario.duration, scenario.recorded) == (12.0, 28.0, (12.0, 40.0))
@@ -546,7 +546,7 @@ def test_a_window_changes_nothing_in_it(method: str, tmp_path: Path) -> None:
     assert one.digest() == two.digest()
 
 
-def test_who_of_a_recording(tmp_path: Path) -> None:
+def test_agents_of_a_recording(tmp_path: Path) -> None:
     """Only these, or without those; ids as numbers or as text; the own radius of an agent before the one given."""
     write(tmp_path, TRACKS, "tracks.csv")
 
@@ -649,7 +649,7 @@ def test_runs_that_leave_what_is_recorded(marked: str, expected: str, tmp_path: 
 
 
 def test_a_recording_that_begins_after_the_run(tmp_path: Path) -> None:
-    """A run before anybody is recorded would be one in an empty world."""
+    """A run before the first recorded time would be one in an empty world."""
     write(tmp_path, "t,id,x,y\n7,1,0,9\n9,1,1,9\n", "tracks.csv")
     check(
         tmp_path,

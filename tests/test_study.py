@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from draws import draws
 from galleries import NAMES, nudged
 
 from slalom import METHODS, InvalidFile, InvalidInput, SlalomError
@@ -304,7 +305,8 @@ def test_a_sweep_that_is_interrupted_goes_on(jobs: int, tmp_path: Path) -> None:
     assert len(seen) == 42 - there
 
 
-@pytest.mark.parametrize("stored", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("stored", draws([True, False]))
 def test_killed_processes_do_not_end_a_sweep(stored: bool, tmp_path: Path) -> None:
     """Nor change a bit of it."""
     settings = {"duration": 0.5}

@@ -3,8 +3,8 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.decision.encounters import response_path, state_on_path
 from slalom.kernels.decision.neighbours import smallest_control_ball
+from slalom.kernels.decision.paths import response_path, state_on_path
 from slalom.kernels.decision.tables import (
     DecisionSettings,
     DecisionTables,

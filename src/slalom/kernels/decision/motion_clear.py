@@ -7,8 +7,9 @@ all controls.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices
-from slalom.kernels.decision.encounters import admissible_set, response_path
+from slalom.kernels.decision.encounters import admissible_set
 from slalom.kernels.decision.neighbours import bounding_balls, reachable_neighbours
+from slalom.kernels.decision.paths import response_path
 from slalom.kernels.decision.tables import Controls, DecisionSettings, DecisionTables, ObstaclePieces, Paths, Scratch
 from slalom.kernels.geometry.cubic import below, put_distance, restrict
 from slalom.kernels.jit import kernel

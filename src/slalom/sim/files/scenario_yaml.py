@@ -171,7 +171,7 @@ class _Parts:
         name = self.attempt(("recording", "file"), lambda: spec.format or formats.format_of(file))
         if name is None:
             return None
-        settings = formats.settings_of(name)
+        settings = formats.reader_settings(name)
         unknown = [key for key in given if key not in settings]
         for key in unknown:
             text = f"expected a setting that {name} has ({', '.join(settings) or 'none'}), found {key!r}"

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from draws import draws
 
 from slalom import METHODS, Circular, Disc, Goal, InvalidFile, Limits, Obstacle, Rectangle, State, Stationary
 from slalom.kernels.guidance.periodic_images import is_free
@@ -62,14 +63,14 @@ def test_all_images_within_a_distance_are_found_and_no_other(period):
     ]
     lattice = np.unique(lattice, axis=0)
     for k in range(6):
-        who, by = images_about(k, np.column_stack([places, np.zeros(6)]), far, period)
-        assert who[:6].tolist() == list(range(6))
-        assert (who[6:] != k).all()
+        owners, by = images_about(k, np.column_stack([places, np.zeros(6)]), far, period)
+        assert owners[:6].tolist() == list(range(6))
+        assert (owners[6:] != k).all()
         assert not by[k].any()
         for j in range(6):
             apart = places[j] - places[k]
             near = lattice[np.linalg.norm(apart + lattice, axis=1) <= far[j]]
-            found = by[who == j][:, :2]
+            found = by[owners == j][:, :2]
             assert len(np.unique(np.round(found, 9), axis=0)) == len(found)
             if j != k:
                 told = {tuple(row) for row in np.round(found, 6).tolist()}
@@ -79,7 +80,7 @@ def test_all_images_within_a_distance_are_found_and_no_other(period):
 
 
 def test_neighbours_are_all_that_can_come_nearer():
-    """Both may go up to `far`: with the nearest image in the first cell, nobody outside of the neighbours overtakes."""
+    """Both may go up to `far`: with the nearest image in the first cell, none outside of the neighbours is nearer."""
     for far in (0.0, 1.0, 2.6, 9.0):
         most = np.abs(neighbours((2.0, np.inf), far)).max()
         assert most >= 2.0
@@ -267,8 +268,8 @@ def test_a_scenario_file_says_the_period(tmp_path):
 
 @pytest.mark.parametrize("method", ["nao", "nao_shared"])
 @pytest.mark.parametrize("name", ["navground_cross_torus", "navground_corridor"])
-@pytest.mark.parametrize("duration", [4.0, pytest.param(40.0, marks=pytest.mark.slow)])
-def test_nobody_collides_in_the_experiments_of_navground(name, method, duration):
+@pytest.mark.parametrize("duration", draws([4.0, 40.0]))
+def test_no_collision_in_the_experiments_of_navground(name, method, duration):
     # Robots that only see each other block each other in the corridor with other seeds (docs/fleets.md).
     run = simulate(gallery.build(name, {"duration": duration}, seed=3), METHODS[method], seed=3)
     row = metrics.summary(run)

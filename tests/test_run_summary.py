@@ -59,8 +59,8 @@ def test_metrics_of_what_happened_in_between_are_refused(end: RunSummary) -> Non
         metrics.summary(end)
 
 
-def test_an_end_has_what_it_says(end: RunSummary) -> None:
-    """Everything else that recordings have is refused, what nobody has is an AttributeError, copies are possible."""
+def test_a_summary_has_its_fields_and_no_others(end: RunSummary) -> None:
+    """Other fields of recordings are refused, unknown ones are an AttributeError, copies are possible."""
     both = {field.name for field in fields(Recording)} & {field.name for field in fields(RunSummary)}
     for name in {field.name for field in fields(Recording)} - both | {"save", "digest", "dimension"}:
         with pytest.raises(InvalidInput, match=f"^{name}: expected a recorded run"):

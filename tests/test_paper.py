@@ -37,6 +37,7 @@ from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.tolerances import COLLISION, METRIC
 
+pytestmark = pytest.mark.paper
 DOCS = Path(__file__).parents[1] / "docs"
 START = State((-RIM_RADIUS, 0.0), (5.0, 0.0))
 GOAL = np.array([RIM_RADIUS, 0.0])
@@ -45,7 +46,7 @@ LONE = Obstacle(Disc(1.0), Circular((0.0, 0.0), 12.0, 1e-9, phase=np.pi))
 
 
 def nothing(share: float) -> None:
-    """Progress that nobody looks at."""
+    """Progress without an effect."""
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -154,7 +155,7 @@ def test_the_robot_that_follows_its_lane_is_in_the_ao_only() -> None:
         assert bool(blocked.contains(push)) == inside
 
 
-def test_the_drawn_crossing_is_free_and_the_drawn_exit_hits_nobody() -> None:
+def test_the_drawn_crossing_is_clear_and_the_drawn_exit_hits_no_car() -> None:
     scenario = build("roundabout_crossing", seed=roundabout.CROSSING_SEED)
     chosen = roundabout.one_acceleration(scenario)
     assert claims_crossing.clearances(scenario.obstacles, chosen[None])[0] >= roundabout.DRAWN_CLEARANCE
@@ -228,7 +229,7 @@ def test_hits_are_counted_by_car_in_continuous_time() -> None:
     assert beside == (0, pytest.approx(1.0, abs=1e-3))
 
 
-def test_obstacles_that_are_not_asked_about_matter_not() -> None:
+def test_bounds_rule_out_no_obstacle_that_counts() -> None:
     """Hits and least clearance are those of all obstacles; the bounds hold for each of them."""
     scenario = build("roundabout_crossing", {"speed": 1.5}, seed=3)
     record = run(Rules("ao", 1.0), scenario.obstacles, START, GOAL).recording
@@ -332,7 +333,7 @@ def test_alarms_on_a_road_known_by_hand() -> None:
     }
 
 
-def test_nobody_who_follows_the_lanes_collides() -> None:
+def test_cars_that_follow_their_lanes_do_not_collide() -> None:
     """So that every alarm is a false one."""
     least = claims_road.LANE - claims_road.ROBOT.bounding_radius - claims_road.CAR.bounding_radius
     assert least > 0.0

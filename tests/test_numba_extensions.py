@@ -1,11 +1,9 @@
-"""What the kernels are made of: the queue of candidates, and the ways in which they are compiled."""
+"""Classes that extend numba: parts of kernels, arguments without counts of references, remembered resolutions."""
 
-import heapq
 import operator
 import os
 import subprocess
 import sys
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,53 +11,7 @@ import pytest
 from numba.core import types, typing
 from numba.core.errors import TypingError
 
-from slalom import kernels
-from slalom.kernels import jit as compiled, numba_extensions as fitted
-from slalom.kernels.selection.candidates import new_queue, put, take
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_the_queue_is_that_of_heapq(seed):
-    """Least cost first, of equal costs the one that came first, whatever comes and goes in between."""
-    rng, queue, expected, count = np.random.default_rng(seed), new_queue(), [], 0
-    for _ in range(2000):
-        if rng.random() < 0.6:
-            # Few costs: many are equal.
-            cost, u, where = float(rng.integers(0, 40)), rng.normal(size=3), rng.integers(-1, 50, 3)
-            queue, count = put(queue, cost, u, *where), count + 1
-            heapq.heappush(expected, (cost, count, tuple(u), tuple(where)))
-        elif expected:
-            cost, number, u, where = heapq.heappop(expected)
-            n = take(queue)
-            assert n == number
-            assert tuple(queue[n, :7]) == (cost, *u, *where)
-        else:
-            assert take(queue) == 0
-    while expected:
-        assert take(queue) == heapq.heappop(expected)[1]
-    assert take(queue) == 0
-
-
-def test_no_kernel_has_the_name_of_a_module():
-    """Whoever imports the module first would find it in place of the kernel."""
-    modules = {path.stem for path in Path(kernels.__file__).parent.glob("*.py")}
-    assert not modules & set(kernels.__all__)
-
-
-def halved(x: float) -> float:
-    return 0.5 * x
-
-
-def test_kernels_compile_with_a_numba_that_parts_are_not_known_to_fit(monkeypatch):
-    monkeypatch.setattr(compiled, "FITS", False)
-    half = compiled.kernel(halved)
-
-    @compiled.kernel
-    def twice_halved(x: float) -> float:
-        return half(half(x))
-
-    assert twice_halved(3.0) == 0.75
-
+from slalom.kernels import jit, numba_extensions
 
 AGAIN = """
 import numpy as np
@@ -76,9 +28,10 @@ print(sum(part.stats.cache_hits.values()), *{type(one.library).__name__ for one 
 """
 
 
-@pytest.mark.skipif(not compiled.FITS, reason="parts do not fit this numba")
-def test_parts_come_back_from_the_cache_as_parts(tmp_path):
-    """They would be translated unoptimised otherwise, and a new entry that they are linked to would call that."""
+@pytest.mark.slow
+@pytest.mark.skipif(not jit.FITS, reason="parts do not fit this numba")
+def test_parts_are_loaded_from_the_cache_as_parts(tmp_path):
+    """Otherwise they would be translated without optimisation, and new entries would call that code."""
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-c", AGAIN]
     runs = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True) for _ in range(2)]
@@ -96,12 +49,12 @@ def held(x: np.ndarray, y: np.ndarray, many: int) -> tuple[np.ndarray, list[np.n
     return x, kept, z
 
 
-@pytest.mark.parametrize("compile", [compiled.kernel, compiled.inlined])
-def test_arguments_are_lent_and_neither_lost_nor_kept(compile):
-    """As many references to them are left as there were before, and what holds one keeps the array alive."""
+@pytest.mark.parametrize("compile", [jit.kernel, jit.inlined])
+def test_borrowed_arguments_are_neither_freed_nor_kept(compile):
+    """The counts of references are the same before and after, and a reference keeps its array alive."""
     hold = compile(held)
 
-    @compiled.kernel
+    @jit.kernel
     def twice(x: np.ndarray, y: np.ndarray, many: int) -> float:
         total = 0.0
         for _ in range(many):
@@ -153,11 +106,11 @@ def total(pair: Pair, many: int) -> float:
     return value
 
 
-def test_parts_of_arguments_are_lent_too(monkeypatch):
-    """No reference is lost where names go on standing for parts of tuples, and none is kept."""
+def test_parts_of_arguments_are_borrowed_too(monkeypatch):
+    """No reference is lost or kept where names stand for parts of tuples."""
     x, y, z = np.arange(4.0), np.arange(4.0, 8.0), np.arange(8.0, 12.0)
     expected, before = total(Pair(x, (y, z)), 9), [sys.getrefcount(one) for one in (x, y, z)]
-    part, uncounted = compiled.kernel(chosen), compiled.kernel(total)
+    part, uncounted = jit.kernel(chosen), jit.kernel(total)
     monkeypatch.setitem(globals(), "chosen", part)
     for _ in range(3):
         assert uncounted(Pair(x, (y, z)), 9) == expected
@@ -168,35 +121,14 @@ def test_parts_of_arguments_are_lent_too(monkeypatch):
     assert [sys.getrefcount(one) for one in (x, y, z)] == before
 
 
-@pytest.mark.slow
-def test_kernels_compile_where_nothing_can_be_written():
-    """A read-only installation without a writable home: they compile in every process, and say so."""
-    program = """
-import numpy as np
-from numba.core.caching import FunctionCache
-
-def refuse(locator):
-    raise OSError("read-only")
-
-for locator in FunctionCache._impl_class._locator_classes:
-    locator.ensure_cache_path = refuse
-
-from slalom.kernels.decision.time_to_go import earliest_arrival
-print(earliest_arrival(np.array([3.0, 0.0]), np.zeros(2), 1.0, 1.0, 0.1) > 0.0)
-"""
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert done.stdout == "True\n", done.stderr
-    assert done.stderr == kernels.compiling(kept=False) + "\n"
-
-
-@pytest.mark.skipif(not compiled.FITS, reason="nothing is remembered with this numba")
-def test_what_is_asked_once_is_remembered():
-    """Also within each other, and only while kernels compile; what fails is asked again."""
+@pytest.mark.skipif(not jit.FITS, reason="nothing is remembered with this numba")
+def test_resolved_calls_are_remembered():
+    """Also nested, and only while kernels compile; a failed resolution is tried again."""
     ask = types.BaseFunction.get_call_type
     context = typing.Context()
     context.refresh()
     add = context.resolve_value_type(operator.add)
-    with fitted.remembering(), fitted.remembering():
+    with numba_extensions.remembering(), numba_extensions.remembering():
         found = [add.get_call_type(context, (types.float64, types.int64), {}) for _ in range(2)]
         assert types.BaseFunction.get_call_type is not ask
         for _ in range(2):
