@@ -19,7 +19,7 @@ def test_a_promise_is_what_the_preferred_control_costs_alone(name, scenario, set
     """Or the one nearest to it of the smallest ball. To pass through a goal no more is promised than that."""
     crew, rng = started(name, scenario, settings), np.random.default_rng(1)
     some, terms = crew.looked
-    fleet, answers, world, d = crew.fleet, crew.answers, crew._world(0.0), crew.scenario.dimension
+    fleet, answers, world, d = crew.fleet, crew.responses, crew._passive(0.0), crew.scenario.dimension
     world = world._replace(end_positions=world.end_positions[:0], end_radii=world.end_radii[:0])
     fleet.stop[:] = stop
     nobody, draft = np.empty(0, np.int64), new_scratch(fleet.committed_points.shape[1], d)

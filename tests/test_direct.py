@@ -68,7 +68,7 @@ def test_what_is_chosen_directly_is_the_exact_choice(name, scenario, settings):
     """To the bit; and most choices that turn out to be of the preferred control are found so."""
     crew, rng = started(name, scenario, settings), np.random.default_rng(2)
     some, terms = crew.looked
-    fleet, answers, world, d = crew.fleet, crew.answers, crew._world(0.0), crew.scenario.dimension
+    fleet, answers, world, d = crew.fleet, crew.responses, crew._passive(0.0), crew.scenario.dimension
     seen, draft = kernels.build_cell_list(some, fleet, answers, terms), new_scratch(fleet.committed_points.shape[1], d)
     found, free = 0, 0
     for i in some:

@@ -256,7 +256,7 @@ def test_a_scenario_file_says_the_period(tmp_path):
     assert metrics.min_clearance(simulate(scenario, METHODS["nao"])) == pytest.approx(0.05, abs=0.04)
     for period, message in (
         ("[8, 0]", "period.1: expected a number above 0, found 0"),
-        ("[8, 8, 8]", "period: expected 2 numbers above 0, inf where the world does not repeat; found 8, 8, 8"),
+        ("[8, 8, 8]", "period: expected 2 numbers above 0, inf along an axis that does not repeat; found 8, 8, 8"),
         ("8", "period: expected a list, found 8"),
     ):
         path.write_text(SCENE.format(period=period))

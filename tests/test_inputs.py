@@ -1082,7 +1082,7 @@ CASES = [
         Case(
             "refuse_no_period",
             InvalidInput,
-            rf"period: expected 2 numbers above 0, inf where the world does not repeat; found {found}",
+            rf"period: expected 2 numbers above 0, inf along an axis that does not repeat; found {found}",
             lambda _, period=period: scenario(period=period),
         )
         for period, found in (((8.0,), "8"), ((8.0, 0.0), "8, 0"), ((np.nan, 8.0), "nan, 8"))
@@ -1096,7 +1096,7 @@ CASES = [
     Case(
         "Scenario.decider",
         InvalidInput,
-        r"method: expected one that does not look ahead in a world that repeats, found nao_ahead",
+        r"method: expected one that does not look ahead in a periodic world, found nao_ahead",
         lambda _: simulate(scenario(period=(50.0, np.inf)), METHODS["nao_ahead"]),
     ),
     Case(
@@ -1108,7 +1108,7 @@ CASES = [
     Case(
         "Scenario._refuse_hidden_goal",
         InvalidInput,
-        r"goal: expected a place that the robot can reach, found one 3.5 m deep in .* 'lid' grown by the robot",
+        r"goal: expected a position that the robot can reach, found one 3.5 m deep in .* 'lid' grown by the robot",
         lambda _: replace(scenario(), obstacles=(Obstacle(Disc(3), Stationary((20, 0.5)), "lid"),)),
     ),
     Case(
@@ -1241,7 +1241,7 @@ CASES = [
     Case(
         "Scenario._refuse_hidden_goal",
         InvalidInput,
-        r"goal: expected a place that the robot can reach, found one 9.5 m deep in obstacle 'hill'",
+        r"goal: expected a position that the robot can reach, found one 9.5 m deep in obstacle 'hill'",
         lambda _: Scenario(
             "test",
             (Robot(Disc(1), LIMITS, FLAT, GOAL),),

@@ -40,7 +40,7 @@ def crowd(count: int, side: float, seed: int, **settings: float) -> Scenario:
 
 
 def holders(post: Messages) -> np.ndarray:
-    return np.asarray(post.holds() & post.holds().T & ~np.eye(len(post.passed), dtype=bool))
+    return np.asarray(post.holds() & post.holds().T & ~np.eye(len(post.handovers), dtype=bool))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -75,7 +75,7 @@ def test_who_decides_knows_what_all_near_it_are_committed_to(seed):
                 continue
             for j in set(range(6)) - {i}:
                 if np.linalg.norm(places[i] - places[j]) <= post.apart[i, j]:
-                    assert changed[j] <= post.heard[i, j]
+                    assert changed[j] <= post.received[i, j]
                     by_news += 1
                 else:
                     by_distance += 1
@@ -83,7 +83,7 @@ def test_who_decides_knows_what_all_near_it_are_committed_to(seed):
         post.send()
         turned = rng.normal(size=(6, 2))
         heading = np.where(rng.random((6, 1)) < 0.01, turned, heading)
-        places[:, :2] += post.top[:, None] * post.period * heading / np.linalg.norm(heading, axis=1)[:, None]
+        places[:, :2] += post.max_speed[:, None] * post.period * heading / np.linalg.norm(heading, axis=1)[:, None]
         places[:, :2] = np.clip(places[:, :2], -50.0, 50.0)
     assert by_news > 100
     assert by_distance > 100
@@ -143,7 +143,7 @@ def test_late_messages_are_the_same_for_crew_and_pilots():
             outcomes, _ = team.decide([0, 1, 2, 3], 0.1 * step)
             waits.append([outcomes[k] == "WAITING" for k in range(4)])
         assert waits[0] == waits[1]
-    assert all(np.any(list(team.messages.passed)) for team in teams)
+    assert all(np.any(list(team.messages.handovers)) for team in teams)
 
 
 def test_what_was_said_is_forgotten_once_all_have_heard_more():
@@ -154,7 +154,7 @@ def test_what_was_said_is_forgotten_once_all_have_heard_more():
             team.sense(0.1 * step)
             team.decide([0, 1, 2, 3], 0.1 * step)
         assert len(team._sent) < 30
-        assert len(team.messages._places) < 30
+        assert len(team.messages._positions) < 30
 
 
 def test_post_and_watch_are_for_those_who_need_them():
@@ -185,11 +185,11 @@ def test_sight_is_as_inexact_and_as_seldom_as_said():
     states, errors, fresh = np.zeros((3, 3, 3)), [], []
     watch = Sensing(scenario, states, 0)
     for step in range(4000):
-        before = watch.seen[0, :, 1].copy()
+        before = watch.observed[0, :, 1].copy()
         watch.observe(states, 0.1 * step)
-        fresh.append((watch.seen[0, :, 1] != before).any())
-        errors.append(watch.seen[0, :, 1, :2])
-        assert not watch.seen[..., 2].any()
+        fresh.append((watch.observed[0, :, 1] != before).any())
+        errors.append(watch.observed[0, :, 1, :2])
+        assert not watch.observed[..., 2].any()
     assert np.mean(fresh) == pytest.approx(0.75, abs=0.03)
     assert np.std(np.array(errors)[np.array(fresh)]) == pytest.approx(0.2, rel=0.03)
 
@@ -209,7 +209,7 @@ def test_pilots_watch_as_a_crew_does():
         for team in (crew, pilots):
             team.sense(0.1 * step)
             team.decide([0, 1, 2], 0.1 * step)
-        assert np.array_equal(crew.sensing.seen, pilots.sensing.seen)
+        assert np.array_equal(crew.sensing.observed, pilots.sensing.observed)
 
 
 @pytest.mark.parametrize("name", [name for name in FORECASTS if name not in ("known", "constant_turn")])

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, kernels
+from slalom.kernels.decision.tables import DecisionTables
 from slalom.sim import gallery, simulate
 from slalom.sim.run import rounds
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
-from slalom.sim.run.rounds import Tables, one_by_one
+from slalom.sim.run.rounds import one_by_one
 from slalom.sim.run.threads import map_in_threads
 
 
@@ -20,11 +21,11 @@ class Looking(FleetDecider):
 
     def _turns(self, due, terms):
         for some, usual in super()._turns(due, terms):
-            self.tables = Tables(self.fleet, self._world(0.0), self.answers, usual)
+            self.tables = DecisionTables(self.fleet, self._passive(0.0), self.responses, usual)
             yield some, usual
 
 
-def tables(robots: int, side: float) -> Tables:
+def tables(robots: int, side: float) -> DecisionTables:
     """What robots at their starts decide from."""
     built = gallery.build("random_goals", {"robots": robots, "side": side})
     crew = Looking(METHODS["nao_shared"], Guidance(RobotStates(built)), threads=1)
@@ -43,10 +44,10 @@ def near(order, seen, fleet):
 @pytest.mark.parametrize(("robots", "side"), [(400, 900.0), (150, 60.0), (30, 10.0)])
 def test_rounds_keep_the_order_of_those_that_could_meet(robots, side):
     found, order = tables(robots, side), np.random.default_rng(1).permutation(robots)
-    seen = kernels.build_cell_list(order, found.fleet, found.answers, found.terms)
-    turn = kernels.independent_rounds(order, seen, found.fleet)
+    seen = kernels.build_cell_list(order, found.robots, found.responses, found.settings)
+    turn = kernels.independent_rounds(order, seen, found.robots)
     earlier = np.tri(robots, k=-1, dtype=bool)
-    before = np.where(near(order, seen, found.fleet) & earlier, turn[None], -1).max(axis=1)
+    before = np.where(near(order, seen, found.robots) & earlier, turn[None], -1).max(axis=1)
     np.testing.assert_array_equal(turn, before + 1)
 
 
@@ -68,10 +69,10 @@ def test_who_has_to_ask_is_waited_for(share, threads, monkeypatch):
     asked = one_by_one(order, found, lambda k: made.append(k) or f"asked {k}", threads)
     assert sorted(made) == list(range(400))
     assert asked == {k: f"asked {k}" for k in np.flatnonzero(lost).tolist()}
-    seen = kernels.build_cell_list(order, found.fleet, found.answers, found.terms)
+    seen = kernels.build_cell_list(order, found.robots, found.responses, found.settings)
     when = np.argsort(made)[order]
     earlier = np.tri(400, k=-1, dtype=bool)
-    first, second = np.nonzero(near(order, seen, found.fleet) & earlier)
+    first, second = np.nonzero(near(order, seen, found.robots) & earlier)
     assert np.all(when[first] > when[second])
 
 
@@ -88,7 +89,7 @@ def test_rounds_have_the_bits_of_one_after_the_other(threads, monkeypatch):
     monkeypatch.setattr(rounds, "_in_rounds", in_rounds)
     together = simulate(built, METHODS["nao_shared"], threads=threads)
     assert len(counted) >= 40
-    monkeypatch.setattr(rounds, "FEWEST", 10**6)
+    monkeypatch.setattr(rounds, "ROBOTS_PER_THREAD", 10**6)
     alone = simulate(built, METHODS["nao_shared"], threads=1)
     assert np.array_equal(together.positions, alone.positions)
     assert together.outcomes == alone.outcomes

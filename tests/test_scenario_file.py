@@ -397,7 +397,7 @@ def test_a_goal_inside_an_obstacle(tmp_path: Path) -> None:
     (one,) = mistakes(
         tmp_path, ROBOT + "obstacles: [{name: lid, radius: 3, trajectory: {kind: stationary, position: [21, 0]}}]\n"
     )
-    assert "scenario.yaml:1:79: robot.goal: expected a place that the robot can reach" in one
+    assert "scenario.yaml:1:79: robot.goal: expected a position that the robot can reach" in one
     assert "'lid'" in one
 
 

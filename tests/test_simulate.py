@@ -267,5 +267,5 @@ def test_a_goal_under_something_that_may_move_is_waited_for(method: str) -> None
     distance = np.linalg.norm(recording.positions[:, 0] - [20.0, 0.0], axis=1)
     assert distance.min() >= 3.5 - 1e-5
     assert all(Outcome[name].safe for (name,) in recording.outcomes)
-    with pytest.raises(InvalidInput, match="goal: expected a place that the robot can reach"):
+    with pytest.raises(InvalidInput, match="goal: expected a position that the robot can reach"):
         replace(scenario(), obstacles=(Obstacle(disc_or_ball(3.0, 2), Stationary((20.0, 0.0)), "rock"),))

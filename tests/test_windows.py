@@ -48,7 +48,7 @@ def started(name, scenario, settings):
 def test_balls_hold_all_that_a_robot_may_do(name, scenario, settings):
     crew, rng = started(name, scenario, settings), np.random.default_rng(0)
     some, terms = crew.looked
-    fleet, answers, d = crew.fleet, crew.answers, crew.scenario.dimension
+    fleet, answers, d = crew.fleet, crew.responses, crew.scenario.dimension
     middle, spread = np.empty((WINDOWS, 3)), np.empty(WINDOWS)
     navigator = crew.scenario.navigator(crew.method, 0)
     for i in some[:6]:
@@ -79,7 +79,7 @@ def test_who_is_left_out_stays_away(name, scenario, settings):
     """Whoever is not met is out of reach of the robot's ball in every window; and cells leave out nobody else."""
     crew = started(name, scenario, settings)
     some, terms = crew.looked
-    fleet, answers = crew.fleet, crew.answers
+    fleet, answers = crew.fleet, crew.responses
     seen = kernels.build_cell_list(some, fleet, answers, terms)
     place, speed, left = np.empty(3), np.empty(3), 0
     for i in some:

@@ -555,3 +555,93 @@ FIRST_VISIT_PRIORITY: Final = 1e6
 
 More than any duration. Smaller: a robot that has yielded may come back before the other one has passed.
 """
+
+# Simulator
+
+WHOLE_PERIODS: Final = 1e-9
+"""[1] A duration counts as a whole number of steps or periods if it differs from one by at most this share.
+
+Decimal settings such as 0.3 s are no exact multiples of 0.1 s. Larger: settings that are no multiples are accepted.
+Smaller: rounding refuses multiples, and braking takes one period more.
+"""
+
+IMAGES: Final = 1e-9
+"""[1] Images of a periodic world are also listed up to this many periods outside the box that is searched.
+
+Rounding then omits no image on the border of the box. Larger: more images are tested. 0: one may be missing.
+"""
+
+ARRIVAL_FILTER: Final = 1.1
+"""[1] The goal of a robot is evaluated within this many tolerances of it; farther robots have not arrived.
+
+The array that the filter uses and the goal may round differently. It must exceed 1 by more than rounding; a larger
+value changes no arrival and costs more calls.
+"""
+
+ARRIVAL_LOST: Final = 2.0
+"""[1] A robot at its goal no longer counts as arrived beyond this many tolerances from it.
+
+Guidance moves robots away from their goals to let others pass. Nearer to 1: robots that give way by a little are no
+longer parked. Larger: a robot that was moved away stays there and counts as arrived.
+"""
+
+ROBOTS_PER_THREAD: Final = 20
+"""[1] Fewest robots whose decisions are worth a thread, and half the fewest per round that are worth rounds.
+
+Smaller: threads take longer to start than their robots to decide. Larger: fewer cores are used. It changes no decision.
+"""
+
+GUIDED_ROBOTS_PER_THREAD: Final = 250
+"""[1] Fewest robots whose targets are worth a thread; a target takes about a tenth of the time of a decision.
+
+Smaller: threads take longer to start than their targets to compute. Larger: fewer cores are used. It changes no target.
+"""
+
+WAYPOINT_INTERVAL: Final = 5
+"""[decisions] From one search for the waypoint of a robot to the next; each robot searches at another decision.
+
+Larger: cheaper steps, later reactions to robots that have parked in the way. Smaller: more searches per step.
+"""
+
+GRID_CELL: Final = 0.7
+"""[1] Width of the cells of the grid of waypoints, as a share of the smallest robot's radius.
+
+Larger: passages that a robot fits through are closed. Smaller: more cells, slower searches.
+"""
+
+GRID_CELLS: Final = 400
+"""[1] Most cells along a side of that grid: a larger scene has wider cells.
+
+Larger: finer grids of large scenes, with a memory and a time of search that grow with the square.
+"""
+
+GRID_BORDER: Final = 4.0
+"""[1] Width of the border around all robots, goals and obstacles at rest in that grid, in largest radii.
+
+Smaller: no room to pass around an obstacle at the edge of the scene. Larger: more cells that no path uses.
+"""
+
+PARKED_SPEED: Final = 0.05
+"""[m/s] A robot at its goal that is slower than this is parked: waypoints lead around it.
+
+Larger: robots that still brake are obstacles of the search. Smaller: a robot that drifts at its goal blocks others.
+"""
+
+TABLE_SPEED: Final = 100.0
+"""[m/s] The tables of responses whose motion is not cubic are within INTERPOLATION up to this speed.
+
+Larger: more pieces in every table. Smaller: the motion of faster robots is less exact than the clearance assumes.
+"""
+
+FORECAST_HORIZONS: Final = 10.0
+"""[1] Duration of the tables of predicted robots, in horizons. Older observations are predicted one by one.
+
+Larger: tables of forecasts that are not polynomials have more pieces. Smaller: late sensing is slower.
+"""
+
+FRESH: Final = 3.0
+"""[1] A message no older than this many times the largest delay never makes a robot wait for a newer one.
+
+Larger: pairs count as far only at larger distances, so more pairs need their right. Smaller: a robot waits more often
+after lost messages. It has no part in safety.
+"""

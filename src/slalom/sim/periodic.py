@@ -1,7 +1,7 @@
-"""Worlds that repeat: where the images of a place are, and which of them matter.
+"""Periodic worlds: the images of positions, robots and obstacles, and which of them can be met.
 
-A period (d,) [m] says after how much along each axis the world is the same again; inf where it never is. Places are not
-wrapped: a robot drives on and on, and what it meets are images, displaced by whole periods.
+A period (d,) [m] is the length along each axis after which the world repeats, inf where it does not. Positions are not
+wrapped: a robot drives on, and it meets images that are displaced by whole periods.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,21 +18,22 @@ from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Indices
 from slalom.obstacle import Obstacle
 from slalom.path import Path
-from slalom.tolerances import INTERPOLATION
+from slalom.tolerances import IMAGES, INTERPOLATION
 from slalom.trajectory import Stationary, Trajectory
 
 Period = tuple[float, ...]
 
 
 def refuse_no_period(period: Period, dimension: int, wide: float) -> None:
-    """Raises InvalidInput unless a period has a length for each axis, perhaps inf, with room for robots `wide` [m].
+    """Raise InvalidInput unless a period has a length above 0 for each axis, and none below `wide` [m].
 
-    A robot's own images go as it goes and stay a period away: it need not avoid them if it does not begin in one.
+    `wide` is the width of the largest robot and the margin. A robot's own images move as it does and stay a period
+    away, so it need not avoid them unless it starts within one.
     """
     if len(period) != dimension or not all(length > 0.0 for length in period):
         found = ", ".join(f"{length:g}" for length in period)
         raise InvalidInput(
-            f"period: expected {dimension} numbers above 0, inf where the world does not repeat; found {found}"
+            f"period: expected {dimension} numbers above 0, inf along an axis that does not repeat; found {found}"
         )
     if min(period) < wide:
         raise InvalidInput(
@@ -40,29 +41,27 @@ def refuse_no_period(period: Period, dimension: int, wide: float) -> None:
         )
 
 
-def to_nearest(apart: Array, period: Period) -> Array:
-    """What brings places nearest that are `apart` (..., d or 3) from another one: multiples of the period."""
-    lengths = np.full(apart.shape[-1], np.inf)
+def to_nearest(displacement: Array, period: Period) -> Array:
+    """The multiples of the period (..., d or 3) [m] that make a displacement (..., d or 3) [m] shortest when added."""
+    lengths = np.full(displacement.shape[-1], np.inf)
     lengths[: len(period)] = period
     repeats = np.isfinite(lengths)
     each = np.where(repeats, lengths, 1.0)
-    return np.where(repeats, -each * np.round(apart / each), 0.0)
+    return np.where(repeats, -each * np.round(displacement / each), 0.0)
 
 
-def neighbours(period: Period, far: float) -> Array:
-    """Displacements (m, d): of the nearest image, to all that may be nearer than it after both have gone `far` [m]."""
-    most = np.array(
-        [max(1.0, np.ceil(2.0 * far / length)) * length if np.isfinite(length) else 0.0 for length in period]
+def neighbours(period: Period, distance: float) -> Array:
+    """Displacements (m, d) [m] from the nearest image to all that may be nearer after both moved by `distance` [m]."""
+    largest = np.array(
+        [max(1.0, np.ceil(2.0 * distance / length)) * length if np.isfinite(length) else 0.0 for length in period]
     )
-    return between(-most, most, period)
+    return between(-largest, largest, period)
 
 
 def between(low: Array, high: Array, period: Period) -> Array:
-    """All displacements (m, d) from `low` to `high` (d,) [m]; along an axis that does not repeat it is 0."""
-    # A little more than asked for: rounding leaves out nobody.
-    slack = 1e-9
+    """All multiples of the period (m, d) [m] from `low` to `high` (d,) [m]; 0 along an axis that does not repeat."""
     axes = [
-        length * np.arange(np.ceil(a / length - slack), np.floor(b / length + slack) + 1.0)
+        length * np.arange(np.ceil(a / length - IMAGES), np.floor(b / length + IMAGES) + 1.0)
         if np.isfinite(length)
         else np.zeros(1)
         for a, b, length in zip(low, high, period, strict=True)
@@ -70,33 +69,36 @@ def between(low: Array, high: Array, period: Period) -> Array:
     return np.array(list(product(*axes))).reshape(-1, len(period))
 
 
-def images_within(apart: Array, far: float, period: Period | None) -> Array:
-    """Displacements (m, d) of the images of a place `apart` (d,) from another one that are at most `far` [m] away."""
-    shifts = np.zeros((1, len(apart))) if period is None else between(-far - apart, far - apart, period)
-    return np.asarray(shifts[np.linalg.norm(apart + shifts, axis=1) <= far])
+def images_within(displacement: Array, distance: float, period: Period | None) -> Array:
+    """Multiples of the period (m, d) [m] that make a displacement (d,) [m] at most `distance` [m] long when added."""
+    shifts = np.zeros((1, len(displacement)))
+    if period is not None:
+        shifts = between(-distance - displacement, distance - displacement, period)
+    return np.asarray(shifts[np.linalg.norm(displacement + shifts, axis=1) <= distance])
 
 
-def images_about(k: int, places: Array, far: Array, period: Period) -> tuple[Indices, Array]:
-    """Robots (m,) of which images are within `far` (n,) [m] of robot k, and by how much these are displaced (m, 3).
+def images_about(k: int, positions: Array, distances: Array, period: Period) -> tuple[Indices, Array]:
+    """The images that are near robot k: whose they are (m,), and their displacements (m, 3) [m].
 
-    The first n are all robots, in their order, each at its nearest image. Of robot k there is no other.
+    The first n are the nearest images of all n robots, in the order of `positions` (n, 3) [m]. Then follow the other
+    images of each robot but k that are within its entry of `distances` (n,) [m] of robot k.
     """
-    d, nearest = len(period), to_nearest(places - places[k], period)
-    apart = (places - places[k] + nearest)[:, :d]
-    reach = float(far.max())
-    more = between(-reach - apart.max(axis=0), reach - apart.min(axis=0), period)
+    d, nearest = len(period), to_nearest(positions - positions[k], period)
+    displacement = (positions - positions[k] + nearest)[:, :d]
+    largest = float(distances.max())
+    more = between(-largest - displacement.max(axis=0), largest - displacement.min(axis=0), period)
     more = more[np.any(more, axis=1)]
-    within = np.linalg.norm(apart + more[:, None], axis=2) <= far
+    within = np.linalg.norm(displacement + more[:, None], axis=2) <= distances
     within[:, k] = False
-    which, who = np.nonzero(within)
-    shifts = nearest[who]
+    which, robot = np.nonzero(within)
+    shifts = nearest[robot]
     shifts[:, :d] += more[which]
-    return np.concatenate([np.arange(len(places)), who]), np.concatenate([nearest, shifts])
+    return np.concatenate([np.arange(len(positions)), robot]), np.concatenate([nearest, shifts])
 
 
 @dataclass(frozen=True, eq=False)
 class Displaced:
-    """A trajectory that is another one displaced `by` (d,) [m]."""
+    """The trajectory `of`, displaced `by` (d,) [m]."""
 
     tabulated: ClassVar[bool] = False
     of: Trajectory
@@ -134,7 +136,7 @@ class Displaced:
 
 
 def moved(trajectory: Trajectory, by: Array) -> Trajectory:
-    """The trajectory displaced `by` (d,) [m]; itself if that is nothing, and at rest if it is."""
+    """The trajectory displaced `by` (d,) [m]: the same object for a displacement of 0, `Stationary` if it is."""
     if not np.any(by):
         return trajectory
     if isinstance(trajectory, Stationary):
@@ -143,22 +145,23 @@ def moved(trajectory: Trajectory, by: Array) -> Trajectory:
 
 
 def displaced(obstacle: Obstacle, by: Array) -> Obstacle:
-    """The image of an obstacle, displaced `by` (d,) [m]: the same object while it is asked for again and again."""
+    """The image of an obstacle, displaced `by` (d,) [m]; the same object at repeated calls."""
     return _image(obstacle, tuple(by.tolist())) if np.any(by) else obstacle
 
 
 @lru_cache(maxsize=256)
 def _image(obstacle: Obstacle, by: tuple[float, ...]) -> Obstacle:
-    # Tables of obstacles are kept by the objects that they are of (see `traffic`).
+    # Obstacle tables are cached by the identity of obstacles.
     return replace(obstacle, trajectory=moved(obstacle.trajectory, np.array(by)))
 
 
 def in_box(
     obstacles: Sequence[Obstacle], period: Period, start: float, horizon: float, low: Array, high: Array
 ) -> Iterator[tuple[int, Array]]:
-    """Which obstacle and displacement (d,): all images that enter the box from `low` to `high` (d,) within a horizon.
+    """All images that can enter the box from `low` to `high` (d,) [m] within a horizon [s].
 
-    By the box about the course, grown by all that may cover: nobody is left out, some are given that do not enter.
+    Yields the index of the obstacle and the displacement (d,) [m]. The bounding box of the course, grown by the shape
+    and the uncertainty, decides; it is conservative, so some images do not enter.
     """
     for k, obstacle in enumerate(obstacles):
         first, last = obstacle.trajectory.span
@@ -166,8 +169,8 @@ def in_box(
         if begin >= end:
             continue
         points = obstacle.trajectory.path(begin, end).points.reshape(-1, obstacle.dimension)
-        reach = obstacle.shape.bounding_radius + INTERPOLATION
+        radius = obstacle.shape.bounding_radius + INTERPOLATION
         if obstacle.uncertainty is not None:
-            reach += float(obstacle.uncertainty.radius(horizon, obstacle.dimension))
-        for by in between(low - points.max(axis=0) - reach, high - points.min(axis=0) + reach, period):
+            radius += float(obstacle.uncertainty.radius(horizon, obstacle.dimension))
+        for by in between(low - points.max(axis=0) - radius, high - points.min(axis=0) + radius, period):
             yield k, by

@@ -1,4 +1,4 @@
-"""A scenario: who is where, wants what, and how it is run."""
+"""A scenario: robots, obstacles and the settings of a run."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,15 +19,20 @@ from slalom.shape import Shape
 from slalom.sim.periodic import Period, displaced, in_box, refuse_no_period
 from slalom.sim.shape_distance import clearances
 from slalom.state import State
+from slalom.tolerances import WHOLE_PERIODS
 from slalom.trajectory import Stationary
 
 DETOURS = tuple(np.radians([-30.0, -60.0, -90.0, 30.0, 60.0]))
-"""[rad] Robots that meet each other go around, first to the right."""
+"""[rad] Directions of detours of robots that meet each other, from the one to the target; first to the right."""
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot that starts in `state`, wants to `goal`, has a `shape` and obeys `limits`."""
+    """A robot: its shape, limits, initial state, goal and name.
+
+    Raises:
+        InvalidInput: a shape or a goal of another dimension than the state.
+    """
 
     shape: Shape
     limits: Limits
@@ -36,10 +41,10 @@ class Robot:
     name: str = "robot"
 
     def __post_init__(self) -> None:
-        for what, dimension in (("shape", self.shape.dimension), ("goal", self.goal.trajectory.dimension)):
+        for part, dimension in (("shape", self.shape.dimension), ("goal", self.goal.trajectory.dimension)):
             if dimension != self.state.dimension:
                 raise InvalidInput(
-                    f"{self.name}.{what}: expected dimension {self.state.dimension} as of the state, found {dimension}"
+                    f"{self.name}.{part}: expected dimension {self.state.dimension} as of the state, found {dimension}"
                 )
 
 
@@ -48,23 +53,25 @@ class Scenario:
     """Robots among obstacles, and the settings of their navigators.
 
     Attributes:
-        name: of the gallery or the file. robots: one robot, or several that meet each other. start: [s] absolute time
-        at which the run begins.
-        duration: [s] after which a robot that has not arrived has failed.
+        name: of the gallery or the file. robots: one robot, or several that meet each other.
+        start: [s] absolute time of the begin. duration: [s] after which a robot that has not arrived has failed.
         dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
             multiple of dt. horizon [s], margin [m], patience [s], holds [s]: see `Navigator`.
-        guided: 1, or 0 for robots that head straight for their goals whoever is there (see `Guidance`): to measure what
-            guidance does. Nobody guides a robot alone.
-        message_delay: [s] at most, by chance, until robots that share their manoeuvres hear of each other.
-            message_loss: the share of messages that never arrive (see `post.Post`).
-        sight_noise: [m, m/s, m/s^2] standard deviation of what other robots see of a robot. sight_delay: [s] how old
-            that is, a multiple of replan or dt. sight_loss: the share of looks at which nothing is seen (see
-            `watch.Watch`).
-        period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere. Robots and
-            obstacles are met in all their images (see `images`).
-        parameters: what the gallery was asked for; they go into recordings.
-        recorded: [s] from when to when obstacles come from a recording, in which the run begins; None if none do.
-        notes: what was repaired, left out or assumed when files were read, a sentence each.
+        guided: 1, or 0 for robots whose targets are their goals (see `Guidance`), to measure the effect of guidance. A
+            single robot is never guided.
+        message_delay: [s] largest delay of messages between robots that share their manoeuvres.
+            message_loss: share of messages that never arrive (see `Messages`).
+        sight_noise: [m, m/s, m/s^2] standard deviation of observations of other robots. sight_delay: [s] their age, a
+            multiple of replan or dt. sight_loss: share of observations that are lost (see `Sensing`).
+        period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere. Robots
+            meet all images of robots and obstacles (see `periodic`).
+        parameters: the parameters of the gallery; recordings contain them.
+        recorded: [s] begin and end of the recording of obstacles, if there is one; `start` lies within.
+        notes: repairs, omissions and assumptions of the files that were read, a sentence each.
+
+    Raises:
+        InvalidInput: a setting outside its range, parts of different dimensions, or a goal that an obstacle at rest
+            covers.
     """
 
     name: str
@@ -123,42 +130,43 @@ class Scenario:
                 self._refuse_hidden_goal(obstacle, robot)
 
     def _refuse_hidden_goal(self, obstacle: Obstacle, robot: Robot) -> None:
-        """A goal that a resting obstacle covers for ever is a mistake; one that a moving obstacle passes is not."""
+        """Raise InvalidInput for a goal at rest that an obstacle at rest covers for all time."""
         goal = robot.goal
         if isinstance(goal.trajectory, Stationary) and isinstance(obstacle.trajectory, Stationary):
-            place, reach = goal.trajectory.initial_position, robot.shape.bounding_radius
-            seen = [obstacle] if self.period is None else self._images([obstacle], place, reach)
-            gaps = [float(clearances(one, robot.shape, np.zeros(1), place[None])[0]) for one in seen]
-            gap = min(gaps, default=np.inf)
-            if gap + goal.tolerance < 0.0:
+            position, radius = goal.trajectory.initial_position, robot.shape.bounding_radius
+            images = [obstacle] if self.period is None else self._images([obstacle], position, radius)
+            each = [float(clearances(image, robot.shape, np.zeros(1), position[None])[0]) for image in images]
+            clearance = min(each, default=np.inf)
+            if clearance + goal.tolerance < 0.0:
                 raise InvalidInput(
-                    f"goal: expected a place that the robot can reach, found one {-gap:g} m deep in obstacle "
+                    f"goal: expected a position that the robot can reach, found one {-clearance:g} m deep in obstacle "
                     f"{obstacle.name!r} grown by the robot's shape"
                 )
 
-    def _images(self, obstacles: Sequence[Obstacle], place: Array, reach: float) -> list[Obstacle]:
-        """Images of obstacles that come within `reach` [m] of a place during the first horizon."""
+    def _images(self, obstacles: Sequence[Obstacle], position: Array, radius: float) -> list[Obstacle]:
+        """The images of obstacles that may come within `radius` [m] of a position during the first horizon."""
         assert self.period is not None
-        found = in_box(obstacles, self.period, self.start, self.horizon, place - reach, place + reach)
+        found = in_box(obstacles, self.period, self.start, self.horizon, position - radius, position + radius)
         return [displaced(obstacles[k], by) for k, by in found]
 
     def around(
         self, state: State, now: float, method: Method, robot: int = 0, margin: float | None = None
     ) -> Sequence[Obstacle]:
-        """The passive obstacles; where the world repeats, their images that a robot in that state could meet."""
+        """The passive obstacles; in a periodic world their images that the robot in `state` can meet."""
         if self.period is None:
             return self.obstacles
-        me, forecast = self.robots[robot], method.forecast
-        speed = max(me.limits.max_speed, float(np.linalg.norm(state.velocity)))
-        reach = speed * self.horizon + me.shape.bounding_radius + (self.margin if margin is None else margin)
-        there = [o for o in self.obstacles if forecast.includes_future or o.exists(now)]
-        seen = [predicted(obstacle, forecast, now) for obstacle in there]
+        own, forecast = self.robots[robot], method.forecast
+        speed = max(own.limits.max_speed, float(np.linalg.norm(state.velocity)))
+        reach = speed * self.horizon + own.shape.bounding_radius + (self.margin if margin is None else margin)
+        existing = [o for o in self.obstacles if forecast.includes_future or o.exists(now)]
+        obstacles = [predicted(obstacle, forecast, now) for obstacle in existing]
         low, high = state.position - reach, state.position + reach
-        return [displaced(there[k], by) for k, by in in_box(seen, self.period, now, self.horizon, low, high)]
+        images = in_box(obstacles, self.period, now, self.horizon, low, high)
+        return [displaced(existing[k], by) for k, by in images]
 
     @property
     def robot(self) -> Robot:
-        """The first robot; of most scenarios the only one."""
+        """The first robot; in most scenarios the only one."""
         return self.robots[0]
 
     @property
@@ -180,13 +188,17 @@ class Scenario:
         return replace(self, **changed)
 
     def decider(self, method: Method) -> Navigator | LookAhead:
-        """What decides for the only robot."""
+        """The `Navigator` of the only robot, or its `LookAhead`.
+
+        Raises:
+            InvalidInput: a method that looks ahead in a periodic world.
+        """
         navigator = self.navigator(method)
         if not method.looks_ahead:
             return navigator
         if self.period is not None:
             raise InvalidInput(
-                f"method: expected one that does not look ahead in a world that repeats, found {method.name}"
+                f"method: expected one that does not look ahead in a periodic world, found {method.name}"
             )
         ahead = LookAhead(navigator, time_horizon=self.duration, deadline=self.start + self.duration)
         return ahead.prepared_for(self.obstacles, self.start)
@@ -209,7 +221,7 @@ class Scenario:
 def whole_periods(interval: float, dt: float, name: str = "replan") -> int:
     """Steps of dt [s] in an interval [s], at least 1. Raises InvalidInput if that is not a multiple."""
     steps = max(1, round(interval / dt))
-    if interval and abs(steps * dt - interval) > 1e-9 * interval:
+    if interval and abs(steps * dt - interval) > WHOLE_PERIODS * interval:
         raise InvalidInput(f"{name}: expected a multiple of dt = {dt:g} s, found {interval:g} s")
     return steps
 

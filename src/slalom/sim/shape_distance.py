@@ -1,8 +1,7 @@
-"""Distances between whole shapes in the workspace, by code that shares nothing with the deciding kernels.
+"""Distances between shapes in the workspace, by code that shares nothing with the kernels that decide.
 
-A robot's part and an obstacle's part overlap exactly if the differences of their corners have the origin within the sum
-of the radii of their convex hull (Minkowski). Hulls and distances are shapely's; in space only balls and capsules
-occur.
+Two parts overlap exactly if the origin is within the sum of their radii of the convex hull of the differences of their
+corners (Minkowski difference). shapely computes hulls and distances; in space only balls and capsules occur.
 """
 
 from collections.abc import Iterator
@@ -26,33 +25,34 @@ class Pair(NamedTuple):
 
     @property
     def radius(self) -> float:
-        """Both radii [m]."""
+        """The sum of both radii [m]."""
         return self.obstacle.radius + self.robot.radius
 
 
 def pairs(obstacle: Shape, robot: Shape) -> Iterator[Pair]:
-    """Every part of one with every part of the other."""
+    """Every part of the obstacle with every part of the robot."""
     for part in obstacle.parts:
         for other in robot.parts:
             yield Pair(part, other)
 
 
-def differences(obstacle: Obstacle, pair: Pair, times: Array, places: Array) -> Array:
-    """Corners of the obstacle's part less those of the robot's: (k, n, d) [m] at absolute times (k,), robots at (k,
-    d).
+def differences(obstacle: Obstacle, pair: Pair, times: Array, positions: Array) -> Array:
+    """Differences (k, n, d) [m] of the corners of the obstacle's part and the robot's part.
+
+    At absolute `times` (k,) [s] the robot is at `positions` (k, d) [m].
     """
     corners = np.broadcast_to(pair.obstacle.corners, (len(times), *pair.obstacle.corners.shape))
     if obstacle.turns or obstacle.heading != 0.0:
         e = obstacle.direction(times)[:, None]
         x, y = corners[..., :1], corners[..., 1:]
         corners = x * e + y * np.stack([-e[..., 1], e[..., 0]], axis=-1)
-    relative = obstacle.trajectory.position(times) - places
-    apart = corners[:, :, None] - pair.robot.corners[None, None]
-    return np.asarray(apart.reshape(len(times), -1, places.shape[1]) + relative[:, None])
+    relative = obstacle.trajectory.position(times) - positions
+    difference = corners[:, :, None] - pair.robot.corners[None, None]
+    return np.asarray(difference.reshape(len(times), -1, positions.shape[1]) + relative[:, None])
 
 
 def signed(q: Array) -> Array:
-    """Signed distance (k,) of the origin to the convex hulls of q (k, n, d): inside, minus the depth."""
+    """Signed distances (k,) [m] of the origin to the convex hulls of q (k, n, d) [m]; inside, minus the depth."""
     if q.shape[1] == 1:
         return np.asarray(np.linalg.norm(q[:, 0], axis=1))
     if q.shape[2] == 3:
@@ -65,23 +65,24 @@ def signed(q: Array) -> Array:
 
 
 def segment_distance(p: Array, q: Array) -> Array:
-    """Distance (k,) of the origin from the segments p to q, both (k, d)."""
+    """Distances (k,) [m] of the origin to the segments from p to q, both (k, d) [m]."""
     along = q - p
     square = np.maximum(np.sum(along * along, axis=1), 1e-300)
     share = np.clip(-np.sum(p * along, axis=1) / square, 0.0, 1.0)[:, None]
     return np.asarray(np.linalg.norm(p + share * along, axis=1))
 
 
-def clearances(obstacle: Obstacle, robot: Shape, times: Array, places: Array) -> Array:
-    """Clearance [m] between an obstacle and a robot at places (k, d) at absolute times (k,): (k,)."""
-    found = [signed(differences(obstacle, pair, times, places)) - pair.radius for pair in pairs(obstacle.shape, robot)]
+def clearances(obstacle: Obstacle, robot: Shape, times: Array, positions: Array) -> Array:
+    """Clearances (k,) [m] of a robot at `positions` (k, d) [m] to an obstacle, at absolute times (k,) [s]."""
+    each = pairs(obstacle.shape, robot)
+    found = [signed(differences(obstacle, pair, times, positions)) - pair.radius for pair in each]
     return np.asarray(np.min(found, axis=0))
 
 
 def lowest(before: Array, after: Array, turned: Array) -> Array:
-    """A lower bound (k,) of `signed` for corners that go straight from before to after, both (k, n, d).
+    """Lower bounds (k,) [m] of `signed` for corners that move straight from `before` to `after`, both (k, n, d) [m].
 
-    `turned` (k,) [m] is by how much corners may leave the straight line since the body turns.
+    `turned` (k,) [m] is how far corners may leave the straight line because the body turns.
     """
     both = np.concatenate([before, after], axis=1)
     if before.shape[1] == 1:

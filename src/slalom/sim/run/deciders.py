@@ -23,6 +23,7 @@ from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.run.sensing import sensing_of
 from slalom.sim.scenario import Scenario
 from slalom.state import State
+from slalom.tolerances import WHOLE_PERIODS
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
 
@@ -90,7 +91,7 @@ class SingleRobotDecider:
 def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> Manoeuvre:
     """The manoeuvre of a robot before its first decision: constant velocity for one period, then even braking."""
     speed = float(np.linalg.norm(state.velocity))
-    brake = max(period, np.ceil(speed / limits.braking / period - 1e-9) * period)
+    brake = max(period, np.ceil(speed / limits.braking / period - WHOLE_PERIODS) * period)
     return Manoeuvre(AccelerateThenBrake(period, brake), state, np.zeros(state.dimension), now)
 
 
@@ -184,8 +185,8 @@ class NavigatorDecider:
         """The paths of all robots as robot k knows them, by row."""
         rows = range(len(self._committed))
         if self.messages is not None:
-            heard = self.messages.heard[k]
-            return [self._committed[j] if j == k else self._sent[int(heard[j])][j] for j in rows]
+            received = self.messages.received[k]
+            return [self._committed[j] if j == k else self._sent[int(received[j])][j] for j in rows]
         if self.method.shared:
             return self._committed
         if self.sensing is None:

@@ -1,4 +1,4 @@
-"""How the robots of a scenario decide: all by one kernel where they are discs or balls, else each by its navigator."""
+"""Fleets of discs or balls: one kernel decides for all robots."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.checks import Array
-from slalom.decision import Decision, Outcome
+from slalom.decision import Outcome
 from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
@@ -17,32 +17,29 @@ from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
 from slalom.response import AccelerateThenBrake
 from slalom.shape import Ball, Disc
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
 from slalom.sim.run.deciders import Decisions, first_manoeuvre, margin_among
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.messages import Messages, messages_of
-from slalom.sim.run.response_tables import linear_forecast, piecewise_polynomial, response_table
+from slalom.sim.run.response_tables import linear_forecast, passive_obstacles, piecewise_polynomial, response_table
 from slalom.sim.run.rounds import at_once, one_by_one
 from slalom.sim.run.sensing import sensing_of
 from slalom.sim.scenario import DETOURS, Scenario
 from slalom.state import State
-from slalom.tolerances import REST_DURATION
+from slalom.tolerances import FORECAST_HORIZONS, REST_DURATION
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
 BY_NUMBER = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED, Outcome.WAITING)
 OUTCOMES = tuple(outcome.name for outcome in BY_NUMBER)
-"""What the kernel's numbers mean; it knows nothing of the last."""
+"""The outcomes by the kernel's numbers, and last the outcome WAIT, which the kernel never gives."""
 WAIT, FALL_BACK = 5, -1
-"""The numbers of a robot that may not decide, and of one that the kernel has no answer for: it asks its navigator."""
-FORECAST_HORIZONS = 10.0
-"""[1] Forecasts of robots are tables over so many horizons: sight is seldom older."""
+"""The numbers of a robot that may not decide, and of one for which `Navigator` decided as the fallback."""
 
 
 def is_disc_fleet(scenario: Scenario) -> bool:
-    """Whether a crew can decide for the robots of a scenario."""
+    """Whether `FleetDecider` can decide for the robots of a scenario."""
     return all(
         isinstance(robot.shape, (Disc, Ball))
         and isinstance(robot.goal.trajectory, Stationary)
@@ -52,32 +49,34 @@ def is_disc_fleet(scenario: Scenario) -> bool:
 
 
 class FleetDecider:
-    """Discs or balls with goals at rest: one kernel decides for all, the navigator for a robot that has no safe choice.
+    """Discs or balls with goals at rest: one kernel decides for all, `Navigator` for a robot without a safe control.
 
-    What a robot commits to is kept as cubic pieces over two horizons, or for ever where it ends at rest.
+    Committed manoeuvres are cubic pieces over two horizons, or for all time where they end at rest.
+
+    Attributes:
+        fleet: all robots, as `kernels.decision.tables.RobotTable`. responses: their responses as tables.
+        messages, sensing: None where messages or observations are immediate and exact.
+        margin: [m], see `margin_among`. period: [s] between decisions. span: [s] of committed manoeuvres.
     """
 
     def __init__(self, method: Method, guidance: Guidance, seed: int = 0, threads: int | None = None) -> None:
         self.threads = kernels.threads() if threads is None else threads
         self.method, self.guidance, self.states = method, guidance, guidance.states
         self.scenario = scenario = guidance.states.scenario
-        self.messages = messages_of(scenario, method, seed)
-        self.sensing = sensing_of(self.states, method, seed)
-        self._sensing_time = 0.0
+        self.messages, self.sensing = messages_of(scenario, method, seed), sensing_of(self.states, method, seed)
         robots, guide = scenario.robots, guidance.guide
         self.period, self.span = scenario.dt * scenario.steps_per_decision, 2.0 * scenario.horizon
         self.margin = margin_among(scenario, method)
         distinct: dict[Limits, int] = {}
         kind = np.array([distinct.setdefault(robot.limits, len(distinct)) for robot in robots])
         kinds = [method.responses(limits, self.period, scenario.holds) for limits in distinct]
-        self.answers = response_table(kinds, scenario.horizon, self.span, scenario.dimension)
-        self.texts = [repr(response) for kind_of in kinds for response in kind_of]
-        n, pieces = len(robots), max(3, int(np.diff(self.answers.first).max()))
-        # What others see of a robot that they observe.
-        self._outlook = (
+        self.responses = response_table(kinds, scenario.horizon, self.span, scenario.dimension)
+        self._texts = [repr(response) for each in kinds for response in each]
+        n, pieces = len(robots), max(3, int(np.diff(self.responses.first).max()))
+        self._forecast = (
             None if method.shared else linear_forecast(method.robot_forecast, FORECAST_HORIZONS * scenario.horizon)
         )
-        seen = pieces if self._outlook is None else len(self._outlook.shares)
+        observed = pieces if self._forecast is None else len(self._forecast.shares)
         self.fleet = RobotTable(
             position=guide.position,
             velocity=guide.velocity,
@@ -92,20 +91,22 @@ class FleetDecider:
             present=guide.present,
             committed_times=np.zeros((n, pieces + 1)),
             committed_points=np.zeros((n, pieces, 4, 3)),
-            observed_times=np.zeros((n, seen + 1)),
-            observed_points=np.zeros((n, seen, 4, 3)),
+            observed_times=np.zeros((n, observed + 1)),
+            observed_points=np.zeros((n, observed, 4, 3)),
             ball_centers=np.zeros((n, WINDOWS, 3)),
             ball_radii=np.zeros((n, WINDOWS)),
             end_position=np.zeros((n, 3)),
-            # Shared manoeuvres are promises from the begin; seen robots are free to change their first.
+            # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
             regret=np.zeros(n) if method.shared else np.full(n, np.inf),
             response=np.full(n, -1),
             control=np.zeros((n, 3)),
             outcome=np.zeros(n, np.int64),
         )
-        self._others, self._who = [""] * n, np.arange(n)
+        # The response of each robot whose manoeuvre is not in the tables, and the robot in each row of `fleet`.
+        self._other_texts, self._robot_of = [""] * n, np.arange(n)
         self._sent: dict[int, tuple[Array, Array]] = {}
-        self._empty = None if scenario.obstacles else self._world(scenario.start)
+        self._sensing_time = 0.0
+        self._no_obstacles = None if scenario.obstacles else self._passive(scenario.start)
         for k, robot in enumerate(robots):
             self._commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
 
@@ -126,69 +127,40 @@ class FleetDecider:
         self.guidance.update(now, self.period)
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
-        before = perf_counter()
-        s, due = self.scenario, np.array(order, dtype=np.int64)
-        regain = np.inf if self.method.regain is None else self.method.regain
+        before, s, method = perf_counter(), self.scenario, self.method
+        regain = np.inf if method.regain is None else method.regain
         usual = DecisionSettings(
-            s.dimension, now, self.period, s.horizon, self.margin, regain, s.patience, self.method.share,
-            self.method.shared, np.array(DETOURS),
+            s.dimension, now, self.period, s.horizon, self.margin, regain, s.patience, method.share, method.shared,
+            np.array(DETOURS),
         )  # fmt: skip
-        everywhere, outcomes = self._world(now) if self._empty is None else self._empty, {}
-        all_decide = one_by_one if self.method.shared else at_once
-        for together, terms in self._turns(due, usual):
-            for some, world in self._among_images(together, everywhere):
-                tables = DecisionTables(self.fleet, world, self.answers, terms)
-                outcomes.update(all_decide(some, tables, lambda k: self._ask(k, now).outcome.name, self.threads))
+        everywhere, outcomes = self._passive(now) if self._no_obstacles is None else self._no_obstacles, {}
+        decide_all = one_by_one if method.shared else at_once
+        for together, settings in self._turns(np.array(order, dtype=np.int64), usual):
+            for some, passive in self._among_images(together, everywhere):
+                tables = DecisionTables(self.fleet, passive, self.responses, settings)
+                outcomes.update(decide_all(some, tables, lambda k: self._fall_back(k, now), self.threads))
         found = self.fleet.outcome.tolist()
         outcomes.update({k: OUTCOMES[found[k]] for k in order if found[k] != FALL_BACK})
         each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)
         return Decisions(outcomes, dict.fromkeys(order, each))
 
-    def _turns(self, due: Indices, terms: DecisionSettings) -> Iterator[tuple[Indices, DecisionSettings]]:
-        """Those who decide one after the other from the same knowledge of the others, which is in `fleet` then."""
+    def _turns(self, due: Indices, settings: DecisionSettings) -> Iterator[tuple[Indices, DecisionSettings]]:
+        """Groups of robots that decide from the same knowledge of the others, which `fleet` then holds."""
         if self.messages is not None:
-            yield from self._by_messages(self.messages, due, terms)
+            yield from self._by_messages(self.messages, due, settings)
         elif self.sensing is not None:
             for k in due:
-                self._predict(terms.now, int(k))
-                yield due[due == k], terms
+                self._predict(settings.now, int(k))
+                yield due[due == k], settings
         else:
-            yield due, terms
-
-    def _among_images(self, some: Indices, world: PassiveObstacles) -> Iterator[tuple[Indices, PassiveObstacles]]:
-        """Where the world repeats each alone, with all images of the others that it could meet in `fleet`; not with its
-        own, which go as it goes.
-        """
-        whole, period, d = self.fleet, self.scenario.period, self.scenario.dimension
-        if period is None:
-            yield some, world
-            return
-        fast = np.maximum(whole.max_speed, np.linalg.norm(whole.velocity, axis=1))
-        reach = fast * self.scenario.horizon + whole.radius
-        for k in some:
-            self._who, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
-            # The world is that of the first cell, about the origin, into which this brings the robot.
-            home = to_nearest(whole.position[k], period)[:d]
-            self.fleet = own = RobotTable._make(of_all[self._who] for of_all in whole)
-            own.position[:] += by
-            own.observed_points[:] += by[:, None, None]
-            yield (
-                np.array([k]),
-                world._replace(
-                    pieces=world.pieces._replace(points=world.pieces.points - home),
-                    end_positions=world.end_positions - home,
-                ),
-            )
-            for of_all, seen in zip(whole, own, strict=True):
-                of_all[k] = seen[k]
-            self.fleet, self._who = whole, np.arange(len(whole.radius))
+            yield due, settings
 
     def _by_messages(
-        self, messages: Messages, due: Indices, terms: DecisionSettings
+        self, messages: Messages, due: Indices, settings: DecisionSettings
     ) -> Iterator[tuple[Indices, DecisionSettings]]:
-        """Each of those who may decide, with what it has heard in `fleet`; the others go on as they are committed.
+        """Each robot that may decide, with the manoeuvres that it has received in `fleet`; the others go on.
 
-        It expects to decide again after as long as it has waited now.
+        A robot expects to decide again after as long as it has waited now.
         """
         fleet, rows = self.fleet, np.arange(len(self.fleet.radius))
         for k in due:
@@ -196,13 +168,37 @@ class FleetDecider:
                 fleet.outcome[k] = WAIT
                 continue
             for j in rows[rows != k]:
-                begin, points = self._sent[int(messages.heard[k, j])]
-                fleet.observed_times[j], fleet.observed_points[j] = begin[j], points[j]
-            yield due[due == k], terms._replace(period=max(self.period, messages.waited(int(k))))
+                times, points = self._sent[int(messages.received[k, j])]
+                fleet.observed_times[j], fleet.observed_points[j] = times[j], points[j]
+            yield due[due == k], settings._replace(period=max(self.period, messages.waited(int(k))))
         self._sent[messages.step] = fleet.committed_times.copy(), fleet.committed_points.copy()
         messages.send()
         for step in [step for step in self._sent if step < messages.oldest]:
             del self._sent[step]
+
+    def _among_images(self, some: Indices, passive: PassiveObstacles) -> Iterator[tuple[Indices, PassiveObstacles]]:
+        """In a periodic world each robot alone, with all images of the others that it can meet in `fleet`.
+
+        Its own images move as it does and need not be avoided. In other worlds all robots together.
+        """
+        whole, period, d = self.fleet, self.scenario.period, self.scenario.dimension
+        if period is None:
+            yield some, passive
+            return
+        speed = np.maximum(whole.max_speed, np.linalg.norm(whole.velocity, axis=1))
+        reach = speed * self.scenario.horizon + whole.radius
+        for k in some:
+            self._robot_of, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
+            # Passive obstacles are those of the cell about the origin, into which `home` brings the robot.
+            home = to_nearest(whole.position[k], period)[:d]
+            self.fleet = own = RobotTable._make(column[self._robot_of] for column in whole)
+            own.position[:] += by
+            own.observed_points[:] += by[:, None, None]
+            pieces = passive.pieces._replace(points=passive.pieces.points - home)
+            yield np.array([k]), passive._replace(pieces=pieces, end_positions=passive.end_positions - home)
+            for column, new in zip(whole, own, strict=True):
+                column[k] = new[k]
+            self.fleet, self._robot_of = whole, np.arange(len(whole.radius))
 
     def accelerations(self, now: float, duration: float) -> Array:
         fleet, t = self.fleet, now + duration
@@ -211,32 +207,32 @@ class FleetDecider:
         width = (fleet.committed_times[rows, piece + 1] - fleet.committed_times[rows, piece])[:, None]
         x = (t - fleet.committed_times[rows, piece])[:, None] / width
         p = fleet.committed_points[rows, piece]
-        bends = (1 - x) ** 2 * (p[:, 1] - p[:, 0]) + 2 * x * (1 - x) * (p[:, 2] - p[:, 1]) + x * x * (p[:, 3] - p[:, 2])
-        return self.states.stop_departed((3.0 * bends / width - fleet.velocity) / duration, duration)
+        slope = (1 - x) ** 2 * (p[:, 1] - p[:, 0]) + 2 * x * (1 - x) * (p[:, 2] - p[:, 1]) + x * x * (p[:, 3] - p[:, 2])
+        return self.states.stop_departed((3.0 * slope / width - fleet.velocity) / duration, duration)
 
     def committed(self) -> tuple[Array, tuple[str, ...]]:
-        numbers, texts, others = self.fleet.response.tolist(), self.texts, self._others
-        said = tuple(texts[r] if r >= 0 else others[k] for k, r in enumerate(numbers))
-        return self.fleet.control[:, : self.scenario.dimension].copy(), said
+        rows, texts, others = self.fleet.response.tolist(), self._texts, self._other_texts
+        responses = tuple(texts[r] if r >= 0 else others[k] for k, r in enumerate(rows))
+        return self.fleet.control[:, : self.scenario.dimension].copy(), responses
 
-    def _predict(self, now: float, who: int = -1) -> None:
-        """What is seen of each robot, by all alike or by robot `who` as it watches: a forecast from its state."""
+    def _predict(self, now: float, observer: int = -1) -> None:
+        """Write the predicted paths of all robots into `fleet`: from the present states, or from what one observed."""
         fleet, d = self.fleet, self.scenario.dimension
         states = np.stack([fleet.position, fleet.velocity, fleet.acceleration], axis=1)
-        when = np.full(len(states), now)
+        time = np.full(len(states), now)
         if self.sensing is not None:
-            states, when = np.moveaxis(self.sensing.seen[who], 0, 1), self.sensing.when[who]
-        if self._outlook is not None and when.min() + self._outlook.times[-1] >= now + self.scenario.horizon:
-            fleet.observed_times[:] = when[:, None] + self._outlook.times
-            fleet.observed_points[:] = self._outlook.points(states)
+            states, time = np.moveaxis(self.sensing.observed[observer], 0, 1), self.sensing.time[observer]
+        if self._forecast is not None and time.min() + self._forecast.times[-1] >= now + self.scenario.horizon:
+            fleet.observed_times[:] = time[:, None] + self._forecast.times
+            fleet.observed_points[:] = self._forecast.points(states)
             return
         for k in np.flatnonzero(fleet.present):
-            place, speed, push = states[k, :, :d]
-            seen = ConstantAcceleration(place, speed, push, float(when[k]))
-            self._show(int(k), self.method.robot_forecast(seen, float(when[k])), now)
+            position, velocity, acceleration = states[k, :, :d]
+            observed = ConstantAcceleration(position, velocity, acceleration, float(time[k]))
+            self._show(int(k), self.method.robot_forecast(observed, float(time[k])), now)
 
     def _show(self, k: int, path: Trajectory, now: float) -> None:
-        """Robot k is seen to follow a path of at most as many pieces as there is room for."""
+        """Write `path` into `fleet` as the observed path of robot k. It has no more pieces than the table holds."""
         fleet, d = self.fleet, self.scenario.dimension
         pieces = path.path(now, now + self.scenario.horizon)
         count = len(pieces.points)
@@ -245,7 +241,7 @@ class FleetDecider:
         fleet.observed_points[k, :count, :, :d] = pieces.points
 
     def _commit(self, k: int, manoeuvre: Manoeuvre, now: float) -> None:
-        """Robot k follows a manoeuvre that is none of the tables'."""
+        """Commit robot k to a manoeuvre that is not in the tables."""
         fleet, d = self.fleet, self.scenario.dimension
         path = manoeuvre.path(now, now + self.span)
         count = len(path.points)
@@ -256,56 +252,40 @@ class FleetDecider:
             fleet.committed_times[k, count:] = now + REST_DURATION
         if self.method.shared:
             fleet.observed_times[k], fleet.observed_points[k] = fleet.committed_times[k], fleet.committed_points[k]
-        fleet.response[k], self._others[k] = -1, repr(manoeuvre.response)
+        fleet.response[k], self._other_texts[k] = -1, repr(manoeuvre.response)
         fleet.control[k, :d] = manoeuvre.control
 
-    def _ask(self, k: int, now: float) -> Decision:
-        """What the navigator of robot k says, and what it commits to by it."""
+    def _fall_back(self, k: int, now: float) -> str:
+        """Commit robot k to the decision of its `Navigator`; the name of the outcome."""
         fleet, d, scenario = self.fleet, self.scenario.dimension, self.scenario
         state = State(fleet.position[k, :d], fleet.velocity[k, :d], fleet.acceleration[k, :d])
-        others = [
-            Obstacle(scenario.robots[self._who[j]].shape, self._seen(int(j)), scenario.robots[self._who[j]].name)
-            for j in np.flatnonzero(fleet.present)
-            if j != k
-        ]
+        others = [self._observed(int(j)) for j in np.flatnonzero(fleet.present) if j != k]
         goal = Goal(Stationary(fleet.target[k, :d]), float(fleet.tolerance[k]), bool(fleet.stop[k]))
         navigator = replace(scenario.navigator(self.method, k), margin=self.margin)
         passive = scenario.around(state, now, self.method, k, self.margin)
         decision = navigator.decide(state, [*passive, *others], goal, now=now)
         self._commit(k, decision.manoeuvre, now)
         fleet.outcome[k], fleet.regret[k] = FALL_BACK, 0.0
-        return decision
+        return decision.outcome.name
 
-    def _seen(self, k: int) -> Trajectory:
-        """The course that the others see of robot k."""
-        return piecewise_polynomial(
-            self.fleet.observed_times[k], self.fleet.observed_points[k, ..., : self.scenario.dimension]
-        )
+    def _observed(self, k: int) -> Obstacle:
+        """The robot in row k of `fleet` as an obstacle on its observed path."""
+        robot, points = self.scenario.robots[self._robot_of[k]], self.fleet.observed_points[k]
+        path = piecewise_polynomial(self.fleet.observed_times[k], points[..., : self.scenario.dimension])
+        return Obstacle(robot.shape, path, robot.name)
 
-    def _world(self, now: float) -> PassiveObstacles:
-        """The passive obstacles as foreseen, or their images that could be met in the first cell, grown by the first
-        robot's shape.
+    def _passive(self, now: float) -> PassiveObstacles:
+        """The predicted passive obstacles, grown by the first robot's shape.
+
+        In a periodic world all images that robots in the cell about the origin can meet.
         """
-        d, horizon, shape = self.scenario.dimension, self.scenario.horizon, self.scenario.robot.shape
-        forecast = self.method.forecast
-        there = [o for o in self.scenario.obstacles if forecast.includes_future or o.exists(now)]
-        seen = [predicted(obstacle, forecast, now) for obstacle in there]
-        if self.scenario.period is not None:
-            # No response makes a robot that is faster than its top speed faster still.
-            fast = max(self.fleet.max_speed.max(), np.linalg.norm(self.fleet.velocity, axis=1).max())
-            far = 0.5 * np.array(self.scenario.period) + fast * horizon + self.fleet.radius.max() + self.margin
-            found = in_box(seen, self.scenario.period, now, horizon, -far, far)
-            seen = [displaced(seen[k], by) for k, by in found]
-        bodies = ObstacleTable(seen, now, horizon).bodies(shape)
-        stay = [o for o in seen if o.exists(now + horizon) and len(o.shape.parts) == 1]
-        return PassiveObstacles(
-            pieces=bodies.pieces,
-            body_radius=bodies.radius,
-            hull_radius=bodies.hull_radius,
-            hull=bodies.hull,
-            corners=bodies.maybe_corners,
-            heads=bodies.heads,
-            end_positions=np.array([o.trajectory.position(now + horizon) for o in stay]).reshape(-1, d),
-            end_radii=np.array([o.shape.bounding_radius for o in stay]),
-            robot_radius=shape.bounding_radius,
-        )
+        s, forecast = self.scenario, self.method.forecast
+        existing = [o for o in s.obstacles if forecast.includes_future or o.exists(now)]
+        obstacles = [predicted(obstacle, forecast, now) for obstacle in existing]
+        if s.period is not None:
+            # No response makes a robot faster that exceeds its largest speed.
+            speed = max(self.fleet.max_speed.max(), np.linalg.norm(self.fleet.velocity, axis=1).max())
+            reach = 0.5 * np.array(s.period) + speed * s.horizon + self.fleet.radius.max() + self.margin
+            images = in_box(obstacles, s.period, now, s.horizon, -reach, reach)
+            obstacles = [displaced(obstacles[k], by) for k, by in images]
+        return passive_obstacles(obstacles, s.robot.shape, now, s.horizon)

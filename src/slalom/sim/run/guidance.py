@@ -1,4 +1,4 @@
-"""Where robots that share the plane head for: around what rests, around each other, aside for those that wait."""
+"""Guidance of robots that share the plane: waypoints, traffic circles, priority inheritance."""
 
 import numpy as np
 import shapely
@@ -12,24 +12,27 @@ from slalom.sim.periodic import between
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.run.threads import map_in_threads
 from slalom.sim.scenario import Scenario
+from slalom.tolerances import (
+    GRID_BORDER,
+    GRID_CELL,
+    GRID_CELLS,
+    GUIDED_ROBOTS_PER_THREAD,
+    PARKED_SPEED,
+    WAYPOINT_INTERVAL,
+)
 from slalom.trajectory import Stationary
-
-WAYPOINT_INTERVAL = 5
-"""[decisions] after which the way around what rests is looked for again; each robot at another one."""
-CELL, CELLS = 0.7, 400
-"""[1] A cell of the grid is this share of the smallest radius wide, or the side over the largest number of cells."""
-FEWEST = 250
-"""Robots that are worth a thread."""
-PARKED = 0.05
-"""[m/s] A robot at its goal that is slower than this rests."""
 
 
 class Guidance:
-    """The state of the robots of a scenario, and where they head for; `guide` holds it as arrays.
+    """The targets of all robots of a run, in `guide` as arrays.
 
-    Wishes only: whatever a robot heads for, its decision keeps clear of everything. In space robots head for their
-    goals, and so they do in a scenario that is not `guided`. In a world that repeats they only pass those that
-    come towards them on the right, and give way.
+    Guidance has no part in safety: whatever the target of a robot is, its decision avoids all obstacles. In space, and
+    in a scenario that is not `guided`, the target of a robot is its goal. In a periodic world robots only keep right
+    of those that come towards them, and give way.
+
+    Attributes:
+        guide: the table of `kernels.guidance`; it shares the arrays of `states`.
+        grid: the clearance to obstacles at rest; only if robots are guided.
     """
 
     def __init__(self, states: RobotStates, threads: int | None = None) -> None:
@@ -55,15 +58,15 @@ class Guidance:
             yielding=np.zeros((n, 4)),
             arrived=np.zeros(n, np.bool_),
             visited=np.zeros(n, np.bool_),
-            period=_repeats(scenario),
+            period=_plane_period(scenario),
             circle=np.zeros((n, 4)),
         )
-        self._steps = 0
+        self._updates = 0
         if self.guided:
             self.grid = _grid(scenario, self.guide)
 
     def update(self, now: float, period: float) -> None:
-        """Where each robot heads for, from what all of them do now."""
+        """Choose the targets for the next `period` [s] from the states of all robots at `now` [s]."""
         guide = self.guide
         self.states.goals(now)
         guide.arrived[:] = np.isfinite(self.states.arrived)
@@ -77,52 +80,53 @@ class Guidance:
             kernels.keep_right(guide)
             kernels.give_way(guide, self.grid, self.margin, now, period)
             return
-        rests = guide.arrived & (np.linalg.norm(guide.velocity, axis=1) < PARKED)
-        parked = np.flatnonzero(guide.present & rests)
-        moves = (guide.waypoint == guide.goal).all(axis=1)
-        turn = (np.arange(len(guide.radius)) + self._steps) % WAYPOINT_INTERVAL == 0
-        due = np.flatnonzero(guide.present & ~guide.arrived & turn)
-        guide.waypoint[moves] = guide.goal[moves]
-        kernels.update_waypoints(guide, self.grid, self.margin, parked, due)
-        everyone = np.arange(len(guide.radius))
-        map_in_threads(lambda part: kernels.update_targets(part, guide), everyone, self.threads, FEWEST)
+        rows = np.arange(len(guide.radius))
+        parked = guide.present & guide.arrived & (np.linalg.norm(guide.velocity, axis=1) < PARKED_SPEED)
+        # Each robot searches anew at another decision of the interval.
+        due = guide.present & ~guide.arrived & ((rows + self._updates) % WAYPOINT_INTERVAL == 0)
+        at_goal = (guide.waypoint == guide.goal).all(axis=1)
+        guide.waypoint[at_goal] = guide.goal[at_goal]
+        kernels.update_waypoints(guide, self.grid, self.margin, np.flatnonzero(parked), np.flatnonzero(due))
+        map_in_threads(lambda part: kernels.update_targets(part, guide), rows, self.threads, GUIDED_ROBOTS_PER_THREAD)
         kernels.give_way(guide, self.grid, self.margin, now, period)
-        self._steps += 1
+        self._updates += 1
 
 
-def _repeats(scenario: Scenario) -> Array:
-    """The period along x and y [m], 0 where there is none."""
+def _plane_period(scenario: Scenario) -> Array:
+    """The period (2,) [m] along x and y, 0 where the world does not repeat."""
     period = np.array((scenario.period or ())[:2])
     return np.where(np.isfinite(period), period, 0.0) if len(period) else np.zeros(2)
 
 
 def _grid(scenario: Scenario, guide: GuidanceState) -> Grid:
-    """Grid of the clearance to obstacles at rest, over all positions and goals with a margin."""
+    """The clearance to obstacles at rest on a grid over all positions, goals and obstacles at rest."""
     at_rest = [o for o in scenario.obstacles if isinstance(o.trajectory, Stationary)]
     parts = [part for obstacle in at_rest for part in outline_parts(obstacle, scenario.start)]
     outlines = [(_outline(part.corners), part.radius) for part in parts]
-    places = [guide.position[:, :2], guide.goal[:, :2], *(shapely.get_coordinates(line) for line, _ in outlines)]
-    room = 4.0 * float(guide.radius.max())
-    low, high = np.concatenate(places).min(axis=0) - room, np.concatenate(places).max(axis=0) + room
+    corners = [shapely.get_coordinates(outline) for outline, _ in outlines]
+    positions = np.concatenate([guide.position[:, :2], guide.goal[:, :2], *corners])
+    border = GRID_BORDER * float(guide.radius.max())
+    low, high = positions.min(axis=0) - border, positions.max(axis=0) + border
     if scenario.period is not None:
-        # One period of the world is enough, with the images of what rests that reach into it.
+        # The grid covers one period, with the images of obstacles at rest that reach into it.
         high = np.where(guide.period > 0.0, low + guide.period, high)
         outlines = [
-            (translate(line, *by), radius)
-            for line, radius in outlines
-            for by in between(low - room - line.bounds[2:], high + room - line.bounds[:2], scenario.period)
+            (translate(outline, *by), radius)
+            for outline, radius in outlines
+            for by in between(low - border - outline.bounds[2:], high + border - outline.bounds[:2], scenario.period)
         ]
-    width = max(CELL * float(guide.radius.min()), float((high - low).max()) / CELLS)
+    width = max(GRID_CELL * float(guide.radius.min()), float((high - low).max()) / GRID_CELLS)
     counts = np.ceil((high - low) / width).astype(int) + 1
     clearance = np.full(tuple(counts), np.inf)
-    # Points are costly to make, and of no use where nothing rests.
+    # Points take long to make and serve nothing where no obstacle rests.
     cells = shapely.points(np.moveaxis(np.indices(clearance.shape), 0, -1) * width + low) if outlines else None
-    for line, radius in outlines:
-        clearance = np.minimum(clearance, shapely.distance(cells, line) - radius)
+    for outline, radius in outlines:
+        clearance = np.minimum(clearance, shapely.distance(cells, outline) - radius)
     return Grid(low, width, clearance)
 
 
 def _outline(corners: Array) -> shapely.Geometry:
+    """The polygon of corners (n, 2) [m]; a point or a line for fewer than 3."""
     if len(corners) < 3:
         return shapely.Point(corners[0]) if len(corners) == 1 else shapely.LineString(corners)
     return shapely.Polygon(corners)

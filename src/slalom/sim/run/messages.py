@@ -1,4 +1,4 @@
-"""Messages between robots that share their manoeuvres, when they come late or not at all."""
+"""Messages between robots that share their manoeuvres, where they arrive late or are lost."""
 
 from typing import NamedTuple
 
@@ -9,34 +9,45 @@ from slalom.kernels.arrays import Flags, Indices
 from slalom.methods import Method
 from slalom.sim.periodic import to_nearest
 from slalom.sim.scenario import Scenario
+from slalom.tolerances import FRESH, WHOLE_PERIODS
 
 
 class Message(NamedTuple):
-    """Messages that arrive at the same step, and what they say beside what their senders are committed to."""
+    """m messages that arrive at the same step, and their contents beside the committed manoeuvres; each (m,)."""
 
-    step: Indices  # at which they were sent
+    sent: Indices  # the step at which a message was sent
     sender: Indices
     receiver: Indices
-    passed: Indices  # how often the right of the pair has changed hands
+    handovers: Indices  # how often the right of the pair has changed hands
     decided: Indices  # the step of the sender's last decision
 
 
-FRESH = 3.0
-"""[1] News of up to so many times the largest delay never make a robot wait for newer ones."""
-
-
 class Messages:
-    """Who has heard what of whom, and who may change its manoeuvre (docs/theory.md, 17).
+    """Which robot has received which messages, and which robot may change its manoeuvre (docs/theory.md, 17).
 
-    Of each pair of robots one holds the right to change. With every message a robot says what it is committed to and
-    how often the right of that pair has changed hands as far as it knows: even, and the first of the two holds it.
-    A robot changes its manoeuvre only while it holds the rights of all pairs, and passes each on to the other once
-    that one has waited longer, as far as it knows. A pair needs none while the two are `far` from each other, wherever
-    the other has gone since it was last heard. What was heard of the other counts while it cannot have been so since;
-    it need not count where the two are so far `apart` that no manoeuvre of one meets any of the other. A message that
-    is lost is made good by the next one, which says as much and more.
+    Of each pair of robots one holds the right to change. Every message contains the committed manoeuvre of the sender
+    and the number of handovers of the right of the pair that it knows of. If that number is even, the first of the two
+    holds the right.
 
-    Steps are those at which robots decide; what is sent in one is heard in the next at the earliest.
+    Robot i may change its manoeuvre if for every other robot j
+
+    1. i holds the right of the pair, or the two are farther than `far` from each other; and
+    2. i holds the right, and the two have not been farther than `far` since the last message of j that i received was
+       sent; or they are farther than `apart`, and no manoeuvre of one meets any manoeuvre of the other.
+
+    Robot i takes the least distance that the last message of j leaves possible. It hands a right over once j has waited
+    longer for a decision, as far as i knows. A lost message needs no repeat, since the next one contains as much.
+
+    Steps are those at which robots decide; a message arrives at the next step at the earliest. Arrays (n, n) have a row
+    for the robot that knows and a column for the robot that is known.
+
+    Attributes:
+        max_speed: (n,) [m/s]. apart, far: (n, n) [m], see above.
+        handovers: (n, n) of the right of each pair. received: (n, n) step at which the last message was sent.
+        was_far: (n, n) last step at which the two were farther than `far`.
+        decided: (n,) step of the last decision. waits: (n,) [steps] from the decision before it.
+        known_decisions: (n, n) the same as `decided`, by the last message.
+        step: the present step, -1 before the first. sent: how many messages were sent.
     """
 
     def __init__(self, scenario: Scenario, method: Method, seed: int) -> None:
@@ -44,45 +55,46 @@ class Messages:
         self.period = scenario.dt * scenario.steps_per_decision
         self.delay, self.loss = scenario.message_delay, scenario.message_loss
         self.random = np.random.default_rng([seed, n])
-        fast = [max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in robots]
-        ends = [longest(scenario, method, k) for k in range(n)]
-        ranges = np.array([v * end + r.shape.bounding_radius for v, end, r in zip(fast, ends, robots, strict=True)])
-        self.top, self.world = np.array(fast), scenario.period
+        speeds = [max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in robots]
+        ends = [longest_manoeuvre(scenario, method, k) for k in range(n)]
+        ranges = np.array([v * end + r.shape.bounding_radius for v, end, r in zip(speeds, ends, robots, strict=True)])
+        self.max_speed, self.world_period = np.array(speeds), scenario.period
         self.apart = ranges[:, None] + ranges[None, :] + scenario.margin
-        # Who is not apart by news of at most this age has not been far since.
-        self.far = self.apart + 3.0 * self.top.max() * (FRESH * self.delay + self.period)
+        # If i and j are within `apart` by a message no older than FRESH * delay, their distance has stayed below `far`
+        # since: with v the largest speed it was at most apart + 2 v * age. Condition 2 then holds with the right.
+        self.far = self.apart + 3.0 * self.max_speed.max() * (FRESH * self.delay + self.period)
         self.first = np.arange(n)[:, None] < np.arange(n)[None, :]
-        self.passed = np.zeros((n, n), np.int64)
-        self.heard = np.full((n, n), -1)
+        self.handovers = np.zeros((n, n), np.int64)
+        self.received = np.full((n, n), -1)
         self.was_far = np.full((n, n), -1)
         self.decided, self.waits = np.full(n, -1), np.zeros(n, np.int64)
-        self.news = np.full((n, n), -1)
+        self.known_decisions = np.full((n, n), -1)
         self.step, self.sent = -1, 0
-        self._places: dict[int, Array] = {}
-        self._on_the_way: dict[int, list[Message]] = {}
+        self._positions: dict[int, Array] = {}
+        self._in_transit: dict[int, list[Message]] = {}
 
     def holds(self) -> Flags:
         """Whether robot i, as far as it knows, holds the right of the pair (i, j); (n, n)."""
-        return np.asarray((self.passed % 2 == 0) == self.first)
+        return np.asarray((self.handovers % 2 == 0) == self.first)
 
-    def deliver(self, places: Array) -> None:
-        """A new step, in which robots are at `places` (n, 3): what is due arrives."""
+    def deliver(self, positions: Array) -> None:
+        """Begin a new step, with robots at `positions` (n, 3) [m], and deliver the messages that are due."""
         self.step += 1
         if self.step == 0:
-            self._places[-1] = places.copy()
-        for step, sender, receiver, passed, decided in self._on_the_way.pop(self.step, []):
-            for known, told in ((self.passed, passed), (self.news, decided), (self.heard, step)):
+            self._positions[-1] = positions.copy()
+        for sent, sender, receiver, handovers, decided in self._in_transit.pop(self.step, []):
+            for known, told in ((self.handovers, handovers), (self.known_decisions, decided), (self.received, sent)):
                 known[receiver, sender] = np.maximum(known[receiver, sender], told)
-        away = self._away(places[:, None] - places[None, :])
-        self.was_far[away > self.far] = self.step
-        np.fill_diagonal(self.heard, self.step)
-        self._places[self.step] = places.copy()
+        distance = self._distance(positions[:, None] - positions[None, :])
+        self.was_far[distance > self.far] = self.step
+        np.fill_diagonal(self.received, self.step)
+        self._positions[self.step] = positions.copy()
 
     def may_decide(self, i: int, present: Flags) -> bool:
-        """Whether robot i may change its manoeuvre now; it is taken to do so then."""
-        away, mine = self._least(i), self.holds()[i]
-        known = mine & (self.was_far[i] <= self.heard[i])
-        free = (mine | (away > self.far[i])) & (known | (away > self.apart[i])) | ~present
+        """Whether robot i may change its manoeuvre now. If so, its decision is noted."""
+        distance, holds = self._least_distance(i), self.holds()[i]
+        known = holds & (self.was_far[i] <= self.received[i])
+        free = (holds | (distance > self.far[i])) & (known | (distance > self.apart[i])) | ~present
         free[i] = True
         if not free.all():
             return False
@@ -90,59 +102,61 @@ class Messages:
         return True
 
     def waited(self, i: int) -> float:
-        """How long [s] robot i waited for its last decision."""
+        """The time [s] that robot i waited for its last decision."""
         return float(self.period * self.waits[i])
 
-    def pass_on(self) -> None:
-        """All give up the rights of pairs in which the other has waited longer, or as long and is the first of the two.
+    def hand_over(self) -> None:
+        """Hand over the rights of pairs in which the other robot has waited longer, or as long and is the first.
 
-        Whoever has waited longest of all is given all rights and gives up none, so somebody always may decide.
+        The robot that has waited longest receives all rights and hands none over, so always some robot may decide.
         """
-        longer = (self.news < self.decided[:, None]) | ((self.news == self.decided[:, None]) & self.first.T)
-        self.passed += self.holds() & longer & ~np.eye(len(self.passed), dtype=bool)
+        known, decided = self.known_decisions, self.decided[:, None]
+        longer = (known < decided) | ((known == decided) & self.first.T)
+        self.handovers += self.holds() & longer & ~np.eye(len(self.handovers), dtype=bool)
 
     def send(self) -> None:
-        """Every robot tells every other one, at the end of the step."""
-        self.pass_on()
-        n = len(self.passed)
-        lost, late = self.random.random((2, n, n))
-        steps = np.maximum(np.ceil(self.delay * late / self.period - 1e-9).astype(int), 1)
-        sender, receiver = np.nonzero(~np.eye(n, dtype=bool) & (lost >= self.loss))
+        """Send a message from every robot to every other one, at the end of the step."""
+        self.hand_over()
+        n = len(self.handovers)
+        chance, late = self.random.random((2, n, n))
+        steps = np.maximum(np.ceil(self.delay * late / self.period - WHOLE_PERIODS).astype(int), 1)
+        sender, receiver = np.nonzero(~np.eye(n, dtype=bool) & (chance >= self.loss))
         self.sent += n * (n - 1)
         for wait in np.unique(steps[sender, receiver]):
             some = steps[sender, receiver] == wait
             i, j = sender[some], receiver[some]
-            letters = Message(np.full(len(i), self.step), i, j, self.passed[i, j], self.decided[i])
-            self._on_the_way.setdefault(self.step + int(wait), []).append(letters)
-        for step in [step for step in self._places if step < self.oldest]:
-            del self._places[step]
+            message = Message(np.full(len(i), self.step), i, j, self.handovers[i, j], self.decided[i])
+            self._in_transit.setdefault(self.step + int(wait), []).append(message)
+        for step in [step for step in self._positions if step < self.oldest]:
+            del self._positions[step]
 
     @property
     def oldest(self) -> int:
-        """The oldest step of which somebody still has what was sent."""
-        return int(self.heard[~np.eye(len(self.heard), dtype=bool)].min())
+        """The oldest step whose messages are still the last that some robot received."""
+        return int(self.received[~np.eye(len(self.received), dtype=bool)].min())
 
-    def _away(self, apart: Array) -> Array:
-        """How far [m] places are that are so far `apart` (..., 3), or their nearest images."""
-        nearest = apart if self.world is None else apart + to_nearest(apart, self.world)
-        return np.asarray(np.linalg.norm(nearest, axis=-1))
+    def _distance(self, displacement: Array) -> Array:
+        """Distances (...) [m] for displacements (..., 3) [m]; to the nearest image in a periodic world."""
+        if self.world_period is not None:
+            displacement = displacement + to_nearest(displacement, self.world_period)
+        return np.asarray(np.linalg.norm(displacement, axis=-1))
 
-    def _least(self, i: int) -> Array:
-        """How far [m] the others are from robot i at least, by what it has heard of them; (n,)."""
-        last = np.array([self._places[int(step)][j] for j, step in enumerate(self.heard[i])])
-        since = self.step - self.heard[i]
-        away = self._away(self._places[self.step][i] - last)
-        return np.asarray(away - self.top * self.period * since)
+    def _least_distance(self, i: int) -> Array:
+        """Lower bounds (n,) [m] of the distances from robot i, by the last messages that it received."""
+        last = np.array([self._positions[int(step)][j] for j, step in enumerate(self.received[i])])
+        age = self.step - self.received[i]
+        distance = self._distance(self._positions[self.step][i] - last)
+        return np.asarray(distance - self.max_speed * self.period * age)
 
 
-def longest(scenario: Scenario, method: Method, robot: int) -> float:
-    """How long [s] the longest manoeuvre of a robot takes that ends at rest."""
+def longest_manoeuvre(scenario: Scenario, method: Method, robot: int) -> float:
+    """The duration [s] of the longest manoeuvre of a robot, whose manoeuvres all end at rest."""
     navigator = scenario.navigator(method, robot)
     responses = method.responses(navigator.limits, navigator.period, navigator.holds)
     return max(float(response.knots(1e6, 1.0)[-2]) for response in responses)
 
 
 def messages_of(scenario: Scenario, method: Method, seed: int) -> Messages | None:
-    """The post of a run, if there is one: of a method that shares manoeuvres, where messages are late or lost."""
+    """The messages of a run with a shared method in which they arrive late or are lost; else None."""
     needed = method.shared and (scenario.message_delay > 0.0 or scenario.message_loss > 0.0)
     return Messages(scenario, method, seed) if needed else None

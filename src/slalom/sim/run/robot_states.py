@@ -5,6 +5,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.sim.scenario import Scenario
 from slalom.state import State
+from slalom.tolerances import ARRIVAL_FILTER, ARRIVAL_LOST
 from slalom.trajectory import Stationary
 
 
@@ -16,13 +17,6 @@ def integrate(position: Array, velocity: Array, acceleration: Array, duration: f
     return position + duration * (velocity + 0.5 * duration * acceleration), velocity + duration * acceleration
 
 
-def widen(rows: Array) -> Array:
-    """Vectors (n, d) as (n, 3): missing coordinates are 0."""
-    wide = np.zeros((len(rows), 3))
-    wide[:, : rows.shape[1]] = rows
-    return wide
-
-
 class RobotStates:
     """The states of the n robots of a scenario during a run.
 
@@ -31,20 +25,20 @@ class RobotStates:
             kernels share these arrays, so they change in place.
         arrived: (n,) [s] absolute time of arrival, inf before it.
         present: (n,) whether a robot is in the scene. A robot that passes its goal without a stop leaves it there.
-        arrivals_are_final: whether a robot counts as arrived for good. Otherwise it no longer does at twice the
-            tolerance from its goal: guidance moves robots away from their goals to let others pass.
+        arrivals_are_final: whether a robot counts as arrived for good. Otherwise its arrival is lost at ARRIVAL_LOST
+            times the tolerance from its goal: guidance moves robots away from their goals to let others pass.
     """
 
     def __init__(self, scenario: Scenario, *, arrivals_are_final: bool = False) -> None:
         robots, n = scenario.robots, len(scenario.robots)
         self.scenario, self.robots, self.dimension = scenario, robots, scenario.dimension
         self.arrivals_are_final = arrivals_are_final
-        self.position = widen(np.array([robot.state.position for robot in robots]))
-        self.velocity = widen(np.array([robot.state.velocity for robot in robots]))
+        self.position = _in_space(np.array([robot.state.position for robot in robots]))
+        self.velocity = _in_space(np.array([robot.state.velocity for robot in robots]))
         self.acceleration = np.zeros((n, 3))
         self.arrived = np.full(n, np.inf)
         self.present = np.ones(n, np.bool_)
-        self._goal = widen(np.array([robot.goal.position(scenario.start) for robot in robots]))
+        self._goal = _in_space(np.array([robot.goal.position(scenario.start) for robot in robots]))
         self._tolerance = np.array([robot.goal.tolerance for robot in robots])
         self._moving = [k for k, robot in enumerate(robots) if not isinstance(robot.goal.trajectory, Stationary)]
 
@@ -54,7 +48,7 @@ class RobotStates:
         return State(self.position[k, :d], self.velocity[k, :d], self.acceleration[k, :d])
 
     def goals(self, now: float) -> Array:
-        """The positions (n, 3) [m] of all goals at `now` [s]; one array that changes in place."""
+        """The positions (n, 3) [m] of all goals at `now` [s]; always the same array, changed in place."""
         for k in self._moving:
             self._goal[k, : self.dimension] = self.robots[k].goal.position(now)
         return self._goal
@@ -62,14 +56,13 @@ class RobotStates:
     def note_arrivals(self, now: float) -> None:
         """Update `arrived` and `present` at `now` [s]."""
         d, distance = self.dimension, np.linalg.norm(self.goals(now) - self.position, axis=1)
-        # The goal decides; 1.1 times the tolerance only keeps the number of calls small.
-        for k in np.flatnonzero(self.present & (distance <= 1.1 * self._tolerance)):
+        for k in np.flatnonzero(self.present & (distance <= ARRIVAL_FILTER * self._tolerance)):
             goal = self.robots[k].goal
             if not np.isfinite(self.arrived[k]) and goal.reached(self.position[k, :d], self.velocity[k, :d], now):
                 self.arrived[k] = now
                 self.present[k] = goal.stop
         if not self.arrivals_are_final:
-            self.arrived[self.present & (distance > 2.0 * self._tolerance)] = np.inf
+            self.arrived[self.present & (distance > ARRIVAL_LOST * self._tolerance)] = np.inf
 
     @property
     def all_arrived(self) -> bool:
@@ -82,6 +75,13 @@ class RobotStates:
         self.acceleration[:] = acceleration
 
     def stop_departed(self, acceleration: Array, duration: float) -> Array:
-        """The accelerations (n, 3) with those that stop robots outside the scene within `duration` [s]."""
+        """The accelerations (n, 3) [m/s^2], changed to stop robots outside the scene within `duration` [s]."""
         acceleration[~self.present] = -self.velocity[~self.present] / duration
         return acceleration
+
+
+def _in_space(rows: Array) -> Array:
+    """Vectors (n, d) as (n, 3): missing coordinates are 0."""
+    wide = np.zeros((len(rows), 3))
+    wide[:, : rows.shape[1]] = rows
+    return wide

@@ -1,5 +1,8 @@
-"""In which order the robots of a crew decide: all at once where all see the same, in rounds where they see each other
-decide. In threads, with the same bits in any number of them."""
+"""The order in which the robots of a fleet decide.
+
+Robots that only observe each other decide at once. Robots that share manoeuvres decide one after the other, in rounds
+of robots that cannot meet. The number of threads changes no bit.
+"""
 
 from collections.abc import Callable, Iterator
 from itertools import chain
@@ -10,60 +13,63 @@ from slalom import kernels
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import CellList, DecisionTables
 from slalom.sim.run.threads import map_in_threads
+from slalom.tolerances import ROBOTS_PER_THREAD
 
-FEWEST = 20
-"""Robots that are worth a thread."""
-
-
-def at_once(some: Indices, tables: DecisionTables, ask: Callable[[int], str], threads: int) -> dict[int, str]:
-    """All see the same, whoever decides first. The outcomes of robots that the kernel has no answer for: they `ask`."""
-    seen = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)
-    return {k: ask(k) for k in _asking(some, seen, tables, threads)}
+FallBack = Callable[[int], str]
+"""Decides for a robot for which the kernel found no decision; returns the name of the outcome."""
 
 
-def one_by_one(some: Indices, tables: DecisionTables, ask: Callable[[int], str], threads: int) -> dict[int, str]:
-    """Each sees what those before it have decided.
+def at_once(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, str]:
+    """Decide for the robots `some` (m,), independently of each other; the outcomes of those that fell back."""
+    cells = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)
+    return {k: fall_back(k) for k in _undecided(some, cells, tables, threads)}
 
-    Of many robots those decide at once that cannot meet, each after all before it that it could meet: nobody sees
-    anything else than one after the other. Whoever has to ask is waited for, and what it decides is seen by the rest.
+
+def one_by_one(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, str]:
+    """Decide for the robots `some` (m,) in their order, each after those before it that it can meet.
+
+    A round holds robots that cannot meet, so the decisions are those of one robot after the other. The robots after a
+    robot that falls back wait for its decision. Returns the outcomes of robots that fell back.
     """
     outcomes: dict[int, str] = {}
     while len(some):
-        seen = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)
-        turn = kernels.independent_rounds(some, seen, tables.robots)
-        if len(some) < 2 * FEWEST * (turn.max() + 1):
-            done = kernels.decide_all(some, seen, tables)
-            asking, some = some[done : done + 1].tolist(), some[done + 1 :]
+        cells = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)
+        rounds = kernels.independent_rounds(some, cells, tables.robots)
+        if len(some) < 2 * ROBOTS_PER_THREAD * (rounds.max() + 1):
+            done = kernels.decide_all(some, cells, tables)
+            undecided, some = some[done : done + 1].tolist(), some[done + 1 :]
         else:
-            asking, last = _in_rounds(some, turn, seen, tables, threads)
-            some = some[turn > last]
-        outcomes.update({k: ask(k) for k in asking})
+            undecided, last = _in_rounds(some, rounds, cells, tables, threads)
+            some = some[rounds > last]
+        outcomes.update({k: fall_back(k) for k in undecided})
     return outcomes
 
 
 def _in_rounds(
-    some: Indices, turn: Indices, seen: CellList, tables: DecisionTables, threads: int
+    some: Indices, rounds: Indices, cells: CellList, tables: DecisionTables, threads: int
 ) -> tuple[list[int], int]:
-    """Those of the first round in which any has to ask, and its number; or nobody and the last."""
-    rounds = int(turn.max()) + 1
-    ends = np.cumsum(np.bincount(turn, minlength=rounds))
-    for k, together in enumerate(np.split(some[np.argsort(turn, kind="stable")], ends[:-1])):
-        asking = list(_asking(together, seen, tables, threads))
-        if asking:
-            return asking, k
-    return [], rounds - 1
+    """The undecided robots of the first round that has any, and its number; or no robot and the last number."""
+    count = int(rounds.max()) + 1
+    ends = np.cumsum(np.bincount(rounds, minlength=count))
+    for k, together in enumerate(np.split(some[np.argsort(rounds, kind="stable")], ends[:-1])):
+        undecided = list(_undecided(together, cells, tables, threads))
+        if undecided:
+            return undecided, k
+    return [], count - 1
 
 
-def _asking(some: Indices, seen: CellList, tables: DecisionTables, threads: int) -> Iterator[int]:
-    """Robots that decide without waiting for each other, in threads; those that have to ask."""
-    return chain.from_iterable(map_in_threads(lambda part: _those_that_ask(part, seen, tables), some, threads, FEWEST))
+def _undecided(some: Indices, cells: CellList, tables: DecisionTables, threads: int) -> Iterator[int]:
+    """Decide for independent robots in threads; the robots for which the kernel found no decision."""
+    return chain.from_iterable(
+        map_in_threads(lambda part: _undecided_of(part, cells, tables), some, threads, ROBOTS_PER_THREAD)
+    )
 
 
-def _those_that_ask(part: Indices, seen: CellList, tables: DecisionTables) -> list[int]:
-    """The decisions of robots one after the other, but of those that the kernel has no answer for."""
+def _undecided_of(part: Indices, cells: CellList, tables: DecisionTables) -> list[int]:
+    """Decide for robots in their order; those for which the kernel found no decision."""
     found, done = [], 0
     while done < len(part):
-        done += kernels.decide_all(part[done:], seen, tables)
+        done += kernels.decide_all(part[done:], cells, tables)
         found += part[done : done + 1].tolist()
         done += 1
     return found

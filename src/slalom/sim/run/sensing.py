@@ -1,4 +1,4 @@
-"""Robots that see each other late, inexactly or not at every look."""
+"""Observations of other robots that are late, inexact or lost."""
 
 import numpy as np
 
@@ -10,46 +10,50 @@ from slalom.state import State
 
 
 class Sensing:
-    """What each robot has last seen of each other one.
+    """The last observation that each of n robots has of each other one.
 
-    At every decision each robot looks at each other one: at its position, velocity and acceleration of `sight_delay`
-    ago, each with independent normal errors of `sight_noise` [m, m/s, m/s^2] along each axis. With probability
-    `sight_loss` it sees nothing and keeps what it saw before. At the start all know where all are.
+    At every decision each robot observes the position, velocity and acceleration that each other one had `sight_delay`
+    ago. Each coordinate has an independent normal error of standard deviation `sight_noise` [m, m/s, m/s^2]. With
+    probability `sight_loss` an observation is lost and the one before it stays. All initial states are known.
+
+    Attributes:
+        observed: (n, 3, n, 3) position, velocity and acceleration [m, m/s, m/s^2]; the first axis is the observer, the
+            third the observed robot. time: (n, n) [s] absolute, at which they held.
     """
 
     def __init__(self, scenario: Scenario, states: Array, seed: int) -> None:
         n, period = len(scenario.robots), scenario.dt * scenario.steps_per_decision
         self.dimension = scenario.dimension
         self.noise, self.loss = scenario.sight_noise, scenario.sight_loss
-        self.late, self.delay = round(scenario.sight_delay / period), scenario.sight_delay
+        self.delay, self._delay_steps = scenario.sight_delay, round(scenario.sight_delay / period)
         self.random = np.random.default_rng([seed, n])
-        self.past: list[Array] = []
-        self.seen = np.broadcast_to(states, (n, 3, n, 3)).copy()
-        self.when = np.full((n, n), scenario.start)
+        self.observed = np.broadcast_to(states, (n, 3, n, 3)).copy()
+        self.time = np.full((n, n), scenario.start)
+        self._past: list[Array] = []
 
     def observe(self, states: Array, now: float) -> None:
-        """All look around; `states` (3, n, 3): positions, velocities and accelerations at `now` [s]."""
-        n = len(self.when)
-        self.past.append(states)
-        if len(self.past) > self.late + 1:
-            self.past.pop(0)
-        if len(self.past) <= self.late:
+        """Observe all robots; `states` (3, n, 3): positions, velocities and accelerations at `now` [s]."""
+        n = len(self.time)
+        self._past.append(states)
+        if len(self._past) > self._delay_steps + 1:
+            self._past.pop(0)
+        if len(self._past) <= self._delay_steps:
             return
-        seen = np.broadcast_to(self.past[0], (n, 3, n, 3)) + self.noise * self.random.standard_normal((n, 3, n, 3))
-        seen[..., self.dimension :] = 0.0
+        errors = self.noise * self.random.standard_normal((n, 3, n, 3))
+        observed = np.broadcast_to(self._past[0], (n, 3, n, 3)) + errors
+        observed[..., self.dimension :] = 0.0
         fresh = self.random.random((n, n)) >= self.loss
-        self.seen = np.where(fresh[:, None, :, None], seen, self.seen)
-        self.when[fresh] = now - self.delay
+        self.observed = np.where(fresh[:, None, :, None], observed, self.observed)
+        self.time[fresh] = now - self.delay
 
     def state(self, i: int, j: int) -> tuple[State, float]:
-        """The state of robot j as robot i saw it last, and when that was [s]."""
-        d = self.dimension
-        place, speed, push = self.seen[i, :, j, :d]
-        return State(place, speed, push), float(self.when[i, j])
+        """The state of robot j that robot i observed last, and its time [s]."""
+        position, velocity, acceleration = self.observed[i, :, j, : self.dimension]
+        return State(position, velocity, acceleration), float(self.time[i, j])
 
 
 def sensing_of(states: RobotStates, method: Method, seed: int) -> Sensing | None:
-    """The watch of a run, if there is one: of a method that observes, where sight is late, inexact or lost."""
+    """The sensing of a run in which robots observe each other late, inexactly or with losses; else None."""
     scenario = states.scenario
     if method.shared or not (scenario.sight_noise or scenario.sight_delay or scenario.sight_loss):
         return None

@@ -1,4 +1,4 @@
-"""Work on many robots in threads: kernels hold no lock."""
+"""Work on many robots in threads: kernels release Python's lock."""
 
 import os
 from collections.abc import Callable
@@ -14,21 +14,21 @@ T = TypeVar("T")
 
 
 def map_in_threads(work: Callable[[Indices], T], rows: Indices, threads: int, fewest: int) -> list[T]:
-    """What `work` returns for equal parts of `rows` of at least `fewest`, in their order.
+    """The results of `work` for equal parts of `rows` (n,) of at least `fewest` rows, in their order.
 
-    The first here, a thread for each of the others.
+    The first part runs in the calling thread, each other part in a thread of its own.
     """
     count = max(1, min(threads, len(rows) // fewest))
     first, *others = np.array_split(rows, count) if count > 1 else [rows]
     if not others:
         return [work(first)]
-    # Threads take longer to begin than many decisions do; a process that was forked off has none of them.
+    # A thread takes longer to start than many decisions take, so threads are kept. A forked process has none of them.
     waiting = [_pool(len(others), os.getpid()).submit(work, part) for part in others]
     try:
-        mine = work(first)
+        result = work(first)
     finally:
         wait(waiting)
-    return [mine, *(one.result() for one in waiting)]
+    return [result, *(future.result() for future in waiting)]
 
 
 @lru_cache(maxsize=8)
