@@ -2,7 +2,7 @@
 
 Francis et al. 2023 (arXiv:2306.16740, table 1) for success, stalled time, failure to progress, path length, SPL, space
 compliance, clearing distance, time to collision; the number of adjustments is the paper's (arXiv:2506.06255).
-All are of robot 0 of the recording; of another one by way of `fleet.seen_by`. Only `summary` is of all robots.
+All are of robot 0 of the recording; of another one by way of `single_robot_view`. Only `summary` is of all robots.
 """
 
 from collections import Counter
