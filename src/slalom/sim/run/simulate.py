@@ -80,12 +80,13 @@ def simulate(
     which begins with another robot at each step. Each then knows the manoeuvres to which all others are committed at
     that moment (docs/theory.md, 16).
 
-    The result depends on the scenario and the method alone, not on the order of `scenario.robots` nor on `threads`.
-    `seed`, from which the scenario was built, is recorded; it also draws the errors of sensing and messages.
+    The result depends on the scenario and the method, and on the seed where sensing or messages are late, inexact or
+    lost. It depends neither on the order of `scenario.robots` nor on `threads`.
 
     Args:
+        seed: from which the scenario was built, for the record; it also draws the errors of sensing and messages.
         progress: called with the share of the duration that has passed.
-        threads: in which robots that only observe each other decide; None: NUMBA_NUM_THREADS, by default one per core.
+        threads: number of threads in which a fleet decides; None: NUMBA_NUM_THREADS, by default one per core.
         record: with False the result is the `RunSummary` of the same run. Memory then is O(n) in the number of robots,
             independent of duration (O(n^2) where sensing or messages are late, inexact or lost). A recording takes
             some hundred bytes per robot and step.
