@@ -462,13 +462,13 @@ CASES = [
     Case(
         "_refuse",
         InvalidInput,
-        r"sight_noise: expected 0 for orca, which sees exactly; found 0\.1",
+        r"sight_noise: expected 0 for orca, whose observations are exact; found 0\.1",
         lambda _: simulate(load("circle", {"sight_noise": 0.1}), PEERS["orca"]),
     ),
     Case(
         "_refuse",
         InvalidInput,
-        r"period: expected none for orca, which knows one world; found \(4\.0, 4\.0\)",
+        r"period: expected none for orca, whose world is not periodic; found \(4\.0, 4\.0\)",
         lambda _: simulate(load("navground_cross_torus"), PEERS["orca"]),
     ),
     Case(
@@ -489,7 +489,7 @@ CASES = [
     Case(
         "_fleet_decider",
         InvalidInput,
-        r"method: expected one for several robots, found nao_ahead, for a robot alone",
+        r"method: expected one for several robots, found nao_ahead, which is for one",
         lambda _: simulate(load("circle"), METHODS["nao_ahead"]),
     ),
     Case(
@@ -1479,13 +1479,13 @@ CASES = [
     Case(
         "_refuse_robot",
         InvalidInput,
-        r"drone: expected a disc .* as orca takes it, found a ball",
+        r"drone: expected a disc .* as orca requires, found a ball",
         lambda _: simulate(gallery.build("drones_crossing"), peers.PEERS["orca"]),
     ),
     Case(
         "_refuse_robot",
         InvalidInput,
-        r"robot: expected a disc .* as hl takes it, found bounds",
+        r"robot: expected a disc .* as hl requires, found bounds",
         lambda _: simulate(bounded(), peers.PEERS["hl"]),
     ),
     # Scenarios of the gallery.

@@ -29,7 +29,7 @@ def test_rounds_have_the_bits_of_one_after_the_other(
     """Robots that cannot meet decide in one round, in any number of threads; a round ends at a navigator's decision."""
     scenario, shared = fleet(duration, overlapping), METHODS["nao_shared"]
     runs = [simulate(scenario, shared, threads=threads) for threads in (1, 3)]
-    monkeypatch.setattr(rounds, "FEWEST", 10**6)
+    monkeypatch.setattr(rounds, "ROBOTS_PER_THREAD", 10**6)
     expected = simulate(scenario, shared, threads=1)
     found = {outcome for row in expected.outcomes for outcome in row}
     assert ("ESCAPING" in found) == bool(overlapping)

@@ -40,8 +40,8 @@ class RobotTable(NamedTuple):
     committed_points: Array  # (n, p, 4, 3) [m]
     observed_times: Array  # (n, q + 1) [s] as other robots predict them
     observed_points: Array  # (n, q, 4, 3) [m]
-    ball_centers: Array  # (n, WINDOWS, 3) [m] bounding balls of the observed path in windows of the horizon
-    ball_radii: Array  # (n, WINDOWS) [m]
+    ball_centers: Array  # (n, BALL_WINDOWS, 3) [m] bounding balls of the observed path in windows of the horizon
+    ball_radii: Array  # (n, BALL_WINDOWS) [m]
     end_position: Array  # (n, 3) [m] observed path at the horizon
     regret: Array  # (n,) [s] lost so far by keeping the manoeuvre
     response: Indices  # (n,) of the committed manoeuvre; -1: none of the tables
@@ -57,8 +57,8 @@ class CellList(NamedTuple):
     counts: Indices  # (d,) cells along each axis
     first: Indices  # (cells + 1,) cell c has the members first[c] to first[c + 1]
     member: Indices  # (n,)
-    reachable_centers: Array  # (n, WINDOWS, 3) [m] bounding balls of the reachable set of each deciding robot
-    reachable_radii: Array  # (n, WINDOWS) [m]
+    reachable_centers: Array  # (n, BALL_WINDOWS, 3) [m] bounding balls of the reachable set of each deciding robot
+    reachable_radii: Array  # (n, BALL_WINDOWS) [m]
 
 
 class PassiveObstacles(NamedTuple):
@@ -128,8 +128,8 @@ class Scratch(NamedTuple):
     """Buffers for a path that is examined, and for the state in which it ends."""
 
     paths: Paths  # 2 rows: the path, and the one that cooperating robots must avoid
-    centers: Array  # (WINDOWS, 3) [m] its bounding balls
-    radii: Array  # (WINDOWS,) [m]
+    centers: Array  # (BALL_WINDOWS, 3) [m] its bounding balls
+    radii: Array  # (BALL_WINDOWS,) [m]
     stack: Array  # see `geometry.cubic.new_stack`
     control: Array  # (3,)
     position: Array  # (d,) [m]

@@ -96,10 +96,12 @@ def _refuse(scenario: Scenario, peer: Peer) -> None:
     for name in ("sight_noise", "sight_delay", "sight_loss"):
         if getattr(scenario, name):
             raise InvalidInput(
-                f"{name}: expected 0 for {peer.name}, which sees exactly; found {getattr(scenario, name):g}"
+                f"{name}: expected 0 for {peer.name}, whose observations are exact; found {getattr(scenario, name):g}"
             )
     if scenario.period is not None:
-        raise InvalidInput(f"period: expected none for {peer.name}, which knows one world; found {scenario.period}")
+        raise InvalidInput(
+            f"period: expected none for {peer.name}, whose world is not periodic; found {scenario.period}"
+        )
     for robot in scenario.robots:
         _refuse_robot(robot, peer)
 
@@ -111,5 +113,5 @@ def _refuse_robot(robot: Robot, peer: Peer) -> None:
         found = more[0] if more else f"a {type(robot.shape).__name__.lower()}"
         raise InvalidInput(
             f"{robot.name}: expected a disc in the plane with max_speed and max_acceleration alone, as {peer.name} "
-            f"takes it, found {found}"
+            f"requires, found {found}"
         )

@@ -1,17 +1,17 @@
-"""The loop over time.
+"""The loop over time, the only one of the simulator.
 
-Scenario, Method or Peer
-    |                             at every decision:
-    |      +--> sense      states and messages of the other robots, late, inexact or lost (Sensing, Messages)
-    |      |    guide      a target for each robot (Guidance); it has no part in safety
-    |      |    decide     a manoeuvre for each robot (a Decider: one robot, a fleet, a peer)
-    v      |              at every step:
-RobotStates ---> integrate  double integrators, exact (robot_states.integrate)
-           |    record     states, accelerations, controls, outcomes (RunLog)
-           +----+
-                |
-                v
-       Recording or RunSummary
+    at every decision
+        sense ---------> guide ---------> decide
+        late, inexact    targets; no      manoeuvres
+        or lost          part in safety       |
+          ^                                   |
+          |                                   v
+    at every step
+        RobotStates <--- integrate <--- accelerations ---> record
+        of a Scenario    exact                             RunLog ---> Recording or RunSummary
+
+A `Decider` holds the first three steps: for one robot, for a fleet, for a peer. The loop holds what all runs share:
+times, arrivals, the order of turns, integration and records.
 """
 
 from collections.abc import Callable
@@ -80,12 +80,13 @@ def simulate(
     which begins with another robot at each step. Each then knows the manoeuvres to which all others are committed at
     that moment (docs/theory.md, 16).
 
-    The result depends on the scenario and the method alone, not on the order of `scenario.robots` nor on `threads`.
-    `seed`, from which the scenario was built, is recorded; it also draws the errors of sensing and messages.
+    The result depends on the scenario and the method, and on the seed where sensing or messages are late, inexact or
+    lost. It depends neither on the order of `scenario.robots` nor on `threads`.
 
     Args:
+        seed: from which the scenario was built, for the record; it also draws the errors of sensing and messages.
         progress: called with the share of the duration that has passed.
-        threads: in which robots that only observe each other decide; None: NUMBA_NUM_THREADS, by default one per core.
+        threads: number of threads in which a fleet decides; None: NUMBA_NUM_THREADS, by default one per core.
         record: with False the result is the `RunSummary` of the same run. Memory then is O(n) in the number of robots,
             independent of duration (O(n^2) where sensing or messages are late, inexact or lost). A recording takes
             some hundred bytes per robot and step.
@@ -124,7 +125,7 @@ def _decider_and_rows(
 
 def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int | None) -> Decider:
     if method.looks_ahead:
-        raise InvalidInput(f"method: expected one for several robots, found {method.name}, for a robot alone")
+        raise InvalidInput(f"method: expected one for several robots, found {method.name}, which is for one")
     method = method.among_robots()
     if method.shared:
         refuse_short_horizon(scenario, method)
