@@ -5,6 +5,7 @@ that is not.
 """
 
 import ast
+import dataclasses
 import pickle
 import re
 from collections.abc import Callable
@@ -18,6 +19,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from pydantic_core import PydanticKnownError
 
 import slalom
 from slalom import (
@@ -92,11 +94,12 @@ from slalom.io.recorded import Agent, Tracks
 from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
 from slalom.sim.files.schema import GoalSpec, Shaped
+from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import path_length
-from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, drawn, run_case
-from slalom.sim.sweep.store import Store
+from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
+from slalom.sim.sweep.store import Store, _Former, _refuse_another
 from slalom.sim.sweep.study_yaml import named
 from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 from slalom.trajectory import Composite, Function, PiecewisePolynomial
@@ -177,6 +180,13 @@ def reading(reader: Callable, name: str, content: str | bytes) -> Callable[[Path
     """A call that reads a file of this content."""
     write = written(name, content)
     return lambda folder: reader(write(folder))
+
+
+@dataclasses.dataclass
+class SimpleSpan:
+    """A part with a field that no file can hold."""
+
+    path: Path
 
 
 A_RUN = Run("empty", {}, "nao", 0, {"seed": 0})
@@ -428,6 +438,40 @@ CASES = [
                 Capsule((0, 0, 0), (0, 1, 0), 0.1),
             ).segments
         ),
+    ),
+    Case(
+        "OfAnyKind.validate",
+        PydanticKnownError,
+        r"should be a valid dictionary",
+        lambda _: OfAnyKind(slalom.shape.SHAPES).validate(7),
+    ),
+    Case(
+        "OfAnyKind.validate",
+        PydanticKnownError,
+        r"Unable to extract tag using discriminator 'kind'",
+        lambda _: OfAnyKind(slalom.shape.SHAPES).validate({"radius": 1.0}),
+    ),
+    Case(
+        "OfAnyKind.validate",
+        PydanticKnownError,
+        r"Input tag 'egg' found using 'kind'",
+        lambda _: OfAnyKind(slalom.shape.SHAPES).validate({"kind": "egg"}),
+    ),
+    Case(
+        "PartModel.build",
+        InvalidInput,
+        r"velocity: expected 2 numbers, found",
+        lambda _: (
+            model_of_part("constant_velocity", ConstantVelocity)
+            .model_construct(position=[0, 0], velocity=[0, 0, 0], at=0.0)
+            .build()
+        ),
+    ),
+    Case(
+        "model_of_part",
+        TypeError,
+        r"SimpleSpan\.path: expected an annotation that files can hold, found ",
+        lambda _: model_of_part("span", SimpleSpan),
     ),
     Case(
         "Shaped._one_of_them",
@@ -1168,6 +1212,18 @@ CASES = [
         InvalidFile,
         r"a\.yaml: expected the files that the sweep began with, found others",
         edited_scene,
+    ),
+    Case(
+        "compare_all",
+        InvalidInput,
+        r"adopt: expected a store with runs of former code, found no store",
+        lambda _: compare("empty", ["nao"], 1, adopt=True),
+    ),
+    Case(
+        "_refuse_another",
+        InvalidFile,
+        r"expected the result that the present code gives for .*, found another, so no run is adopted: refused",
+        lambda folder: _refuse_another(A_RUN, _Former(folder, "slalom run 2", {}, {}), Failure("refused")),
     ),
     Case(
         "Store.at",

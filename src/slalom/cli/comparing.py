@@ -82,16 +82,9 @@ def compare(
     study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, only=only, data=data)
     writable(page)
     _print_notes(study)
+    options: Any = {"jobs": jobs, "backend": backend, "store": store, "adopt": adopt, "note": print_message}
     with progress("comparing") as advance:
-        tables = compare_all(
-            study.rows,
-            jobs=jobs,
-            backend=backend,
-            store=store,
-            adopt=adopt,
-            note=print_message,
-            progress=lambda done, total: advance(done / total),
-        )
+        tables = compare_all(study.rows, **options, progress=lambda done, total: advance(done / total))
     if page is not None:
         _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, only, data, page))
     single = len(scenarios) == 1 and not is_study(scenarios[0])

@@ -74,8 +74,8 @@ def map_surviving_kills(
 
     When a process is killed, loky ends all others. `recall` returns the stored results of unfinished items, and the
     rest starts again in new processes. An item in progress at KILLS - 1 kills runs alone at the end; if its process is
-    killed again, the item is a `Failure`. After KILLS kills in succession
-    without a finished item all remaining items fail.
+    killed again, the item is a `Failure`. All remaining items fail after KILLS kills in succession without a finished
+    item.
     """
     left, kills, barren = dict(items), Counter[str](), 0
     with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
