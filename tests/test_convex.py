@@ -1,11 +1,12 @@
-"""Distances of the origin to hulls of points (`kernels.convex`), and what slides along one (`kernels.hulls`)."""
+"""Distances of the origin to hulls of points (`kernels.geometry.convex`), and paths along one (`kernels.geometry.hulls`)."""
 
 import numpy as np
 import pytest
 
+from slalom.kernels.arrays import Hulls
 from slalom.kernels.geometry.convex import order, signed_distance
 from slalom.kernels.geometry.cubic import new_stack
-from slalom.kernels.geometry.hulls import hull_below, hull_first_below
+from slalom.kernels.geometry.hulls import MovingHull, hull_below, hull_first_below
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
@@ -43,7 +44,7 @@ def test_what_slides_along_a_hull_is_told_at_once(gap: float, angle: float) -> N
     """It was cut into as many pieces as there are numbers. Nothing is found that is not there, nor deeper missed."""
     corners = np.zeros((4, 5))
     corners[:, :2] = turned(SQUARE, angle)
-    hulls = np.zeros(1, np.int64), np.empty((4, 2, 0)), corners, np.array([0, 4]), np.zeros(1, np.bool_)
+    hulls = Hulls(np.zeros(1, np.int64), np.empty((4, 2, 0)), corners, np.array([0, 4]), np.zeros(1, np.bool_))
     stack, q, normal = new_stack(), np.zeros((20, 3)), turned(np.array([[0.0, 1.0]]), angle)[0]
     along = turned(np.array([[1.0, 0.0]]), angle)[0]
     for depth, met in ((0.0, False), (1e-6, True)):
@@ -52,7 +53,8 @@ def test_what_slides_along_a_hull_is_told_at_once(gap: float, angle: float) -> N
             # The origin of the hull, as seen by the robot, that comes nearer by a share of `depth` and leaves again.
             course[k, :2] = -x * along - (1.0 + gap + 2.0 * y * (depth + gap)) * normal
         course[:, 3] = 1.0
-        first = hull_first_below(course, hulls, 0, 0.0, 0.0, stack, q, 1e-9)
-        some = hull_below(course, hulls, 0, 0.0, 0.0, stack, q)
+        moving = MovingHull(course, hulls, 0, 0.0, 0.0)
+        first = hull_first_below(moving, stack, q, 1e-9)
+        some = hull_below(moving, stack, q)
         # On the very edge rounding decides.
         assert (gap == depth == 0.0) or (first >= 0.0) == met == (some >= 0.0)

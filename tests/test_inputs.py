@@ -1594,13 +1594,13 @@ CASES = [
         lambda _: build("merging", {"gap": 90}),
     ),
     Case(
-        "people",
+        "start_positions",
         InvalidInput,
         r"seed: expected less than 4294966296 for a legacy generator, found 4294966296",
         lambda _: build("crowdnav", seed=2**32 - 1000),
     ),
     Case(
-        "people",
+        "start_positions",
         InvalidInput,
         r"people: expected space for 60 on the circle, found space for \d+",
         lambda _: build("crowdnav", {"people": 60}),

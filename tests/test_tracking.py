@@ -189,4 +189,4 @@ def test_a_grown_robot_keeps_its_vehicle_clear(vehicle) -> None:
 
 def test_the_example_says_that_it_holds(capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(Path(__file__).parents[1] / "examples" / "04_vehicle.py"))
-    assert "at most" in capsys.readouterr().out
+    assert "proven bound" in capsys.readouterr().out

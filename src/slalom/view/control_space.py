@@ -1,25 +1,24 @@
 """Drawing of the control space: control obstacle by time to collision, admissible set, and controls."""
 
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import shapely
-from contourpy import FillType, LineType, contour_generator
+from contourpy import LineType, contour_generator
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
-from matplotlib.path import Path as Outline
 
 from slalom.checks import Array, vector
 from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
 from slalom.limits import Admissible
-from slalom.obstacle_table import ObstacleTable
 from slalom.shape import Part
 from slalom.view.bodies import body, outline
+from slalom.view.control_grid import LARGE, Plane, clearance_field, filled
 from slalom.view.style import (
     FAINT,
     INK,
@@ -38,28 +37,6 @@ from slalom.view.style import (
 
 Extent = tuple[float, float, float, float]
 """Limits x from, x to, y from, y to of the panel, in units of the control."""
-
-_LARGE: Final = 1e6
-"""[m] Magnitude of a clearance of which only the sign matters."""
-
-
-class Plane(NamedTuple):
-    """Grid over the drawn part of the control space; in space at one third component."""
-
-    x: Array  # (n,)
-    y: Array  # (n,)
-    height: float | None  # third component, None in the plane
-
-    def lift(self, points: Array) -> Array:
-        """Return controls (..., d) at points (..., 2) of the plane."""
-        if self.height is None:
-            return points
-        return np.concatenate([points, np.full((*points.shape[:-1], 1), self.height)], axis=-1)
-
-    @property
-    def controls(self) -> Array:
-        """Controls of the grid (n, n, d), rows along y."""
-        return self.lift(np.stack(np.meshgrid(self.x, self.y), axis=-1))
 
 
 def control_space(
@@ -146,38 +123,6 @@ def _extent(admissible: Admissible, region: Any, preferred: Array | None, chosen
     return (middle[0] - half, middle[0] + half, middle[1] - half, middle[1] + half)
 
 
-def _field(blocked: ControlObstacle, index: int, horizon: float, plane: Plane, controls: Array, inside: Array) -> Array:
-    """Return the clearance (n, n) [m] to one obstacle up to `horizon` [s]: exact at its border, elsewhere +-_LARGE.
-
-    Args:
-        inside: (n, n) whether each control of the grid collides.
-    """
-    field = np.where(inside, -_LARGE, _LARGE)
-    corners = np.stack([inside[:-1, :-1], inside[1:, :-1], inside[:-1, 1:], inside[1:, 1:]])
-    mixed = corners.any(axis=0) & ~corners.all(axis=0)
-    border = np.zeros(inside.shape, dtype=bool)
-    for rows in (slice(None, -1), slice(1, None)):
-        for columns in (slice(None, -1), slice(1, None)):
-            border[rows, columns] |= mixed
-    if border.any():
-        traffic = blocked.obstacles
-        margin = np.broadcast_to(np.asarray(blocked.margin), (len(traffic.obstacles),))[index]
-        single = ControlObstacle(
-            blocked.response,
-            blocked.state,
-            ObstacleTable([traffic.obstacles[index]], traffic.start, traffic.horizon),
-            blocked.robot,
-            float(margin),
-            horizon,
-        )
-        clearances = single.clearance(controls[border])
-        # Keep the sign of the grid: rounding at the border must not change the sign of a cell next to +-_LARGE.
-        field[border] = np.where(
-            inside[border], np.clip(clearances, -_LARGE, -1e-12), np.clip(clearances, 1e-12, _LARGE)
-        )
-    return field
-
-
 def _fill(ax: Axes, blocked: ControlObstacle, plane: Plane) -> None:
     """Fill the control obstacles of decreasing horizons on top of each other, and outline that of each obstacle.
 
@@ -196,11 +141,11 @@ def _fill(ax: Axes, blocked: ControlObstacle, plane: Plane) -> None:
         if last and plane.height is None:
             _exact(ax, blocked, plane, properties)
             continue
-        union = np.full(times.shape[:2], _LARGE)
+        union = np.full(times.shape[:2], LARGE)
         for index in colliding:
             inside = np.isfinite(times[..., index]) if last else times[..., index] < level
             if inside.any():
-                field = _field(blocked, int(index), float(level), plane, controls, inside)
+                field = clearance_field(blocked, int(index), float(level), controls, inside)
                 union = np.minimum(union, field)
                 if last:
                     _outline(ax, plane, field, f"outline-{index}")
@@ -230,13 +175,6 @@ def _exact(ax: Axes, blocked: ControlObstacle, plane: Plane, properties: dict[st
         patch = PathPatch(outline(shapely.MultiPolygon(parts)), **properties)
         patch.set_gid("blocked")
         ax.add_patch(patch)
-
-
-def filled(plane: Plane, field: Array) -> Outline:
-    """Return the region with negative `field` (n, n), including holes, as a path."""
-    drawn = contour_generator(plane.x, plane.y, field, fill_type=FillType.OuterCode)
-    parts: Any = drawn.filled(-10.0 * _LARGE, 0.0)
-    return Outline.make_compound_path(*(Outline(points, codes) for points, codes in zip(*parts)))
 
 
 def _outline(ax: Axes, plane: Plane, field: Array, gid: str) -> None:
