@@ -1,4 +1,4 @@
-"""Distances of the origin to hulls of points (`kernels.geometry.convex`), and paths along one (`kernels.geometry.hulls`)."""
+"""Distances of the origin to hulls of points (`geometry.convex`), and paths along one (`geometry.hulls`)."""
 
 import numpy as np
 import pytest

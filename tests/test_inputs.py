@@ -1962,7 +1962,7 @@ def test_refused_somewhere(what: str) -> None:
 
 
 def test_inputs_are_copied_and_held_read_only() -> None:
-    """What the caller does to an array afterwards changes nothing, and nobody can change what is held."""
+    """What the caller does to an array afterwards changes nothing, and what is held is read-only."""
     mine = np.array([1.0, 2.0])
     state, track = State(mine, mine), ConstantVelocity(mine, mine)
     mine[:] = 9.0

@@ -685,7 +685,7 @@ def test_regret_is_what_keeping_may_have_cost(patience: float) -> None:
 
 
 def test_no_response_that_is_left_out_is_better_by_much() -> None:
-    """Against asking all: what is chosen costs no more than the best by more than WORTH of the patience."""
+    """Compared with trying all responses, the choice costs at most MIN_IMPROVEMENT of the patience more."""
     robot, steps, others = judged(0.1)
     for step in steps:
         fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now)

@@ -64,7 +64,7 @@ def test_the_table_is_that_of_the_single_runs() -> None:
     assert json.loads(json.dumps(table, allow_nan=False)) == table
 
 
-def test_nobody_arrives_and_nobody_is_there() -> None:
+def test_no_arrival_and_no_robot() -> None:
     """No time, no clearance: None, which JSON can say."""
     row = compare("empty", ["nao"], 2, settings={"duration": 0.5})["methods"]["nao"]
     assert row["runs"] == 2

@@ -84,7 +84,7 @@ class PredictedObstacles:
         directions[:, 0] = 1.0
         if len(s.turns):
             directions = np.einsum("nj,njd->nd", weights, s.turns[rows])
-        hull = s.hulls[0][rows] if s.hulls else np.full(len(rows), -1)
+        hull = s.hulls.hull[rows] if s.hulls else np.full(len(rows), -1)
         distances = kernels.distances(positions, directions, hull, s.hulls)
         return float((distances[:, 0] - s.radius[rows] - s.growth[rows] * fraction).min())
 
