@@ -16,7 +16,7 @@ class Watched(FleetDecider):
 
     def _turns(self, due, terms):
         for some, settings in super()._turns(due, terms):
-            self.last = some, DecisionTables(self.fleet, self._world(0.0), self.answers, settings)
+            self.last = some, DecisionTables(self.fleet, self._passive(0.0), self.responses, settings)
             yield some, settings
 
 
