@@ -10,7 +10,7 @@ from galleries import FLEETS, NAMES, WITH_PYRVO, gallery_run, nudged
 
 import slalom
 from slalom.sim import gallery, metrics, simulate
-from slalom.sim.gallery import crowdnav
+from slalom.sim.gallery.crowdnav import start_positions, walking_positions
 from slalom.sim.shape_distance import clearances
 
 
@@ -326,7 +326,7 @@ def crossing_by_orca(case):
     """How and when ORCA's robot, unobserved by the people, ends; as in CrowdNav, with their former velocities."""
     from pyrvo import RVOSimulator
 
-    walks = crowdnav.walk(crowdnav.people(5, case), 97)
+    walks = walking_positions(start_positions(5, case), 97)
     velocities = np.diff(walks, axis=0, prepend=walks[:1]) / 0.25
     place, velocity, goal = np.array([0.0, -4.0]), np.zeros(2), np.array([0.0, 4.0])
     simulator = RVOSimulator(0.25, 10.0, 10, 5.0, 5.0, 0.31, 1.0)
