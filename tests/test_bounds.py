@@ -61,7 +61,7 @@ def test_enrolled_bounds_fit_their_protocol() -> None:
 @each_kind
 def test_half_spaces_are_the_definition(kind: str, d: int) -> None:
     """Nowhere outside of it, and no more is lost than is stated; nothing at all for what has flat sides."""
-    for seed in range(30):
+    for seed in range(12):
         bound, state = drawn(kind, d, seed)
         normals, offsets = bound.half_spaces(state)
         assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(len(normals)), abs=1e-12)

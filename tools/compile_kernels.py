@@ -27,8 +27,9 @@ def single_robot() -> None:
     blocked = slalom.control_obstacle(slalom.Velocity(0.1), state, [turning], shape, horizon=5.0)
     use(blocked, 2)
     blocked.boundary((0.0, 0.0), 3.0)
-    for method in ("nao", "nao_ahead"):
-        simulate(gallery.build("corridor", SHORT), slalom.METHODS[method])
+    for scenario in ("roundabout_crossing", "corridor"):
+        for method in ("nao", "nao_ahead"):
+            simulate(gallery.build(scenario, SHORT), slalom.METHODS[method])
 
 
 def fleets() -> None:
