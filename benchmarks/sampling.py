@@ -102,9 +102,8 @@ def best(task: Task, sampler: Sampler, tried: np.ndarray, positions: np.ndarray)
 def kernel(task: Task) -> Callable[[], object]:
     """The kernel of the choice alone."""
     wanted = np.append(task.preferred, 0.0)
-    rows, s = task.situation.admissible.rows(), task.blocked.segments
-    rest = (s.points, s.gains, s.radius, s.growth, s.bounding_radius, s.hulls, ELEMENTS, CANDIDATES)
-    return lambda: kernels.nearest_free(wanted, 2, rows, *rest)
+    limits, table = task.situation.admissible.table, task.blocked.table
+    return lambda: kernels.nearest_free(wanted, 2, limits, *table, ELEMENTS, CANDIDATES)
 
 
 def times(

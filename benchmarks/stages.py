@@ -47,9 +47,8 @@ def stages(task: Task) -> dict[str, Callable[[], object]]:
     """The call of each stage, with the results of the earlier stages given."""
     b, s = task.blocked, task.situation
     obstacles, start, robot = b.obstacles.obstacles, b.obstacles.start, b.robot
-    table_of, rows, wanted = b.segments, s.admissible.rows(), np.append(task.preferred, 0.0)
+    table_of, limits, wanted = b.segments, s.admissible.table, np.append(task.preferred, 0.0)
     gaps, columns = np.empty(len(table_of.radius)), (table_of.points, table_of.gains)
-    rest = (*columns, table_of.radius, table_of.growth, table_of.bounding_radius, table_of.hulls, ELEMENTS, CANDIDATES)
 
     def overlap_test() -> object:
         # Distances are stored per position of the robot; without the store they are computed again.
@@ -69,7 +68,7 @@ def stages(task: Task) -> dict[str, Callable[[], object]]:
         "overlap test": overlap_test,
         "pieces to segments": lambda: task.fresh().segments,
         "the choice": lambda: select(task.preferred, s.admissible, b),
-        KERNEL: lambda: kernels.nearest_free(wanted, 2, rows, *rest),
+        KERNEL: lambda: kernels.nearest_free(wanted, 2, limits, *b.table, ELEMENTS, CANDIDATES),
         ONE_PASS: lambda: chord_distances(*columns, 1.0, 0.5, 0.0, gaps),
         WHOLE: whole,
     }

@@ -171,13 +171,13 @@ class Limits:
     def admissible(self, response: Limited, state: State, horizon: float) -> Admissible:
         """The controls that keep a robot in `state` within the limits up to `horizon` [s].
 
-        A robot above its speed limit cannot obey it at once. By the time its control has settled its speed must have
-        fallen by at least half of what full braking takes off.
+        A robot above its speed limit cannot obey it at once: `kernels.relative_motion.speed_limit` bounds its speed at
+        the time at which the control has settled.
         """
         speed_peaks = response.speed_peaks(state, horizon)
         acceleration_peaks = response.acceleration_peaks(state, horizon)
         speed = sqrt(state.velocity.dot(state.velocity))
-        fastest = max(self.max_speed, speed - 0.5 * self.braking * response.settled(horizon))
+        fastest = kernels.allowed_speed(self.max_speed, speed, self.braking, response.settled(horizon))
         centers, radii, normals, offsets = [], [], [], []
         for peak in speed_peaks:
             centers.append((0.0 - peak.drift) / peak.gain)

@@ -29,6 +29,7 @@ from .relative_motion.clearance import (
     contact_times as contact_times,
     least_clearances as least_clearances,
 )
+from .relative_motion.speed_limit import allowed_speed as allowed_speed
 from .relative_motion.window import (
     distances_now as distances_now,
     in_balls as in_balls,

@@ -18,6 +18,7 @@ from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.contact import kept_margin, overlaps
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
+from slalom.kernels.relative_motion.speed_limit import allowed_speed
 from slalom.kernels.relative_motion.window import share_of_piece
 from slalom.kernels.selection.admissible import segments_in_reach
 from slalom.tolerances import COOPERATION_RANGE
@@ -78,7 +79,8 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
     square = 0.0
     for axis in range(settings.dimension):
         square += robots.velocity[i, axis] ** 2
-    fastest = max(robots.max_speed[i], np.sqrt(square) - 0.5 * robots.max_acceleration[i] * responses.settled[r])
+    speed = np.sqrt(square)
+    fastest = allowed_speed(robots.max_speed[i], speed, robots.max_acceleration[i], responses.settled[r])
     k = 0
     for p in range(len(responses.peaks)):
         if responses.peaks[p, 0] != r:

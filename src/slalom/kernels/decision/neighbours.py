@@ -12,6 +12,7 @@ from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict
 from slalom.kernels.jit import kernel
+from slalom.kernels.relative_motion.speed_limit import allowed_speed
 from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS
 
 
@@ -62,7 +63,8 @@ def smallest_control_ball(i: int, r: int, robots: RobotTable, responses: Respons
     See `limits.Limits.admissible`.
     """
     square = robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2 + robots.velocity[i, 2] ** 2
-    fastest = max(robots.max_speed[i], np.sqrt(square) - 0.5 * robots.max_acceleration[i] * responses.settled[r])
+    speed = np.sqrt(square)
+    fastest = allowed_speed(robots.max_speed[i], speed, robots.max_acceleration[i], responses.settled[r])
     share, radius = 0.0, np.inf
     for p in range(len(responses.peaks)):
         if responses.peaks[p, 0] != r:

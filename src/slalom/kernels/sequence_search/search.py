@@ -13,6 +13,7 @@ import numpy as np
 from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.clearance import new_workspace
+from slalom.kernels.relative_motion.speed_limit import allowed_speed
 from slalom.kernels.selection.exchange import SAFE, nearest_free
 from slalom.kernels.selection.violation import deepest_violation
 from slalom.kernels.sequence_search.goal_steering import motion_is_clear, new_scratch, steer_to_goal
@@ -36,7 +37,6 @@ from slalom.tolerances import (
     DIVISOR_FLOOR,
     FEW_CANDIDATES,
     FEW_ELEMENTS,
-    OVERSPEED_BRAKING,
     SPARE_NODES,
     WORK_CANDIDATE,
     WORK_CHOICE,
@@ -119,8 +119,7 @@ def node_encounters(
     speed = np.sqrt(speed)
     gain[0, 2], gain[0, 3] = h * h / 6.0, 0.5 * h * h
     limits[:, 0] = -1.0
-    # A robot above its maximum speed cannot obey it at once.
-    end_speed = max(problem.max_speed, speed - OVERSPEED_BRAKING * problem.max_acceleration * h)
+    end_speed = allowed_speed(problem.max_speed, speed, problem.max_acceleration, h)
     limits[0, 4], limits[1, 4] = problem.max_acceleration, end_speed / h
     radius = 0.5 * h * speed + 0.5 * h * h * problem.max_acceleration + problem.margin
     n = rows_near(index, t, h, middle, radius, problem.now, scratch.rows)
