@@ -28,7 +28,7 @@ from slalom.sim import Recording, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import closest_approaches, positions_at
 from slalom.sim.measure.metrics import METRICS
-from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC
+from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC, STALLED_SPEED
 
 
 def driven(
@@ -180,7 +180,7 @@ def test_heading_change_ignores_standing() -> None:
 
 
 def test_stalled_time_counts_steps_that_begin_slowly() -> None:
-    slow = metrics.STALLED_SPEED * 0.99
+    slow = STALLED_SPEED * 0.99
     assert metrics.stalled_time(driven([(0, 0)] * 4, speed=(slow, 0), dt=0.5)) == 2.0
     assert metrics.stalled_time(driven([(0, 0)] * 4, speed=(1.02 * slow, 0), dt=0.5)) == 0.0
 
