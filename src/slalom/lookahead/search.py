@@ -101,7 +101,7 @@ class Search:
         tree = _new_tree(state, now)
         tree.status[0] = CLOSED
         position, velocity = self.tree.position[node], self.tree.velocity[node]
-        _append_node(tree, 0, start, position, velocity, acceleration, OPEN)
+        kernels.add_node(tree, 0, start, position, velocity, acceleration, 0.0, OPEN)
         return Search(self.obstacles, problem, tree, root=1)
 
     def starts_after(self, now: float) -> bool:
@@ -171,7 +171,7 @@ class Search:
                 np.stack([acceleration, 0.0 * acceleration]),
             )
             if kernels.sequence_is_clear(times, *motion, self.obstacles.index, problem):
-                last = _append_node(tree, node, start + brake, end, 0.0 * velocity, acceleration, CLOSED)
+                last = kernels.add_node(tree, node, start + brake, end, 0.0 * velocity, acceleration, 0.0, CLOSED)
                 return replace(self, node=last)
         return replace(self, node=-1)
 
@@ -237,17 +237,6 @@ def _new_tree(state: State, now: float) -> SearchTree:
     tree.time[0], tree.cost[0], tree.status[0], tree.acceleration[0] = now, 0.0, OPEN, 0.0
     tree.position[0], tree.velocity[0] = _padded(state.position), _padded(state.velocity)
     return tree
-
-
-def _append_node(
-    tree: SearchTree, parent: int, time: float, position: Array, velocity: Array, acceleration: Array, status: int
-) -> int:
-    """Append a node after `parent`; return its index."""
-    k = int(tree.counts[NODES])
-    tree.time[k], tree.parent[k], tree.cost[k], tree.status[k] = time, parent, 0.0, status
-    tree.position[k], tree.velocity[k], tree.acceleration[k] = position, velocity, acceleration
-    tree.counts[NODES] = k + 1
-    return k
 
 
 def run_searches(searches: Sequence[Search], budget: float, improvement_budget: float) -> tuple[Search, float]:
