@@ -339,10 +339,12 @@ def vehicles() -> Found:
         state = slalom.State((0.0, 0.0), (2.0, 0.0))
         body = Vehicle.on(state)
         for k in range(50):
-            push = np.array([0.3 * np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)])
-            body = drive.step(body, state, push, dt)
+            acceleration = np.array([0.3 * np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)])
+            body = drive.step(body, state, acceleration, dt)
             state = slalom.State(
-                state.position + dt * state.velocity + 0.5 * dt * dt * push, state.velocity + dt * push, push
+                state.position + dt * state.velocity + 0.5 * dt * dt * acceleration,
+                state.velocity + dt * acceleration,
+                acceleration,
             )
             found += [body.position, body.heading, body.speed]
     return {"vehicles": digest(*found)}

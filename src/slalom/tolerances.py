@@ -86,7 +86,7 @@ CANDIDATES: Final = 2_000_000
 """[1] Most candidate controls examined in one choice. Reaching it is a status (UNDECIDED), never an answer."""
 
 FEW_ELEMENTS: Final = 64
-"""[1] Most elements in the working set of a choice in a search over sequences; a wish that needs more is dropped."""
+"""[1] Most elements in the working set of a choice in a search over sequences; harder candidates are dropped."""
 
 FEW_CANDIDATES: Final = 5_000
 """[1] Most candidate controls in such a choice. Larger: a search finds more of what is there, and takes longer."""
@@ -195,15 +195,15 @@ tolerance.
 """
 
 COST_TIE: Final = 1e-9
-"""[s] Arrivals and promises of arrivals that differ by less are the same: the first response is taken.
+"""[s] Costs and optimistic costs that differ by less are equal: the first response is taken.
 
-Larger: more are. Smaller: which one is taken is a matter of rounding.
+Larger: more ties. Smaller: rounding decides which response is taken.
 """
 
 MIN_IMPROVEMENT: Final = 0.2
-"""[1] What a response must promise to be better by than the best one found, as a share of `patience`, to be looked at.
+"""[1] Share of `patience` by which the optimistic cost of a response must be below the least cost found so far.
 
-Larger: fewer are, and arrivals are later by up to this. 0: all that promise to be better.
+Other responses are not examined. Larger: fewer are, and arrivals are later by up to this. 0: all that may be better.
 """
 
 # Selection
