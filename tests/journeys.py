@@ -291,7 +291,7 @@ def _steady(kind: str, parameters: dict[str, object], start: float, span: float,
 
 
 def _shift(kind: str, parameters: dict[str, object], position: np.ndarray, t: float) -> None:
-    """Move a motion so that it is at `place` at time t, or at the time of its life that is nearest."""
+    """Move a motion so that it is at `position` at time t, or at the time of its life that is nearest."""
     if kind in STAMPS:
         t = float(np.clip(t, *STAMPS[kind](parameters)[[0, -1]]))
     here = motion(kind, parameters, np.array([t]))[0][0]

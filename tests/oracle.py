@@ -22,7 +22,7 @@ ABSENT = 1e18  # [m^2] stands for the squared distance of an obstacle that is no
 
 
 def _taylor(origin, terms, t):
-    """Motion with derivatives `terms` = (place, speed, push) at time `origin`."""
+    """Motion with derivatives `terms` = (position, velocity, acceleration) at time `origin`."""
     position, velocity, acceleration = (np.asarray(term, dtype=float) for term in terms)
     s = (t - origin)[:, None]
     return position + s * velocity + s**2 / 2 * acceleration, velocity + s * acceleration, acceleration + 0 * s
@@ -185,7 +185,7 @@ def assumed(forecast, kind, parameters, now):
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Responses: rows (weight of velocity, weight of acceleration, gain) of position, velocity and acceleration at times t:
-# position = place + rows[0] . (velocity, acceleration, u), velocity = rows[1] . (...), acceleration = rows[2] . (...).
+# position = origin + rows[0] . (velocity, acceleration, u), velocity = rows[1] . (...), acceleration = rows[2] . (...).
 
 
 def _velocity(t, ramp=0.0):

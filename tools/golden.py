@@ -5,8 +5,8 @@
 
 A digest covers arrays, outcomes and the numeric parameters of responses, never the name of a class, field or module.
 
-Sums of numpy and BLAS have other last bits on other processors. The runs therefore take place in processes in which both
-use what every x86-64 processor of the last fifteen years has.
+Sums of numpy and BLAS have other last bits on other processors. The runs therefore take place in processes in which
+both use what every x86-64 processor of the last fifteen years has.
 """
 
 import argparse
