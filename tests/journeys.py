@@ -70,7 +70,7 @@ class Body:
         return found
 
     def gaps(self, robot: Shape, positions: np.ndarray, times: np.ndarray, since: float) -> np.ndarray:
-        """Signed distance (n,) from the robot at `places` (n, d) at absolute `times` (n,); inf where nothing is.
+        """Signed distance (n,) from the robot at `positions` (n, d) at absolute `times` (n,); inf where nothing is.
 
         As far as is certain of what was predicted at `since` [s].
         """
