@@ -69,16 +69,16 @@ class Body:
             found += [Pair(0, corners, part.corners, radius + part.radius, turns) for part in robot.parts]
         return found
 
-    def gaps(self, robot: Shape, places: np.ndarray, times: np.ndarray, since: float) -> np.ndarray:
-        """Signed distance (n,) from the robot at `places` (n, d) at absolute `times` (n,); inf where nothing is.
+    def gaps(self, robot: Shape, positions: np.ndarray, times: np.ndarray, since: float) -> np.ndarray:
+        """Signed distance (n,) from the robot at `positions` (n, d) at absolute `times` (n,); inf where nothing is.
 
         As far as is certain of what was predicted at `since` [s].
         """
-        away = places - motion(self.kind, self.parameters, times)[0]
+        away = positions - motion(self.kind, self.parameters, times)[0]
         ahead = facing(self.kind, self.parameters, times) if self.heading == "motion" else None
         gone = np.maximum(times - since, 0.0)
-        place, speed, push = self.unsure
-        off = place + gone * speed + 0.5 * gone * gone * push
+        position, velocity, acceleration = self.unsure
+        off = position + gone * velocity + 0.5 * gone * gone * acceleration
         return np.min([pair.gap(away, ahead) for pair in self.pairs(robot)], axis=0) - off
 
     def jumps(self, start: float, end: float) -> np.ndarray:
@@ -91,25 +91,33 @@ class Body:
 
 
 class Motion(NamedTuple):
-    """Accelerations `pushes` (n, d) [m/s^2], one after the other, each until its end (n,) [s]; then the speed stays."""
+    """Accelerations (n, d) [m/s^2], one after the other, each until its end (n,) [s]; then the velocity is constant."""
 
     state: State
     start: float
     ends: np.ndarray
-    pushes: np.ndarray
+    accelerations: np.ndarray
 
     def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Place, velocity and acceleration (k, d) at absolute times (k,)."""
-        place, speed, begin = np.array(self.state.position), np.array(self.state.velocity), self.start
+        position, velocity, begin = np.array(self.state.position), np.array(self.state.velocity), self.start
         assert np.all(times >= begin)
-        d, k = len(place), len(times)
+        d, k = len(position), len(times)
         found = np.empty((3, k, d))
-        for end, push in [*zip(self.ends, self.pushes), (np.inf, np.zeros(d))]:
+        for end, acceleration in [*zip(self.ends, self.accelerations), (np.inf, np.zeros(d))]:
             here = times >= begin
             s = (times[here] - begin)[:, None]
-            found[:, here] = place + s * speed + 0.5 * s * s * push, speed + s * push, push + 0.0 * s
+            found[:, here] = (
+                position + s * velocity + 0.5 * s * s * acceleration,
+                velocity + s * acceleration,
+                acceleration + 0.0 * s,
+            )
             h = end - begin if np.isfinite(end) else 0.0
-            place, speed, begin = place + h * speed + 0.5 * h * h * push, speed + h * push, end
+            position, velocity, begin = (
+                position + h * velocity + 0.5 * h * h * acceleration,
+                velocity + h * acceleration,
+                end,
+            )
         return found[0], found[1], found[2]
 
 
@@ -117,8 +125,8 @@ def motion_of(manoeuvre: Manoeuvre) -> Motion:
     """What a plan is made of."""
     response = manoeuvre.response
     lengths = [response.hold, *(seconds for seconds, _ in response.then)]
-    pushes = np.array([manoeuvre.control, *(push for _, push in response.then)])
-    return Motion(manoeuvre.state, manoeuvre.start, manoeuvre.start + np.cumsum(lengths), pushes)
+    accelerations = np.array([manoeuvre.control, *(acceleration for _, acceleration in response.then)])
+    return Motion(manoeuvre.state, manoeuvre.start, manoeuvre.start + np.cumsum(lengths), accelerations)
 
 
 def least_gap(journey: "Journey", motion: Motion, start: float, end: float, since: float) -> float:
@@ -175,14 +183,14 @@ class Journey:
 def journey(seed: int, d: int) -> Journey:
     """The journey of that number."""
     rng = np.random.default_rng([seed, d, 18])
-    top, push = float(rng.uniform(1.0, 5.0)), float(rng.uniform(0.5, 4.0))
+    max_speed, max_acceleration = float(rng.uniform(1.0, 5.0)), float(rng.uniform(0.5, 4.0))
     start = float(rng.choice([0.0, rng.uniform(-5.0, 50.0)]))
-    place = rng.uniform(-20.0, 20.0, size=d)
+    position = rng.uniform(-20.0, 20.0, size=d)
     way = rng.normal(size=d)
-    way *= rng.uniform(2.0, 5.0) * top / np.linalg.norm(way)
+    way *= rng.uniform(2.0, 5.0) * max_speed / np.linalg.norm(way)
     pull = rng.normal(size=d)
-    state = State(place, pull / np.linalg.norm(pull) * top * rng.uniform(0.0, 1.0))
-    goal = Goal(Stationary(place + way), float(rng.choice([0.2, 0.5, 1.0])), stop=bool(rng.random() < 0.5))
+    state = State(position, pull / np.linalg.norm(pull) * max_speed * rng.uniform(0.0, 1.0))
+    goal = Goal(Stationary(position + way), float(rng.choice([0.2, 0.5, 1.0])), stop=bool(rng.random() < 0.5))
     all_round = bool(rng.random() < ROUND)
     size = float(rng.uniform(0.1, 0.6))
     robot = round_shape(size, d)
@@ -194,7 +202,7 @@ def journey(seed: int, d: int) -> Journey:
         start,
         goal,
         robot,
-        Limits(top, push),
+        Limits(max_speed, max_acceleration),
         float(rng.choice([0.1, 0.2, 0.25])),
         float(rng.choice([0.0, 0.05, 0.3])),
         (),
@@ -273,23 +281,23 @@ def _slow(kind: str, parameters: dict[str, object], start: float, span: float) -
 def _steady(kind: str, parameters: dict[str, object], start: float, span: float, reach: float) -> bool:
     """Whether a body that faces along the motion turns so slowly that samples see it, and never rests."""
     times = start + np.arange(0.0, 9.0 * span, 2e-3)
-    _, speed, push = motion(kind, parameters, times)
-    total = np.linalg.norm(speed, axis=1)
+    _, velocity, acceleration = motion(kind, parameters, times)
+    total = np.linalg.norm(velocity, axis=1)
     there = np.isfinite(total)
     if not np.any(there) or np.any(total[there] < 0.05):
         return False
-    across = speed[:, 0] * push[:, 1] - speed[:, 1] * push[:, 0]
+    across = velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0]
     return bool(np.all(reach * np.abs(across[there]) / total[there] ** 2 < 0.4 * FASTEST))
 
 
-def _shift(kind: str, parameters: dict[str, object], place: np.ndarray, t: float) -> None:
-    """Move a motion so that it is at `place` at time t, or at the time of its life that is nearest."""
+def _shift(kind: str, parameters: dict[str, object], position: np.ndarray, t: float) -> None:
+    """Move a motion so that it is at `position` at time t, or at the time of its life that is nearest."""
     if kind in STAMPS:
         t = float(np.clip(t, *STAMPS[kind](parameters)[[0, -1]]))
     here = motion(kind, parameters, np.array([t]))[0][0]
     if np.isnan(here[0]):
         return
-    MOTIONS[kind].moved(parameters, place - here)
+    MOTIONS[kind].moved(parameters, position - here)
 
 
 class Decided(NamedTuple):

@@ -22,10 +22,10 @@ ABSENT = 1e18  # [m^2] stands for the squared distance of an obstacle that is no
 
 
 def _taylor(origin, terms, t):
-    """Motion with derivatives `terms` = (place, speed, push) at time `origin`."""
-    place, speed, push = (np.asarray(term, dtype=float) for term in terms)
+    """Motion with derivatives `terms` = (position, velocity, acceleration) at time `origin`."""
+    position, velocity, acceleration = (np.asarray(term, dtype=float) for term in terms)
     s = (t - origin)[:, None]
-    return place + s * speed + s**2 / 2 * push, speed + s * push, push + 0 * s
+    return position + s * velocity + s**2 / 2 * acceleration, velocity + s * acceleration, acceleration + 0 * s
 
 
 def _stationary(p, t):
@@ -168,24 +168,24 @@ def facing(kind, parameters, t):
 
 def assumed(forecast, kind, parameters, now):
     """The motion (kind, parameters) that a forecast assumes from `now` on; None when nothing is there to be seen."""
-    place, speed, push = (value[0] for value in motion(kind, parameters, [now]))
+    position, velocity, acceleration = (value[0] for value in motion(kind, parameters, [now]))
     if forecast == "Known":
         return kind, parameters
-    if np.isnan(place[0]):
+    if np.isnan(position[0]):
         return None
     if forecast == "AtConstantVelocity":
-        push = np.zeros_like(place)
+        acceleration = np.zeros_like(position)
     return "constant_acceleration", {
-        "initial_position": place,
-        "initial_velocity": speed,
-        "initial_acceleration": push,
+        "initial_position": position,
+        "initial_velocity": velocity,
+        "initial_acceleration": acceleration,
         "at": now,
     }
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Responses: rows (weight of velocity, weight of acceleration, gain) of position, velocity and acceleration at times t:
-# position = place + rows[0] . (velocity, acceleration, u), velocity = rows[1] . (...), acceleration = rows[2] . (...).
+# position = origin + rows[0] . (velocity, acceleration, u), velocity = rows[1] . (...), acceleration = rows[2] . (...).
 
 
 def _velocity(t, ramp=0.0):
@@ -228,12 +228,12 @@ def _stop(t, hold, rate, period):
     since = np.maximum(t - hold, 0.0)
     k = np.minimum((since / period).astype(int), steps)
     r, v = since - k * period, np.array(speed)[k]
-    gone, now, push = np.array(distance)[k] + v * r - rate * v * r**2 / 2, v - rate * v * r, -rate * v
+    gone, now, acceleration = np.array(distance)[k] + v * r - rate * v * r**2 / 2, v - rate * v * r, -rate * v
     inside, nil = t < hold, 0 * t
     return (
         (np.where(inside, t, hold + gone), nil, np.where(inside, t**2 / 2, hold**2 / 2 + hold * gone)),
         (np.where(inside, 1.0, now), nil, np.where(inside, t, hold * now)),
-        (np.where(inside, 0.0, push), nil, np.where(inside, 1.0, hold * push)),
+        (np.where(inside, 0.0, acceleration), nil, np.where(inside, 1.0, hold * acceleration)),
     )
 
 
@@ -241,12 +241,12 @@ def _brake(t, hold, brake):
     held, since = np.minimum(t, hold), np.clip(t - hold, 0.0, brake)
     # Evenly from the speed at the end of the hold to none.
     gone, now = since - since**2 / (2 * brake), 1 - since / brake
-    push = np.where((t >= hold) & (t < hold + brake), -1 / brake, 0.0)
+    acceleration = np.where((t >= hold) & (t < hold + brake), -1 / brake, 0.0)
     inside, nil = t < hold, 0 * t
     return (
         (held + gone, nil, held**2 / 2 + hold * gone),
         (now, nil, np.where(inside, held, hold * now)),
-        (push, nil, np.where(inside, 1.0, hold * push)),
+        (acceleration, nil, np.where(inside, 1.0, hold * acceleration)),
     )
 
 
@@ -388,8 +388,8 @@ class Problem:
     def relative(self):
         """Obstacle minus drift at `times`, (m, n, d), nan where absent; and the gain (n,)."""
         drift, gain = self.maps(self.times)
-        places = [self.place(i, self.times) - drift for i in range(len(self.motions))]
-        return np.array(places).reshape(len(self.motions), -1, self.dimension), gain
+        positions = [self.place(i, self.times) - drift for i in range(len(self.motions))]
+        return np.array(positions).reshape(len(self.motions), -1, self.dimension), gain
 
     @cached_property
     def facings(self):

@@ -59,11 +59,11 @@ def _constant_velocity(rng, d, start, horizon):
 
 
 def _constant_acceleration(rng, d, start, horizon):
-    speed, push = _unit(rng, d) * rng.uniform(0.1, 3.0), _unit(rng, d) * rng.uniform(0.1, 1.5)
+    velocity, acceleration = _unit(rng, d) * rng.uniform(0.1, 3.0), _unit(rng, d) * rng.uniform(0.1, 1.5)
     return "constant_acceleration", {
         "initial_position": np.zeros(d),
-        "initial_velocity": speed,
-        "initial_acceleration": push,
+        "initial_velocity": velocity,
+        "initial_acceleration": acceleration,
         "at": start,
     }
 
@@ -237,10 +237,10 @@ def _body(rng, d, size, all_round):
 
 def _speed(seen, heading, reach, t):
     """The most [m/s] by which a point of an obstacle moves at times t, its turning included."""
-    _, speed, push = motion(*seen, t)
-    total = np.linalg.norm(speed, axis=1)
+    _, velocity, acceleration = motion(*seen, t)
+    total = np.linalg.norm(velocity, axis=1)
     if heading == "motion":
-        across = speed[:, 0] * push[:, 1] - speed[:, 1] * push[:, 0]
+        across = velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0]
         total = total + reach * np.abs(across) / np.maximum(total, 1e-6) ** 2
     return np.nanmax(total)
 
@@ -322,18 +322,18 @@ def _response(rng, number, limits):
 # Bounds on what a robot does, by kind: random parameters, about as strong as its largest acceleration.
 
 BOUNDS = {
-    "friction": lambda rng, d, push: Friction(*(push * rng.uniform(0.3, 1.2, 3)), heading=_faced(rng, d)),
-    "box": lambda rng, d, push: Box(push * rng.uniform(0.3, 1.2, d), _frame(rng, d), _faced(rng, d)),
-    "convex_polygon": lambda rng, d, push: ConvexPolygon(_corners(rng, push), _frame(rng, d), _faced(rng, d)),
-    "heading_cone": lambda rng, d, push: HeadingCone(rng.uniform(0.2, np.pi / 2), _faced(rng, d)),
-    "turning_radius": lambda rng, d, push: TurningRadius(rng.uniform(0.5, 5.0), _faced(rng, d)),
-    "least_speed": lambda rng, d, push: LeastSpeed(rng.uniform(0.1, 2.0), _faced(rng, d)),
+    "friction": lambda rng, d, most: Friction(*(most * rng.uniform(0.3, 1.2, 3)), heading=_faced(rng, d)),
+    "box": lambda rng, d, most: Box(most * rng.uniform(0.3, 1.2, d), _frame(rng, d), _faced(rng, d)),
+    "convex_polygon": lambda rng, d, most: ConvexPolygon(_corners(rng, most), _frame(rng, d), _faced(rng, d)),
+    "heading_cone": lambda rng, d, most: HeadingCone(rng.uniform(0.2, np.pi / 2), _faced(rng, d)),
+    "turning_radius": lambda rng, d, most: TurningRadius(rng.uniform(0.5, 5.0), _faced(rng, d)),
+    "least_speed": lambda rng, d, most: LeastSpeed(rng.uniform(0.1, 2.0), _faced(rng, d)),
 }
 """Every kind of bound, those without a drawing of their own by their example in `parts`."""
 
 
 def _like_the_bound(kind):
-    def drawn(rng, d, push):
+    def drawn(rng, d, max_acceleration):
         return next(b for make in parts.BOUNDS.values() for b in make(d) if type(b) is slalom.bounds.BOUNDS[kind])
 
     return drawn
@@ -350,21 +350,23 @@ def _faced(rng, d):
     return rng.normal(size=d) if rng.random() < 0.5 else None
 
 
-def _corners(rng, push):
+def _corners(rng, radius):
     """Three to seven corners on a circle, one in every half of it."""
     while True:
         angles = np.sort(rng.uniform(0.0, 2.0 * np.pi, int(rng.integers(3, 8))))
         if np.diff(angles, append=angles[0] + 2.0 * np.pi).max() < 0.9 * np.pi:
-            return push * rng.uniform(0.5, 1.5) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+            return radius * rng.uniform(0.5, 1.5) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def _bounds(seed, d, push):
+def _bounds(seed, d, max_acceleration):
     """None for most scenes, else one to three; from a generator of their own, which moves nothing else."""
     rng = np.random.default_rng([seed, d, 1])
     if rng.random() > BOUNDED:
         return ()
     kinds = [kind for kind in BOUNDS if d == 2 or kind != "convex_polygon"]
-    return tuple(BOUNDS[kind](rng, d, push) for kind in rng.choice(kinds, int(rng.integers(1, 4)), replace=False))
+    return tuple(
+        BOUNDS[kind](rng, d, max_acceleration) for kind in rng.choice(kinds, int(rng.integers(1, 4)), replace=False)
+    )
 
 
 def _admissible(response, state, limits, horizon):
@@ -375,10 +377,10 @@ def scene(seed, d):
     """The scene of that number: method and response follow from it, everything else is drawn from its generator."""
     rng = np.random.default_rng([seed, d])
     start, horizon = float(rng.choice([0.0, rng.uniform(-5, 50)])), float(rng.uniform(1.5, 8.0))
-    top, push = float(rng.uniform(1.0, 6.0)), float(rng.uniform(0.5, 4.0))
+    max_speed, max_acceleration = float(rng.uniform(1.0, 6.0)), float(rng.uniform(0.5, 4.0))
     # Now and then faster than the limit, for which the admissible set follows another rule.
-    velocity = _unit(rng, d) * top * (1.2 if rng.random() < 0.04 else rng.uniform(0, 1) ** 0.7)
-    acceleration = _unit(rng, d) * push * rng.uniform(0, 0.9)
+    velocity = _unit(rng, d) * max_speed * (1.2 if rng.random() < 0.04 else rng.uniform(0, 1) ** 0.7)
+    acceleration = _unit(rng, d) * max_acceleration * rng.uniform(0, 0.9)
     state = State(rng.uniform(-20, 20, size=d), velocity, acceleration)
     bounds = {}
     for what, often in BOXES.items():
@@ -389,7 +391,7 @@ def scene(seed, d):
             offset = max(0.2, float(normal @ now) + 0.1) + rng.uniform(0, 0.5)
             scale = rng.uniform(0.5, 2.0)
             bounds[what] = (HalfSpace(normal * scale, offset * scale),)
-    limits = Limits(top, push, **bounds, bounds=_bounds(seed, d, push))
+    limits = Limits(max_speed, max_acceleration, **bounds, bounds=_bounds(seed, d, max_acceleration))
     method, response = _response(rng, seed, limits)
     admissible = _admissible(response, state, limits, horizon)
     forecast = METHODS[method].forecast

@@ -77,8 +77,8 @@ def _constant_velocity(draw: DrawFn, d: int) -> Trajectory:
 
 @st.composite
 def _constant_acceleration(draw: DrawFn, d: int) -> Trajectory:
-    push = draw(vectors(d, 1.0))
-    return ConstantAcceleration(draw(vectors(d, 8.0)), draw(vectors(d, 3.0)), push, draw(numbers(-1.0, 1.0)))
+    acceleration = draw(vectors(d, 1.0))
+    return ConstantAcceleration(draw(vectors(d, 8.0)), draw(vectors(d, 3.0)), acceleration, draw(numbers(-1.0, 1.0)))
 
 
 @st.composite
@@ -93,18 +93,18 @@ def _sampled(draw: DrawFn, d: int) -> Trajectory:
     steps = draw(st.lists(numbers(0.2, 1.5), min_size=1, max_size=8))
     times = draw(numbers(-1.0, 1.0)) + np.cumsum([0.0, *steps])
     moves = np.array([draw(vectors(d, 2.0)) for _ in steps])
-    places = draw(vectors(d, 8.0)) + np.concatenate([np.zeros((1, d)), np.cumsum(moves, axis=0)])
-    return Sampled(times, places, draw(st.sampled_from(["smooth", "linear"])))
+    positions = draw(vectors(d, 8.0)) + np.concatenate([np.zeros((1, d)), np.cumsum(moves, axis=0)])
+    return Sampled(times, positions, draw(st.sampled_from(["smooth", "linear"])))
 
 
 @st.composite
 def _piecewise_polynomial(draw: DrawFn, d: int) -> Trajectory:
     """Pieces of degree 4 that meet."""
     durations = draw(st.lists(numbers(0.4, 2.5), min_size=1, max_size=4))
-    place, pieces = draw(vectors(d, 8.0)), []
+    position, pieces = draw(vectors(d, 8.0)), []
     for duration in durations:
-        piece = np.array([place, *(draw(vectors(d, size)) for size in (2.0, 1.0, 0.3, 0.1))])
-        place = (piece * duration ** np.arange(5)[:, None]).sum(axis=0)
+        piece = np.array([position, *(draw(vectors(d, size)) for size in (2.0, 1.0, 0.3, 0.1))])
+        position = (piece * duration ** np.arange(5)[:, None]).sum(axis=0)
         pieces.append(piece)
     return PiecewisePolynomial(durations, pieces, draw(numbers(-1.0, 1.0)))
 

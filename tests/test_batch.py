@@ -40,15 +40,15 @@ def crowd(rng, count, shapes):
     return found
 
 
-def one_by_one(wishes, states, response, traffic, robot, margin):
+def one_by_one(preferred_controls, states, response, traffic, robot, margin):
     """The law."""
     return [
         select(
-            wish,
+            preferred,
             LIMITS.admissible(response, state, traffic.horizon),
             ControlObstacle(response, state, traffic, robot, margin),
         )
-        for wish, state in zip(wishes, states)
+        for preferred, state in zip(preferred_controls, states)
     ]
 
 
@@ -59,10 +59,10 @@ def test_many_are_one_by_one(response, shapes):
     rng = np.random.default_rng(4)
     traffic = ObstacleTable(crowd(rng, 9, shapes), 1.0, 4.0)
     states = [State(rng.uniform(-12, 12, 2), rng.uniform(-3, 3, 2), rng.uniform(-1, 1, 2)) for _ in range(24)]
-    wishes = rng.uniform(-3, 3, (24, 2))
-    choices = one_by_one(wishes, states, response, traffic, Disc(0.4), 0.1)
+    preferred = rng.uniform(-3, 3, (24, 2))
+    choices = one_by_one(preferred, states, response, traffic, Disc(0.4), 0.1)
     for threads in (1, 3):
-        found = select_many(wishes, states, response, LIMITS, traffic, Disc(0.4), margin=0.1, threads=threads)
+        found = select_many(preferred, states, response, LIMITS, traffic, Disc(0.4), margin=0.1, threads=threads)
         assert list(found.statuses) == [choice.status for choice in choices]
         assert list(found.safe) == [choice.safe for choice in choices]
         for control, choice in zip(found.controls, choices):
@@ -82,8 +82,8 @@ def test_states_may_be_numbers(columns):
     """Position, velocity, and acceleration or none."""
     rng = np.random.default_rng(5)
     traffic, rows = ObstacleTable(crowd(rng, 5, (Disc(0.8),)), 0.0, 4.0), rng.uniform(-3, 3, (6, columns, 2))
-    wishes = rng.uniform(-3, 3, (6, 2))
-    found = select_many(wishes, rows, Jerk(), LIMITS, traffic, Disc(0.4))
-    expected = select_many(wishes, [State(*row) for row in rows], Jerk(), LIMITS, traffic, Disc(0.4))
+    preferred = rng.uniform(-3, 3, (6, 2))
+    found = select_many(preferred, rows, Jerk(), LIMITS, traffic, Disc(0.4))
+    expected = select_many(preferred, [State(*row) for row in rows], Jerk(), LIMITS, traffic, Disc(0.4))
     np.testing.assert_array_equal(found.controls, expected.controls)
     assert list(found.statuses) == list(expected.statuses)

@@ -50,9 +50,9 @@ def along(rng, lines, width, n):
     pieces = np.array([piece for piece in shapely.get_parts(shapely.get_parts(lines)) if piece.length > 0])
     lengths = shapely.length(pieces)
     which = rng.choice(len(pieces), size=n, p=lengths / lengths.sum())
-    places = rng.uniform(size=n) * lengths[which]
+    positions = rng.uniform(size=n) * lengths[which]
     here, there = (
-        shapely.get_coordinates(shapely.line_interpolate_point(pieces[which], places + step)) for step in (0, 1e-6)
+        shapely.get_coordinates(shapely.line_interpolate_point(pieces[which], positions + step)) for step in (0, 1e-6)
     )
     across = (there - here)[:, ::-1] * [1, -1]
     across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
@@ -134,10 +134,10 @@ def test_grazing_controls_touch_and_neither_approach_nor_leave():
     assert {owner for owner, _, _ in curves} == {0, 1}
     for owner, times, controls in curves:
         assert np.all(np.diff(times) > 0)
-        place, speed = cars[owner].trajectory.position(times), cars[owner].trajectory.velocity(times)
+        position, velocity = cars[owner].trajectory.position(times), cars[owner].trajectory.velocity(times)
         t = times[:, None]
-        away = place - (me.position + me.velocity * t + controls * t**2 / 2)
-        relative = speed - (me.velocity + controls * t)
+        away = position - (me.position + me.velocity * t + controls * t**2 / 2)
+        relative = velocity - (me.velocity + controls * t)
         touching = cars[owner].shape.radius + 0.4
         assert np.linalg.norm(away, axis=1) == pytest.approx(touching, abs=1e-6)
         scale = touching * np.maximum(np.linalg.norm(relative, axis=1), 1.0)
@@ -162,12 +162,12 @@ def held(table, controls, times=1500):
     x = np.linspace(0, 1, times)
     inside = np.zeros(len(controls), dtype=bool)
     for s in range(len(table.begin)):
-        place, gain = bernstein(table.points[:, :2, s], x), bernstein(table.gains[:, s], x)
+        position, gain = bernstein(table.points[:, :2, s], x), bernstein(table.gains[:, s], x)
         corners = np.zeros((1, 5))
         if table.hull[s] >= 0:
             corners = table.corners[table.first[table.hull[s]] : table.first[table.hull[s] + 1]]
         (ex, ey), (fx, fy, _, tx, ty) = bernstein(table.turns[:, :, s], x).T[..., None], corners.T
-        corner = place[:, None] + np.stack([fx + tx * ex - ty * ey, fy + tx * ey + ty * ex], axis=2)
+        corner = position[:, None] + np.stack([fx + tx * ex - ty * ey, fy + tx * ey + ty * ex], axis=2)
         support = (corner @ NORMALS).max(axis=1) + (table.radius[s] + table.growth[s] * x)[:, None]
         for n, control in enumerate(controls):
             inside[n] |= np.any(np.all((gain[:, None] * control) @ NORMALS <= support, axis=1))
@@ -176,8 +176,8 @@ def held(table, controls, times=1500):
 
 def table(points, gains, *, radius=0.3, growth=0.0, corners=None, turn=0.0):
     """One obstacle of one part, control points points (4, 2), gains (4,), corners (c, 5), turned by `turn` [rad]."""
-    place = np.zeros((4, 3, 1))
-    place[:, :2, 0] = points
+    position = np.zeros((4, 3, 1))
+    position[:, :2, 0] = points
     # A cubic arc of the directions from angle 0 to `turn`.
     arm, ends = 4 / 3 * np.tan(turn / 4), np.array([[1, 0], [np.cos(turn), np.sin(turn)]])
     turns = np.array([ends[0], ends[0] + [0, arm], ends[1] - arm * np.array([-ends[1, 1], ends[1, 0]]), ends[1]])
@@ -186,7 +186,7 @@ def table(points, gains, *, radius=0.3, growth=0.0, corners=None, turn=0.0):
     reach = radius + max(growth, 0.0) + np.hypot(corners[:, [0, 3]], corners[:, [1, 4]]).sum(axis=1).max(initial=0.0)
     hull = np.array([0 if len(corners) else -1])
     return RelativeMotion(
-        begin=np.zeros(1), end=np.ones(1), points=place, gains=np.array(gains, dtype=float)[:, None],
+        begin=np.zeros(1), end=np.ones(1), points=position, gains=np.array(gains, dtype=float)[:, None],
         radius=np.array([radius]), bounding_radius=np.array([1.01 * reach]), owner=np.zeros(1, dtype=np.int64),
         hull=hull,
         turns=turns[:, :, None], corners=corners, first=first, growth=np.array([growth]),

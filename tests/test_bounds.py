@@ -87,7 +87,7 @@ def test_a_cone_in_space_keeps_its_share_of_the_tangent() -> None:
 
 @each_kind
 def test_going_on_and_braking_are_allowed(kind: str, d: int) -> None:
-    """Not pushing, the present velocity, and braking as hard as `braking` says: in motion and at rest."""
+    """No acceleration, the present velocity, and braking as hard as `braking` says: in motion and at rest."""
     for seed in range(50):
         bound, moving = drawn(kind, d, seed)
         limits = Limits(100.0, 100.0, bounds=(bound,))
@@ -124,10 +124,10 @@ def test_at_rest_without_a_heading_every_heading_counts(d: int) -> None:
     for bound in bounds:
         normals, offsets = bound.half_spaces(still)
         for _ in range(200):
-            facing, push = rng.normal(size=(2, d))
-            push *= rng.uniform(0.0, 3.0) / np.linalg.norm(push)
-            if np.all(normals @ push <= offsets):
-                assert out_of_bound(bound, facing, push[None])[0] <= 1e-12
+            facing, acceleration = rng.normal(size=(2, d))
+            acceleration *= rng.uniform(0.0, 3.0) / np.linalg.norm(acceleration)
+            if np.all(normals @ acceleration <= offsets):
+                assert out_of_bound(bound, facing, acceleration[None])[0] <= 1e-12
     for bound in (HeadingCone(0.3), TurningRadius(2.0), LeastSpeed(1.0)):
         assert len(bound.half_spaces(still)[1]) == 0
     facing = rng.normal(size=d)
@@ -169,18 +169,18 @@ def test_bounds_are_obeyed_at_every_step_of_a_run(method: str, what: str, d: int
     """What is applied is in the set of the state in which it is applied, also while a manoeuvre is kept."""
     rng = np.random.default_rng(5)
     rocks = [np.array([x, *rng.uniform(-1.0, 1.0, d - 1) * (2.5 if d == 2 else 0.6)]) for x in range(6, 26, 4)]
-    others = tuple(Obstacle(disc_or_ball(0.7, d), Stationary(place)) for place in rocks)
+    others = tuple(Obstacle(disc_or_ball(0.7, d), Stationary(position)) for position in rocks)
     limits = Limits(4.0, 3.0, bounds=ROAD[what])
     goal = Goal(Stationary(30.0 * np.eye(d)[0]), 1.0)
     robot = Robot(disc_or_ball(0.4, d), limits, State(np.zeros(d), 2.0 * np.eye(d)[0]), goal)
     recording = simulate(Scenario("road", (robot,), others, duration=6.0), METHODS[method])
     turned, sideways, count = recording.velocities[:-1, 0], 0.0, 0
-    for k, ((outcome,), push) in enumerate(zip(recording.outcomes, recording.accelerations[:, 0])):
+    for k, ((outcome,), acceleration) in enumerate(zip(recording.outcomes, recording.accelerations[:, 0])):
         if outcome in ("IMPACT", "INADMISSIBLE", "ESCAPING"):
             break  # these may be compromises
         count += 1
         for bound in limits.bounds:
-            bounded = push if bound.of == "acceleration" else recording.velocities[k + 1, 0]
+            bounded = acceleration if bound.of == "acceleration" else recording.velocities[k + 1, 0]
             assert out_of_bound(bound, turned[k], bounded[None])[0] <= 1e-6, (bound, k)
         sideways = max(sideways, float(np.abs(turned[k][1:]).max()))
     assert count > 20

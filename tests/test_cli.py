@@ -1,4 +1,4 @@
-"""What the command line promises (design, section 6): commands, outputs, exit codes, one clear line per mistake."""
+"""Interface of the command line (design, section 6): commands, outputs, exit codes, one clear line per mistake."""
 
 import json
 import re

@@ -345,8 +345,8 @@ def test_a_metric(monkeypatch: pytest.MonkeyPatch) -> None:
 def crowd(p: dict[str, float], rng: np.random.Generator) -> Scenario:
     """A robot among rocks at random places."""
     robot = Robot(Disc(0.5), Limits(2.0, 1.0), State((0, 0), (0, 0)), Goal(Stationary((20.0, 0.0)), 0.5))
-    places = rng.uniform((5.0, -5.0), (15.0, 5.0), size=(int(p["rocks"]), 2))
-    return Scenario("crowd", (robot,), tuple(Obstacle(Disc(0.2), Stationary(place)) for place in places))
+    positions = rng.uniform((5.0, -5.0), (15.0, 5.0), size=(int(p["rocks"]), 2))
+    return Scenario("crowd", (robot,), tuple(Obstacle(Disc(0.2), Stationary(position)) for position in positions))
 
 
 def test_a_scenario(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,8 +27,8 @@ def test_the_distance_is_attained_by_the_direction(n: int) -> None:
         a, b = corners[0, :2], corners[1 % count, :2]
         across = np.array([b[1] - a[1], a[0] - b[0]]) if count > 1 else np.array([1.0, 0.0])
         gap = rng.choice([1.0, 1e-3, 1e-8, 1e-10, 1e-12, -1e-3])
-        place = a + rng.uniform(0.1, 0.9) * (b - a) + gap * across / np.linalg.norm(across)
-        corners[:, :2] -= place
+        position = a + rng.uniform(0.1, 0.9) * (b - a) + gap * across / np.linalg.norm(across)
+        corners[:, :2] -= position
         distance, *direction = signed_distance(corners, count)
         kinds.add((gap, distance > 0.0))
         assert np.linalg.norm(direction) == pytest.approx(1.0)

@@ -47,25 +47,25 @@ def least_distance(
 
     Steps of a millisecond; `most_speed` clips the velocity as a motor does. Of slalom only the trajectory is used.
     """
-    place, speed, step = state.position.copy(), state.velocity.copy(), 1e-3
+    position, velocity, step = state.position.copy(), state.velocity.copy(), 1e-3
     times = np.arange(round(duration / step) + 1) * step
-    places = np.empty((len(times), len(place)))
+    positions = np.empty((len(times), len(position)))
     for k, t in enumerate(times):
-        places[k] = place
-        before = speed
-        speed = speed + step * law(place, speed, t)
-        length = np.linalg.norm(speed)
+        positions[k] = position
+        before = velocity
+        velocity = velocity + step * law(position, velocity, t)
+        length = np.linalg.norm(velocity)
         if length > most_speed:
-            speed = speed * (most_speed / length)
-        place = place + 0.5 * step * (before + speed)
-    away = np.linalg.norm(places - track.position(start + times), axis=1)
+            velocity = velocity * (most_speed / length)
+        position = position + 0.5 * step * (before + velocity)
+    away = np.linalg.norm(positions - track.position(start + times), axis=1)
     k = int(np.argmin(away))
     return float(away[k]), float(times[k])
 
 
 def keeping(acceleration: np.ndarray) -> Law:
     """The law of a constant acceleration."""
-    return lambda place, speed, t: acceleration
+    return lambda position, speed, t: acceleration
 
 
 STILL: Law = keeping(ORIGIN)
@@ -214,7 +214,7 @@ def test_erratum_09_braking_is_not_a_constant_acceleration() -> None:
         assert bool(blocked_by(Acceleration(), state, behind, 60.0).contains(rate * braking))
     stopping = AccelerateThenStop(hold=1.0, rate=1.0, period=0.1)
 
-    def stops(place: np.ndarray, speed: np.ndarray, t: float) -> np.ndarray:
+    def stops(position: np.ndarray, speed: np.ndarray, t: float) -> np.ndarray:
         return braking if t < 1.0 else -stopping.rate * speed
 
     for track in (behind, ahead):
@@ -288,8 +288,8 @@ def test_erratum_11_avoiding_until_a_horizon_is_no_guarantee() -> None:
     assert statuses[-1] is Status.BLOCKED
     # Brute force: from here even the hardest braking in any direction reaches the wall.
     for angle in np.linspace(0.0, 2.0 * np.pi, 73):
-        push = limits.max_acceleration * np.array([np.cos(angle), np.sin(angle)])
-        assert least_distance(state, wall.trajectory, keeping(push), 4.0)[0] < 100.4
+        acceleration = limits.max_acceleration * np.array([np.cos(angle), np.sin(angle)])
+        assert least_distance(state, wall.trajectory, keeping(acceleration), 4.0)[0] < 100.4
 
     stopping = AccelerateThenStop(hold=1.0, rate=0.25, period=0.1)
     safe = choice(stopping, begin, 60.0)
@@ -297,7 +297,7 @@ def test_erratum_11_avoiding_until_a_horizon_is_no_guarantee() -> None:
 
     held = [safe.control]
 
-    def follows(place: np.ndarray, speed: np.ndarray, t: float) -> np.ndarray:
+    def follows(position: np.ndarray, speed: np.ndarray, t: float) -> np.ndarray:
         if t >= 1.0 - 1e-9 and round(1000 * t) % 100 == 0:
             held[0] = -0.25 * speed
         return held[0]

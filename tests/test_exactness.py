@@ -172,19 +172,19 @@ def test_closed_forms_agree(response, d):
     for number in range(100):
         state = State(spread(rng, d, 1.0), spread(rng, d, 2.0), spread(rng, d, 1.0))
         # For VO the obstacle keeps its velocity, or the polynomial would be a quartic there too.
-        push = spread(rng, d, 1.0) * (order > 1)
-        place, speed, radius, horizon = spread(rng, d, 8.0), spread(rng, d, 2.0), rng.uniform(0.1, 1.0), 6.0
-        other = Obstacle(round_shape(radius, d), ConstantAcceleration(place, speed, push))
+        acceleration = spread(rng, d, 1.0) * (order > 1)
+        position, velocity, radius, horizon = spread(rng, d, 8.0), spread(rng, d, 2.0), rng.uniform(0.1, 1.0), 6.0
+        other = Obstacle(round_shape(radius, d), ConstantAcceleration(position, velocity, acceleration))
         blocked = control_obstacle(response, state, [other], round_shape(0.2, d), horizon=horizon)
         # A control that leads towards the obstacle at some time, so that many meet it.
         t = rng.uniform(1.0, horizon)
         image = response.position(state, t)
         u = image.inverse(other.trajectory.position(t) + spread(rng, d, 1.0))
-        terms = [place - state.position, speed - state.velocity, push - state.acceleration, -u]
+        terms = [position - state.position, velocity - state.velocity, acceleration - state.acceleration, -u]
         if order == 1:
-            terms = [terms[0], speed - u]
+            terms = [terms[0], velocity - u]
         elif order == 2:
-            terms = [*terms[:2], push - u]
+            terms = [*terms[:2], acceleration - u]
         if np.linalg.norm(terms[0]) < radius + 0.25:
             continue
         why = f"number {number}, d = {d}, {response}"

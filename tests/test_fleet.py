@@ -48,17 +48,18 @@ def drawn(seed: int, count: int = 6, *, moving: bool = False) -> Scenario:
     rng = np.random.default_rng(seed)
     robots: list[Robot] = []
     while len(robots) < count:
-        place, goal = rng.uniform(-6.0, 6.0, (2, 2))
+        position, goal = rng.uniform(-6.0, 6.0, (2, 2))
         shape = Rectangle(1.2, 0.6, 0.1) if rng.random() < 0.3 else Disc(float(rng.uniform(0.2, 0.6)))
         away = [
-            np.linalg.norm(place - r.state.position) - shape.bounding_radius - r.shape.bounding_radius for r in robots
+            np.linalg.norm(position - r.state.position) - shape.bounding_radius - r.shape.bounding_radius
+            for r in robots
         ]
         if min(away, default=9.0) < (2.0 if moving else 0.2):
             continue
         limits = Limits(float(rng.uniform(0.8, 2.0)), float(rng.uniform(1.0, 3.0)))
         velocity = rng.uniform(-0.5, 0.5, 2) if moving else np.zeros(2)
         name = f"robot {len(robots)}"
-        robots.append(Robot(shape, limits, State(place, velocity), Goal(Stationary(goal), 0.4, stop=True), name))
+        robots.append(Robot(shape, limits, State(position, velocity), Goal(Stationary(goal), 0.4, stop=True), name))
     corners = np.array([(-8, -8), (8, -8), (8, 8), (-8, 8), (-8, -8)], float)
     walls = Obstacle(Polyline(corners, 0.05), Stationary((0.0, 0.0)), "walls")
     return Scenario("drawn", tuple(robots), (walls,), duration=12.0, horizon=6.0, holds=(0.5, 1.5))
@@ -93,13 +94,13 @@ def test_the_order_of_robots_does_not_matter(method):
     run = simulate(scenario, METHODS[method])
     mixed = simulate(replace(scenario, robots=tuple(scenario.robots[k] for k in order)), METHODS[method])
     assert len(run.times) == len(mixed.times)
-    for place, k in enumerate(order):
-        assert np.array_equal(mixed.positions[:, place], run.positions[:, k])
+    for position, k in enumerate(order):
+        assert np.array_equal(mixed.positions[:, position], run.positions[:, k])
 
 
 @pytest.mark.parametrize("method", [name for name, row in METHODS.items() if not (row.shared or row.looks_ahead)])
 def test_observed_robots_run_to_the_end(method):
-    """Whether they collide is not promised; that they see each other is."""
+    """Whether they collide is not guaranteed; that they observe each other is."""
     run = simulate(replace(build("circle", {"robots": 3}, seed=0), duration=14.0), METHODS[method])
     assert run.positions.shape[1] == 3
     alone = Scenario("alone", run_robots(run)[:1], duration=14.0, horizon=6.0, holds=(0.5, 1.0, 2.0))
@@ -111,8 +112,8 @@ def test_observed_robots_run_to_the_end(method):
 def run_robots(run):
     """The robots of a recording, as they started."""
     return tuple(
-        Robot(shape, limits, State(place, velocity), goal, f"robot {k}")
-        for k, (shape, limits, place, velocity, goal) in enumerate(
+        Robot(shape, limits, State(position, velocity), goal, f"robot {k}")
+        for k, (shape, limits, position, velocity, goal) in enumerate(
             zip(run.shapes, run.limits, run.positions[0], run.velocities[0], run.goals)
         )
     )
@@ -153,9 +154,9 @@ def test_a_robot_at_its_goal_gives_way_to_one_that_wants_there():
 
 
 def test_the_kernel_decides_as_the_navigator():
-    """For robots that stop at goals at rest the crew's kernel and the navigator are one method: same outcomes and
+    """For robots that stop at goals at rest the kernel of fleets and the navigator are one method: same outcomes and
     controls, step by step, with manoeuvres that are shared and with such that are seen. (Of two responses that
-    promise the same to the last bit either may be taken.)
+    have the same optimistic cost to the last bit either may be taken.)
     """
     found = Counter()
     for seed in range(6):
@@ -163,17 +164,21 @@ def test_the_kernel_decides_as_the_navigator():
             scenario = standing_goals(seed)
             guidance, other = Guidance(RobotStates(scenario)), Guidance(RobotStates(scenario))
             method = METHODS[name].among_robots()
-            crew, pilots = FleetDecider(method, guidance), NavigatorDecider(method, other)
+            fleet_decider, navigator_decider = FleetDecider(method, guidance), NavigatorDecider(method, other)
             for step in range(8):
                 now = step * scenario.dt
-                crew.sense(now)
-                pilots.sense(now)
-                outcomes, _ = crew.decide(range(5), now)
-                expected, _ = pilots.decide(range(5), now)
+                fleet_decider.sense(now)
+                navigator_decider.sense(now)
+                outcomes, _ = fleet_decider.decide(range(5), now)
+                expected, _ = navigator_decider.decide(range(5), now)
                 assert outcomes == expected, (seed, name, step)
-                assert crew.committed()[0] == pytest.approx(pilots.committed()[0], abs=1e-7), (seed, name, step)
-                guidance.states.integrate(crew.accelerations(now, scenario.dt), scenario.dt)
-                other.states.integrate(pilots.accelerations(now, scenario.dt), scenario.dt)
+                assert fleet_decider.committed()[0] == pytest.approx(navigator_decider.committed()[0], abs=1e-7), (
+                    seed,
+                    name,
+                    step,
+                )
+                guidance.states.integrate(fleet_decider.accelerations(now, scenario.dt), scenario.dt)
+                other.states.integrate(navigator_decider.accelerations(now, scenario.dt), scenario.dt)
                 found.update(outcomes.values())
     assert min(found["CLEAR"], found["CONSTRAINED"], found["KEPT"]) > 20, found
 
@@ -189,16 +194,16 @@ def test_the_number_of_threads_changes_no_bit():
 def standing_goals(seed: int) -> Scenario:
     """Five discs on the move, far enough from their goals, among passive obstacles."""
     rng = np.random.default_rng(seed)
-    places = np.array([(-6.0, 0), (6, 0.5), (0, 6), (0.5, -6), (5, 5)]) + rng.uniform(-1, 1, (5, 2))
+    positions = np.array([(-6.0, 0), (6, 0.5), (0, 6), (0.5, -6), (5, 5)]) + rng.uniform(-1, 1, (5, 2))
     robots = tuple(
         Robot(
             Disc(0.4),
             Limits(2.0, 2.0),
-            State(place, rng.uniform(-1, 1, 2)),
-            Goal(Stationary(-place), 0.4, True),
+            State(position, rng.uniform(-1, 1, 2)),
+            Goal(Stationary(-position), 0.4, True),
             str(k),
         )
-        for k, (place, speed) in enumerate(zip(places, rng.uniform(-1, 1, (5, 2))))
+        for k, (position, velocity) in enumerate(zip(positions, rng.uniform(-1, 1, (5, 2))))
     )
     wall = Obstacle(Polyline([(-3.0, 2.0), (-1.0, 3.0)], 0.1), Stationary((0.0, 0.0)), "wall")
     car = Obstacle(Disc(0.5), Circular((0.0, 0.0), 3.0, 1.0), "car")
@@ -246,9 +251,9 @@ class TestDetours:
         """Straight through the middle: half the circle instead of the diameter, as tangents allow; beside it:
         nothing.
         """
-        place, goal = np.array([-2.0, 0.0]), np.array([2.0, 0.0])
+        position, goal = np.array([-2.0, 0.0]), np.array([2.0, 0.0])
         longer = detour_lengths(
-            place, goal, np.array([(0, 0), (0, 1.5), (5, 0), (0, 0.5)]), np.array([1.0, 1.0, 1.0, 1.0])
+            position, goal, np.array([(0, 0), (0, 1.5), (5, 0), (0, 0.5)]), np.array([1.0, 1.0, 1.0, 1.0])
         )
         assert longer[0] == pytest.approx(2 * np.sqrt(3) + np.pi / 3 - 4.0)
         assert longer[1] == longer[2] == 0.0
@@ -258,20 +263,22 @@ class TestDetours:
     def test_it_is_the_length_of_a_string(self, seed):
         """Against the shortest of many polygons around the disc."""
         rng = np.random.default_rng(seed)
-        place, goal, radius = rng.uniform(-4, -2, 2), rng.uniform(2, 4, 2), 1.0
+        position, goal, radius = rng.uniform(-4, -2, 2), rng.uniform(2, 4, 2), 1.0
         angles = np.linspace(-np.pi, np.pi, 20001)
         rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
         best = np.inf
         for side in (1, -1):
-            first, second = (tangent(point, radius, side * sign) for point, sign in ((place, 1), (goal, -1)))
+            first, second = (tangent(point, radius, side * sign) for point, sign in ((position, 1), (goal, -1)))
             turn = side * (np.arctan2(*second[::-1]) - np.arctan2(*first[::-1])) % (2 * np.pi)
-            best = min(best, np.linalg.norm(place - first) + np.linalg.norm(goal - second) + radius * turn)
+            best = min(best, np.linalg.norm(position - first) + np.linalg.norm(goal - second) + radius * turn)
         assert rim.shape == (20001, 2)
-        straight = np.linalg.norm(goal - place)
-        along = goal - place
-        across = abs(along[0] * place[1] - along[1] * place[0]) / straight
+        straight = np.linalg.norm(goal - position)
+        along = goal - position
+        across = abs(along[0] * position[1] - along[1] * position[0]) / straight
         expected = best - straight if across < radius else 0.0
-        assert detour_lengths(place, goal, np.zeros((1, 2)), np.array([radius]))[0] == pytest.approx(expected, abs=1e-9)
+        assert detour_lengths(position, goal, np.zeros((1, 2)), np.array([radius]))[0] == pytest.approx(
+            expected, abs=1e-9
+        )
 
 
 def tangent(point, radius, side):

@@ -119,11 +119,14 @@ def test_the_turn_is_that_of_the_acceleration_across_the_velocity(data: st.DataO
 @given(data=st.data(), d=dimensions)
 def test_straight_motion_is_predicted_straight(data: st.DataObject, d: int) -> None:
     """What it accelerates along its velocity is dropped."""
-    way, place = data.draw(directions(d)), data.draw(vectors(d, 9.0))
-    speed, push, now = data.draw(numbers(0.1, 5.0)), data.draw(numbers(-2.0, 2.0)), data.draw(numbers(-5.0, 5.0))
-    for truth in (ConstantVelocity(place, speed * way, now), ConstantAcceleration(place, speed * way, push * way, now)):
-        places = AtConstantTurn()(truth, now).position(now + LATER)
-        np.testing.assert_allclose(places, place + speed * LATER[:, None] * way, atol=1e-6)
+    way, position = data.draw(directions(d)), data.draw(vectors(d, 9.0))
+    speed, rate, now = data.draw(numbers(0.1, 5.0)), data.draw(numbers(-2.0, 2.0)), data.draw(numbers(-5.0, 5.0))
+    for truth in (
+        ConstantVelocity(position, speed * way, now),
+        ConstantAcceleration(position, speed * way, rate * way, now),
+    ):
+        positions = AtConstantTurn()(truth, now).position(now + LATER)
+        np.testing.assert_allclose(positions, position + speed * LATER[:, None] * way, atol=1e-6)
 
 
 @each_dimension
@@ -133,8 +136,8 @@ def test_small_turn_rates_and_rest_predict_no_turn(d: int) -> None:
         slowly = ConstantAcceleration(0.0 * x, 2.0 * x, share * STRAIGHT * 2.0 * y, 0.0)
         assert type(AtConstantTurn()(slowly, 0.0)) is kind
     for truth in (Stationary(3.0 * x), ConstantAcceleration(3.0 * x, 0.0 * x, y, 0.0)):
-        places = AtConstantTurn()(truth, 0.0).position(LATER)
-        np.testing.assert_array_equal(places, np.tile(3.0 * x, (len(LATER), 1)))
+        positions = AtConstantTurn()(truth, 0.0).position(LATER)
+        np.testing.assert_array_equal(positions, np.tile(3.0 * x, (len(LATER), 1)))
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -147,9 +150,9 @@ def test_quadratic_motion_is_foreseen_exactly_from_its_past(data: st.DataObject,
 
     What is slower than REST counts as at rest.
     """
-    place, speed, push = (data.draw(vectors(d, bound)) for bound in (9.0, 4.0, 2.0))
+    position, velocity, acceleration = (data.draw(vectors(d, bound)) for bound in (9.0, 4.0, 2.0))
     now, seconds = data.draw(numbers(-5.0, 50.0)), data.draw(numbers(0.1, 3.0))
-    truth = ConstantAcceleration(place, speed, push, now - 0.3)
+    truth = ConstantAcceleration(position, velocity, acceleration, now - 0.3)
     begin = now - seconds * data.draw(numbers(0.25, 2.0))
     seen = Seen(_since(truth, begin), now)
     assumed = FromPast(AtConstantAcceleration(), seconds)(seen, now)
@@ -212,19 +215,19 @@ def test_the_parabola_is_that_of_least_squares(data: st.DataObject, d: int) -> N
     assumed = FromPast(AtConstantAcceleration(), 1.0)(truth, now)
     ago = -np.array([0.2, 0.4, 0.6, 0.8, 1.0])
 
-    def squares(speed: np.ndarray, push: np.ndarray) -> float:
-        fitted = truth.position(now) + ago[:, None] * speed + 0.5 * ago[:, None] ** 2 * push
+    def squares(velocity: np.ndarray, acceleration: np.ndarray) -> float:
+        fitted = truth.position(now) + ago[:, None] * velocity + 0.5 * ago[:, None] ** 2 * acceleration
         return float(((fitted - truth.position(now + ago)) ** 2).sum())
 
-    speed, push = assumed.velocity(now), assumed.acceleration(now)
+    velocity, acceleration = assumed.velocity(now), assumed.acceleration(now)
     np.testing.assert_allclose(
         assumed.position(now + ago),
-        truth.position(now) + ago[:, None] * speed + 0.5 * ago[:, None] ** 2 * push,
+        truth.position(now) + ago[:, None] * velocity + 0.5 * ago[:, None] ** 2 * acceleration,
         atol=ROUNDING,
     )
-    least = squares(speed, push)
+    least = squares(velocity, acceleration)
     for other in np.concatenate([np.eye(2 * d), -np.eye(2 * d), rng.normal(size=(20, 2 * d))]):
-        assert squares(speed + 1e-3 * other[:d], push + 1e-3 * other[d:]) > least
+        assert squares(velocity + 1e-3 * other[:d], acceleration + 1e-3 * other[d:]) > least
 
 
 @each_observing
@@ -232,9 +235,9 @@ def test_the_parabola_is_that_of_least_squares(data: st.DataObject, d: int) -> N
 def test_what_comes_later_is_not_seen(d: int, name: str) -> None:
     """Two motions that part now are foreseen alike."""
     stamps = np.arange(0.0, 6.0, 0.1)
-    places = np.cumsum(np.random.default_rng(d).normal(0.0, 0.2, (len(stamps), d)), axis=0)
-    others = np.where((stamps > 3.0)[:, None], -places, places)
-    one, other = (FORESIGHTS[name](Sampled(stamps, p, "linear"), 3.0) for p in (places, others))
+    positions = np.cumsum(np.random.default_rng(d).normal(0.0, 0.2, (len(stamps), d)), axis=0)
+    others = np.where((stamps > 3.0)[:, None], -positions, positions)
+    one, other = (FORESIGHTS[name](Sampled(stamps, p, "linear"), 3.0) for p in (positions, others))
     np.testing.assert_array_equal(one.position(3.0 + LATER), other.position(3.0 + LATER))
 
 
@@ -278,14 +281,14 @@ def test_futures_of_present_obstacles_are_their_own(d: int) -> None:
 @each_observing
 def test_a_car_that_waits_is_seen_at_rest(name: str) -> None:
     """Its places differ by their rounding, which is no motion and has no direction: it faces where it stopped."""
-    places = [(0.7, 0.1), *[(2.7, 3.3)] * 5]
-    car = Obstacle(Rectangle(4.0, 2.0), Sampled([0, 1, 2, 3, 4, 9], places), "car", "motion")
+    positions = [(0.7, 0.1), *[(2.7, 3.3)] * 5]
+    car = Obstacle(Rectangle(4.0, 2.0), Sampled([0, 1, 2, 3, 4, 9], positions), "car", "motion")
     for now in np.linspace(3.1, 8.9, 40):
         waits = predicted(car, FORESIGHTS[name], float(now))
         assert not np.any(waits.trajectory.velocity(now + LATER))
         facing = np.tile(car.direction(float(now)), (len(LATER), 1))
         np.testing.assert_allclose(waits.direction(now + LATER), facing, atol=1e-12)
-        np.testing.assert_allclose(waits.trajectory.position(now + LATER), np.tile(places[-1], (len(LATER), 1)))
+        np.testing.assert_allclose(waits.trajectory.position(now + LATER), np.tile(positions[-1], (len(LATER), 1)))
 
 
 # ---------------------------------------------------------------------------------------------------------------------

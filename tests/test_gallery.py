@@ -46,8 +46,8 @@ def test_starts_are_free_of_overlap(name, seed):
     for obstacle in scenario.obstacles:
         if obstacle.exists(scenario.start):
             for robot in scenario.robots:
-                now, place = np.array([scenario.start]), robot.state.position[None]
-                assert clearances(obstacle, robot.shape, now, place)[0] > 0.0
+                now, position = np.array([scenario.start]), robot.state.position[None]
+                assert clearances(obstacle, robot.shape, now, position)[0] > 0.0
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -82,9 +82,9 @@ def starts_and_goals(scenario):
     return starts, np.array([robot.goal.position(scenario.start) for robot in scenario.robots])
 
 
-def apart(places):
+def apart(positions):
     """The least distance between two of the places (n, 2)."""
-    return (np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(len(places))).min()
+    return (np.linalg.norm(positions[:, None] - positions, axis=2) + 1e9 * np.eye(len(positions))).min()
 
 
 @pytest.mark.parametrize("settings", [{}, {"robots": 13.0}, {"robot_radius": 0.05}, "nudged"], ids=str)
@@ -94,15 +94,15 @@ def test_starts_and_goals_overlap_no_robot_and_no_wall(name, seed, settings):
     """And there is a way: start and goal are in the same part of what the walls leave free."""
     scenario = gallery.build(name, nudged(name) if settings == "nudged" else settings, seed=seed)
     radius = scenario.robot.shape.radius
-    for places in starts_and_goals(scenario):
-        assert apart(places) >= 2.0 * radius
+    for positions in starts_and_goals(scenario):
+        assert apart(positions) >= 2.0 * radius
     free = shapely.box(-99, -99, 99, 99)
     for wall in scenario.obstacles:
         for part in wall.shape.parts:
             free = free.difference(shapely.convex_hull(shapely.multipoints(part.corners)).buffer(part.radius + radius))
     regions = list(getattr(free, "geoms", [free]))
     for start, goal in zip(*starts_and_goals(scenario)):
-        here, there = ([region.contains(shapely.Point(place)) for region in regions] for place in (start, goal))
+        here, there = ([region.contains(shapely.Point(position)) for region in regions] for position in (start, goal))
         assert any(here)
         assert here == there
 
@@ -162,8 +162,8 @@ def test_two_streams_cross_at_their_angle(angle, lanes):
     across = (starts[::2] @ (-ways[0, 1], ways[0, 0])) / np.linalg.norm(ways[0])
     assert len(np.unique(np.round(across, 9))) == lanes
     # Clear of each other before and after, and each crosses the other's way.
-    for places in (starts, goals):
-        assert min(np.linalg.norm(places[::2, None] - places[1::2], axis=2).ravel()) > 2.0
+    for positions in (starts, goals):
+        assert min(np.linalg.norm(positions[::2, None] - positions[1::2], axis=2).ravel()) > 2.0
     if angle < 180.0:
         lines = shapely.linestrings(np.stack([starts, goals], axis=1))
         assert all(shapely.intersects(one, other) for one in lines[::2] for other in lines[1::2])
@@ -176,10 +176,10 @@ def test_two_groups_change_the_ends_of_a_corridor(settings):
     starts, goals = starts_and_goals(scenario)
     assert np.all(starts[:, 0] * goals[:, 0] < 0.0)
     assert (starts[:, 0] < 0.0).sum() == (len(starts) + 1) // 2
-    for places in (starts, goals):
-        assert np.all(np.abs(places[:, 1]) <= 0.5 * width - 0.3)
-        assert np.all(np.abs(places[:, 0]) >= length / 6.0 - 1e-9)
-        assert np.all(np.abs(places[:, 0]) <= 0.5 * length)
+    for positions in (starts, goals):
+        assert np.all(np.abs(positions[:, 1]) <= 0.5 * width - 0.3)
+        assert np.all(np.abs(positions[:, 0]) >= length / 6.0 - 1e-9)
+        assert np.all(np.abs(positions[:, 0]) <= 0.5 * length)
     between = clearances(scenario.obstacles[0], slalom.Disc(0.5 * width), np.zeros(1), np.zeros((1, 2)))
     assert between[0] == pytest.approx(0.0, abs=1e-12)
 
@@ -215,8 +215,8 @@ def test_the_experiments_of_navground():
         starts, goals = starts_and_goals(scenario)
         assert len({tuple(way) for way in np.round(goals - starts, 6).tolist()}) == ways
         assert np.all(np.linalg.norm(goals - starts, axis=1) > 2.0 * 0.12 * 100.0)
-    places = np.array([(0.2, 0.08), (0.2, 0.3), (0.2, 0.52)])
-    found = clearances(corridor.obstacles[0], corridor.robot.shape, np.zeros(3), places)
+    positions = np.array([(0.2, 0.08), (0.2, 0.3), (0.2, 0.52)])
+    found = clearances(corridor.obstacles[0], corridor.robot.shape, np.zeros(3), positions)
     assert found == pytest.approx([0.0, 0.22, 0.0], abs=1e-12)
     starts, goals = starts_and_goals(cross)
     ways = np.round(goals - starts, 9)
@@ -248,8 +248,11 @@ def test_a_robot_merges_into_a_gap_and_leaves_at_its_exit(seed):
     run = simulate(scenario, slalom.METHODS["nao"], seed=seed)
     row = metrics.summary(run)
     assert (row["arrived"], row["collisions"]) == (1, 0), row
-    place, times = run.positions[:, 0], run.times
-    radius, angle = np.linalg.norm(place, axis=1), np.unwrap(np.arctan2(place[:, 1], place[:, 0]) % (2.0 * np.pi))
+    position, times = run.positions[:, 0], run.times
+    radius, angle = (
+        np.linalg.norm(position, axis=1),
+        np.unwrap(np.arctan2(position[:, 1], position[:, 0]) % (2.0 * np.pi)),
+    )
     assert np.all(radius[times < times[0] + 2.0] > 23.0)
     inside = (angle > np.pi + np.radians(45.0)) & (angle < 2.0 * np.pi - np.radians(15.0))
     assert inside.sum() > 40
@@ -288,8 +291,8 @@ def test_people_of_crowdnav_start_as_there(case):
         angle = random.random_sample() * np.pi * 2
         px_noise, py_noise = random.random_sample() - 0.5, random.random_sample() - 0.5
         px, py = 4 * np.cos(angle) + px_noise, 4 * np.sin(angle) + py_noise
-        places = [place for x, y, gx, gy in agents for place in ((x, y), (gx, gy))]
-        if all(np.hypot(px - x, py - y) >= 0.8 for x, y in places):
+        positions = [position for x, y, gx, gy in agents for position in ((x, y), (gx, gy))]
+        if all(np.hypot(px - x, py - y) >= 0.8 for x, y in positions):
             agents.append((px, py, -px, -py))
     scenario = gallery.build("crowdnav", seed=case)
     starts = [person.trajectory.position(0.0) for person in scenario.obstacles]
@@ -328,28 +331,28 @@ def crossing_by_orca(case):
 
     walks = walking_positions(start_positions(5, case), 97)
     velocities = np.diff(walks, axis=0, prepend=walks[:1]) / 0.25
-    place, velocity, goal = np.array([0.0, -4.0]), np.zeros(2), np.array([0.0, 4.0])
+    position, velocity, goal = np.array([0.0, -4.0]), np.zeros(2), np.array([0.0, 4.0])
     simulator = RVOSimulator(0.25, 10.0, 10, 5.0, 5.0, 0.31, 1.0)
     for k in range(6):
         simulator.add_agent((float(k), 0.0))
     for k in range(97):
-        for agent, (where, speed) in enumerate([(place, velocity), *zip(walks[k], velocities[k])]):
+        for agent, (where, speed) in enumerate([(position, velocity), *zip(walks[k], velocities[k])]):
             simulator.set_agent_position(agent, tuple(where))
             simulator.set_agent_velocity(agent, tuple(speed))
             simulator.set_agent_pref_velocity(agent, (0.0, 0.0))
-        away = goal - place
+        away = goal - position
         simulator.set_agent_pref_velocity(0, tuple(away / max(1.0, np.linalg.norm(away))))
         simulator.do_step()
         chosen = simulator.get_agent_velocity(0)
         velocity = np.array([chosen.x, chosen.y])
-        gap, closing = walks[k] - place, velocities[k] - velocity
+        gap, closing = walks[k] - position, velocities[k] - velocity
         share = np.clip(-np.sum(gap * closing, axis=1) / np.maximum(0.25 * np.sum(closing**2, axis=1), 1e-12), 0, 1)
-        place = place + 0.25 * velocity
+        position = position + 0.25 * velocity
         if 0.25 * k >= 24.0:
             return "timeout", 0.25 * k
         if np.linalg.norm(gap + 0.25 * share[:, None] * closing, axis=1).min() < 0.6:
             return "collision", 0.25 * k
-        if np.linalg.norm(goal - place) < 0.3:
+        if np.linalg.norm(goal - position) < 0.3:
             return "success", 0.25 * (k + 1)
     return "timeout", 24.25
 

@@ -24,11 +24,11 @@ from slalom.tolerances import PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
 MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]
 
 
-def fleet(places, goals, *, walls=None) -> Scenario:
+def fleet(positions, goals, *, walls=None) -> Scenario:
     """Robots at rest with goals at which they stop."""
     robots = tuple(
         Robot(Disc(0.4), Limits(1.5, 2.0), State(p, (0.0, 0.0)), Goal(Stationary(g), 0.3, stop=True), f"robot {k:02d}")
-        for k, (p, g) in enumerate(zip(places, goals))
+        for k, (p, g) in enumerate(zip(positions, goals))
     )
     obstacles = () if walls is None else (Obstacle(Polyline(walls, 0.05), Stationary((0.0, 0.0)), "walls"),)
     return Scenario("fleet", robots, obstacles, duration=40.0, holds=(0.5, 1.0, 2.0))
@@ -143,13 +143,13 @@ class TestTrafficCircles:
 
     def test_a_traffic_circle_beside_the_way_is_not_entered(self):
         guide = Guidance(RobotStates(fleet([(0.0, 0.0)], [(9.0, 0.0)]))).guide
-        place = np.zeros(3)
-        assert tangent_target(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), place)
-        assert place[1] < 0.0
+        position = np.zeros(3)
+        assert tangent_target(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), position)
+        assert position[1] < 0.0
         # The line to it touches the circle: its middle is one radius away.
-        assert abs(5.0 * place[1]) == pytest.approx(np.linalg.norm(place))
+        assert abs(5.0 * position[1]) == pytest.approx(np.linalg.norm(position))
         for ring in ([5.0, 2.0, 1.0, 2.0], [-3.0, 0.0, 1.0, 2.0], [8.8, 0.0, 1.0, 2.0]):
-            assert not tangent_target(0, guide, np.array(ring), place)
+            assert not tangent_target(0, guide, np.array(ring), position)
 
     def test_encounters_elsewhere_do_not_enlarge_the_circle(self):
         found, ring = np.array([(1.0, 0.0, 0.0, 0.5), (2.0, 0.5, 0.0, 0.5), (3.0, 30.0, 0.0, 0.5)]), np.zeros(4)
@@ -162,8 +162,8 @@ class TestPriorityInheritance:
     def test_a_robot_at_its_goal_in_a_passage_lets_another_through(self):
         """A passage one robot wide, in which the first has arrived."""
         walls = np.array([(-1, 0.6), (4, 0.6), (4, 3), (9, 3), (9, -3), (4, -3), (4, -0.6), (-1, -0.6)], float)
-        places, goals = [(3.0, 0.0), (0.0, 0.0)], [(3.0, 0.0), (7.0, 1.0)]
-        run = simulate(fleet(places, goals, walls=walls), METHODS["nao_shared"])
+        positions, goals = [(3.0, 0.0), (0.0, 0.0)], [(3.0, 0.0), (7.0, 1.0)]
+        run = simulate(fleet(positions, goals, walls=walls), METHODS["nao_shared"])
         assert np.isfinite(run.arrived[1])
 
     def test_the_robot_that_has_waited_longest_goes_first(self):

@@ -148,9 +148,9 @@ def scenario(**settings) -> Scenario:
     return Scenario("test", (Robot(Disc(1), LIMITS, FLAT, GOAL),), (ROCK,), **settings)
 
 
-def many(wishes, states, robot):
+def many(preferred, states, robot):
     """Choices among no obstacles."""
-    return select_many(wishes, states, Velocity(), Limits(2.0, 2.0), ObstacleTable([], 0.0, 3.0), robot)
+    return select_many(preferred, states, Velocity(), Limits(2.0, 2.0), ObstacleTable([], 0.0, 3.0), robot)
 
 
 class Case(NamedTuple):
@@ -338,9 +338,9 @@ RECORDINGS = [
 ]
 
 
-def write_tracks(format: str, label: str = "1", times=(0.0, 0.1), places=((0, 0), (1, 0)), **settings) -> Callable:
+def write_tracks(format: str, label: str = "1", times=(0.0, 0.1), positions=((0, 0), (1, 0)), **settings) -> Callable:
     """A call that writes one agent to a file."""
-    tracks = Tracks({label: Agent(Sampled(times, places))})
+    tracks = Tracks({label: Agent(Sampled(times, positions))})
     return lambda folder: write_recording(folder / "a.out", tracks, format, **settings)
 
 
@@ -1493,7 +1493,7 @@ CASES = [
         "_frames_of",
         InvalidInput,
         r"agent 1: expected positions in the plane, found dimension 3",
-        write_tracks("trajnet", places=np.eye(2, 3), frame_rate=10),
+        write_tracks("trajnet", positions=np.eye(2, 3), frame_rate=10),
     ),
     Case(
         "_frames_of",

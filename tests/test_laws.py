@@ -261,19 +261,19 @@ def test_simulated_steps_follow_the_prediction(response: Response, data: st.Data
         response = Velocity(ramp=PERIOD)
     state = data.draw(states(data.draw(dimensions)))
     manoeuvre = Manoeuvre(response, state, data.draw(controls(state.dimension)), data.draw(numbers(-1.0, 3.0)))
-    place, speed = state.position, state.velocity
+    position, velocity = state.position, state.velocity
     for k in range(60):
-        push = manoeuvre.mean_acceleration(manoeuvre.start + k * PERIOD, PERIOD)
-        place = place + PERIOD * speed + 0.5 * PERIOD**2 * push
-        speed = speed + PERIOD * push
+        acceleration = manoeuvre.mean_acceleration(manoeuvre.start + k * PERIOD, PERIOD)
+        position = position + PERIOD * velocity + 0.5 * PERIOD**2 * acceleration
+        velocity = velocity + PERIOD * acceleration
         now = manoeuvre.start + (k + 1) * PERIOD
         allowed = 0.0
         if isinstance(response, LaggedVelocity):
             allowed = np.linalg.norm(manoeuvre.control - state.velocity) * PERIOD**2 / (12 * response.lag)
         if isinstance(response, Jerk):
             allowed = np.linalg.norm(manoeuvre.control) * (now - manoeuvre.start) * PERIOD**2 / 12
-        assert np.linalg.norm(place - manoeuvre.position(now)) <= allowed + 1e-10
-        np.testing.assert_allclose(speed, manoeuvre.velocity(now), atol=1e-10)
+        assert np.linalg.norm(position - manoeuvre.position(now)) <= allowed + 1e-10
+        np.testing.assert_allclose(velocity, manoeuvre.velocity(now), atol=1e-10)
 
 
 @drawn_response
@@ -873,17 +873,17 @@ def test_envelope_formula_gives_grazing_controls(name: str, data: st.DataObject)
     response = GRAZING[name][0]
     state, track, radius = data.draw(states(2)), data.draw(KINDS["circular"](2)), 1.3
     t = data.draw(numbers(0.3, 4.0))
-    place, speed = response.position(state, t), response.velocity(state, t)
-    c, g, rate = track.position(t) - place.drift, float(place.gain), float(speed.gain)
-    q = c - g / rate * (track.velocity(t) - speed.drift)
+    position, velocity = response.position(state, t), response.velocity(state, t)
+    c, g, rate = track.position(t) - position.drift, float(position.gain), float(velocity.gain)
+    q = c - g / rate * (track.velocity(t) - velocity.drift)
     length = np.linalg.norm(q)
     assume(length > radius)
     for side in (1.0, -1.0):
         across = side * np.array([-q[1], q[0]]) / length
         n = radius / length * q / length + np.sqrt(1.0 - (radius / length) ** 2) * across
         graze = (c - radius * n) / g
-        relative = track.position(t) - place(graze)
-        closing = track.velocity(t) - speed(graze)
+        relative = track.position(t) - position(graze)
+        closing = track.velocity(t) - velocity(graze)
         assert np.linalg.norm(relative) == pytest.approx(radius, abs=1e-9)
         assert relative @ closing == pytest.approx(0.0, abs=1e-8 * (1 + np.linalg.norm(closing)))
 
@@ -1072,10 +1072,10 @@ def within(state: State, limits: Limits) -> State:
         return x
 
     velocity = obeying(state.velocity, limits.max_speed, limits.velocity_bounds)
-    push = obeying(state.acceleration, limits.max_acceleration, limits.acceleration_bounds)
-    while not limits.allows(State(state.position, velocity), push, 0.0):
-        push = 0.9 * push if np.linalg.norm(push) > 1e-9 else 0.0 * push
-    return State(state.position, velocity, push)
+    acceleration = obeying(state.acceleration, limits.max_acceleration, limits.acceleration_bounds)
+    while not limits.allows(State(state.position, velocity), acceleration, 0.0):
+        acceleration = 0.9 * acceleration if np.linalg.norm(acceleration) > 1e-9 else 0.0 * acceleration
+    return State(state.position, velocity, acceleration)
 
 
 def nothing_around(response: Response, state: State, horizon: float) -> ControlObstacle:
@@ -1103,18 +1103,18 @@ def test_admissible_controls_obey_the_limits_all_along(response: Response, limit
     times = np.unique(np.concatenate([np.linspace(0.0, horizon, 800), response.knots(horizon, 20.0)]))
     for u in extreme_controls(response, state, admissible, horizon, drawn):
         # At the horizon itself a braking that lies beyond it may begin.
-        speeds, pushes = response.velocity(state, times)(u), response.acceleration(state, times[:-1])(u)
-        assert np.linalg.norm(speeds, axis=1).max() <= limits.max_speed * (1 + 10 * ADMISSIBLE) + ROUNDING
-        assert np.linalg.norm(pushes, axis=1).max() <= limits.max_acceleration * (1 + 10 * ADMISSIBLE) + ROUNDING
+        velocities, accelerations = response.velocity(state, times)(u), response.acceleration(state, times[:-1])(u)
+        assert np.linalg.norm(velocities, axis=1).max() <= limits.max_speed * (1 + 10 * ADMISSIBLE) + ROUNDING
+        assert np.linalg.norm(accelerations, axis=1).max() <= limits.max_acceleration * (1 + 10 * ADMISSIBLE) + ROUNDING
         for bound in limits.velocity_bounds:
-            assert (speeds @ bound.normal).max() <= bound.offset + 1e-7
+            assert (velocities @ bound.normal).max() <= bound.offset + 1e-7
         for bound in limits.acceleration_bounds:
-            assert (pushes @ bound.normal).max() <= bound.offset + 1e-7
+            assert (accelerations @ bound.normal).max() <= bound.offset + 1e-7
         for bound in limits.bounds:
             # As it stands at the decision: later the body has turned. Braking to rest ends a least speed.
-            bounded = speeds if bound.of == "velocity" else pushes
+            bounded = velocities if bound.of == "velocity" else accelerations
             if isinstance(bound, LeastSpeed):
-                bounded = speeds[times <= getattr(response, "hold", horizon)]
+                bounded = velocities[times <= getattr(response, "hold", horizon)]
             assert out_of_bound(bound, state.velocity, bounded).max() <= 1e-7, bound
 
 
@@ -1186,8 +1186,8 @@ def test_too_fast_robot_sheds_at_least_half_of_what_braking_would(name: str, d: 
         shed = 0.5 * limits.max_acceleration * shedding_time(response)
         settled = 20.0 if isinstance(response, LaggedVelocity) else shedding_time(response)
         for u in found:
-            pushes = np.linalg.norm(response.acceleration(state, times)(u), axis=1)
-            assert pushes.max() <= limits.max_acceleration * (1 + 1e-8)
+            accelerations = np.linalg.norm(response.acceleration(state, times)(u), axis=1)
+            assert accelerations.max() <= limits.max_acceleration * (1 + 1e-8)
             speeds = np.linalg.norm(response.velocity(state, times)(u), axis=1)
             assert speeds.max() <= speed + ROUNDING
             assert speeds[times >= settled - ROUNDING].max() <= max(limits.max_speed, speed - shed) + 1e-5

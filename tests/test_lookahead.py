@@ -39,14 +39,13 @@ from slalom import (
     Stationary,
     method,
 )
-from slalom.lookahead.navigator import MARGIN_SHARES
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.obstacle_pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.sim.run.simulate import decision_at
-from slalom.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK, METRIC
+from slalom.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK, MARGIN_SHARES, METRIC
 
 ROUNDING = 1e-9
 PERIOD = 0.1
@@ -72,15 +71,15 @@ def moments(plan: Manoeuvre, end: float) -> np.ndarray:
 
 @given(data=st.data(), d=dimensions)
 def test_a_plan_is_its_accelerations_one_after_the_other(data: st.DataObject, d: int) -> None:
-    """The motion is that of a body that is pushed so, step by step, and then goes straight on."""
+    """The motion is that of a body with these accelerations, one after the other, which then goes straight on."""
     plan = data.draw(plans(d))
     times = moments(plan, 1.5 * float(plan.response.ends[-1]))
-    place, speed, push = motion_of(plan).at(times)
-    np.testing.assert_allclose(plan.position(times), place, atol=ROUNDING)
-    np.testing.assert_allclose(plan.velocity(times), speed, atol=ROUNDING)
+    position, velocity, acceleration = motion_of(plan).at(times)
+    np.testing.assert_allclose(plan.position(times), position, atol=ROUNDING)
+    np.testing.assert_allclose(plan.velocity(times), velocity, atol=ROUNDING)
     between = 0.5 * (times[1:] + times[:-1])
     np.testing.assert_allclose(plan.acceleration(between), motion_of(plan).at(between)[2], atol=ROUNDING)
-    np.testing.assert_allclose(plan.acceleration(times)[[0, -1]], push[[0, -1]], atol=ROUNDING)
+    np.testing.assert_allclose(plan.acceleration(times)[[0, -1]], acceleration[[0, -1]], atol=ROUNDING)
 
 
 @given(data=st.data(), d=dimensions)
@@ -134,9 +133,9 @@ def test_peaks_of_a_plan_bound_what_it_does(data: st.DataObject, d: int) -> None
     speeds = np.linalg.norm(plan.velocity(np.append(times, horizon)), axis=1)
     peaks = [np.linalg.norm(peak(u)) for peak in response.speed_peaks(plan.state, horizon)]
     assert speeds.max() == pytest.approx(max(speeds[0], *peaks), abs=ROUNDING)
-    pushes = np.linalg.norm(plan.acceleration(times[times < horizon]), axis=1)
+    accelerations = np.linalg.norm(plan.acceleration(times[times < horizon]), axis=1)
     peaks = [np.linalg.norm(peak(u)) for peak in response.acceleration_peaks(plan.state, horizon)]
-    assert pushes.max() == pytest.approx(max(peaks), abs=ROUNDING)
+    assert accelerations.max() == pytest.approx(max(peaks), abs=ROUNDING)
 
 
 def test_a_plan_is_named_shortly() -> None:
@@ -153,7 +152,7 @@ def test_a_plan_is_named_shortly() -> None:
 
 def faults(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
     """What is wrong with decisions that are sequences, in the order in which they were made."""
-    seen, rooms, promised, last = None, [], 0.0, -np.inf
+    seen, rooms, required, last = None, [], 0.0, -np.inf
     for now, state, decision in run:
         plan = motion_of(decision.manoeuvre)
         end, here = float(plan.ends[-1]), f"at {now - j.start:g} s, {decision.outcome.name}"
@@ -163,14 +162,14 @@ def faults(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
         rooms = [*(rooms if now - last < 1.5 * j.period else ()), room]
         last = now
         if decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
-            promised = min(j.margin, room - CONTACT_SLACK)
+            required = min(j.margin, room - CONTACT_SLACK)
         elif decision.outcome is not Outcome.KEPT:
-            promised = decision.search.problem.margin
+            required = decision.search.problem.margin
             fitting = [min(share * j.margin, then - CONTACT_SLACK) for share in MARGIN_SHARES for then in rooms]
-            if min(abs(promised - share) for share in fitting) > COMMITTED_SLACK + CONTACT_SLACK:
-                yield f"{here}: margin {promised} is no share of {j.margin}"
-        place, speed, _ = (value[0] for value in plan.at(np.array([now])))
-        if max(np.abs(place - state.position).max(), np.abs(speed - state.velocity).max()) > COMMITTED_SLACK:
+            if min(abs(required - share) for share in fitting) > COMMITTED_SLACK + CONTACT_SLACK:
+                yield f"{here}: margin {required} is no share of {j.margin}"
+        position, velocity, _ = (value[0] for value in plan.at(np.array([now])))
+        if max(np.abs(position - state.position).max(), np.abs(velocity - state.velocity).max()) > COMMITTED_SLACK:
             yield f"{here}: the plan is elsewhere"
         if (decision.outcome is Outcome.KEPT) != (decision.manoeuvre is seen):
             yield f"{here}: kept is what is not new"
@@ -179,22 +178,22 @@ def faults(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
         seen = decision.manoeuvre
         until = max(end, now + 6.0) if decision.outcome is Outcome.BEGUN else end
         gap = least_gap(j, plan, now, until, now)
-        if gap < promised - COMMITTED_SLACK:
-            yield f"{here}: a clearance of {gap}, not {promised}"
+        if gap < required - COMMITTED_SLACK:
+            yield f"{here}: a clearance of {gap}, not {required}"
         yield from (f"{here}: {fault}" for fault in unlawful(j, now, decision))
 
 
 def unlawful(j: Journey, now: float, decision: SequenceDecision) -> Iterator[str]:
     """What of a new plan does not obey the limits, the period, or the rule that it ends at rest."""
     plan = motion_of(decision.manoeuvre)
-    if np.linalg.norm(plan.pushes, axis=1).max() > j.limits.max_acceleration * (1.0 + ROUNDING):
+    if np.linalg.norm(plan.accelerations, axis=1).max() > j.limits.max_acceleration * (1.0 + ROUNDING):
         yield "accelerates too hard"
     # Speed is convex while an acceleration is held.
     speeds = np.linalg.norm(plan.at(plan.ends)[1], axis=1)
     if speeds.max() > j.limits.max_speed * (1.0 + ROUNDING):
         yield "too fast"
     periods = (plan.ends - now) / j.period
-    changes = np.any(np.diff(plan.pushes, axis=0, append=0.0 * plan.pushes[:1]) != 0.0, axis=1)
+    changes = np.any(np.diff(plan.accelerations, axis=0, append=0.0 * plan.accelerations[:1]) != 0.0, axis=1)
     if np.abs(periods - np.round(periods))[changes].max(initial=0.0) > 1e-6:
         yield f"accelerations change after {periods} periods"
     if decision.outcome is Outcome.BEGUN and speeds[-1] > ROUNDING:
@@ -208,12 +207,12 @@ def missed(j: Journey, run: Sequence[Decided]) -> Iterator[str]:
             yield f"at {now - j.start:g} s: begun, and said to arrive"
         if decision.outcome is Outcome.KEPT or not np.isfinite(decision.arrival):
             continue
-        place, speed, _ = (value[0] for value in motion_of(decision.manoeuvre).at(np.array([decision.arrival])))
-        away = float(np.linalg.norm(place - j.goal.trajectory.initial_position))
+        position, velocity, _ = (value[0] for value in motion_of(decision.manoeuvre).at(np.array([decision.arrival])))
+        away = float(np.linalg.norm(position - j.goal.trajectory.initial_position))
         if away > j.goal.tolerance:
             yield f"at {now - j.start:g} s: {away} m from the goal, of which the tolerance is {j.goal.tolerance} m"
-        if j.goal.stop and np.linalg.norm(speed) > ROUNDING:
-            yield f"at {now - j.start:g} s: arrives at {np.linalg.norm(speed)} m/s"
+        if j.goal.stop and np.linalg.norm(velocity) > ROUNDING:
+            yield f"at {now - j.start:g} s: arrives at {np.linalg.norm(velocity)} m/s"
 
 
 BATCH = 11
@@ -332,15 +331,15 @@ def driven_alone(robot: LookAhead, state: State, goal: Goal, obstacles: Sequence
 
 
 def beyond_need(robot: LookAhead, state: State, goal: Goal) -> Iterator[str]:
-    """What is wrong with the first decision of a robot alone: it needs one push, and with `stop` one that brakes."""
+    """Faults of the first decision of a robot alone: it needs one acceleration, and with `stop` one that brakes."""
     decision = robot.decide(state, (), goal)
-    place = goal.trajectory.initial_position
-    said = f"{state.velocity} m/s, to {place} within {goal.tolerance} m, {robot.navigator.limits}"
+    position = goal.trajectory.initial_position
+    said = f"{state.velocity} m/s, to {position} within {goal.tolerance} m, {robot.navigator.limits}"
     if decision.outcome is not Outcome.CLEAR:
         yield f"{said}: {decision.outcome.name}"
-    pushes = np.count_nonzero(np.any(motion_of(decision.manoeuvre).pushes != 0.0, axis=1))
-    if pushes > 1 + goal.stop:
-        yield f"{said}: {pushes} pushes"
+    accelerations = np.count_nonzero(np.any(motion_of(decision.manoeuvre).accelerations != 0.0, axis=1))
+    if accelerations > 1 + goal.stop:
+        yield f"{said}: {accelerations} accelerations"
     away = float(np.linalg.norm(decision.manoeuvre.position(decision.arrival) - goal.trajectory.initial_position))
     if away > goal.tolerance:
         yield f"{said}: {away} m away at its arrival"
@@ -368,7 +367,7 @@ def turned_away(d: int) -> list[tuple[LookAhead, State, Goal]]:
 
 
 @each_dimension
-def test_alone_it_needs_one_push_to_pass_its_goal(d: int) -> None:
+def test_alone_it_needs_one_acceleration_to_pass_its_goal(d: int) -> None:
     journeys = [*turned_away(d), *(alone(seed, d, stop=False) for seed in range(40))]
     assert [fault for journey in journeys for fault in beyond_need(*journey)] == []
 
@@ -380,9 +379,11 @@ def test_alone_it_passes_its_goal_as_soon_as_it_can(d: int) -> None:
     assert [fault for journey in journeys for fault in beyond_time(*journey)] == []
 
 
-@pytest.mark.xfail(reason="to stop, sequences have more pushes than need be and arrive up to 3 s later", strict=True)
+@pytest.mark.xfail(
+    reason="to stop, sequences have more accelerations than need be and arrive up to 3 s later", strict=True
+)
 @each_dimension
-def test_alone_it_needs_two_pushes_to_stop_at_its_goal(d: int) -> None:
+def test_alone_it_needs_two_accelerations_to_stop_at_its_goal(d: int) -> None:
     assert [fault for seed in range(20) for fault in beyond_need(*alone(seed, d, stop=True))] == []
 
 
@@ -695,10 +696,12 @@ def test_observations_are_of_the_past(foresight: str) -> None:
         worlds: list[list[Obstacle]] = [[], []]
         for _ in range(5):
             steps = np.cumsum(rng.normal(0.0, 0.02, (len(stamps), 2)), axis=0) + rng.normal(0.0, 0.1, 2)
-            places = rng.uniform((2.0, -6.0), (12.0, 6.0)) + np.cumsum(steps, axis=0)
+            positions = rng.uniform((2.0, -6.0), (12.0, 6.0)) + np.cumsum(steps, axis=0)
             now = np.searchsorted(stamps, 1.0 - 1e-9)
-            other = np.concatenate([places[: now + 1], places[now] + (places[now] - places[now + 1 :])[:, ::-1]])
-            for world, track in zip(worlds, (places, other)):
+            other = np.concatenate(
+                [positions[: now + 1], positions[now] + (positions[now] - positions[now + 1 :])[:, ::-1]]
+            )
+            for world, track in zip(worlds, (positions, other)):
                 world.append(Obstacle(Disc(0.6), Sampled(stamps, track, "linear")))
         runs = [list(decisions(look_ahead(name=f"nao_ahead@{foresight}"), REST, world, goal, 11)) for world in worlds]
         same = [told(one) == told(other) for one, other in zip(*runs)]
@@ -773,8 +776,8 @@ def test_within_the_margin_it_plans_away(gap: float) -> None:
     decision = look_ahead().decide(REST, stone, Goal(Stationary((-9.0, 3.0)), 0.5))
     assert isinstance(decision, SequenceDecision)
     assert np.isfinite(decision.arrival)
-    places = decision.manoeuvre.position(np.linspace(0.0, decision.arrival, 5000))
-    assert np.linalg.norm(places - (2.5 + gap, 0.0), axis=1).min() >= 2.5 + gap - CONTACT_SLACK - COMMITTED_SLACK
+    positions = decision.manoeuvre.position(np.linspace(0.0, decision.arrival, 5000))
+    assert np.linalg.norm(positions - (2.5 + gap, 0.0), axis=1).min() >= 2.5 + gap - CONTACT_SLACK - COMMITTED_SLACK
 
 
 def test_touching_the_navigator_leads_away_first() -> None:
@@ -802,10 +805,10 @@ def test_to_wait_for_a_gap_comes_out_of_the_search(robot_radius: float) -> None:
 # Timetables.
 
 
-def table_of(j: Journey, *, everybody: bool = True, end: float = 20.0) -> PredictedObstacles:
+def table_of(j: Journey, *, include_future: bool = True, end: float = 20.0) -> PredictedObstacles:
     """From the start of a journey on."""
     return PredictedObstacles.of(
-        j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, include_future=everybody
+        j.obstacles, j.obstacles, j.robot, j.start, j.start + end, 1.7, include_future=include_future
     )
 
 
@@ -819,15 +822,15 @@ def test_the_gap_is_the_least_distance(d: int, first: int) -> None:
     """
     for seed in range(first, first + 10):
         j, rng = journey(seed, d), np.random.default_rng([seed, d])
-        tables = [table_of(j, everybody=everybody) for everybody in (True, False)]
+        tables = [table_of(j, include_future=known) for known in (True, False)]
         times = j.start + np.array([0.0, 20.0, 1.7, 3.4, *rng.uniform(0.0, 20.0, 40)])
         shares = rng.uniform(0.0, 1.2, (len(times), 1))
-        places = j.state.position + shares * (j.goal.trajectory.initial_position - j.state.position)
-        gaps = [np.full(len(times), np.inf), *(body.gaps(j.robot, places, times, j.start) for body in j.bodies)]
+        positions = j.state.position + shares * (j.goal.trajectory.initial_position - j.state.position)
+        gaps = [np.full(len(times), np.inf), *(body.gaps(j.robot, positions, times, j.start) for body in j.bodies)]
         chord = max((body.unsure[2] for body in j.bodies), default=0.0) * (20.0 / UNCERTAINTY_PIECES) ** 2 / 8.0
-        for place, t, least in zip(places, times, np.min(gaps, axis=0)):
+        for position, t, least in zip(positions, times, np.min(gaps, axis=0)):
             for table in tables:
-                found = table.clearance(place, float(t))
+                found = table.clearance(position, float(t))
                 assert found == least or least - chord - SLACK <= found <= least + ROUNDING, (str(j), t, found, least)
 
 

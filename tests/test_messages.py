@@ -1,4 +1,4 @@
-"""Messages that are late or lost, and sight that is: the guarantee of docs/theory.md 17, and what each promises."""
+"""Late or lost messages and observations: the guarantee of docs/theory.md 17, and what each method guarantees."""
 
 from dataclasses import replace
 
@@ -32,31 +32,31 @@ def crowd(count: int, side: float, seed: int, **settings: float) -> Scenario:
     rng = np.random.default_rng(seed)
     robots: list[Robot] = []
     while len(robots) < count:
-        place, goal = rng.uniform(-side, side, (2, 2))
-        if min((np.linalg.norm(place - r.state.position) for r in robots), default=9.0) > 1.2:
+        position, goal = rng.uniform(-side, side, (2, 2))
+        if min((np.linalg.norm(position - r.state.position) for r in robots), default=9.0) > 1.2:
             limits = Limits(float(rng.uniform(0.8, 2.0)), float(rng.uniform(1.0, 3.0)))
             goal_at = Goal(Stationary(goal), 0.3, stop=True)
-            robots.append(Robot(Disc(0.5), limits, State(place, np.zeros(2)), goal_at, f"robot {len(robots)}"))
+            robots.append(Robot(Disc(0.5), limits, State(position, np.zeros(2)), goal_at, f"robot {len(robots)}"))
     return Scenario("crowd", tuple(robots), holds=(0.5, 1.0, 2.0)).with_settings(settings)
 
 
-def holders(post: Messages) -> np.ndarray:
-    return np.asarray(post.holds() & post.holds().T & ~np.eye(len(post.handovers), dtype=bool))
+def holders(messages: Messages) -> np.ndarray:
+    return np.asarray(messages.holds() & messages.holds().T & ~np.eye(len(messages.handovers), dtype=bool))
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_never_do_both_hold_the_right_of_a_pair(seed):
     scenario = crowd(5, 3.0, seed, message_delay=1.0, message_loss=0.5)
-    post, rng = messages_of(scenario, SHARED, seed), np.random.default_rng(seed)
-    places, present, decided = np.zeros((5, 3)), np.ones(5, bool), np.zeros(5)
+    messages, rng = messages_of(scenario, SHARED, seed), np.random.default_rng(seed)
+    positions, present, decided = np.zeros((5, 3)), np.ones(5, bool), np.zeros(5)
     for _ in range(2000):
-        post.deliver(places)
-        assert not holders(post).any()
+        messages.deliver(positions)
+        assert not holders(messages).any()
         for i in rng.permutation(5):
-            if post.may_decide(i, present):
+            if messages.may_decide(i, present):
                 decided[i] += 1
-        post.send()
-        assert not holders(post).any()
+        messages.send()
+        assert not holders(messages).any()
     # No robot starves: the right takes turns.
     assert decided.min() > 0.8 * decided.max() > 10
 
@@ -65,27 +65,29 @@ def test_never_do_both_hold_the_right_of_a_pair(seed):
 def test_a_robot_that_decides_has_the_commitments_of_all_near_it(seed):
     """The claim on which the proof rests, with robots that walk at random and change whenever they may."""
     scenario = crowd(6, 25.0, seed, message_delay=0.7, message_loss=0.4)
-    post, rng = messages_of(scenario, SHARED, seed), np.random.default_rng(seed)
-    places = np.zeros((6, 3))
-    places[:, :2] = [robot.state.position for robot in scenario.robots]
+    messages, rng = messages_of(scenario, SHARED, seed), np.random.default_rng(seed)
+    positions = np.zeros((6, 3))
+    positions[:, :2] = [robot.state.position for robot in scenario.robots]
     changed, by_news, by_distance, heading = np.full(6, -1), 0, 0, rng.normal(size=(6, 2))
     for step in range(3000):
-        post.deliver(places)
+        messages.deliver(positions)
         for i in rng.permutation(6):
-            if not post.may_decide(i, np.ones(6, bool)):
+            if not messages.may_decide(i, np.ones(6, bool)):
                 continue
             for j in set(range(6)) - {i}:
-                if np.linalg.norm(places[i] - places[j]) <= post.apart[i, j]:
-                    assert changed[j] <= post.received[i, j]
+                if np.linalg.norm(positions[i] - positions[j]) <= messages.apart[i, j]:
+                    assert changed[j] <= messages.received[i, j]
                     by_news += 1
                 else:
                     by_distance += 1
             changed[i] = step
-        post.send()
+        messages.send()
         turned = rng.normal(size=(6, 2))
         heading = np.where(rng.random((6, 1)) < 0.01, turned, heading)
-        places[:, :2] += post.max_speed[:, None] * post.period * heading / np.linalg.norm(heading, axis=1)[:, None]
-        places[:, :2] = np.clip(places[:, :2], -50.0, 50.0)
+        positions[:, :2] += (
+            messages.max_speed[:, None] * messages.period * heading / np.linalg.norm(heading, axis=1)[:, None]
+        )
+        positions[:, :2] = np.clip(positions[:, :2], -50.0, 50.0)
     assert by_news > 100
     assert by_distance > 100
 
@@ -133,29 +135,29 @@ def test_robots_that_may_not_change_say_so():
     assert Outcome.WAITING.safe
 
 
-def test_late_messages_are_the_same_for_crew_and_pilots():
+def test_late_messages_are_the_same_for_both_deciders():
     """The messages alone determine when a robot may decide."""
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
-    teams = [kind(SHARED, Guidance(RobotStates(scenario)), 7) for kind in (FleetDecider, NavigatorDecider)]
+    deciders = [kind(SHARED, Guidance(RobotStates(scenario)), 7) for kind in (FleetDecider, NavigatorDecider)]
     for step in range(60):
         waits = []
-        for team in teams:
-            team.sense(0.1 * step)
-            outcomes, _ = team.decide([0, 1, 2, 3], 0.1 * step)
+        for decider in deciders:
+            decider.sense(0.1 * step)
+            outcomes, _ = decider.decide([0, 1, 2, 3], 0.1 * step)
             waits.append([outcomes[k] == "WAITING" for k in range(4)])
         assert waits[0] == waits[1]
-    assert all(np.any(list(team.messages.handovers)) for team in teams)
+    assert all(np.any(list(decider.messages.handovers)) for decider in deciders)
 
 
 def test_what_was_said_is_forgotten_once_all_have_heard_more():
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
     for kind in (FleetDecider, NavigatorDecider):
-        team = kind(SHARED, Guidance(RobotStates(scenario)), 7)
+        decider = kind(SHARED, Guidance(RobotStates(scenario)), 7)
         for step in range(200):
-            team.sense(0.1 * step)
-            team.decide([0, 1, 2, 3], 0.1 * step)
-        assert len(team._sent) < 30
-        assert len(team.messages._positions) < 30
+            decider.sense(0.1 * step)
+            decider.decide([0, 1, 2, 3], 0.1 * step)
+        assert len(decider._sent) < 30
+        assert len(decider.messages._positions) < 30
 
 
 def test_messages_and_sensing_exist_only_where_needed():
@@ -203,14 +205,16 @@ def test_robots_that_see_badly_pass_each_other(seed):
     assert result["arrived"] == 6
 
 
-def test_pilots_watch_as_a_crew_does():
+def test_navigators_sense_as_the_fleet_decider_does():
     scenario = replace(crowd(3, 3.0, 2), sight_noise=0.05, sight_delay=0.2, sight_loss=0.3)
-    crew, pilots = (kind(OBSERVED, Guidance(RobotStates(scenario)), 3) for kind in (FleetDecider, NavigatorDecider))
+    fleet_decider, navigator_decider = (
+        kind(OBSERVED, Guidance(RobotStates(scenario)), 3) for kind in (FleetDecider, NavigatorDecider)
+    )
     for step in range(20):
-        for team in (crew, pilots):
-            team.sense(0.1 * step)
-            team.decide([0, 1, 2], 0.1 * step)
-        assert np.array_equal(crew.sensing.observed, pilots.sensing.observed)
+        for decider in (fleet_decider, navigator_decider):
+            decider.sense(0.1 * step)
+            decider.decide([0, 1, 2], 0.1 * step)
+        assert np.array_equal(fleet_decider.sensing.observed, navigator_decider.sensing.observed)
 
 
 @pytest.mark.parametrize("name", [name for name in FORECASTS if name not in ("known", "constant_turn")])
@@ -237,8 +241,8 @@ def test_a_forecast_that_is_not_linear_is_no_table():
         includes_future = False
 
         def __call__(self, trajectory, now):
-            place, speed = trajectory.position(now), trajectory.velocity(now)
-            return Stationary(place + speed * np.linalg.norm(speed))
+            position, velocity = trajectory.position(now), trajectory.velocity(now)
+            return Stationary(position + velocity * np.linalg.norm(velocity))
 
     assert linear_forecast(Stopping(), 30.0) is None
     assert linear_forecast(Curved(), 30.0) is None
@@ -249,8 +253,8 @@ def test_robots_with_a_forecast_that_is_no_table_run_too():
         includes_future = False
 
         def __call__(self, trajectory, now):
-            place, speed = trajectory.position(now), trajectory.velocity(now)
-            return Stationary(place + speed * np.linalg.norm(speed))
+            position, velocity = trajectory.position(now), trajectory.velocity(now)
+            return Stationary(position + velocity * np.linalg.norm(velocity))
 
     scenario = build("circle", {"robots": 2, "duration": 3.0})
     recording = simulate(scenario, replace(OBSERVED, robot_forecast=Curved()))

@@ -28,13 +28,13 @@ from slalom.sim import Recording, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import closest_approaches, positions_at
 from slalom.sim.measure.metrics import METRICS
-from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC
+from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC, STALLED_SPEED
 
 
 def driven(
-    pushes,
+    accelerations,
     *,
-    place=(0.0, 0.0),
+    position=(0.0, 0.0),
     speed=(0.0, 0.0),
     dt: float = 1.0,
     start: float = 0.0,
@@ -44,13 +44,13 @@ def driven(
     outcomes: list[str] | None = None,
 ) -> Recording:
     """The run of a robot that applied these accelerations."""
-    d = len(place)
-    pushes = np.asarray(pushes, dtype=float).reshape(-1, d)
+    d = len(position)
+    accelerations = np.asarray(accelerations, dtype=float).reshape(-1, d)
     goal = goal or Goal(Stationary(np.full(d, 100.0)), 0.5)
-    x, v = [np.array(place, dtype=float)], [np.array(speed, dtype=float)]
-    for push in pushes:
-        x.append(x[-1] + dt * (v[-1] + 0.5 * dt * push))
-        v.append(v[-1] + dt * push)
+    x, v = [np.array(position, dtype=float)], [np.array(speed, dtype=float)]
+    for acceleration in accelerations:
+        x.append(x[-1] + dt * (v[-1] + 0.5 * dt * acceleration))
+        v.append(v[-1] + dt * acceleration)
     times = start + dt * np.arange(len(x))
     done = goal.reached(x[-1], v[-1], float(times[-1]))
     return Recording(
@@ -62,11 +62,11 @@ def driven(
         times=times,
         positions=np.array(x)[:, None],
         velocities=np.array(v)[:, None],
-        accelerations=pushes[:, None],
-        controls=pushes[:, None],
-        responses=tuple(("Acceleration()",) for _ in pushes),
-        outcomes=tuple((name,) for name in outcomes or ["CLEAR"] * len(pushes)),
-        decision_times=np.full((len(pushes), 1), 1e-3),
+        accelerations=accelerations[:, None],
+        controls=accelerations[:, None],
+        responses=tuple(("Acceleration()",) for _ in accelerations),
+        outcomes=tuple((name,) for name in outcomes or ["CLEAR"] * len(accelerations)),
+        decision_times=np.full((len(accelerations), 1), 1e-3),
         shapes=(round_shape(radius, d),),
         limits=(Limits(10.0, 10.0),),
         goals=(goal,),
@@ -75,9 +75,9 @@ def driven(
     )
 
 
-def rock(place, radius: float = 1.0) -> Obstacle:
+def rock(position, radius: float = 1.0) -> Obstacle:
     """An obstacle at rest."""
-    return Obstacle(disc_or_ball(radius, len(place)), Stationary(place), "rock")
+    return Obstacle(disc_or_ball(radius, len(position)), Stationary(position), "rock")
 
 
 STRAIGHT = driven(
@@ -180,7 +180,7 @@ def test_heading_change_ignores_standing() -> None:
 
 
 def test_stalled_time_counts_steps_that_begin_slowly() -> None:
-    slow = metrics.STALLED_SPEED * 0.99
+    slow = STALLED_SPEED * 0.99
     assert metrics.stalled_time(driven([(0, 0)] * 4, speed=(slow, 0), dt=0.5)) == 2.0
     assert metrics.stalled_time(driven([(0, 0)] * 4, speed=(1.02 * slow, 0), dt=0.5)) == 0.0
 
@@ -199,7 +199,7 @@ def test_failures_to_progress() -> None:
 def test_space_compliance_and_times_of_existence() -> None:
     """Two of five steps are nearer than half a metre; an obstacle that is gone is no obstacle."""
     passes = (rock((0.0, 1.9)),)
-    run = driven([(0, 0)] * 4, place=(-4, 0), speed=(2, 0), obstacles=passes)
+    run = driven([(0, 0)] * 4, position=(-4, 0), speed=(2, 0), obstacles=passes)
     assert metrics.space_compliance(run) == 0.8
     brief = Obstacle(disc_or_ball(1.0, 2), Sampled([1.0, 3.0], [(0.0, 1.9)] * 2), "brief")
     nowhere = Obstacle(disc_or_ball(1.0, 2), Sampled([50.0, 60.0], [(0.0, 0.0)] * 2), "later")
@@ -259,7 +259,7 @@ def test_short_runs_have_metrics(among: bool, steps: int, d: int) -> None:
     for goal in (np.full(d, 9.0), np.zeros(d)):
         run = driven(
             np.full((steps, d), 0.1),
-            place=np.zeros(d),
+            position=np.zeros(d),
             speed=np.zeros(d),
             dt=0.1,
             goal=Goal(Stationary(goal), 0.5),
@@ -298,12 +298,12 @@ def test_summary_agrees_with_the_metrics() -> None:
 
 
 def test_track_is_sampled_often_enough_and_exactly() -> None:
-    times, places = metrics.track(CORNER, 8.0)
+    times, positions = metrics.track(CORNER, 8.0)
     assert times[0] == 0.0
     assert times[-1] == 1.5
     assert np.diff(times).max() <= 1 / 8 + 1e-12
     at_one_second_and_a_quarter = (2.5, 0.25 + 0.25)
-    np.testing.assert_allclose(places[np.argmin(np.abs(times - 1.25))], at_one_second_and_a_quarter)
+    np.testing.assert_allclose(positions[np.argmin(np.abs(times - 1.25))], at_one_second_and_a_quarter)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -353,7 +353,7 @@ def test_closest_approaches_are_those_of_brute_force(seed: int, d: int) -> None:
     others = tuple(Obstacle(disc_or_ball(0.3, d), t, str(k)) for k, t in enumerate(wild(rng, d)))
     run = driven(
         rng.normal(0, 4, (8, d)),
-        place=rng.normal(0, 2, d),
+        position=rng.normal(0, 2, d),
         speed=rng.normal(0, 3, d),
         dt=0.25,
         start=0.1,
@@ -389,7 +389,7 @@ def test_a_graze_between_steps_has_the_right_sign(graze: float) -> None:
     above = Obstacle(
         disc_or_ball(1.0, 2), ConstantAcceleration((2.0, 1.5 + graze), (0.0, 0.0), (0.0, 4.0), 2.2), "above"
     )
-    run = driven([(0, 0)] * 4, place=(2.0, 0.0), obstacles=(above,))
+    run = driven([(0, 0)] * 4, position=(2.0, 0.0), obstacles=(above,))
     (closest,) = closest_approaches(run)
     assert graze <= closest.clearance + 1e-12
     assert closest.clearance == pytest.approx(graze, abs=METRIC)

@@ -1,4 +1,4 @@
-"""One robot's decisions: every outcome, the guarantee behind them, limits, goals, wishes, patience."""
+"""One robot's decisions: every outcome, the guarantee behind them, limits, goals, preferred controls, patience."""
 
 import itertools
 from collections.abc import Iterator, Sequence
@@ -71,9 +71,9 @@ def goal(d: int, x: float = 60.0, **settings) -> Goal:
     return Goal(Stationary(vector(d, x)), **settings)
 
 
-def rock(d: int, radius: float, *place: float) -> Obstacle:
+def rock(d: int, radius: float, *position: float) -> Obstacle:
     """A round obstacle at rest."""
-    return Obstacle(disc_or_ball(radius, d), Stationary(vector(d, *place)), "rock")
+    return Obstacle(disc_or_ball(radius, d), Stationary(vector(d, *position)), "rock")
 
 
 def gate(d: int, half: float, x: float = 10.0) -> list[Obstacle]:
@@ -85,8 +85,8 @@ def gate(d: int, half: float, x: float = 10.0) -> list[Obstacle]:
 
 def sound(decision: Decision, d: int) -> Decision:
     """The decision, if every number in it is one."""
-    push = decision.manoeuvre.mean_acceleration(decision.manoeuvre.start, PERIOD)
-    for numbers in (decision.manoeuvre.control, decision.preferred, push):
+    acceleration = decision.manoeuvre.mean_acceleration(decision.manoeuvre.start, PERIOD)
+    for numbers in (decision.manoeuvre.control, decision.preferred, acceleration):
         assert numbers.shape == (d,)
         assert np.all(np.isfinite(numbers))
     assert np.isfinite(decision.regret)
@@ -99,7 +99,7 @@ class Step(NamedTuple):
     now: float
     state: State
     decision: Decision
-    push: np.ndarray
+    acceleration: np.ndarray
 
 
 def follow(robot: Navigator, state: State, obstacles: Sequence[Obstacle], goal: Goal, steps: int) -> Iterator[Step]:
@@ -108,9 +108,9 @@ def follow(robot: Navigator, state: State, obstacles: Sequence[Obstacle], goal: 
     for k in range(steps):
         now = k * robot.period
         decision = sound(robot.decide(state, obstacles, goal, now=now, previous=decision), state.dimension)
-        push = decision.manoeuvre.mean_acceleration(now, robot.period)
-        yield Step(now, state, decision, push)
-        state = drive(state, push, robot.period)
+        acceleration = decision.manoeuvre.mean_acceleration(now, robot.period)
+        yield Step(now, state, decision, acceleration)
+        state = drive(state, acceleration, robot.period)
 
 
 def gaps(steps: Sequence[Step], obstacle: Obstacle) -> np.ndarray:
@@ -225,9 +225,9 @@ def test_impact(d: int, method: str) -> None:
     decision = sound(robot.decide(at(d, 5.0), [rock(d, 20.0, 21.2)], goal(d)), d)
     assert decision.outcome is Outcome.IMPACT
     assert not decision.outcome.safe
-    push = decision.manoeuvre.mean_acceleration(0.0, PERIOD)
-    assert push[0] < -0.5
-    assert np.linalg.norm(push) <= 1.0 + 1e-9
+    acceleration = decision.manoeuvre.mean_acceleration(0.0, PERIOD)
+    assert acceleration[0] < -0.5
+    assert np.linalg.norm(acceleration) <= 1.0 + 1e-9
 
 
 @pytest.mark.parametrize("method", ALONE)
@@ -299,17 +299,17 @@ def test_each_obstacle_counts_until_its_own_horizon() -> None:
 
 
 @pytest.mark.parametrize("speed", [2.0, 6.0, 8.0])
-@pytest.mark.parametrize("push", [1.0, 4.0])
-def test_the_safe_time_is_long_enough_to_stop(speed: float, push: float) -> None:
+@pytest.mark.parametrize("max_acceleration", [1.0, 4.0])
+def test_the_safe_time_is_long_enough_to_stop(speed: float, max_acceleration: float) -> None:
     """Towards a wall that is in the way of everything, seen only when it matters: the robot stops before it."""
     wall = Obstacle(Polyline([(60.0, -90.0), (60.0, 90.0)]), Stationary((0.0, 0.0)), "wall")
-    robot = navigator(limits=Limits(8.0, push), horizon=20.0, horizons=SafeTime(0.4), holds=(0.2,))
+    robot = navigator(limits=Limits(8.0, max_acceleration), horizon=20.0, horizons=SafeTime(0.4), holds=(0.2,))
     state, decision, outcomes = at(2, speed), None, set()
     for k in range(400):
         decision = robot.decide(state, [wall], Goal(Stationary((80.0, 0.0)), 1.0), now=0.1 * k, previous=decision)
         outcomes.add(decision.outcome)
-        pushed = decision.manoeuvre.mean_acceleration(0.1 * k, 0.1)
-        state = advance(Acceleration(), state, pushed, 0.1)
+        acceleration = decision.manoeuvre.mean_acceleration(0.1 * k, 0.1)
+        state = advance(Acceleration(), state, acceleration, 0.1)
     assert all(outcome.safe for outcome in outcomes), outcomes
     assert state.position[0] < 59.0
     assert state.position[0] > 40.0
@@ -334,8 +334,8 @@ def test_out_of_a_wall_is_across_it() -> None:
 )
 def test_foresight_of_an_obstacle_that_appears_later(method: str, sees: bool) -> None:
     """Only published trajectories say that something will be there."""
-    speed, place = (1.0, 11.0) if method in ("vo", "nlvo") else (4.0, 16.0)
-    later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(place, 0.5)] * 2), "later")
+    speed, distance = (1.0, 11.0) if method in ("vo", "nlvo") else (4.0, 16.0)
+    later = Obstacle(disc_or_ball(4.0, 2), Sampled([1.0, 20.0], [(distance, 0.5)] * 2), "later")
     robot = navigator(method=method)
     alone, among = (robot.decide(at(2, speed), others, goal(2)) for others in ([], [later]))
     assert len(robot.predict([later], at(2, speed), 0.0).obstacles) == sees
@@ -400,15 +400,15 @@ def crowd(rng: np.random.Generator, d: int, count: int, *, still: bool = False) 
     found: list[Obstacle] = []
     stamps = np.linspace(-1.0, 30.0, 40)
     while len(found) < count:
-        place = vector(d, rng.uniform(2.0, 28.0), rng.uniform(-7.0, 7.0), rng.uniform(-3.0, 3.0))
-        speed, push = (vector(d, *rng.uniform(-most, most, size=3)) for most in (1.5, 0.15))
-        wander = place + np.cumsum(rng.normal(0.0, 0.5, size=(40, d)), axis=0)
+        position = vector(d, rng.uniform(2.0, 28.0), rng.uniform(-7.0, 7.0), rng.uniform(-3.0, 3.0))
+        velocity, acceleration = (vector(d, *rng.uniform(-most, most, size=3)) for most in (1.5, 0.15))
+        wander = position + np.cumsum(rng.normal(0.0, 0.5, size=(40, d)), axis=0)
         radius = float(rng.uniform(1.0, 5.0))
         kinds = (
-            Stationary(place),
-            ConstantVelocity(place, speed),
-            ConstantAcceleration(place, speed, push),
-            Circular(place, radius, float(rng.choice([-1, 1]) * rng.uniform(0.5, 3.0)), rng.uniform(0, 6)),
+            Stationary(position),
+            ConstantVelocity(position, velocity),
+            ConstantAcceleration(position, velocity, acceleration),
+            Circular(position, radius, float(rng.choice([-1, 1]) * rng.uniform(0.5, 3.0)), rng.uniform(0, 6)),
             Sampled(stamps, wander, "linear"),
             Sampled(stamps, wander, "smooth"),
         )
@@ -521,7 +521,7 @@ def test_a_repeat_is_the_same_to_the_bit(method: str) -> None:
 
 @pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize(
-    "place",
+    "trajectory",
     [
         ConstantVelocity((10.0, 5.0), (1.0, 0.5)),
         Circular((10.0, 0.0), 5.0, 1.5),
@@ -531,24 +531,24 @@ def test_a_repeat_is_the_same_to_the_bit(method: str) -> None:
     ids=["line", "circle", "parabola", "in space"],
 )
 @pytest.mark.parametrize("stop", [False, True], ids=["pass", "stop"])
-def test_a_moving_goal_is_reached(stop: bool, place, method: str) -> None:
+def test_a_moving_goal_is_reached(stop: bool, trajectory, method: str) -> None:
     """With `stop` the robot ends slow relative to the goal, not to the ground."""
-    d, tolerance = place.dimension, 0.5
-    robot = Robot(disc_or_ball(0.5, d), Limits(4.0, 2.0), at(d, 0.0), Goal(place, tolerance, stop))
+    d, tolerance = trajectory.dimension, 0.5
+    robot = Robot(disc_or_ball(0.5, d), Limits(4.0, 2.0), at(d, 0.0), Goal(trajectory, tolerance, stop))
     recording = simulate(Scenario("chase", (robot,), duration=40.0), METHODS[method])
     end = recording.times[-1]
     assert recording.arrived[0] == end
-    assert np.linalg.norm(place.position(end) - recording.positions[-1, 0]) <= tolerance
+    assert np.linalg.norm(trajectory.position(end) - recording.positions[-1, 0]) <= tolerance
     if stop:
-        assert np.linalg.norm(place.velocity(end) - recording.velocities[-1, 0]) <= tolerance
+        assert np.linalg.norm(trajectory.velocity(end) - recording.velocities[-1, 0]) <= tolerance
 
 
 @pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize("stop", [False, True], ids=["pass", "stop"])
 def test_a_goal_that_exists_for_a_while_is_reached_in_time(stop: bool, method: str) -> None:
     """Sampled for ten seconds: no look beyond its end, although a straight chase would take longer."""
-    place = Sampled([0.0, 10.0], [(5.0, 0.0), (12.0, 0.0)], "linear")
-    robot = Robot(disc_or_ball(0.5, 2), Limits(2.0, 1.0), at(2, 0.0), Goal(place, 0.5, stop))
+    trajectory = Sampled([0.0, 10.0], [(5.0, 0.0), (12.0, 0.0)], "linear")
+    robot = Robot(disc_or_ball(0.5, 2), Limits(2.0, 1.0), at(2, 0.0), Goal(trajectory, 0.5, stop))
     recording = simulate(Scenario("brief", (robot,), duration=9.9), METHODS[method])
     assert recording.arrived[0] < 10.0
 
@@ -556,7 +556,7 @@ def test_a_goal_that_exists_for_a_while_is_reached_in_time(stop: bool, method: s
 @pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize("d", PLANES)
 def test_a_goal_to_stop_at(d: int, method: str) -> None:
-    """Within thrice the time that full pushes would take."""
+    """Within thrice the time that full acceleration would take."""
     robot = Robot(disc_or_ball(0.5, d), Limits(2.0, 1.0), at(d, 0.0), goal(d, 12.0, tolerance=0.2, stop=True))
     recording = simulate(Scenario("stop", (robot,), duration=40.0), METHODS[method])
     assert np.isfinite(recording.arrived[0])
@@ -586,8 +586,8 @@ def test_a_goal_beside_the_way_is_not_orbited() -> None:
 
 def adjustments(steps: Sequence[Step]) -> int:
     """Steps at which the acceleration changes."""
-    pushes = np.array([step.push for step in steps])
-    return int((np.linalg.norm(np.diff(pushes, axis=0), axis=1) > ADJUSTMENT).sum())
+    accelerations = np.array([step.acceleration for step in steps])
+    return int((np.linalg.norm(np.diff(accelerations, axis=0), axis=1) > ADJUSTMENT).sum())
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -595,21 +595,23 @@ def test_keeping_the_acceleration_makes_fewer_adjustments(method: str) -> None:
     """Than arriving, on a straight way with a car that crosses."""
     car = Obstacle(disc_or_ball(1.0, 2), ConstantVelocity((14.0, -8.0), (0.0, 2.2)), "car")
     count = {}
-    for wish in (Arrive(), KeepAcceleration()):
-        robot = navigator(method=method, objective=wish, limits=Limits(4.0, 2.0), patience=0.0)
+    for objective in (Arrive(), KeepAcceleration()):
+        robot = navigator(method=method, objective=objective, limits=Limits(4.0, 2.0), patience=0.0)
         steps = list(follow(robot, at(2, 3.0), [car], goal(2, 30.0), 60))
         assert all(step.decision.outcome.safe for step in steps)
-        count[type(wish)] = adjustments(steps)
+        count[type(objective)] = adjustments(steps)
     assert count[KeepAcceleration] < count[Arrive]
 
 
 @pytest.mark.parametrize("d", PLANES)
 def test_most_clearance_keeps_farther_away(d: int) -> None:
-    """At least three times as far as arriving does, when up to a metre is wished for."""
+    """At least three times as far as arriving does, when up to a metre is preferred."""
     obstacle, least = rock(d, 1.5, 12.0, 0.3), {}
-    for wish in (Arrive(), MostClearance(1.0, Arrive())):
-        steps = list(follow(navigator(d, objective=wish, limits=Limits(3.0, 2.0)), at(d, 2.0), [obstacle], goal(d), 70))
-        least[type(wish)] = gaps(steps, obstacle).min() - 2.5
+    for objective in (Arrive(), MostClearance(1.0, Arrive())):
+        steps = list(
+            follow(navigator(d, objective=objective, limits=Limits(3.0, 2.0)), at(d, 2.0), [obstacle], goal(d), 70)
+        )
+        least[type(objective)] = gaps(steps, obstacle).min() - 2.5
     assert 0.0 < least[Arrive] < 0.3
     assert least[MostClearance] > 3.0 * least[Arrive]
 
@@ -627,7 +629,7 @@ def test_follow_velocity(d: int, method: str) -> None:
 @pytest.mark.parametrize("weights", [(1.0, 1.0), (3.0, 1.0), (1.0, 0.0)])
 @pytest.mark.parametrize("method", ["vo", "avo"])
 def test_mix_is_the_weighted_mean(method: str, weights: tuple[float, float]) -> None:
-    """Of the preferred controls, whatever the curvatures of the parts; the larger wish for clearance counts."""
+    """Of the preferred controls, whatever the curvatures of the parts; the larger preferred clearance counts."""
     parts = FollowVelocity((2.0, 0.0)), Arrive()
     alone = [navigator(method=method, objective=part).decide(at(2, 1.0), [], goal(2, 5.0)).preferred for part in parts]
     mixed = Mix(tuple(zip(weights, parts)))
@@ -649,7 +651,7 @@ def judged(patience: float) -> tuple[Navigator, list[Step], list[Obstacle]]:
     return robot, list(follow(robot, at(2, 1.0), others, goal(2, 30.0), 50)), others
 
 
-def wished(robot: Navigator, step: Step, manoeuvre: Manoeuvre, until: float) -> float:
+def cost_of(robot: Navigator, step: Step, manoeuvre: Manoeuvre, until: float) -> float:
     """What the objective says of a manoeuvre at a step of `judged`."""
     response, aim = manoeuvre.response, goal(2, 30.0)
     admissible = robot.limits.admissible(response, step.state, robot.horizon)
@@ -664,8 +666,9 @@ def free_again(robot: Navigator, manoeuvre: Manoeuvre) -> float:
 
 @pytest.mark.parametrize("patience", [0.0, 0.1, 1.0])
 def test_regret_is_what_keeping_may_have_cost(patience: float) -> None:
-    """It adds up what was promised at every decision to keep, never exceeds the patience, and starts anew at 0; what is
-    kept is no worse by more than it than the best new manoeuvre.
+    """It sums what new manoeuvres would have gained at all decisions, never exceeds the patience, and starts anew at 0.
+
+    A kept manoeuvre is no worse by more than it than the best new one.
     """
     robot, steps, others = judged(patience)
     kept = 0
@@ -675,7 +678,7 @@ def test_regret_is_what_keeping_may_have_cost(patience: float) -> None:
             kept += 1
             committed, until = step.decision.manoeuvre, free_again(robot, fresh.manoeuvre)
             assert committed is before.decision.manoeuvre
-            best, this = (wished(robot, step, m, until) for m in (fresh.manoeuvre, committed))
+            best, this = (cost_of(robot, step, m, until) for m in (fresh.manoeuvre, committed))
             assert before.decision.regret <= step.decision.regret <= patience
             assert this - best <= patience + COST_TIE
         elif step.decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
@@ -694,9 +697,9 @@ def test_no_response_that_is_left_out_is_better_by_much() -> None:
             alone = replace(robot, holds=(hold,)).decide(step.state, others, goal(2, 30.0), now=step.now)
             if alone.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
                 costs.append(
-                    wished(robot, step, alone.manoeuvre, alone.manoeuvre.settled_time(robot.period, robot.horizon))
+                    cost_of(robot, step, alone.manoeuvre, alone.manoeuvre.settled_time(robot.period, robot.horizon))
                 )
-        chosen = wished(robot, step, fresh.manoeuvre, free_again(robot, fresh.manoeuvre))
+        chosen = cost_of(robot, step, fresh.manoeuvre, free_again(robot, fresh.manoeuvre))
         assert chosen <= min(costs) + MIN_IMPROVEMENT * robot.patience + COST_TIE
 
 

@@ -92,12 +92,12 @@ def drawn(shape):
 
 def test_gap_in_space_is_the_distance_to_the_segment():
     rng = np.random.default_rng(3)
-    ends, place = rng.normal(size=(2, 3)), 2 * rng.normal(size=(500, 3))
+    ends, position = rng.normal(size=(2, 3)), 2 * rng.normal(size=(500, 3))
     fine = ends[0] + np.linspace(0, 1, 20001)[:, None] * (ends[1] - ends[0])
-    truth = [np.sqrt(((fine - point) ** 2).sum(axis=1).min()) for point in place]
+    truth = [np.sqrt(((fine - point) ** 2).sum(axis=1).min()) for point in position]
     ball = np.zeros((1, 3))
-    np.testing.assert_allclose(Pair(0, ends, ball, 0.25, False).gap(place), np.array(truth) - 0.25, atol=1e-6)
-    np.testing.assert_allclose(Pair(0, ball, ends, 0.25, False).gap(-place), np.array(truth) - 0.25, atol=1e-6)
+    np.testing.assert_allclose(Pair(0, ends, ball, 0.25, False).gap(position), np.array(truth) - 0.25, atol=1e-6)
+    np.testing.assert_allclose(Pair(0, ball, ends, 0.25, False).gap(-position), np.array(truth) - 0.25, atol=1e-6)
 
 
 @pytest.mark.parametrize("number", range(24))
@@ -139,8 +139,8 @@ def still(shapes, headings, motions, robot=ROBOT, horizon=4.0):
     return Problem(2, 0.0, horizon, zero, zero, zero, ("Velocity", {}), robot, parts, headings, motions)
 
 
-def line(place, speed):
-    return "constant_velocity", {"initial_position": np.array(place), "initial_velocity": np.array(speed), "at": 0.0}
+def line(position, speed):
+    return "constant_velocity", {"initial_position": np.array(position), "initial_velocity": np.array(speed), "at": 0.0}
 
 
 def test_a_rectangle_passes_at_a_known_distance():

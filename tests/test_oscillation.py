@@ -27,7 +27,7 @@ def drawn(ways, velocities, *, radius: float = 0.5, outcomes=None) -> Recording:
     """A run of robots that are at `ways` (T + 1, N, d) with `velocities`; what they apply is what leads there."""
     ways, velocities = np.asarray(ways, dtype=float), np.asarray(velocities, dtype=float)
     steps, n, d = len(ways) - 1, *ways.shape[1:]
-    pushes = np.diff(velocities, axis=0) / DT
+    accelerations = np.diff(velocities, axis=0) / DT
     return Recording(
         scenario="by hand",
         method="vo",
@@ -37,14 +37,14 @@ def drawn(ways, velocities, *, radius: float = 0.5, outcomes=None) -> Recording:
         times=DT * np.arange(steps + 1),
         positions=ways,
         velocities=velocities,
-        accelerations=pushes,
-        controls=pushes,
+        accelerations=accelerations,
+        controls=accelerations,
         responses=(("Velocity()",) * n,) * steps,
         outcomes=outcomes or (("CLEAR",) * n,) * steps,
         decision_times=np.zeros((steps, n)),
         shapes=(disc_or_ball(radius, d),) * n,
         limits=(Limits(2.0, 2.0),) * n,
-        goals=tuple(Goal(Stationary(place), 0.1) for place in ways[-1]),
+        goals=tuple(Goal(Stationary(position), 0.1) for position in ways[-1]),
         arrived=np.full(n, np.inf),
         obstacles=(),
     )
@@ -88,20 +88,20 @@ class TestSides:
     def test_by_hand(self):
         """One at rest in the origin, another one on a circle of 3 m about it, the robot's velocity along x."""
         angle = np.radians([0, 10, -10, 45, -45, 70, -70, 135, 180])
-        place = 3.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+        position = 3.0 * np.column_stack([np.cos(angle), np.sin(angle)])
         velocity = np.tile([1.0, 0.0], (len(angle), 1))
         # Straight ahead it is on no side, beyond 60 degrees and behind there is no approach.
-        assert passing_sides(place, velocity, 1.0).tolist() == [0, 1, -1, 1, -1, 0, 0, 0, 0]
-        assert passing_sides(-place, -velocity, 1.0).tolist() == [0, 1, -1, 1, -1, 0, 0, 0, 0]
+        assert passing_sides(position, velocity, 1.0).tolist() == [0, 1, -1, 1, -1, 0, 0, 0, 0]
+        assert passing_sides(-position, -velocity, 1.0).tolist() == [0, 1, -1, 1, -1, 0, 0, 0, 0]
 
     def test_reach_and_band(self):
         """At 1 m/s the other one is within reach up to 6 m ahead; aside from a tenth of the sum of the radii on."""
-        place = np.array([(5.9, 1.0), (6.1, 1.0), (3.0, 0.21), (3.0, 0.19)])
+        position = np.array([(5.9, 1.0), (6.1, 1.0), (3.0, 0.21), (3.0, 0.19)])
         velocity = np.tile([1.0, 0.0], (4, 1))
-        assert passing_sides(place, velocity, 2.0).tolist() == [1, 0, 1, 0]
-        assert passing_sides(place, 2.0 * velocity, 2.0).tolist() == [1, 1, 1, 0]
-        assert passing_sides(place, 0.0 * velocity, 2.0).tolist() == [0, 0, 0, 0]
-        assert passing_sides(place, velocity, 2.0, Passing(7.0, 0.5, 0.0)).tolist() == [1, 1, 1, 1]
+        assert passing_sides(position, velocity, 2.0).tolist() == [1, 0, 1, 0]
+        assert passing_sides(position, 2.0 * velocity, 2.0).tolist() == [1, 1, 1, 0]
+        assert passing_sides(position, 0.0 * velocity, 2.0).tolist() == [0, 0, 0, 0]
+        assert passing_sides(position, velocity, 2.0, Passing(7.0, 0.5, 0.0)).tolist() == [1, 1, 1, 1]
 
 
 class TestFlips:
@@ -128,8 +128,8 @@ class TestFlips:
     def test_a_pause_in_between_forgets_nothing(self):
         """Left, straight towards each other's centre, right: one flip; left, straight, left: none."""
         for last, expected in ((-1.0, 1), (1.0, 0)):
-            place = np.array([(3.0, 1.0), (3.0, 0.0), (3.0, last)])[:, None]
-            ways = np.concatenate([np.zeros_like(place), place], axis=1)
+            position = np.array([(3.0, 1.0), (3.0, 0.0), (3.0, last)])[:, None]
+            ways = np.concatenate([np.zeros_like(position), position], axis=1)
             velocities = np.zeros_like(ways)
             velocities[:, 0, 0] = 1.0
             assert flips_between(drawn(ways, velocities))[0][0, 1] == expected

@@ -147,12 +147,12 @@ def test_velocities_in_the_figures_are_inside_and_outside() -> None:
 
 
 def test_the_robot_that_follows_its_lane_is_in_the_ao_only() -> None:
-    push = obstacles.LANE.acceleration(0.0)
+    acceleration = obstacles.LANE.acceleration(0.0)
     assert obstacles.LANE.velocity(0.0) == pytest.approx(obstacles.CAR_ROBOT)
     for trajectory, inside in ((AtConstantAcceleration()(obstacles.CAR, 0.0), True), (obstacles.CAR, False)):
         horizon, radius = obstacles.CAR_HORIZON, obstacles.CAR_RADIUS
         blocked = obstacles.obstacle_of(trajectory, controller.RESPONSE, horizon, obstacles.CAR_ROBOT, radius)
-        assert bool(blocked.contains(push)) == inside
+        assert bool(blocked.contains(acceleration)) == inside
 
 
 def test_the_drawn_crossing_is_clear_and_the_drawn_exit_hits_no_car() -> None:
@@ -187,10 +187,10 @@ def test_fleet_sees_what_forecasts_see(method: str, now: float) -> None:
 
 def test_fleet_takes_the_nearest() -> None:
     cars = build("roundabout_crossing", seed=0).obstacles
-    place = np.array([3.0, -11.0])
-    seen = CarLanes(cars, known=True).traffic(2.0, 3.0, place, 5)
-    distances = sorted(float(np.linalg.norm(car.trajectory.position(2.0) - place)) for car in cars)
-    found = sorted(float(np.linalg.norm(car.trajectory.position(2.0) - place)) for car in seen.obstacles)
+    position = np.array([3.0, -11.0])
+    seen = CarLanes(cars, known=True).traffic(2.0, 3.0, position, 5)
+    distances = sorted(float(np.linalg.norm(car.trajectory.position(2.0) - position)) for car in cars)
+    found = sorted(float(np.linalg.norm(car.trajectory.position(2.0) - position)) for car in seen.obstacles)
     assert found == pytest.approx(distances[:5])
 
 
@@ -207,14 +207,14 @@ def test_alone_the_robot_drives_straight_to_the_other_side() -> None:
 def test_a_free_acceleration_is_kept_and_another_is_not() -> None:
     """The car stands on the straight way, so that straight on is not free and a turn is."""
     traffic = CarLanes([LONE], known=True).traffic(0.0, 6.0, START.position)
-    wish = np.array([1.0, 0.0])
+    preferred = np.array([1.0, 0.0])
     turn, straight = np.array([0.5, 1.5]), np.array([0.5, 0.0])
     for keep, present, expected in (
         (True, turn, "KEPT"),
         (False, turn, "CONSTRAINED"),
         (True, straight, "CONSTRAINED"),
     ):
-        chosen, status = decide(START, traffic, Rules("nao", 0.5, keep=keep), wish, present)
+        chosen, status = decide(START, traffic, Rules("nao", 0.5, keep=keep), preferred, present)
         assert status == expected
         assert (chosen is turn) == (status == "KEPT")
 
@@ -340,10 +340,10 @@ def test_cars_that_follow_their_lanes_do_not_collide() -> None:
 
 
 def test_the_cone_by_hand_and_the_claim() -> None:
-    apex, place = np.array([1.0, 1.0]), np.array([2.0, 0.0])
+    apex, position = np.array([1.0, 1.0]), np.array([2.0, 0.0])
     points = np.array([[3.0, 1.0], [0.0, 1.0], [2.0, 1.5], [2.0, 1.7]])
     # Half-angle 30 degrees: at 1 ahead of the apex it is tan 30 = 0.577 wide.
-    assert claims_shape.in_cone(points, place, 1.0, apex).tolist() == [True, False, True, False]
+    assert claims_shape.in_cone(points, position, 1.0, apex).tolist() == [True, False, True, False]
     rows = claims_shape.measure(quick=True)["rows"]
     assert rows[0]["judged_differently"] == 0
     assert min(row["judged_differently"] for row in rows[1:]) > 0

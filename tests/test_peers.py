@@ -69,8 +69,8 @@ class Answering:
     def __init__(self, team: Team, answer=None) -> None:
         self.team, self.answer = team, answer
 
-    def choose(self, places, velocities, preferred, others):
-        self.told = places, velocities, preferred, others
+    def choose(self, positions, velocities, preferred, others):
+        self.told = positions, velocities, preferred, others
         return preferred if self.answer is None else np.broadcast_to(self.answer, preferred.shape).copy()
 
 
@@ -250,7 +250,7 @@ def test_the_ring_of_fifty():
 
 
 def test_what_a_peer_is_told():
-    """Radii as inflated, what is there now as it is now, the goals' own wishes; nothing of the navigators' settings."""
+    """Inflated radii, present obstacles as they are now, preferred velocities of goals; no settings of navigators."""
     larger, begun = fake(inflation=0.3)
     passing = Obstacle(Disc(1.0), ConstantVelocity((4.0, 9.0), (0.0, -1.0)), "car", uncertainty=BoundedError(0.2, 1.0))
     scenario = Scenario("told", (robot(0.0, 0.0, (10.0, 0.0)),), (passing, WALLS["a line"]), duration=0.2, replan=0.2)
@@ -260,8 +260,8 @@ def test_what_a_peer_is_told():
     assert crowd.team.max_speeds == pytest.approx([1.5])
     assert crowd.team.period == pytest.approx(0.2)
     assert [wall.tolist() for wall in crowd.team.walls] == [[[5, -1], [5, 4]]]
-    places, velocities, preferred, others = crowd.told
-    assert places.tolist() == velocities.tolist() == [[0.0, 0.0]]
+    positions, velocities, preferred, others = crowd.told
+    assert positions.tolist() == velocities.tolist() == [[0.0, 0.0]]
     assert preferred.tolist() == [[1.5, 0.0]]
     assert [x.tolist() for x in others] == [[[4.0, 9.0]], [[0.0, -1.0]], [1.2]]
 
@@ -325,10 +325,10 @@ def test_outlines_hold_what_they_stand_for(wall):
     turn = np.array([[x, y], [-y, x]])
     parts = [part for part in obstacle.shape.parts if len(part.corners) > 1]
     for part, outline in zip(parts, found, strict=True):
-        place = part.corners @ turn + obstacle.trajectory.position(0.0)
-        hull = shapely.convex_hull(shapely.multipoints(place)).buffer(part.radius)
+        position = part.corners @ turn + obstacle.trajectory.position(0.0)
+        hull = shapely.convex_hull(shapely.multipoints(position)).buffer(part.radius)
         if len(outline) == 2:
-            assert rows(outline) == rows(place)
+            assert rows(outline) == rows(position)
             continue
         ring = shapely.LinearRing(outline)
         assert shapely.is_ccw(ring)
@@ -375,10 +375,10 @@ def test_a_robot_alone_gets_its_wish_from_the_first_step_on(kind, angle):
     """The human-like behaviour looks along x at first, and never straight behind."""
     pytest.importorskip("navground.core")
     crowd = Behaviours(Team(np.array([0.5]), np.array([1.5]), 0.1), kind, time_horizon=10.0)
-    wish = 1.5 * np.array([[np.cos(angle), np.sin(angle)]])
-    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), wish, NO_DISCS)[0]
-    assert chosen @ wish[0] > 0.0
-    assert chosen[0] * wish[0, 1] - chosen[1] * wish[0, 0] == pytest.approx(0.0, abs=1e-5)
+    preferred = 1.5 * np.array([[np.cos(angle), np.sin(angle)]])
+    chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), preferred, NO_DISCS)[0]
+    assert chosen @ preferred[0] > 0.0
+    assert chosen[0] * preferred[0, 1] - chosen[1] * preferred[0, 0] == pytest.approx(0.0, abs=1e-5)
 
 
 # ---------------------------------------------------------------------------------------------------------------------

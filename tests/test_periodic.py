@@ -55,7 +55,7 @@ def test_the_nearest_image_is_at_most_half_a_period_away():
 @pytest.mark.parametrize("period", [(3.0, 5.0), (3.0, np.inf), (np.inf, np.inf)])
 def test_all_images_within_a_distance_are_found_and_no_other(period):
     rng = np.random.default_rng(2)
-    places, far = rng.uniform(-20.0, 20.0, (6, 2)), rng.uniform(1.0, 9.0, 6)
+    positions, far = rng.uniform(-20.0, 20.0, (6, 2)), rng.uniform(1.0, 9.0, 6)
     lattice = [
         np.array([i * x if np.isfinite(x) else 0.0 for i, x in zip((a, b), period)])
         for a in range(-25, 26)
@@ -63,12 +63,12 @@ def test_all_images_within_a_distance_are_found_and_no_other(period):
     ]
     lattice = np.unique(lattice, axis=0)
     for k in range(6):
-        owners, by = images_about(k, np.column_stack([places, np.zeros(6)]), far, period)
+        owners, by = images_about(k, np.column_stack([positions, np.zeros(6)]), far, period)
         assert owners[:6].tolist() == list(range(6))
         assert (owners[6:] != k).all()
         assert not by[k].any()
         for j in range(6):
-            apart = places[j] - places[k]
+            apart = positions[j] - positions[k]
             near = lattice[np.linalg.norm(apart + lattice, axis=1) <= far[j]]
             found = by[owners == j][:, :2]
             assert len(np.unique(np.round(found, 9), axis=0)) == len(found)

@@ -311,8 +311,8 @@ def test_a_file_that_does_not_say_its_foresight(tmp_path: Path) -> None:
 def test_files_of_format_1_are_read() -> None:
     """Fields of trajectories had other names there; the values are those that were written."""
     loaded = Recording.load(Path(__file__).parent / "data" / "recording_format_1.h5")
-    post, walker, cyclist, car = (obstacle.trajectory for obstacle in loaded.obstacles)
-    assert post.initial_position.tolist() == [5.0, 2.0]
+    pole, walker, cyclist, car = (obstacle.trajectory for obstacle in loaded.obstacles)
+    assert pole.initial_position.tolist() == [5.0, 2.0]
     assert (walker.initial_position.tolist(), walker.initial_velocity.tolist(), walker.at) == ([12, -1], [-1, 0.2], 0.5)
     assert cyclist.initial_acceleration.tolist() == [0.1, -0.2]
     assert car.speed == 1.0

@@ -469,13 +469,13 @@ def judged(run: Recording, tracks: Tracks, radii: dict[str, float], own: float) 
     times = np.arange(run.times[0], run.times[-1], 0.02)
     k = np.minimum(((times - run.times[0]) / run.dt).astype(int), len(run.accelerations) - 1)
     s = (times - run.times[k])[:, None]
-    place = run.positions[k, 0] + s * run.velocities[k, 0] + 0.5 * s * s * run.accelerations[k, 0]
+    position = run.positions[k, 0] + s * run.velocities[k, 0] + 0.5 * s * s * run.accelerations[k, 0]
     least = np.inf
     for label, agent in tracks.agents.items():
         track = agent.trajectory
         there = (times >= track.times[0]) & (times <= track.times[-1])
-        axes = [np.interp(times[there], track.times, track.positions[:, d]) for d in range(place.shape[1])]
-        gap = np.linalg.norm(np.stack(axes, axis=1) - place[there], axis=1) - radii[label] - own
+        axes = [np.interp(times[there], track.times, track.positions[:, d]) for d in range(position.shape[1])]
+        gap = np.linalg.norm(np.stack(axes, axis=1) - position[there], axis=1) - radii[label] - own
         least = min(least, float(gap.min(initial=np.inf)))
     return least
 

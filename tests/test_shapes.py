@@ -79,8 +79,8 @@ def test_a_body_that_turns_on_the_spot_counts_as_its_disc():
 
 def test_the_heading_stays_where_a_car_stops():
     times = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
-    places = np.array([(0, 0), (1, 1), (2, 2), (2, 2), (2, 2)], float)
-    car = Obstacle(Rectangle(4, 2), Sampled(times, places, "linear"), heading="motion")
+    positions = np.array([(0, 0), (1, 1), (2, 2), (2, 2), (2, 2)], float)
+    car = Obstacle(Rectangle(4, 2), Sampled(times, positions, "linear"), heading="motion")
     diagonal = np.full(2, np.sqrt(0.5))
     for t in (0.5, 1.5, 2.5, 3.5, 4.0):
         np.testing.assert_allclose(car.direction(t), diagonal, atol=1e-12)
@@ -127,12 +127,12 @@ class TestUncertainty:
     def test_a_growing_radius_is_felt_when_it_has_grown(self, shape, unsure):
         """The clearance of a passer, found by samples of its true growth; a little less is allowed, never more."""
         d = shape.dimension
-        place, speed = np.zeros(d), np.zeros(d)
-        place[:2], speed[:2] = (4.0, 1.8), (-1.0, 0.1)
-        sure = Obstacle(shape, ConstantVelocity(place, speed))
-        grown = Obstacle(shape, ConstantVelocity(place, speed), uncertainty=unsure)
+        position, velocity = np.zeros(d), np.zeros(d)
+        position[:2], velocity[:2] = (4.0, 1.8), (-1.0, 0.1)
+        sure = Obstacle(shape, ConstantVelocity(position, velocity))
+        grown = Obstacle(shape, ConstantVelocity(position, velocity), uncertainty=unsure)
         robot = Disc(0.2) if d == 2 else Ball(0.2)
-        state = State(np.zeros(d), speed * 0.0)
+        state = State(np.zeros(d), velocity * 0.0)
         clearances = []
         for t in np.linspace(1e-3, 6.0, 400):
             # The gap at one moment: an obstacle that is there for that moment only.
@@ -153,10 +153,10 @@ class TestUncertainty:
         rng = np.random.default_rng([d, int(100 * velocity), int(1000 * probability)])
         n, times = 200_000, np.linspace(0.0, 8.0, 41)
         unsure = GaussianError(0.2, velocity, probability)
-        place, speed = rng.normal(0.0, 0.2, (n, d)), rng.normal(0.0, velocity, (n, d))
+        position, speed = rng.normal(0.0, 0.2, (n, d)), rng.normal(0.0, velocity, (n, d))
         left = np.zeros(n, bool)
         for t, radius in zip(times, unsure.radius(times, d)):
-            left |= np.linalg.norm(place + t * speed, axis=1) > radius
+            left |= np.linalg.norm(position + t * speed, axis=1) > radius
         share, spread = left.mean(), 4.0 * np.sqrt(probability * (1.0 - probability) / n)
         assert share <= probability + spread
         if velocity == 0.0:

@@ -65,11 +65,11 @@ def test_replay_of_the_accelerations_is_the_run(d: int, method: str) -> None:
     start = scenario(d)
     recording = simulate(start, METHODS[method])
     state = start.robot.state
-    for k, (push,) in enumerate(recording.accelerations):
+    for k, (acceleration,) in enumerate(recording.accelerations):
         assert state.position.tobytes() == recording.positions[k, 0].tobytes()
         assert state.velocity.tobytes() == recording.velocities[k, 0].tobytes()
         assert recording.acceleration_before(k).tobytes() == state.acceleration.tobytes()
-        state = drive(state, push, recording.dt)
+        state = drive(state, acceleration, recording.dt)
     assert state.position.tobytes() == recording.positions[-1, 0].tobytes()
     assert state.velocity.tobytes() == recording.velocities[-1, 0].tobytes()
     assert len(recording.accelerations) > 10

@@ -64,15 +64,15 @@ def distances(vehicle, case: tuple, style: str, seed: int, periods: int = 40):
     state = State(rng.normal(size=2), 1.0001 * start * np.array([np.cos(angle), np.sin(angle)]))
     me, found = Vehicle.on(state), []
     for _ in range(periods):
-        push = commanded(rng, style, state, most, least)
-        speed = np.linalg.norm(state.velocity + dt * push)
+        acceleration = commanded(rng, style, state, most, least)
+        speed = np.linalg.norm(state.velocity + dt * acceleration)
         if not slowest <= speed <= FASTEST:
-            push = 0.0 * push
-        command = vehicle.command(me, state, push, dt)
+            acceleration = 0.0 * acceleration
+        command = vehicle.command(me, state, acceleration, dt)
         for share in SHARES:
-            place = vehicle.drive(me, command, share * dt).position
-            found.append(np.linalg.norm(place - drive(state, push, share * dt).position))
-        me, state = vehicle.step(me, state, push, dt), drive(state, push, dt)
+            position = vehicle.drive(me, command, share * dt).position
+            found.append(np.linalg.norm(position - drive(state, acceleration, share * dt).position))
+        me, state = vehicle.step(me, state, acceleration, dt), drive(state, acceleration, dt)
     return found
 
 
@@ -105,17 +105,19 @@ def test_driving_is_the_solution_of_the_equations_of_motion(vehicle) -> None:
         command, duration = Command(rng.uniform(-2, 2), rng.uniform(-0.5, 0.5)), 0.4
         count = 200
         nodes, weights = leggauss(2)
-        place, heading, speed = me.position, me.heading, me.speed
+        position, heading, speed = me.position, me.heading, me.speed
         for k in range(count):
             h = duration / count
             speeds = me.speed + command.speed_rate * (k + 0.5 + 0.5 * nodes) * h
             rate = command.turn if isinstance(vehicle, DifferentialDrive) else np.tan(command.turn) / vehicle.wheelbase
             rates = rate * (speeds if isinstance(vehicle, Bicycle) else np.ones(2))
             angles = heading + rates.mean() * h * 0.5 * (1.0 + nodes)
-            place = place + 0.5 * h * (weights * speeds) @ np.stack([np.cos(angles), np.sin(angles)], axis=1)
+            position = position + 0.5 * h * (weights * speeds) @ np.stack([np.cos(angles), np.sin(angles)], axis=1)
             heading, speed = heading + 0.5 * h * weights @ rates, me.speed + command.speed_rate * (k + 1) * h
         after = vehicle.drive(me, command, duration)
-        np.testing.assert_allclose([*after.position, after.heading, after.speed], [*place, heading, speed], atol=1e-6)
+        np.testing.assert_allclose(
+            [*after.position, after.heading, after.speed], [*position, heading, speed], atol=1e-6
+        )
         half = vehicle.drive(vehicle.drive(me, command, 0.15), command, 0.25)
         np.testing.assert_allclose(
             [*after.position, after.heading, after.speed], [*half.position, half.heading, half.speed], atol=1e-9
@@ -163,13 +165,15 @@ def run_among_rocks(vehicle, seed: int):
             return error, away, min(near), True
         decision = robot.decide(state, rocks, goal, now=k * dt, previous=decision)
         assert decision.outcome.safe
-        push = decision.manoeuvre.mean_acceleration(k * dt, dt)
-        command = vehicle.command(me, state, push, dt)
+        acceleration = decision.manoeuvre.mean_acceleration(k * dt, dt)
+        command = vehicle.command(me, state, acceleration, dt)
         for share in SHARES:
-            place = vehicle.drive(me, command, share * dt).position
-            away = max(away, float(np.linalg.norm(place - drive(state, push, share * dt).position)))
-            near.append(min(np.linalg.norm(place - rock.trajectory.initial_position) - 0.6 - radius for rock in rocks))
-        me, state = vehicle.drive(me, command, dt), drive(state, push, dt)
+            position = vehicle.drive(me, command, share * dt).position
+            away = max(away, float(np.linalg.norm(position - drive(state, acceleration, share * dt).position)))
+            near.append(
+                min(np.linalg.norm(position - rock.trajectory.initial_position) - 0.6 - radius for rock in rocks)
+            )
+        me, state = vehicle.drive(me, command, dt), drive(state, acceleration, dt)
         assert np.linalg.norm(state.velocity) >= slowest - 1e-9
     return error, away, min(near), False
 

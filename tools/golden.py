@@ -5,8 +5,8 @@
 
 A digest covers arrays, outcomes and the numeric parameters of responses, never the name of a class, field or module.
 
-Sums of numpy and BLAS have other last bits on other processors. The runs therefore take place in processes in which both
-use what every x86-64 processor of the last fifteen years has.
+Sums of numpy and BLAS have other last bits on other processors. The runs therefore take place in processes in which
+both use what every x86-64 processor of the last fifteen years has.
 """
 
 import argparse
@@ -339,10 +339,12 @@ def vehicles() -> Found:
         state = slalom.State((0.0, 0.0), (2.0, 0.0))
         body = Vehicle.on(state)
         for k in range(50):
-            push = np.array([0.3 * np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)])
-            body = drive.step(body, state, push, dt)
+            acceleration = np.array([0.3 * np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)])
+            body = drive.step(body, state, acceleration, dt)
             state = slalom.State(
-                state.position + dt * state.velocity + 0.5 * dt * dt * push, state.velocity + dt * push, push
+                state.position + dt * state.velocity + 0.5 * dt * dt * acceleration,
+                state.velocity + dt * acceleration,
+                acceleration,
             )
             found += [body.position, body.heading, body.speed]
     return {"vehicles": digest(*found)}

@@ -78,12 +78,12 @@ class ControlObstacle:
 
     Args:
         response: how the robot answers a control. state: its state now.
-        traffic: the obstacles over the window that begins now.
+        obstacles: the obstacles over the window that begins now.
         robot: the robot's shape. margin: [m] >= 0 to keep from every obstacle.
-        horizon: [s], at most that of the traffic, which is the default.
+        horizon: [s], at most that of the obstacles, which is the default.
 
     Raises:
-        InvalidInput: different dimensions, a horizon that is not above 0 or beyond the traffic's.
+        InvalidInput: different dimensions, a horizon that is not above 0 or beyond that of the obstacles.
     """
 
     response: Response
@@ -127,7 +127,7 @@ class ControlObstacle:
     def _kept(self) -> tuple[Array, bool]:
         """Radius (b,) [m] of each body with the margin, less where the robot touches it; and whether it overlaps one.
 
-        Contact is not overlap: from an obstacle that it is within TOUCHING of, the robot may still move away.
+        Contact is not overlap: from an obstacle that it is within CONTACT_SLACK of, the robot may still move away.
         """
         margin, around = self.margin, self._bodies.radius
         if not isinstance(margin, float):
@@ -143,7 +143,7 @@ class ControlObstacle:
     def initial_clearances(self) -> Array:
         """Clearance (n,) [m] to each obstacle now, margin and uncertainty subtracted; inf if it does not exist now.
 
-        At least 0 where the robot touches the obstacle, see TOUCHING.
+        At least 0 where the robot touches the obstacle, see CONTACT_SLACK.
         """
         clearances = np.full(len(self.obstacles.obstacles), np.inf)
         np.minimum.at(clearances, self._bodies.owner, self._distances - self._radii)
@@ -210,7 +210,7 @@ class ControlObstacle:
         """Least distance between surfaces over (0, horizon] for controls (..., d) and each obstacle: (..., n) [m].
 
         Negative when overlapping, inf for an obstacle that does not appear. Never above the true minimum by more than
-        CLEARANCE, below it by at most CERTIFIED, and by TOUCHING more where the robot touches the obstacle already.
+        CLEARANCE, below it by at most CERTIFIED, and by CONTACT_SLACK more where the robot already touches it.
         """
         flat, shape = self._controls(controls)
         s, count = self.segments, len(self.obstacles.obstacles)

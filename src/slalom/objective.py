@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from slalom.goal import Goal
 from slalom.limits import Admissible, Limits
 from slalom.response import Response
 from slalom.state import State
+from slalom.tolerances import COARSE_SAMPLES, FINE_SAMPLES, FIRST_SAMPLE, IMMEDIATE
 from slalom.trajectory import Stationary, Trajectory
 
 
@@ -90,7 +91,7 @@ class Arrive:
             4.0 * sqrt(displacement.dot(displacement)) / s.limits.max_speed
             + 4.0 * s.limits.max_speed / s.limits.max_acceleration
         )
-        times = _geometric_times(max(latest, 0.04))
+        times = _geometric_times(max(latest, 2.0 * FIRST_SAMPLE))
         for _ in range(2):
             maps = s.response.position(s.state, times)
             controls = maps.inverse(s.goal.position(s.now + times))
@@ -129,22 +130,22 @@ class Arrive:
         return Aim(s.response.velocity(s.state, settled), desired)
 
 
-_EARLIEST, _STEPS, _REFINED_STEPS = 0.02, np.arange(64.0), np.arange(17.0)
+_COARSE, _FINE = np.arange(float(COARSE_SAMPLES)), np.arange(float(FINE_SAMPLES))
 
 
 def _geometric_times(last: float) -> Array:
-    """64 times [s] from 0.02 s to `last` in geometric progression, as np.geomspace."""
-    first, end = np.log10(_EARLIEST), np.log10(last)
-    powers = _STEPS * ((end - first) / 63.0) + first
+    """COARSE_SAMPLES times [s] from FIRST_SAMPLE to `last` in geometric progression, as np.geomspace."""
+    first, end = np.log10(FIRST_SAMPLE), np.log10(last)
+    powers = _COARSE * ((end - first) / (COARSE_SAMPLES - 1.0)) + first
     powers[-1] = end
     times: Array = np.power(10.0, powers)
-    times[0], times[-1] = _EARLIEST, last
+    times[0], times[-1] = FIRST_SAMPLE, last
     return times
 
 
 def _even_times(first: float, last: float) -> Array:
-    """17 evenly spaced times [s], as np.linspace."""
-    times = _REFINED_STEPS * ((last - first) / 16.0) + first
+    """FINE_SAMPLES evenly spaced times [s], as np.linspace."""
+    times = _FINE * ((last - first) / (FINE_SAMPLES - 1.0)) + first
     times[-1] = last
     return times
 
@@ -169,16 +170,13 @@ class KeepAcceleration:
 class FollowVelocity:
     """Reach the given velocity (d,) [m/s] when the control has settled."""
 
-    MIN_TIME: ClassVar[float] = 1e-3
-    """[s] Time of the aim for controls with immediate effect."""
-
     velocity: Checked = Checked(vector)
     enough_clearance: float = 0.0
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
         desired = vector(self.velocity, "velocity to follow", s.state.dimension)
-        return (Aim(s.response.velocity(s.state, max(s.response.settled(s.horizon), self.MIN_TIME)), desired),)
+        return (Aim(s.response.velocity(s.state, max(s.response.settled(s.horizon), IMMEDIATE)), desired),)
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         s = situation

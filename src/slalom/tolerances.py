@@ -1,5 +1,6 @@
 """Every numerical constant of slalom: its unit, why it has its value, what changes if it changes."""
 
+from math import radians
 from typing import Final
 
 CONTACT: Final = 2.5e-7
@@ -85,7 +86,7 @@ CANDIDATES: Final = 2_000_000
 """[1] Most candidate controls examined in one choice. Reaching it is a status (UNDECIDED), never an answer."""
 
 FEW_ELEMENTS: Final = 64
-"""[1] Most elements in the working set of a choice in a search over sequences; a wish that needs more is dropped."""
+"""[1] Most elements in the working set of a choice in a search over sequences; harder candidates are dropped."""
 
 FEW_CANDIDATES: Final = 5_000
 """[1] Most candidate controls in such a choice. Larger: a search finds more of what is there, and takes longer."""
@@ -106,6 +107,45 @@ ADJUSTMENT: Final = 0.05
 """[m/s^2] Change of the applied acceleration from one step to the next that counts as an adjustment.
 
 The paper counts adjustments without naming a threshold; 0.05 is the value of published comparisons.
+"""
+
+STALLED_SPEED: Final = 0.05
+"""[m/s] Speed below which a robot is stalled in metrics, as in Francis et al. (arXiv:2306.16740).
+
+Larger: slow robots count as stalled. Smaller: robots that drift do not.
+"""
+
+PROGRESS_DISTANCE: Final = 0.1
+"""[m] A robot that approaches its goal by less than this within PROGRESS_TIME fails to progress (Francis et al.).
+
+Larger: slow approaches are failures. Smaller: a robot that only drifts makes progress.
+"""
+
+PROGRESS_TIME: Final = 5.0
+"""[s] Length of the intervals in which progress is measured (Francis et al.).
+
+Larger: fewer intervals, short stops are forgiven. Smaller: each stop is a failure.
+"""
+
+PERSONAL_SPACE: Final = 0.5
+"""[m] Clearance required for space compliance (Francis et al.). Larger: a smaller share of the steps complies."""
+
+CLOSING_INTERVAL: Final = 1e-6
+"""[s] Time step of the finite difference that gives the closing speed of bodies with corners.
+
+Larger: the nearest corners may change within it. Smaller: rounding of the clearance enters the speed.
+"""
+
+MOVING_SHARE: Final = 0.1
+"""[1] A robot moves, and has a heading, if it is faster than this share of its maximum speed.
+
+Larger: turns at low speed are omitted. Smaller: robots that oscillate almost at rest accumulate hundreds of radians.
+"""
+
+DEPTH_RESOLUTION: Final = 1e-3
+"""[s] Shortest interval in the search for the recorded penetration depth of overlapping bodies.
+
+Larger: less depth is found. Smaller: slower metrics of runs with collisions.
 """
 
 COMMITTED_SLACK: Final = CONTACT + CERTIFIED
@@ -141,16 +181,29 @@ Larger: corners of the boundary are off by as much. Smaller: more points where a
 sharply.
 """
 
-COST_TIE: Final = 1e-9
-"""[s] Arrivals and promises of arrivals that differ by less are the same: the first response is taken.
+COARSE_NORMALS: Final = 0.05
+"""[rad] Angle between the normals of an outline outside the window of a boundary.
 
-Larger: more are. Smaller: which one is taken is a matter of rounding.
+Larger: a far outline that crosses the window may be missed. Smaller: more points that are not drawn.
+"""
+
+MAX_ARC_POINTS: Final = 65536
+"""[1] Largest number of points on such an arc within the window.
+
+Larger: more memory where a huge radius meets a small tolerance. Smaller: the boundary there is off by more than its
+tolerance.
+"""
+
+COST_TIE: Final = 1e-9
+"""[s] Costs and optimistic costs that differ by less are equal: the first response is taken.
+
+Larger: more ties. Smaller: rounding decides which response is taken.
 """
 
 MIN_IMPROVEMENT: Final = 0.2
-"""[1] What a response must promise to be better by than the best one found, as a share of `patience`, to be looked at.
+"""[1] Share of `patience` by which the optimistic cost of a response must be below the least cost found so far.
 
-Larger: fewer are, and arrivals are later by up to this. 0: all that promise to be better.
+Other responses are not examined. Larger: fewer are, and arrivals are later by up to this. 0: all that may be better.
 """
 
 # Selection
@@ -233,6 +286,38 @@ MARGIN_STEPS: Final = 4
 """[1] Number of margins that are tried, each half of the one before; then the fallback decides.
 
 Larger: a robot in a narrow gap keeps more of its margin at more cost. Smaller: it falls back earlier.
+"""
+
+FIRST_SAMPLE: Final = 0.02
+"""[s] First of the sampled times between which the earliest arrival at a goal to pass is sought.
+
+Larger: earlier arrivals are not found. Smaller: more of the samples lie where no arrival is possible.
+"""
+
+COARSE_SAMPLES: Final = 64
+"""[1] Number of these times, in geometric progression.
+
+Larger: slower aims. Smaller: two arrivals may lie between two of them, and the earlier one is missed.
+"""
+
+FINE_SAMPLES: Final = 17
+"""[1] Number of evenly spaced times from the last sample without an arrival to the first one with an arrival.
+
+They are refined once more. Larger: slower aims. Smaller: the arrival is later by a larger share of the interval.
+"""
+
+IMMEDIATE: Final = 1e-3
+"""[s] Least time at which `FollowVelocity` evaluates the velocity of a response.
+
+At 0 an acceleration has no effect on the velocity yet. Larger: the velocity is reached later. Much smaller: rounding of
+the quotient enters the control.
+"""
+
+DETOURS: Final = tuple(radians(angle) for angle in (-30.0, -60.0, -90.0, 30.0, 60.0))
+"""[rad] Directions of detours of robots that meet each other, from the direction to the target; first to the right.
+
+More values: more choices per decision. Fewer: robots that block each other wait. Without those to the left: a robot
+with a wall at its right waits.
 """
 
 # Guidance and search over sequences
@@ -772,6 +857,70 @@ One expansion adds three more nodes than there are directions, and steering to t
 overflows. More: it is cut earlier.
 """
 
+SEARCH_SCALES: Final = (1.0, 0.5)
+"""[1] Steps of a search over sequences, as multiples of the time from rest to max_speed, tried in this order.
+
+The finer step serves if the coarser one finds no arrival. Larger: fewer nodes to the goal, narrow gaps are missed.
+Smaller: the budget ends before an arrival is found.
+"""
+
+HEURISTIC_WEIGHT: Final = 2.0
+"""[1] Weight of the time to go relative to the elapsed time in a search over sequences.
+
+Larger: faster searches that find later arrivals. Smaller: more nodes; with 1 the first arrival is the earliest.
+"""
+
+SEARCH_DIRECTIONS: Final = 8
+"""[1] Directions of the accelerations of a search over sequences in the plane; in space there are 26.
+
+Larger: earlier arrivals, more exact choices per node. Smaller: ways around obstacles are missed.
+"""
+
+GOAL_TOLERANCE_SHARE: Final = 0.8
+"""[1] Share of the goal's tolerance within which a sequence must arrive.
+
+The deviations of the motion from the sequence use the rest. Larger: a robot may miss its goal by rounding. Smaller:
+later arrivals.
+"""
+
+MAX_NODES: Final = 20_000
+"""[1] Nodes of the tree of a search over sequences; a full tree ends the search.
+
+Larger: a search needs more memory, about 130 bytes per node. Smaller: long searches end without an arrival.
+"""
+
+END_NODES: Final = 2
+"""[1] Nodes that are kept free for the ends of sequences: a tree without more free nodes is full.
+
+A stop at the end of a sequence takes one node. Fewer: the tree overflows. More: it is full earlier.
+"""
+
+MAX_STOP_TESTS: Final = 30
+"""[1] Sequences that are tested for a stop at their end, the most promising first.
+
+Larger: more time where no stop is safe. Smaller: the navigator decides although a safe sequence is known.
+"""
+
+MARGIN_SHARES: Final = (1.0, 0.5, 0.25, 0.0)
+"""[1] Shares of the margin with which a search over sequences is repeated, in this order, until one succeeds.
+
+More values: a robot in a narrow gap keeps more of its margin, for more searches. Without 0: it finds no way where only
+contact is avoidable.
+"""
+
+TABLE_HORIZONS: Final = 2.0
+"""[1] Length of a table of known futures, in time horizons of the search, so that it serves many decisions.
+
+Larger: more pieces in every table. Smaller: tables are made more often; at 1 for every decision.
+"""
+
+NODE_TIME_SLACK: Final = 1e-6
+"""[1] Share of a period by which a time may precede that of a node and count as equal to it.
+
+Times of nodes are sums of periods and carry rounding. Larger: the end of an acceleration is omitted. Smaller: rounding
+repeats an acceleration that has ended.
+"""
+
 # Simulator
 
 WHOLE_PERIODS: Final = 1e-9
@@ -860,4 +1009,36 @@ FRESH: Final = 3.0
 
 Larger: pairs count as far only at larger distances, so more pairs need their right. Smaller: a robot waits more often
 after lost messages. It has no part in safety.
+"""
+
+MAX_TRIES: Final = 10_000
+"""[1] Rejected positions in a row after which an area of random positions counts as full.
+
+Larger: slower refusals. Smaller: areas are refused with less than about half their area covered.
+"""
+
+MITRE_LIMIT: Final = 100.0
+"""[1] Largest mitre of the outline of a rounded corner for methods of other projects, in radii.
+
+Larger: long spikes at sharp corners. Smaller: the outline of a sharp corner no longer contains the shape.
+"""
+
+# Recordings of other formats
+
+LONG_GAP: Final = 3.0
+"""[1] A gap in a track is noted if it is longer than this many times the median step and the track is not split there.
+
+Larger: fewer notes. Smaller: a note for each missing sample.
+"""
+
+STAMP_ROUNDING: Final = 1e-6
+"""[s] By how much time stamps may be rounded: steps that exceed a limit by less do not exceed it.
+
+Larger: gaps that are too long are kept. Smaller: rounding splits a track.
+"""
+
+FRAME_ROUNDING: Final = 1e-6
+"""[1] Largest distance of a time from its frame, in frames, for formats that number frames.
+
+Larger: times are changed by up to this when written. Smaller: rounding refuses tracks at whole frames.
 """

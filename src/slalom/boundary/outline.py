@@ -25,10 +25,7 @@ from slalom.boundary.envelope import (
 )
 from slalom.checks import Array
 from slalom.relative_motion import RelativeMotion
-from slalom.tolerances import STILL
-
-COARSE_STEP = 0.05  # [rad] between the normals of an outline outside the window
-MAX_ARC_POINTS = 65536  # [1] largest number of points on such an arc within the window
+from slalom.tolerances import COARSE_NORMALS, MAX_ARC_POINTS, STILL
 
 
 def hull_indices(points: Array) -> Indices:
@@ -103,18 +100,18 @@ def subdivided(shape: Outline, count: Indices) -> Outline:
 
 def resolved_outline(times: Array, shape: tuple[Array, bool], window: Window) -> Outline:
     """Outline that is as fine as necessary where it comes near the window at the times (6, k)."""
-    coarse = outline(*shape, COARSE_STEP)
+    coarse = outline(*shape, COARSE_NORMALS)
     v, radius = outline_controls(times, coarse), times[3] / times[2]
-    center, margin = window.center[:, None, None], 1.5 * window.radius + COARSE_STEP**2 * radius[:, None]
+    center, margin = window.center[:, None, None], 1.5 * window.radius + COARSE_NORMALS**2 * radius[:, None]
     near = chord_distance(v, np.roll(v, -1, axis=2), center) < margin
     # An outline may cross the window between two times.
     crosses = chord_distance(v[:, :-1], v[:, 1:], center) < np.maximum(margin[:-1], margin[1:])
     near[:-1] |= crosses
     near[1:] |= crosses
     near |= np.roll(near, -1, axis=1)
-    divisions = np.where(near, COARSE_STEP / arc_step(radius, window.tolerance)[:, None], 1.0).max(axis=0)
+    divisions = np.where(near, COARSE_NORMALS / arc_step(radius, window.tolerance)[:, None], 1.0).max(axis=0)
     arc = (coarse.corners == np.roll(coarse.corners, -1, axis=0)).all(axis=1)
-    arc &= np.mod(np.roll(coarse.normals, -1) - coarse.normals, 2.0 * np.pi) < 1.5 * COARSE_STEP
+    arc &= np.mod(np.roll(coarse.normals, -1) - coarse.normals, 2.0 * np.pi) < 1.5 * COARSE_NORMALS
     return subdivided(coarse, np.where(arc, np.ceil(divisions).clip(1, MAX_ARC_POINTS), 1).astype(np.int64))
 
 

@@ -5,20 +5,14 @@ two positions of one agent at the same time, an agent that exceeds the speed lim
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Final
 
 import numpy as np
 
 from slalom.checks import Array, positive
 from slalom.errors import InvalidFile
 from slalom.io.recorded import Agent, Indices, Mistake, Rows, Tracks, counted, named, natural, refuse
+from slalom.tolerances import LONG_GAP, STAMP_ROUNDING
 from slalom.trajectory import Sampled
-
-LONG_GAP: Final = 3.0
-"""[1] A gap is noted if it is longer than LONG_GAP times the median step and the track is not split there."""
-
-ROUNDING: Final = 1e-6
-"""[s] Tolerance of comparisons between time steps: time stamps are rounded."""
 
 
 def tracks_of(
@@ -45,7 +39,7 @@ def tracks_of(
     agents, times, positions = rows.agents[order], rows.times[order], rows.positions[order]
     step = np.diff(times)
     same = np.diff(agents) == 0
-    split = same & (step > longest + ROUNDING)
+    split = same & (step > longest + STAMP_ROUNDING)
     mistakes += _conflicts(rows, order, same & (step == 0))
     mistakes += _jumps(rows, order, same & ~split & (step > 0), fastest)
     refuse(rows.path, mistakes, rows.location)
@@ -133,7 +127,7 @@ def _bridged(rows: Rows, agents: Indices, times: Array, same: Array) -> list[str
     """Return a note on the gaps over which tracks are interpolated."""
     step = np.where(same, np.diff(times), 0.0)
     usual = float(np.median(step[same])) if np.any(same) else np.inf
-    k = np.flatnonzero(step > LONG_GAP * usual + ROUNDING)
+    k = np.flatnonzero(step > LONG_GAP * usual + STAMP_ROUNDING)
     if not k.size:
         return []
     longest = k[np.argmax(step[k])]

@@ -20,10 +20,7 @@ import numpy as np
 from slalom.checks import Array, positive
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.io.recorded import Agent, Indices, Tracks
-from slalom.tolerances import REST
-
-FRAME_TOLERANCE: Final = 1e-6
-"""[1] Largest deviation of a time from its frame, in frames: allows for rounding of times."""
+from slalom.tolerances import FRAME_ROUNDING, REST
 
 MARGIN: Final = 1.0
 """[m] Margin of the walkable area of a database around the bounding box of all positions."""
@@ -151,7 +148,7 @@ def _frames_of(tracks: Tracks, frame_rate: float) -> dict[int, tuple[Any, Indice
             raise InvalidInput(f"agent {label}: expected a whole number as id, found {label!r}")
         frames = np.round(track.times * rate)
         off = np.abs(track.times * rate - frames)
-        if off.max() > FRAME_TOLERANCE or np.any(np.diff(frames) == 0):
+        if off.max() > FRAME_ROUNDING or np.any(np.diff(frames) == 0):
             worst = track.times[np.argmax(off)]
             raise InvalidInput(f"agent {label}: expected different multiples of 1 / {rate:g} s, found {worst:g} s")
         found[int(label)] = track, frames.astype(np.int64)

@@ -43,3 +43,4 @@ from .sequence_search.search import (
     grow_tree as grow_tree,
     sequence_is_clear as sequence_is_clear,
 )
+from .sequence_search.tree import add_node as add_node

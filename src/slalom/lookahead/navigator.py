@@ -12,19 +12,22 @@ from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, predicted
 from slalom.goal import Goal
-from slalom.lookahead.search import SCALES, Search, new_search, run_searches
+from slalom.lookahead.search import Search, new_search, run_searches
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
 from slalom.state import State
-from slalom.tolerances import COMMITTED_SLACK, CONTACT_SLACK, JUMP
+from slalom.tolerances import (
+    COMMITTED_SLACK,
+    CONTACT_SLACK,
+    JUMP,
+    MARGIN_SHARES,
+    NODE_TIME_SLACK,
+    SEARCH_SCALES,
+    TABLE_HORIZONS,
+)
 from slalom.trajectory import Stationary
-
-MARGIN_SHARES = (1.0, 0.5, 0.25, 0.0)
-"""[1] Fractions of the margin, tried in this order."""
-TABLE_HORIZONS = 2.0
-"""[1] A predicted table covers this many time horizons, so that it serves many decisions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +158,7 @@ class LookAhead:
         None if the previous sequence must not be kept.
         """
         previous, now = scene.previous, scene.now
-        if previous is None or now >= previous.search.end_time - 1e-6 * self.navigator.period:
+        if previous is None or now >= previous.search.end_time - NODE_TIME_SLACK * self.navigator.period:
             return None
         search, motion = previous.search, previous.manoeuvre
         deviation = float(np.abs(motion.position(now) - scene.state.position).max())
@@ -190,10 +193,11 @@ class LookAhead:
         """Search for an earlier arrival after a little more work; a new one where the old one cannot continue."""
         latest = previous.arrival - self.navigator.patience
         if not same:
-            return self._search(scene, previous.search.problem.margin, self.improvement_budget, SCALES[:1], latest)[0]
+            margin, coarse = previous.search.problem.margin, SEARCH_SCALES[:1]
+            return self._search(scene, margin, self.improvement_budget, coarse, latest)[0]
         search = previous.better
         if search is None or not search.starts_after(scene.now):
-            search = previous.search.refined(scene.state, scene.now, SCALES[-1], latest)
+            search = previous.search.refined(scene.state, scene.now, SEARCH_SCALES[-1], latest)
         return search.extended(search.root, self.improvement_budget, 0.0)[0]
 
     def _remains_clear(self, scene: _Scene, previous: SequenceDecision) -> bool:
@@ -212,7 +216,7 @@ class LookAhead:
         start, budget = None, self.budget
         for share in MARGIN_SHARES if self.navigator.margin > 0.0 else MARGIN_SHARES[:1]:
             margin = min(clearance, share * self.navigator.margin)
-            found, spent = self._search(scene, margin, budget, SCALES)
+            found, spent = self._search(scene, margin, budget, SEARCH_SCALES)
             budget -= spent
             if found.complete:
                 outcome = Outcome.CLEAR if found.direct else Outcome.CONSTRAINED

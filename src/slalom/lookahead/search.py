@@ -14,19 +14,16 @@ from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.manoeuvre import Manoeuvre
 from slalom.response.sequence import AccelerationSequence
 from slalom.state import State
-
-SCALES = (1.0, 0.5)
-"""[1] Steps, as multiples of the time from rest to max_speed; the finer one serves if the coarser finds no arrival."""
-HEURISTIC_WEIGHT = 2.0
-"""[1] Weight of the time to go relative to the elapsed time. Larger: faster searches that find later arrivals."""
-DIRECTIONS = 8
-"""[1] Directions of accelerations in the plane; in space there are 26."""
-TOLERANCE_SHARE = 0.8
-"""[1] Fraction of the goal's tolerance within which a sequence must arrive."""
-MAX_NODES, SPARE_NODES = 20_000, 2
-"""[1] Nodes of a tree, and the nodes reserved for the ends of sequences. A full tree cuts the search."""
-MAX_STOP_TESTS = 30
-"""[1] Sequences tested for a stop at their end, the most promising first."""
+from slalom.tolerances import (
+    END_NODES,
+    GOAL_TOLERANCE_SHARE,
+    HEURISTIC_WEIGHT,
+    MAX_NODES,
+    MAX_STOP_TESTS,
+    NODE_TIME_SLACK,
+    SEARCH_DIRECTIONS,
+    WHOLE_COUNT,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +55,7 @@ class Search:
     @property
     def full(self) -> bool:
         """Whether the tree has no room for further nodes."""
-        return bool(self.tree.counts[NODES] >= len(self.tree.time) - SPARE_NODES)
+        return bool(self.tree.counts[NODES] >= len(self.tree.time) - END_NODES)
 
     @property
     def end_time(self) -> float:
@@ -104,7 +101,7 @@ class Search:
         tree = _new_tree(state, now)
         tree.status[0] = CLOSED
         position, velocity = self.tree.position[node], self.tree.velocity[node]
-        _append_node(tree, 0, start, position, velocity, acceleration, OPEN)
+        kernels.add_node(tree, 0, start, position, velocity, acceleration, 0.0, OPEN)
         return Search(self.obstacles, problem, tree, root=1)
 
     def starts_after(self, now: float) -> bool:
@@ -145,13 +142,13 @@ class Search:
     def _upcoming_nodes(self, now: float) -> list[int]:
         """Nodes of the sequence after `now` [s]; the last node if there is none."""
         nodes = self._sequence_nodes()
-        return [k for k in nodes if self.tree.time[k] > now + 1e-6 * self.problem.period] or nodes[-1:]
+        return [k for k in nodes if self.tree.time[k] > now + NODE_TIME_SLACK * self.problem.period] or nodes[-1:]
 
     def _remaining(self, now: float) -> tuple[Array, Array]:
         """Durations (n,) [s] and accelerations (n, 3) [m/s^2] of the sequence from `now` [s] on."""
         nodes = self._upcoming_nodes(now)
-        times = self.tree.time[nodes]
-        return np.maximum(np.diff(times, prepend=now), 1e-6 * self.problem.period), self.tree.acceleration[nodes]
+        durations = np.diff(self.tree.time[nodes], prepend=now)
+        return np.maximum(durations, NODE_TIME_SLACK * self.problem.period), self.tree.acceleration[nodes]
 
     def with_stop(self, now: float, horizon: float) -> "Search":
         """Search with the most promising open sequence after which the robot can brake and rest until the horizon.
@@ -164,7 +161,8 @@ class Search:
         for node in [int(k) for k in nodes if self._descends(int(k))][:MAX_STOP_TESTS]:
             position, velocity, start = tree.position[node], tree.velocity[node], float(tree.time[node])
             speed = float(np.linalg.norm(velocity))
-            brake = max(1, int(np.ceil(speed / problem.max_acceleration / problem.period - 1e-9))) * problem.period
+            periods = speed / problem.max_acceleration / problem.period
+            brake = max(1, int(np.ceil(periods - WHOLE_COUNT))) * problem.period
             acceleration, end = -velocity / brake, position + 0.5 * brake * velocity
             times = np.array([start, start + brake, max(start + brake, now + horizon)])
             motion = (
@@ -173,7 +171,7 @@ class Search:
                 np.stack([acceleration, 0.0 * acceleration]),
             )
             if kernels.sequence_is_clear(times, *motion, self.obstacles.index, problem):
-                last = _append_node(tree, node, start + brake, end, 0.0 * velocity, acceleration, CLOSED)
+                last = kernels.add_node(tree, node, start + brake, end, 0.0 * velocity, acceleration, 0.0, CLOSED)
                 return replace(self, node=last)
         return replace(self, node=-1)
 
@@ -202,7 +200,7 @@ def new_search(
     problem = SearchProblem(
         dimension=d,
         goal=_padded(goal.position(now)),
-        tolerance=TOLERANCE_SHARE * goal.tolerance,
+        tolerance=GOAL_TOLERANCE_SHARE * goal.tolerance,
         stop=goal.stop,
         max_acceleration=limits.max_acceleration,
         max_speed=limits.max_speed,
@@ -241,17 +239,6 @@ def _new_tree(state: State, now: float) -> SearchTree:
     return tree
 
 
-def _append_node(
-    tree: SearchTree, parent: int, time: float, position: Array, velocity: Array, acceleration: Array, status: int
-) -> int:
-    """Append a node after `parent`; return its index."""
-    k = int(tree.counts[NODES])
-    tree.time[k], tree.parent[k], tree.cost[k], tree.status[k] = time, parent, 0.0, status
-    tree.position[k], tree.velocity[k], tree.acceleration[k] = position, velocity, acceleration
-    tree.counts[NODES] = k + 1
-    return k
-
-
 def run_searches(searches: Sequence[Search], budget: float, improvement_budget: float) -> tuple[Search, float]:
     """First of several new searches, in order, that arrives or is cut, else the last; and the work done [us].
 
@@ -269,7 +256,7 @@ def run_searches(searches: Sequence[Search], budget: float, improvement_budget: 
 def directions(dimension: int) -> Array:
     """Unit vectors (k, 3) of accelerations, the first axis towards the goal: 8 in the plane, 26 in space."""
     if dimension == 2:
-        angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+        angles = 2.0 * np.pi * np.arange(SEARCH_DIRECTIONS) / SEARCH_DIRECTIONS
         return np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
     corners = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     corners = corners[np.abs(corners).sum(axis=1) > 0]

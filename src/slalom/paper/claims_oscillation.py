@@ -16,13 +16,13 @@ from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.measure.metrics import summary
 from slalom.sim.measure.oscillation import (
-    MOVING,
     PASSING,
     Passing,
     changed_choices,
     flips_between,
     heading_variation,
 )
+from slalom.tolerances import MOVING_SHARE
 
 NAMES: Final = ("vo", "rvo", "ao", "nao")
 ROBOTS: Final = (2, 4, 8, 20)
@@ -41,7 +41,7 @@ VARIANTS: Final[dict[str, Passing | float]] = {
     "side flips, nearest within 3 s": PASSING._replace(ahead=3.0),
     "side flips, missing by 0.25 radii": PASSING._replace(band=0.25),
     "side flips, approaching at all": PASSING._replace(towards=0.0),
-    "heading variation": MOVING,
+    "heading variation": MOVING_SHARE,
     "heading variation, down to 0.01 of maximum speed": 0.01,
 }
 """The measures, each also with one constant changed."""
@@ -90,7 +90,7 @@ def run_metrics(cell: Cell, seed: int, duration: float) -> dict[str, Any]:
         "side_flips": measured(PASSING),
         "pairs_that_pass": int(np.count_nonzero(steps)) // 2,
         "pairs_that_flip": int(np.count_nonzero(flips)) // 2,
-        "heading_variation": measured(MOVING),
+        "heading_variation": measured(MOVING_SHARE),
         "changed": float(np.mean([changed_choices(recording, k) for k in robots])),
         "collisions": result["collisions"],
         "arrived": result["arrived"],
@@ -147,7 +147,7 @@ def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]
             name: defaults[name] for name in ("radius", "robot_radius", "noise", "max_speed", "max_acceleration")
         },
         "passing": PASSING._asdict(),
-        "moving": MOVING,
+        "moving": MOVING_SHARE,
         "drawn": DRAWN_ROBOTS,
         "rows": [aggregate(cell, runs[cell]) for cell in rows],
         "otherwise": _variants(runs),

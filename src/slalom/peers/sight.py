@@ -10,10 +10,8 @@ from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
 from slalom.peers.crowd import Discs
 from slalom.shape import Part
+from slalom.tolerances import MITRE_LIMIT
 from slalom.trajectory import Stationary
-
-MITRE = 100.0
-"""[1] Largest mitre of the outline of a rounded corner, in radii: sharp corners make the outline contain the shape."""
 
 
 def outlines(obstacles: Iterable[Obstacle], *, walls: bool) -> tuple[Array, ...]:
@@ -41,7 +39,7 @@ def _outline(part: Part) -> Array:
     if part.radius == 0.0:
         return part.corners
     plain = shapely.LineString(part.corners) if len(part.corners) == 2 else shapely.Polygon(part.corners)
-    grown = shapely.buffer(plain, part.radius, cap_style="square", join_style="mitre", mitre_limit=MITRE)
+    grown = shapely.buffer(plain, part.radius, cap_style="square", join_style="mitre", mitre_limit=MITRE_LIMIT)
     return np.asarray(shapely.get_coordinates(shapely.orient_polygons(grown))[:-1])
 
 

@@ -19,11 +19,8 @@ from slalom.shape import Shape
 from slalom.sim.periodic import Period, displaced, in_box, refuse_no_period
 from slalom.sim.shape_distance import clearances
 from slalom.state import State
-from slalom.tolerances import WHOLE_PERIODS
+from slalom.tolerances import DETOURS as DETOURS, WHOLE_PERIODS
 from slalom.trajectory import Stationary
-
-DETOURS = tuple(np.radians([-30.0, -60.0, -90.0, 30.0, 60.0]))
-"""[rad] Directions of detours of robots that meet each other, from the one to the target; first to the right."""
 
 
 @dataclass(frozen=True, eq=False)

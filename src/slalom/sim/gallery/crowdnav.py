@@ -17,9 +17,9 @@ from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import Disc
-from slalom.sim.gallery.placement import MAX_TRIES
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
+from slalom.tolerances import MAX_TRIES
 from slalom.trajectory import Sampled, Stationary
 
 RADIUS = 0.3

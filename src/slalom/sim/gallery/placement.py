@@ -11,10 +11,8 @@ from slalom.shape import Disc
 from slalom.sim.periodic import Period, to_nearest
 from slalom.sim.scenario import Robot
 from slalom.state import State
+from slalom.tolerances import MAX_TRIES
 from slalom.trajectory import Stationary
-
-MAX_TRIES = 10_000
-"""Number of consecutive rejected positions after which an area counts as full, at about half its area covered."""
 
 
 def random_positions(

@@ -16,12 +16,10 @@ from slalom.obstacle import Obstacle
 from slalom.sim.measure.recording import Recording
 from slalom.sim.periodic import between, displaced, neighbours, to_nearest
 from slalom.sim.shape_distance import Pair, differences, lowest, pairs, segment_distance, signed
-from slalom.tolerances import METRIC
+from slalom.tolerances import DEPTH_RESOLUTION, METRIC
 from slalom.trajectory import PiecewisePolynomial
 
 Indices = npt.NDArray[np.int64]
-DEPTH_RESOLUTION = 1e-3
-"""[s] Shortest interval in the search for the penetration depth of overlapping bodies. Larger: less depth found."""
 
 
 class ClosestApproach(NamedTuple):

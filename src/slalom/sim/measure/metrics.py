@@ -19,17 +19,15 @@ from slalom.sim.measure.oscillation import changed_choices, heading_variation, s
 from slalom.sim.measure.recording import Recording
 from slalom.sim.measure.run_summary import RunSummary
 from slalom.sim.shape_distance import clearances
-from slalom.tolerances import ADJUSTMENT, COLLISION
-
-STALLED_SPEED: Final = 0.05
-"""[m/s] Speed below which a robot is stalled (Francis et al.)."""
-PROGRESS: Final = (0.1, 5.0)
-"""[m, s] A robot fails to progress if it approaches its goal by less than this in this time (Francis et al.)."""
-CLOSING_INTERVAL: Final = 1e-6
-"""[s] Time step of the finite difference that gives the closing speed of bodies with corners."""
-
-PERSONAL_SPACE: Final = 0.5
-"""[m] Clearance required for space compliance (Francis et al.)."""
+from slalom.tolerances import (
+    ADJUSTMENT,
+    CLOSING_INTERVAL,
+    COLLISION,
+    PERSONAL_SPACE,
+    PROGRESS_DISTANCE,
+    PROGRESS_TIME,
+    STALLED_SPEED,
+)
 
 
 def arrived(recording: Recording | RunSummary) -> float:
@@ -160,16 +158,15 @@ def heading_change(recording: Recording) -> float:
 
 
 def stalled_time(recording: Recording) -> float:
-    """Time with a speed below STALLED [s]."""
+    """Time with a speed below STALLED_SPEED [s]."""
     return float((np.linalg.norm(recording.velocities[:-1, 0], axis=1) < STALLED_SPEED).sum() * recording.dt)
 
 
 def failures_to_progress(recording: Recording) -> float:
-    """Number of intervals of PROGRESS[1] seconds in which the robot approaches its goal by less than PROGRESS[0] m."""
-    nearer, seconds = PROGRESS
+    """Number of intervals of PROGRESS_TIME in which the robot approaches its goal by less than PROGRESS_DISTANCE."""
     goal = recording.goals[0].position(recording.times)
-    distance = np.linalg.norm(goal - recording.positions[:, 0], axis=1)[:: max(1, round(seconds / recording.dt))]
-    return float((distance[:-1] - distance[1:] < nearer).sum())
+    distance = np.linalg.norm(goal - recording.positions[:, 0], axis=1)[:: max(1, round(PROGRESS_TIME / recording.dt))]
+    return float((distance[:-1] - distance[1:] < PROGRESS_DISTANCE).sum())
 
 
 def _bodies(recording: Recording) -> list[Obstacle]:
@@ -196,7 +193,7 @@ def clearing_distance(recording: Recording) -> float:
 
 
 def space_compliance(recording: Recording) -> float:
-    """Share of the steps with a clearance of at least PERSONAL."""
+    """Share of the steps with a clearance of at least PERSONAL_SPACE."""
     return float((_clearances_at_steps(recording) >= PERSONAL_SPACE).mean())
 
 

@@ -13,14 +13,9 @@ from slalom.decision import Outcome
 from slalom.sim.measure.closest_approach import nearest_images
 from slalom.sim.measure.recording import Recording
 from slalom.sim.periodic import between
+from slalom.tolerances import MOVING_SHARE
 
 Counts = npt.NDArray[np.int64]
-
-MOVING: Final = 0.1
-"""[1] A robot moves, and has a heading, if it is faster than this share of its maximum speed.
-
-Smaller: robots that oscillate almost at rest accumulate hundreds of radians.
-"""
 
 
 class Passing(NamedTuple):
@@ -118,7 +113,7 @@ def _images(recording: Recording, position: Array, velocity: Array, rule: Passin
     return between(-max_distance - position.max(axis=0), max_distance - position.min(axis=0), recording.period)
 
 
-def heading_variation(recording: Recording, robot: int = 0, moving: float = MOVING) -> float:
+def heading_variation(recording: Recording, robot: int = 0, moving: float = MOVING_SHARE) -> float:
     """Sum of the absolute changes of the heading [rad] between consecutive steps at which the robot moves.
 
     It includes the turns of the path itself. Unlike `heading_change` it omits steps at which the robot is slower than
