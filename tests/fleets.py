@@ -1,11 +1,16 @@
-"""Fleets on the move, with the tables from which their kernel decided last."""
+"""Fleets on the move: the tables from which they decided last, and the same decisions by one navigator per robot."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from slalom import METHODS
+from slalom import METHODS, ConstantAcceleration, Decision, Method, Obstacle, Outcome, Trajectory
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionTables
-from slalom.sim import gallery
+from slalom.sim import Scenario, gallery
+from slalom.sim.run.deciders import first_manoeuvre, margin_among
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
@@ -16,8 +21,58 @@ class Watched(FleetDecider):
 
     def _turns(self, due, terms):
         for some, settings in super()._turns(due, terms):
-            self.last = some, DecisionTables(self.fleet, self._passive(0.0), self.responses, settings)
+            bodies = self._grown_bodies(0.0)[0]
+            self.last = some, DecisionTables(self.fleet, bodies, self.responses, self._bounds, self._targets, settings)
             yield some, settings
+
+
+class OneByOne:
+    """Decisions of a fleet by the public navigator of each robot, with the other robots as obstacles.
+
+    For methods that neither share nor regain. All robots are tested that straight motion at max speed can bring near.
+    """
+
+    def __init__(self, scenario: Scenario, method: Method, states: RobotStates) -> None:
+        self.scenario, self.method, self.states = scenario, method, states
+        margin, period = margin_among(scenario, method), scenario.dt * scenario.steps_per_decision
+        rows = range(len(scenario.robots))
+        self.navigators = [replace(scenario.navigator(method, k), margin=margin) for k in rows]
+        first = [first_manoeuvre(r.state, r.limits, period, scenario.start) for r in scenario.robots]
+        self.committed: list[Trajectory] = list(first)
+        # A shared manoeuvre commits a robot from the begin.
+        self.decisions = [Decision(m, Outcome.KEPT, m.control, None) if method.shared else None for m in first]
+
+    def decide(self, order: Sequence[int], now: float) -> dict[int, str]:
+        seen = [self._observed(k, now) for k in range(len(self.navigators))]
+        for k in order:
+            paths = self.committed if self.method.shared else seen
+            others = [
+                Obstacle(robot.shape, paths[j], robot.name)
+                for j, robot in enumerate(self.scenario.robots)
+                if j != k and self.states.present[j] and self._in_reach(k, j)
+            ]
+            goal, obstacles = self.scenario.robots[k].goal, [*self.scenario.obstacles, *others]
+            decision = self.navigators[k].decide(
+                self.states.state(k), obstacles, goal, now=now, previous=self.decisions[k]
+            )
+            self.committed[k], self.decisions[k] = decision.manoeuvre, decision
+        return {k: self.decisions[k].outcome.name for k in order}
+
+    @property
+    def controls(self) -> np.ndarray:
+        return np.array([decision.manoeuvre.control for decision in self.decisions])
+
+    def _in_reach(self, k: int, j: int) -> bool:
+        one, other, margin = self.scenario.robots[k], self.scenario.robots[j], self.navigators[k].margin
+        distance = np.linalg.norm(self.states.position[k] - self.states.position[j])
+        speeds = one.limits.max_speed + other.limits.max_speed
+        radii = one.shape.bounding_radius + other.shape.bounding_radius
+        return bool(distance <= speeds * self.scenario.horizon + radii + margin)
+
+    def _observed(self, k: int, now: float) -> Trajectory:
+        state = self.states.state(k)
+        observed = ConstantAcceleration(state.position, state.velocity, state.acceleration, now)
+        return self.method.robot_forecast(observed, now)
 
 
 FLEETS = [

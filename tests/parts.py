@@ -31,6 +31,7 @@ from slalom import (
     ConstantAcceleration,
     ConstantVelocity,
     ConvexPolygon,
+    FollowAcceleration,
     FollowVelocity,
     Forecast,
     Friction,
@@ -304,6 +305,7 @@ UNCERTAINTIES: dict[str, Uncertainty] = {
 OBJECTIVES: dict[str, Callable[[int], Objective]] = {
     "arrive": lambda d: Arrive(),
     "keep_acceleration": lambda d: KeepAcceleration(),
+    "follow_acceleration": lambda d: FollowAcceleration(np.eye(d)[0]),
     "follow_velocity": lambda d: FollowVelocity(_first(d, 1.0, -0.5, 0.3)),
     "most_clearance": lambda d: MostClearance(0.5, Arrive()),
     "mix": lambda d: Mix(((2.0, Arrive()), (1.0, KeepAcceleration()))),

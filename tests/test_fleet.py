@@ -8,12 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from draws import draws
+from fleets import OneByOne
 
 from slalom import (
     METHODS,
     Circular,
     Disc,
+    Friction,
     Goal,
+    HeadingCone,
     InvalidInput,
     Limits,
     Obstacle,
@@ -23,12 +26,11 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.proposals import detour_lengths
+from slalom.kernels import detour_lengths
 from slalom.sim import Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
 from slalom.sim.measure.single_robot_view import single_robot_view
-from slalom.sim.run.deciders import NavigatorDecider
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
@@ -153,32 +155,29 @@ def test_a_robot_at_its_goal_gives_way_to_one_that_wants_there():
     assert least_clearance(run) >= -COMMITTED_SLACK - METRIC
 
 
-def test_the_kernel_decides_as_the_navigator():
-    """For robots that stop at goals at rest the kernel of fleets and the navigator are one method: same outcomes and
-    controls, step by step, with manoeuvres that are shared and with such that are seen. (Of two responses that
-    have the same optimistic cost to the last bit either may be taken.)
+def test_a_fleet_decides_as_the_navigator_of_each_robot():
+    """Same outcomes and controls, step by step, with manoeuvres that are shared and with such that are observed. (Of
+    two responses with the same optimistic cost to the last bit either may be taken.)
     """
     found = Counter()
     for seed in range(6):
         for name in ("nao_shared", "ao", "vo"):
-            scenario = standing_goals(seed)
-            guidance, other = Guidance(RobotStates(scenario)), Guidance(RobotStates(scenario))
+            scenario = five_robots(seed)
+            guidance = Guidance(RobotStates(scenario))
             method = METHODS[name].among_robots()
-            fleet_decider, navigator_decider = FleetDecider(method, guidance), NavigatorDecider(method, other)
+            fleet, each = FleetDecider(method, guidance), OneByOne(scenario, method, guidance.states)
             for step in range(8):
                 now = step * scenario.dt
-                fleet_decider.sense(now)
-                navigator_decider.sense(now)
-                outcomes, _ = fleet_decider.decide(range(5), now)
-                expected, _ = navigator_decider.decide(range(5), now)
+                fleet.sense(now)
+                fleet.guide(now)
+                expected = each.decide(range(5), now)
+                outcomes, _ = fleet.decide(range(5), now)
                 assert outcomes == expected, (seed, name, step)
-                assert fleet_decider.committed()[0] == pytest.approx(navigator_decider.committed()[0], abs=1e-7), (
-                    seed,
-                    name,
-                    step,
-                )
-                guidance.states.integrate(fleet_decider.accelerations(now, scenario.dt), scenario.dt)
-                other.states.integrate(navigator_decider.accelerations(now, scenario.dt), scenario.dt)
+                apart = np.abs(fleet.committed()[0] - each.controls).max(axis=1)
+                # The goal of robot 3 moves on a curve, whose pieces begin at other times in the two tables.
+                assert apart[[0, 1, 2, 4]].max() <= 1e-7, (seed, name, step)
+                assert apart[3] <= 1e-4, (seed, name, step)
+                guidance.states.integrate(fleet.accelerations(now, scenario.dt), scenario.dt)
                 found.update(outcomes.values())
     assert min(found["CLEAR"], found["CONSTRAINED"], found["KEPT"]) > 20, found
 
@@ -191,23 +190,26 @@ def test_the_number_of_threads_changes_no_bit():
         assert run.outcomes == runs[0].outcomes
 
 
-def standing_goals(seed: int) -> Scenario:
-    """Five discs on the move, far enough from their goals, among passive obstacles."""
+def five_robots(seed: int) -> Scenario:
+    """Five robots on the move among passive obstacles: discs and rectangles, some with bounds, one goal moves."""
     rng = np.random.default_rng(seed)
-    positions = np.array([(-6.0, 0), (6, 0.5), (0, 6), (0.5, -6), (5, 5)]) + rng.uniform(-1, 1, (5, 2))
+    places = np.array([(-6.0, 0), (6, 0.5), (0, 6), (0.5, -6), (5, 5)]) + rng.uniform(-1, 1, (5, 2))
+    car_like = (Friction(2.0, 2.0, 1.5), HeadingCone(1.2))
+    goals = [Goal(Stationary(-place), 0.4, k != 2) for k, place in enumerate(places)]
+    goals[3] = Goal(Circular((0.0, 5.0), 1.0, 0.5), 0.4, True)
     robots = tuple(
         Robot(
-            Disc(0.4),
-            Limits(2.0, 2.0),
-            State(position, rng.uniform(-1, 1, 2)),
-            Goal(Stationary(-position), 0.4, True),
+            Rectangle(0.9, 0.5) if k in (1, 3) else Disc(0.4),
+            Limits(2.0, 2.0, bounds=car_like if k in (0, 1) else ()),
+            State(place, rng.uniform(-1, 1, 2)),
+            goals[k],
             str(k),
         )
-        for k, (position, velocity) in enumerate(zip(positions, rng.uniform(-1, 1, (5, 2))))
+        for k, place in enumerate(places)
     )
     wall = Obstacle(Polyline([(-3.0, 2.0), (-1.0, 3.0)], 0.1), Stationary((0.0, 0.0)), "wall")
     car = Obstacle(Disc(0.5), Circular((0.0, 0.0), 3.0, 1.0), "car")
-    return Scenario("standing", robots, (wall, car), horizon=5.0, holds=(0.5, 1.0))
+    return Scenario("five", robots, (wall, car), horizon=5.0, holds=(0.5, 1.0), guided=0.0)
 
 
 def test_collisions_of_robots_count_once():
@@ -251,10 +253,9 @@ class TestDetours:
         """Straight through the middle: half the circle instead of the diameter, as tangents allow; beside it:
         nothing.
         """
-        position, goal = np.array([-2.0, 0.0]), np.array([2.0, 0.0])
-        longer = detour_lengths(
-            position, goal, np.array([(0, 0), (0, 1.5), (5, 0), (0, 0.5)]), np.array([1.0, 1.0, 1.0, 1.0])
-        )
+        place, goal = np.array([-2.0, 0.0]), np.array([2.0, 0.0])
+        discs = np.array([(0.0, 0.0), (0.0, 1.5), (5.0, 0.0), (0.0, 0.5)])
+        longer = detour_lengths(place, goal, discs, np.ones(4))
         assert longer[0] == pytest.approx(2 * np.sqrt(3) + np.pi / 3 - 4.0)
         assert longer[1] == longer[2] == 0.0
         assert 0.0 < longer[3] < longer[0]

@@ -30,6 +30,7 @@ from slalom import (
     Acceleration,
     AccelerationSequence,
     Admissible,
+    Affine,
     Aim,
     Arrive,
     AtConstantTurn,
@@ -43,6 +44,7 @@ from slalom import (
     ControlObstacle,
     ConvexPolygon,
     Disc,
+    FollowAcceleration,
     FollowVelocity,
     Friction,
     FromPast,
@@ -52,12 +54,14 @@ from slalom import (
     HeadingCone,
     InvalidFile,
     InvalidInput,
+    Jerk,
     Known,
     LaggedVelocity,
     LeastSpeed,
     Limits,
     LookAhead,
     Manoeuvre,
+    Method,
     Mix,
     MostClearance,
     Navigator,
@@ -131,6 +135,23 @@ def navigator(method: str = "nao", **settings) -> Navigator:
 def decide(state: State = FLAT, obstacles=(ROCK,), goal: Goal = GOAL, **settings):
     """A first decision."""
     return navigator(**settings).decide(state, obstacles, goal)
+
+
+class Curved(Jerk):
+    """A motion that is not linear in the velocity: air brakes it."""
+
+    def position(self, state, t):
+        of = super().position(state, t)
+        braked = 0.01 * np.linalg.norm(state.velocity) * np.multiply.outer(t, state.velocity)
+        return Affine(of.drift - braked, of.gain)
+
+
+def curved() -> Method:
+    """NAO with that motion."""
+    return replace(METHODS["nao"], responses=lambda limits, period, holds: (Curved(),))
+
+
+METHOD_OF_JERKS = replace(METHODS["nao"], responses=lambda limits, period, holds: (Jerk(),))
 
 
 def look_ahead(**settings) -> LookAhead:
@@ -1016,10 +1037,28 @@ CASES = [
         lambda _: blocked(obstacles=[BALLOON]),
     ),
     Case(
-        "ControlObstacle.__post_init__",
+        "Navigator.decide",
         InvalidInput,
         r"obstacles: expected dimension 3 as of the state, found 2",
         lambda _: decide(SPACE, robot=Ball(1), goal=Goal(Stationary((9, 0, 0)))),
+    ),
+    Case(
+        "Navigator.decide",
+        InvalidInput,
+        r"goal: expected one for the objective Arrive\(.*\), found none",
+        lambda _: decide(goal=None),
+    ),
+    Case(
+        "Navigator._wanted",
+        InvalidInput,
+        r"objective: expected one for responses that set no acceleration at once, found FollowAcceleration",
+        lambda _: replace(navigator(), method=METHOD_OF_JERKS, objective=FollowAcceleration((1, 0))).decide(FLAT, ()),
+    ),
+    Case(
+        "_shares",
+        InvalidInput,
+        r"response: expected a motion that is linear in the state, found that of Curved\(\)",
+        lambda _: replace(navigator(), method=curved()).decide(FLAT, (ROCK,), GOAL),
     ),
     Case(
         "ControlObstacle.element",

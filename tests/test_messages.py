@@ -7,16 +7,15 @@ import pytest
 from draws import draws
 from hypothesis import given, settings, strategies as st
 
-from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary
+from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary, Union
 from slalom.forecast import FORECASTS, AcceleratingBriefly
 from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import summary
-from slalom.sim.run.deciders import NavigatorDecider
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.linear_forecast import linear_forecast
 from slalom.sim.run.messages import Messages, messages_of
-from slalom.sim.run.response_tables import linear_forecast
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.run.sensing import Sensing, sensing_of
 from slalom.tolerances import METRIC
@@ -135,29 +134,29 @@ def test_robots_that_may_not_change_say_so():
     assert Outcome.WAITING.safe
 
 
-def test_late_messages_are_the_same_for_both_deciders():
+def test_the_decision_right_goes_around_with_the_messages():
     """The messages alone determine when a robot may decide."""
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
-    deciders = [kind(SHARED, Guidance(RobotStates(scenario)), 7) for kind in (FleetDecider, NavigatorDecider)]
+    plain = replace(scenario, robots=tuple(replace(r, shape=Union((r.shape,))) for r in scenario.robots))
+    fleets = [FleetDecider(SHARED, Guidance(RobotStates(s)), 7) for s in (scenario, plain)]
     for step in range(60):
         waits = []
-        for decider in deciders:
-            decider.sense(0.1 * step)
-            outcomes, _ = decider.decide([0, 1, 2, 3], 0.1 * step)
+        for fleet in fleets:
+            fleet.sense(0.1 * step)
+            outcomes, _ = fleet.decide([0, 1, 2, 3], 0.1 * step)
             waits.append([outcomes[k] == "WAITING" for k in range(4)])
         assert waits[0] == waits[1]
-    assert all(np.any(list(decider.messages.handovers)) for decider in deciders)
+    assert all(np.any(list(fleet.messages.handovers)) for fleet in fleets)
 
 
 def test_what_was_said_is_forgotten_once_all_have_heard_more():
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
-    for kind in (FleetDecider, NavigatorDecider):
-        decider = kind(SHARED, Guidance(RobotStates(scenario)), 7)
-        for step in range(200):
-            decider.sense(0.1 * step)
-            decider.decide([0, 1, 2, 3], 0.1 * step)
-        assert len(decider._sent) < 30
-        assert len(decider.messages._positions) < 30
+    fleet = FleetDecider(SHARED, Guidance(RobotStates(scenario)), 7)
+    for step in range(200):
+        fleet.sense(0.1 * step)
+        fleet.decide([0, 1, 2, 3], 0.1 * step)
+    assert len(fleet._sent) < 30
+    assert len(fleet.messages._positions) < 30
 
 
 def test_messages_and_sensing_exist_only_where_needed():
@@ -203,18 +202,6 @@ def test_robots_that_see_badly_pass_each_other(seed):
     result = summary(simulate(load("circle", settings_of, seed=seed), OBSERVED, seed=seed))
     assert result["collisions"] == 0
     assert result["arrived"] == 6
-
-
-def test_navigators_sense_as_the_fleet_decider_does():
-    scenario = replace(crowd(3, 3.0, 2), sight_noise=0.05, sight_delay=0.2, sight_loss=0.3)
-    fleet_decider, navigator_decider = (
-        kind(OBSERVED, Guidance(RobotStates(scenario)), 3) for kind in (FleetDecider, NavigatorDecider)
-    )
-    for step in range(20):
-        for decider in (fleet_decider, navigator_decider):
-            decider.sense(0.1 * step)
-            decider.decide([0, 1, 2], 0.1 * step)
-        assert np.array_equal(fleet_decider.sensing.observed, navigator_decider.sensing.observed)
 
 
 @pytest.mark.parametrize("name", [name for name in FORECASTS if name not in ("known", "constant_turn")])

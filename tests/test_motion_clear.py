@@ -8,12 +8,13 @@ from hypothesis import given, strategies as st
 
 from slalom import kernels
 from slalom.kernels.arrays import Pieces
-from slalom.kernels.decision.encounters import admissible_set, obstacle_pieces, relative_motion
+from slalom.kernels.decision.encounters import obstacle_pieces
+from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.manoeuvre_cost import new_scratch
 from slalom.kernels.decision.motion_clear import chord_distance, path_is_clear, preferred_is_free
 from slalom.kernels.decision.neighbours import neighbours_in_cells, reachable_neighbours
-from slalom.kernels.decision.paths import state_on_path
-from slalom.kernels.decision.response_controls import unchanged_control
+from slalom.kernels.decision.paths import state_on_path, unchanged_control
+from slalom.kernels.decision.response_motion import relative_motion
 from slalom.kernels.decision.tables import Controls, DecisionSettings, ObstaclePieces, Paths
 from slalom.kernels.geometry.cubic import new_stack, value
 from slalom.kernels.relative_motion.segments import chord_distances
@@ -41,7 +42,8 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
     begin = 5.0 + np.array([[0.0, 1.5, 4.0, 9.0], [0.0, 0.5, 9.0, 9.0]])
     points = np.zeros((2, 3, 4, 3))
     points[..., :d] = rng.uniform(-3.0, 3.0, (2, 3, 4, d))
-    return ObstaclePieces(pieces, np.zeros((6, 2)), np.full(3, -1), np.zeros(3), cooperates), Paths(begin, points)
+    none = np.full(3, -1)
+    return ObstaclePieces(pieces, np.zeros((6, 2)), none, np.zeros(3), none, cooperates), Paths(begin, points)
 
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:
@@ -76,21 +78,22 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
     """To the bit; and most exact choices of the preferred control are found without a choice."""
     rng = np.random.default_rng(2)
     some, tables = last_decision(name, scenario, parameters)
-    robots, passive, responses, terms = tables
+    robots, responses, terms = tables.robots, tables.responses, tables.settings
     d, scratch = terms.dimension, new_scratch(robots.committed_points.shape[1], terms.dimension)
     cells, found, free = kernels.build_cell_list(some, robots, responses, terms), 0, 0
     for i in some:
         near = neighbours_in_cells(i, robots, cells)
-        met = reachable_neighbours(i, near, cells.reachable_centers[i], cells.reachable_radii[i], robots, terms)
-        rows, overlaps = obstacle_pieces(i, met, robots, passive, terms)
+        centers, radii = cells.reachable_centers[i], cells.reachable_radii[i]
+        met = reachable_neighbours(i, near, centers, radii, robots, terms)
+        rows, overlaps = obstacle_pieces(i, met, centers, radii, tables)
         assert not overlaps
         for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
             controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
-            unchanged_control(i, r, robots, responses, terms, controls.unchanged)
-            limits = admissible_set(i, r, robots, responses, terms)
+            unchanged_control(i, r, robots, responses, controls.unchanged)
+            limits = admissible_set(i, r, robots, responses, tables.bounds)
             controls.preferred[:d] = limits[0, 1 : 1 + d] + rng.uniform(-1.2, 1.2, d) * limits[0, 4]
             direct = preferred_is_free(i, r, controls, met, rows, tables, scratch)
-            m = relative_motion(i, r, rows, robots, passive, responses, terms, controls.unchanged)
+            m = relative_motion(i, r, rows, tables, controls.unchanged)
             code, exact, _, _ = nearest_free(controls.preferred, d, *m, ELEMENTS, CANDIDATES)
             if direct:
                 assert code == SAFE

@@ -112,12 +112,9 @@ def test_a_displaced_obstacle_is_the_same_elsewhere():
 # Runs.
 
 
-@pytest.mark.parametrize("by_navigators", [False, True])
 @pytest.mark.parametrize("method", ["nao", "nao_shared", "vo"])
-def test_a_run_shifted_by_periods_is_the_same_run(method, by_navigators, monkeypatch):
+def test_a_run_shifted_by_periods_is_the_same_run(method):
     """And the same as in a world that does not repeat, where the others are too far away to be met again."""
-    if by_navigators:
-        monkeypatch.setattr("slalom.sim.run.simulate.is_disc_fleet", lambda scenario: False)
     one = simulate(meeting(None), METHODS[method])
     assert np.abs(one.accelerations).max() > 0.5
     for shifts in (((0.0, 0.0),) * 3, SHIFTS):

@@ -65,6 +65,7 @@ from .navigator import Navigator as Navigator
 from .objective import (
     Aim as Aim,
     Arrive as Arrive,
+    FollowAcceleration as FollowAcceleration,
     FollowVelocity as FollowVelocity,
     KeepAcceleration as KeepAcceleration,
     Mix as Mix,

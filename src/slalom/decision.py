@@ -1,11 +1,14 @@
 """Decisions and their outcomes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property, partial
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.manoeuvre import Manoeuvre
+from slalom.path import Path
 
 
 class Outcome(Enum):
@@ -43,13 +46,29 @@ class Decision:
         manoeuvre: the committed future path; apply `manoeuvre.mean_acceleration(now, period)`.
         outcome: how the manoeuvre was chosen.
         preferred: the control (d,) that the objective prefers for the manoeuvre's response.
-        blocked: the control obstacle of that response, for figures and queries; computed on demand.
+        control_obstacle: makes `blocked`.
         regret: upper bound [s] on the arrival time lost by keeping the manoeuvre; alternatives count at their
             optimistic cost.
+        path: the manoeuvre as pieces from where the robot was at its last decision; None: as it was planned.
     """
 
     manoeuvre: Manoeuvre
     outcome: Outcome
     preferred: Array
-    blocked: ControlObstacle
+    control_obstacle: Callable[[], ControlObstacle]
     regret: float = 0.0
+    path: Path | None = None
+
+    @cached_property
+    def blocked(self) -> ControlObstacle:
+        """The control obstacle of the manoeuvre's response, for figures and queries; computed on demand."""
+        return self.control_obstacle()
+
+
+def made(blocked: ControlObstacle) -> Callable[[], ControlObstacle]:
+    """What `Decision.control_obstacle` is where the control obstacle is at hand."""
+    return partial(_itself, blocked)
+
+
+def _itself(blocked: ControlObstacle) -> ControlObstacle:
+    return blocked

@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision, Outcome, made
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation
 from slalom.obstacle import Obstacle
@@ -52,7 +52,7 @@ def latest_collision(
         return least_impact(situations[0], robot, period, obstacle_table)
     equal = [option for option in options if option[0] >= latest - period]
     _, _, manoeuvre, preferred, blocked = min(equal, key=lambda option: option[1])
-    return Decision(manoeuvre, Outcome.DELAYED, preferred, blocked)
+    return Decision(manoeuvre, Outcome.DELAYED, preferred, made(blocked))
 
 
 def impact_speed(blocked: ControlObstacle, control: Array) -> float:
@@ -79,7 +79,7 @@ def least_impact(s: Situation, robot: Shape, period: float, obstacle_table: Obst
         other = obstacle_table.obstacles[first].trajectory.velocity(s.now + float(times[first]))
         preferred = s.response.velocity(s.state, period).inverse(other)
     manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, []), s.now)
-    return Decision(manoeuvre, outcome, preferred, blocked)
+    return Decision(manoeuvre, outcome, preferred, made(blocked))
 
 
 def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) -> Decision:
@@ -99,7 +99,7 @@ def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) 
     preferred = s.response.velocity(s.state, period).inverse(desired_velocity)
     others = [o for i, o in enumerate(blocked.obstacles.obstacles) if i not in blocked.overlapping]
     manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, others), s.now)
-    return Decision(manoeuvre, Outcome.ESCAPING, preferred, blocked)
+    return Decision(manoeuvre, Outcome.ESCAPING, preferred, made(blocked))
 
 
 def nearest(preferred: Array, s: Situation, robot: Shape, others: Sequence[Obstacle]) -> Array:

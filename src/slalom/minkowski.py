@@ -39,6 +39,12 @@ def minkowski_sum(obstacle: Obstacle, robot: Shape) -> MinkowskiSum:
     return result
 
 
+def sum_of_shapes(shape: Shape, robot: Shape) -> MinkowskiSum:
+    """Minkowski sum of a shape and the reflection of a robot's, neither of which turns; raises as `minkowski_sum`."""
+    result: MinkowskiSum = _minkowski_sum(shape, robot, 0.0)  # type: ignore[arg-type]  # shapes are values
+    return result
+
+
 @lru_cache(maxsize=4096)
 def _minkowski_sum(shape: Shape, robot: Shape, angle: float | None) -> MinkowskiSum:
     d = shape.dimension

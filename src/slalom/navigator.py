@@ -1,28 +1,59 @@
 """Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
-from slalom.checks import has, not_negative, positive
+from slalom import kernels
+from slalom.checks import Array, has, not_negative, positive, vector
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
+from slalom.decision_tables import (
+    Skeletons,
+    bounds_of,
+    commit_to,
+    committed_path,
+    response_table,
+    robot_table,
+    target_paths,
+)
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.horizon import Horizon
+from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable
 from slalom.limits import Limits
+from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
-from slalom.objective import Arrive, Objective, Situation, preferred_control
+from slalom.objective import (
+    Arrive,
+    FollowAcceleration,
+    FollowVelocity,
+    KeepAcceleration,
+    Objective,
+    Situation,
+    preferred_control,
+)
+from slalom.objective_policy import decide_by_objective
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
-from slalom.proposals import Candidate, DecisionProblem, Proposal
 from slalom.response import Response
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import ADMISSIBLE, COMMITTED_SLACK, CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
+from slalom.tolerances import ADMISSIBLE, AIM_LATEST, CONTACT_SLACK
+from slalom.trajectory import Stationary
+
+OUTCOMES = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
+"""The outcomes of the compiled policy by number."""
+ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
+"""The objectives of the compiled policy by number."""
+FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
+"""Objectives that need no goal."""
+FALL_BACK = -1
+"""The number of a robot for which the compiled policy has no decision."""
 
 
 @dataclass(frozen=True)
@@ -77,55 +108,147 @@ class Navigator:
         self,
         state: State,
         obstacles: Sequence[Obstacle],
-        goal: Goal,
+        goal: Goal | None = None,
         *,
         now: float = 0.0,
         previous: Decision | None = None,
+        objective: Objective | None = None,
     ) -> Decision:
         """Decision at time `now` [s] of a robot in `state` that is committed to the manoeuvre of `previous`.
 
         Args:
             obstacles: with their true trajectories; the method's forecast determines which part of them is used.
+            goal: where to be; not needed to follow a velocity or an acceleration.
+            objective: the objective of this decision; None: that of the navigator.
 
         Raises:
-            InvalidInput: dimensions that differ.
+            InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
+                a response that does not set the acceleration at once.
         """
+        if objective is not None:
+            return replace(self, objective=objective).decide(state, obstacles, goal, now=now, previous=previous)
+        if goal is None:
+            if not isinstance(self.objective, FOLLOWING):
+                raise InvalidInput(f"goal: expected one for the objective {self.objective!r}, found none")
+            goal = Goal(Stationary(state.position))
         if goal.trajectory.dimension != state.dimension:
             raise InvalidInput(
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
         table = self.predict(obstacles, state, now)
+        for what, dimension in (("robot", self.robot.dimension), ("obstacles", table.dimension)):
+            if dimension not in (None, state.dimension):
+                raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
+        if type(self.objective) in (Arrive, *FOLLOWING):
+            found = self._decide(table, state, goal, now, previous)
+        else:
+            found = decide_by_objective(self, table, state, goal, now, previous)
+        return found or self._fall_back(table, state, goal, now)
+
+    def _decide(
+        self, obstacles: ObstacleTable, state: State, goal: Goal, now: float, previous: Decision | None
+    ) -> Decision | None:
+        """Decision of the compiled policy; None for a robot that overlaps an obstacle or has no safe control."""
         responses = self.method.responses(self.limits, self.period, self.holds)
-        if self._too_fast(state):
-            # A small acceleration held for long would obey the limit only at its end; the speed must fall now.
-            shortest = min(response.settled(self.horizon) for response in responses)
-            responses = tuple(r for r in responses if r.settled(self.horizon) <= shortest)
-        situations = [self._situation(response, state, goal, now) for response in responses]
-        overlap_test = ControlObstacle(situations[0].response, state, table, self.robot)
+        path = None
+        if previous is not None:
+            path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
+        tables = self._tables(responses, obstacles, state, goal, now, 0 if path is None else len(path.points))
+        if previous is not None and path is not None:
+            commit_to(tables.robots, 0, path)
+            tables.robots.regret[0] = previous.regret
+        kernels.decide_alone(tables)
+        robots, d = tables.robots, state.dimension
+        number, path, regret = int(robots.outcome[0]), committed_path(robots, 0, d), float(robots.regret[0])
+        if number == FALL_BACK:
+            return None
+        outcome = OUTCOMES[number]
+        if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED):
+            blocked = partial(self._control_obstacle, responses[0], obstacles, state)
+            return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path)
+        response = responses[int(robots.response[0])]
+        margin = 0.0 if outcome is Outcome.SQUEEZED else self.margin
+        return Decision(
+            Manoeuvre(response, state, robots.control[0, :d], now),
+            outcome,
+            robots.preferred[0, :d],
+            partial(self._control_obstacle, response, obstacles, state, margin),
+            path=path,
+        )
+
+    def _tables(
+        self,
+        responses: tuple[Response, ...],
+        obstacles: ObstacleTable,
+        state: State,
+        goal: Goal,
+        now: float,
+        pieces: int,
+    ) -> DecisionTables:
+        """The tables of a decision, with this robot in row 0; its committed path may have so many `pieces`."""
+        d, limits = state.dimension, self.limits
+        table = response_table((responses,), self.horizon, 2.0 * self.horizon, d)
+        robots = robot_table(1, max(pieces, int(np.diff(table.first).max())), 1)
+        robots.position[0, :d], robots.velocity[0, :d] = state.position, state.velocity
+        robots.acceleration[0, :d] = state.acceleration
+        robots.objective[0], robots.wanted[0, :d] = self._wanted(table, state)
+        skeletons = Skeletons([self.robot])
+        robots.rounding[0], robots.radius[0] = skeletons.rounding[0], self.robot.bounding_radius
+        robots.max_speed[0], robots.max_acceleration[0] = limits.max_speed, limits.max_acceleration
+        robots.braking[0], robots.tolerance[0], robots.stop[0] = limits.braking, goal.tolerance, goal.stop
+        robots.target[0, :d], robots.final[0] = goal.position(now), True
+        distance = float(np.linalg.norm(robots.target[0, :d] - state.position))
+        latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
+        targets, robots.moving[:] = target_paths([goal], now, now + self.horizon + latest)
+        settings = DecisionSettings(
+            dimension=d,
+            now=now,
+            period=self.period,
+            horizon=self.horizon,
+            margin=self.margin,
+            regain=np.inf,
+            patience=self.patience,
+            share=1.0,
+            shared=False,
+            detours=np.array(self.detours),
+        )
+        bodies = skeletons.grown_bodies(0, obstacles)
+        return DecisionTables(robots, bodies, table, bounds_of([limits], [state]), targets, settings)
+
+    def _wanted(self, table: ResponseTable, state: State) -> tuple[int, Array]:
+        """The number of the objective, and the velocity or acceleration (d,) to follow."""
+        objective = self.objective
+        if isinstance(objective, FollowVelocity):
+            return FOLLOW_VELOCITY, vector(objective.velocity, "velocity to follow", state.dimension)
+        if isinstance(objective, (FollowAcceleration, KeepAcceleration)):
+            if not table.initial_acceleration[:, 2].all():
+                raise InvalidInput(
+                    f"objective: expected one for responses that set no acceleration at once, found {objective!r}"
+                )
+            if isinstance(objective, KeepAcceleration):
+                return FOLLOW_ACCELERATION, state.acceleration
+            return FOLLOW_ACCELERATION, vector(objective.acceleration, "acceleration to follow", state.dimension)
+        return ARRIVE, np.zeros(state.dimension)
+
+    def fall_back(self, state: State, obstacles: Sequence[Obstacle], goal: Goal, *, now: float = 0.0) -> Decision:
+        """Decision of a robot that overlaps an obstacle or has no safe control."""
+        return self._fall_back(self.predict(obstacles, state, now), state, goal, now)
+
+    def _fall_back(self, obstacles: ObstacleTable, state: State, goal: Goal, now: float) -> Decision:
+        situations = self.situations(state, goal, now)
+        overlap_test = ControlObstacle(situations[0].response, state, obstacles, self.robot)
         if len(overlap_test.overlapping):
             return escape(situations[0], self.robot, self.period, overlap_test)
-        margins = np.clip(overlap_test.initial_clearances - CONTACT_SLACK, 0.0, self.margin)
-        problem = DecisionProblem(
-            situations, table, self.robot, margins, self.margin, self.period, self.objective, self.detours
-        )
-        best = self._best_proposal(problem, previous)
-        if isinstance(best, Decision):
-            return best
-        if best is not None:
-            return Decision(best.manoeuvre, best.outcome, best.preferred, best.blocked)
-        if previous is not None and self._committed_is_clear(problem, previous):
-            return self._continue(problem, previous, Outcome.CONTINUED, previous.regret)
         preferred = [preferred_control(self.objective.aims(s)) for s in situations]
-        without_margin = [problem.propose(s, control, 0.0) for s, control in zip(situations, preferred)]
-        best_without_margin = min((p for p in without_margin if p is not None), key=lambda p: p.cost, default=None)
-        if best_without_margin is not None:
-            return Decision(
-                best_without_margin.manoeuvre,
-                Outcome.SQUEEZED,
-                best_without_margin.preferred,
-                best_without_margin.blocked,
-            )
-        return latest_collision(situations, preferred, self.robot, self.period, table)
+        return latest_collision(situations, preferred, self.robot, self.period, obstacles)
+
+    def _control_obstacle(
+        self, response: Response, obstacles: ObstacleTable, state: State, margin: float | None = None
+    ) -> ControlObstacle:
+        """The control obstacle of a response with the margin, or what the robot can keep of it."""
+        clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
+        kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
+        return ControlObstacle(response, state, obstacles, self.robot, kept)
 
     def predict(self, obstacles: Sequence[Obstacle], state: State, now: float) -> ObstacleTable:
         """Table of the obstacles on their predicted trajectories from `now` [s] on.
@@ -143,75 +266,18 @@ class Navigator:
         horizons = np.minimum(self.horizons(state, predictions, self.limits, now), self.horizon)
         return ObstacleTable(predictions, now, self.horizon, horizons)
 
-    def _situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
-        admissible = self.limits.admissible(response, state, self.horizon)
-        return Situation(response, state, goal, self.limits, admissible, now, self.horizon)
+    def situations(self, state: State, goal: Goal, now: float) -> list[Situation]:
+        """The input of the objective for each response; for those that slow down soonest if the robot is too fast."""
+        responses = self.method.responses(self.limits, self.period, self.holds)
+        if self.is_too_fast(state):
+            # A small acceleration held for long would obey the limit only at its end; the speed must fall now.
+            shortest = min(response.settled(self.horizon) for response in responses)
+            responses = tuple(r for r in responses if r.settled(self.horizon) <= shortest)
+        return [
+            Situation(r, state, goal, self.limits, self.limits.admissible(r, state, self.horizon), now, self.horizon)
+            for r in responses
+        ]
 
-    def _best_proposal(self, problem: DecisionProblem, previous: Decision | None) -> Proposal | Decision | None:
-        """Cheapest proposal, None without a safe one, or the decision to keep the committed manoeuvre.
-
-        Detours are tried if no proposal towards the goal is collision-free. `kernels/decision/policy.py` implements the
-        same policy for many robots.
-        """
-        min_improvement = MIN_IMPROVEMENT * self.patience + COST_TIE
-        may_keep = previous is not None and not self._too_fast(problem.situations[0].state)
-        candidates = problem.candidates()
-        best: Proposal | None = None
-        any_clear, detours_added, failed = False, False, list[Situation]()
-        while True:
-            lowest_cost = min((c.cost for c in candidates), default=np.inf)
-            candidate = next((c for c in candidates if c.cost <= lowest_cost + COST_TIE), None)
-            if candidate is not None and best is not None and candidate.cost >= best.cost - min_improvement:
-                candidate = None
-            if candidate is None and not (any_clear or detours_added):
-                detours_added, candidates = True, problem.detour_candidates(failed)
-                continue
-            cheapest = candidate or best
-            if may_keep and previous is not None and cheapest is not None:
-                regret = self._regret(problem, previous, cheapest)
-                if regret <= self.patience:
-                    may_keep = self._committed_is_clear(problem, previous)
-                    if may_keep:
-                        return self._continue(problem, previous, Outcome.KEPT, regret)
-            if candidate is None:
-                return best
-            proposal = problem.propose(candidate.situation, candidate.preferred, problem.margins)
-            if proposal is None:
-                failed.append(candidate.situation)
-            elif detours_added:
-                proposal = proposal._replace(outcome=Outcome.CONSTRAINED)
-            candidates = [c for c in candidates if c is not candidate and c.situation not in failed]
-            any_clear = any_clear or (proposal is not None and proposal.outcome is Outcome.CLEAR)
-            if proposal is not None and (best is None or proposal.cost < best.cost - COST_TIE):
-                best = proposal
-
-    def _too_fast(self, state: State) -> bool:
+    def is_too_fast(self, state: State) -> bool:
         """Whether the robot exceeds its speed limit by more than rounding."""
         return float(np.linalg.norm(state.velocity)) > self.limits.max_speed * (1.0 + 10.0 * ADMISSIBLE)
-
-    def _regret(self, problem: DecisionProblem, previous: Decision, cheapest: Candidate | Proposal) -> float:
-        """Accumulated time [s] lost by keeping the committed manoeuvre instead of `cheapest`.
-
-        Both are evaluated up to the time at which the new manoeuvre settles. The loss of a single step is small,
-        because the manoeuvre may change afterwards; the sum is not.
-        """
-        until = problem.settled_time(cheapest.manoeuvre)
-        committed_cost = problem.cost(previous.manoeuvre, problem.situations[0], until)
-        return previous.regret + max(0.0, committed_cost - cheapest.cost)
-
-    def _committed_is_clear(self, problem: DecisionProblem, previous: Decision) -> bool:
-        """Whether the committed manoeuvre is safe, and still admissible under bounds that turn with the robot."""
-        s, committed = problem.situations[0], previous.manoeuvre
-        if self.limits.bounds and not self.limits.allows(
-            s.state, committed.mean_acceleration(s.now, self.period), self.period
-        ):
-            return False
-        rest = committed.continuation(s.state, s.now)
-        blocked = ControlObstacle(rest, s.state, problem.table, self.robot, problem.margins)
-        return float(blocked.clearance(np.zeros(s.state.dimension))) >= -COMMITTED_SLACK
-
-    def _continue(self, problem: DecisionProblem, previous: Decision, outcome: Outcome, regret: float) -> Decision:
-        """Decision to continue the committed manoeuvre."""
-        s = problem.situations[0]
-        blocked = ControlObstacle(s.response, s.state, problem.table, self.robot, problem.margins)
-        return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret)

@@ -167,6 +167,23 @@ class KeepAcceleration:
 
 
 @dataclass(frozen=True, eq=False)
+class FollowAcceleration:
+    """Begin with the given acceleration (d,) [m/s^2]: a filter for the command of another controller."""
+
+    acceleration: Checked = Checked(vector)
+    enough_clearance: float = 0.0
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        s = situation
+        wanted = vector(self.acceleration, "acceleration to follow", s.state.dimension)
+        return (Aim(s.response.acceleration(s.state, 0.0), wanted),)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        s = situation
+        return float(np.linalg.norm(motion.acceleration(s.now) - self.acceleration)) / s.limits.max_acceleration
+
+
+@dataclass(frozen=True, eq=False)
 class FollowVelocity:
     """Reach the given velocity (d,) [m/s] when the control has settled."""
 

@@ -276,6 +276,54 @@ REST_DURATION: Final = 1e6
 Larger: times lose digits. Smaller: a long run would see it move on.
 """
 
+LINEAR_RESPONSE: Final = 1e-9
+"""[1, m] Relative and absolute error up to which the motion under a response counts as linear in the state.
+
+Larger: a response that is not linear is predicted wrongly. Smaller: rounding refuses a linear one.
+"""
+
+FOLLOWING_ERROR: Final = 1e-9
+"""[m, m/s] A robot within this of its committed manoeuvre follows it exactly, up to rounding.
+
+Larger: errors of execution go unnoticed up to it. Smaller: committed paths move by rounding at every decision.
+"""
+
+AIM_FIRST: Final = 0.02
+"""[s] Earliest time at which a robot aims to be at a goal that it passes.
+
+Larger: a goal just ahead is aimed at too late. Smaller: the grid of times is coarser elsewhere.
+"""
+
+AIM_LATEST: Final = 4.0
+"""[1] Latest time of the aim: this many times the time to the goal at maximum speed, and the time to reach that speed.
+
+Larger: the grid of times is coarser. Smaller: a robot that has to turn first does not aim at its goal exactly.
+"""
+
+AIM_TIMES: Final = 64
+"""[1] Times, in geometric progression, at which a control that reaches the goal is sought.
+
+Larger: an earlier aim at more cost. Smaller: the aim is later than it could be.
+"""
+
+REFINED_AIM_TIMES: Final = 17
+"""[1] Times between two of these, at which the earliest aim is sought once one is found.
+
+Larger: an earlier aim at more cost. Smaller: the aim is later than it could be.
+"""
+
+INTERCEPTION_STEPS: Final = 4
+"""[1] Iterations that find where a robot at maximum speed meets a moving goal.
+
+Larger: exact for goals that turn quickly. Smaller: the robot heads for a place that the goal passes at another time.
+"""
+
+INTERCEPTION_WAIT: Final = 10.0
+"""[s] Largest growth of the time of an interception in its first iteration: goals may outrun the robot.
+
+Larger: the robot heads for the far future of a goal that it cannot catch. Smaller: more iterations are needed.
+"""
+
 DIRECT_TEST_ROWS: Final = 30
 """[1] With fewer pieces a table of segments is made as quickly as the preferred control is tested alone.
 

@@ -9,6 +9,7 @@ from .decision.neighbours import independent_rounds as independent_rounds
 from .decision.policy import (
     build_cell_list as build_cell_list,
     decide_all as decide_all,
+    decide_alone as decide_alone,
 )
 from .decision.time_to_go import (
     earliest_arrival as earliest_arrival,
@@ -34,6 +35,7 @@ from .relative_motion.window import (
     distances_now as distances_now,
     in_balls as in_balls,
     kept_radii as kept_radii,
+    piece_balls as piece_balls,
     pieces_within as pieces_within,
     segments_of as segments_of,
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom.checks import not_negative, positive
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision, Outcome, made
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, predicted
 from slalom.goal import Goal
@@ -259,7 +259,7 @@ class LookAhead:
             motion,
             outcome,
             motion.control,
-            blocked,
+            made(blocked),
             search=search,
             arrival=search.arrival,
             cut=search.cut,

@@ -19,7 +19,7 @@ from slalom.shape import Shape
 from slalom.sim.periodic import Period, displaced, in_box, refuse_no_period
 from slalom.sim.shape_distance import clearances
 from slalom.state import State
-from slalom.tolerances import DETOURS as DETOURS, WHOLE_PERIODS
+from slalom.tolerances import DETOURS, WHOLE_PERIODS
 from slalom.trajectory import Stationary
 
 

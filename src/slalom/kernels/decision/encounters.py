@@ -1,27 +1,16 @@
-"""Encounters of one robot: passive bodies and other robots as pieces with margins, and their relative motion."""
+"""Encounters of one robot: passive bodies and other robots as pieces with margins."""
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
+from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
 from slalom.kernels.decision.paths import state_on_path
-from slalom.kernels.decision.tables import (
-    DecisionSettings,
-    ObstaclePieces,
-    PassiveObstacles,
-    Paths,
-    RelativeMotion,
-    ResponseTable,
-    RobotTable,
-)
-from slalom.kernels.geometry.cubic import copy_into, restrict, value
+from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ObstaclePieces, Paths, RobotTable
+from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.contact import kept_margin, overlaps
-from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
-from slalom.kernels.relative_motion.speed_limit import allowed_speed
 from slalom.kernels.relative_motion.window import share_of_piece
-from slalom.kernels.selection.admissible import segments_in_reach
-from slalom.tolerances import COOPERATION_RANGE
+from slalom.tolerances import BALL_WINDOWS, CONTACT_SLACK, COOPERATION_RANGE
 
 
 @kernel
@@ -48,129 +37,95 @@ def hulls_of_bodies(corners: MaybeCorners, hull: Indices, turned: Array) -> Mayb
     return ()
 
 
-@inlined
-def hulls_of_segments(corners: MaybeCorners, rows: ObstaclePieces, body: Indices, turned: Array) -> MaybeHulls:
-    """The hulls of segments of those bodies (n,), `turned` (4, 2, n): their directions if any turns."""
-    if len(corners) > 0:
-        if len(rows.pieces.turns) == 0:
-            turned = np.zeros((4, 2, len(body)))
-            turned[:, 0] = 1.0
-        return hulls_of_bodies(corners, rows.hull[body], turned)
-    return ()
+@kernel
+def passive_rows_in_reach(i: int, centers: Array, radii: Array, tables: DecisionTables) -> Indices:
+    """The rows of passive pieces that robot i can approach closer than the margin within the horizon.
+
+    `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon.
+    """
+    robots, bodies, settings = tables.robots, tables.bodies, tables.settings
+    times, balls, body = bodies.pieces.times, bodies.balls, bodies.pieces.body
+    rows, count, width = np.empty(len(body), np.int64), 0, settings.horizon / BALL_WINDOWS
+    more = robots.rounding[i] - bodies.robot_rounding + settings.margin + largest_error(i, tables)
+    for s in range(len(body)):
+        if times[s, 1] <= 0.0 or times[s, 0] >= settings.horizon:
+            continue
+        touch = balls[s, 3] + bodies.body_radius[body[s]] + bodies.hull_radius[body[s]] + more
+        first = max(int(times[s, 0] / width), 0)
+        last = min(int(min(times[s, 1], settings.horizon) / width), BALL_WINDOWS - 1)
+        for w in range(first, last + 1):
+            x, y, z = centers[w, 0] - balls[s, 0], centers[w, 1] - balls[s, 1], centers[w, 2] - balls[s, 2]
+            reach = radii[w] + touch
+            if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
+                rows[count] = s
+                count += 1
+                break
+    return rows[:count]
 
 
 @kernel
-def relative_table(
-    rows: ObstaclePieces, passive: PassiveObstacles, motion: PositionMap, horizon: float
-) -> tuple[Segments, MaybeHulls, Indices]:
-    """The segments, hulls and bodies (n,) of the motion relative to a robot, up to the horizon [s]."""
-    cut = relative_segments(rows.pieces, motion, horizon)
-    table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radii(cut, rows.hull_radius))
-    return table, hulls_of_segments(passive.corners, rows, cut.body, cut.turns), cut.body
-
-
-@inlined
-def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> Array:
-    """The admissible set (l, 5) of response r for robot i, balls as in `limits.Limits.admissible`."""
-    count = 0
-    for p in range(len(responses.peaks)):
-        count += responses.peaks[p, 0] == r
-    rows = np.zeros((count, 5))
-    square = 0.0
-    for axis in range(settings.dimension):
-        square += robots.velocity[i, axis] ** 2
-    speed = np.sqrt(square)
-    fastest = allowed_speed(robots.max_speed[i], speed, robots.max_acceleration[i], responses.settled[r])
-    k = 0
-    for p in range(len(responses.peaks)):
-        if responses.peaks[p, 0] != r:
-            continue
-        share, gain = responses.peaks[p, 2], responses.peaks[p, 3]
-        rows[k, 0] = -1.0
-        for axis in range(settings.dimension):
-            rows[k, 1 + axis] = -share * robots.velocity[i, axis] / gain
-        rows[k, 4] = (fastest if responses.peaks[p, 1] == 0.0 else robots.max_acceleration[i]) / abs(gain)
-        k += 1
-    return rows
-
-
-@inlined
-def relative_motion(
-    i: int,
-    r: int,
-    rows: ObstaclePieces,
-    robots: RobotTable,
-    passive: PassiveObstacles,
-    responses: ResponseTable,
-    settings: DecisionSettings,
-    unchanged: Array,
-) -> RelativeMotion:
-    """The relative motion of robot i under response r; `unchanged` (3,): the control that changes nothing now."""
-    d, first, last = settings.dimension, responses.first[r], responses.first[r + 1]
-    m = last - first
-    knots = responses.knots[first + r : last + r + 1]
-    drift = np.empty((m, 4, d))
-    for p in range(m):
-        for c in range(4):
-            for axis in range(d):
-                drift[p, c, axis] = (
-                    robots.position[i, axis] + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
-                )
-    motion = PositionMap(knots, drift, responses.gain[first:last])
-    table, hulls, body = relative_table(rows, passive, motion, settings.horizon)
-    if settings.share < 1.0:
-        # Half the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) / share
-        # is tested.
-        n, rest = len(body), 1.0 / settings.share - 1.0
-        cooperates = np.empty(n, np.bool_)
-        for s in range(n):
-            cooperates[s] = rows.cooperates[body[s]]
-        for c in range(4):
-            for axis in range(d):
-                by = unchanged[axis]
-                for s in range(n):
-                    table.points[c, axis, s] += table.gains[c, s] * by * rest if cooperates[s] else 0.0
-            for s in range(n):
-                table.gains[c, s] = table.gains[c, s] / settings.share if cooperates[s] else table.gains[c, s]
-    limits = admissible_set(i, r, robots, responses, settings)
-    near, near_hulls = segments_in_reach(limits, table, hulls)
-    return RelativeMotion(limits, near, near_hulls)
+def largest_error(i: int, tables: DecisionTables) -> float:
+    """The largest error [m] of the cubic pieces of the responses of robot i."""
+    error, responses, kind = 0.0, tables.responses, tables.robots.kind[i]
+    for r in range(responses.kinds[kind], responses.kinds[kind + 1]):
+        error = max(error, responses.error[r])
+    return error
 
 
 @kernel
 def obstacle_pieces(
-    i: int, near: Indices, robots: RobotTable, passive: PassiveObstacles, settings: DecisionSettings
+    i: int, near: Indices, centers: Array, radii: Array, tables: DecisionTables
 ) -> tuple[ObstaclePieces, bool]:
-    """The pieces of passive bodies and of the robots `near` (m,) that robot i may meet; whether it overlaps one now."""
-    d, now, q, count = settings.dimension, settings.now, robots.observed_points.shape[1], len(near)
-    fixed, bodies = len(passive.pieces.body), len(passive.body_radius)
-    # One row more for each robot: one piece is cut where the margin is whole again.
-    n, turning = fixed + count * (q + 1), len(passive.pieces.turns) > 0
+    """The pieces of passive bodies and of the robots `near` (m,) that robot i may meet; whether it overlaps one now.
+
+    Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near.
+    """
+    robots, bodies, d, q = (
+        tables.robots,
+        tables.bodies,
+        tables.settings.dimension,
+        tables.robots.observed_points.shape[1],
+    )
+    passive, fixed = passive_rows_in_reach(i, centers, radii, tables), len(bodies.body_radius)
+    total = fixed
+    for k in near:
+        total += bodies.robot_first[robots.skeleton[k] + 1] - bodies.robot_first[robots.skeleton[k]]
+    # One row more for each body of a robot: one piece is cut where the margin is whole again.
+    n, turning = len(passive) + (total - fixed) * (q + 1), len(bodies.pieces.turns) > 0
     turns = np.zeros((n if turning else 0, 4, 2))
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
-    margin = np.zeros((n, 2))
-    hull, hull_radius = np.full(bodies + count, -1), np.zeros(bodies + count)
-    cooperates = np.zeros(bodies + count, np.bool_)
-    overlapping = False
+    hull, hull_radius = np.full(total, -1), np.zeros(total)
+    robot, cooperates = np.full(total, -1), np.zeros(total, np.bool_)
+    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, cooperates)
+    overlapping, s, body = False, len(passive), fixed
     if fixed:
-        overlapping = add_passive(i, robots, passive, settings, pieces, margin)
-        copy_into(hull, passive.hull)
-        copy_into(hull_radius, passive.hull_radius)
-    s = fixed
-    position, velocity = np.empty(d), np.empty(d)
-    observed = Paths(robots.observed_times, robots.observed_points)
-    for j in range(count):
-        k = near[j]
-        state_on_path(observed, k, now, position, velocity)
-        square = 0.0
-        for axis in range(d):
-            square += (position[axis] - robots.position[i, axis]) ** 2
-        touch = robots.radius[i] + robots.radius[k]
-        clearance = np.sqrt(square) - touch
+        overlapping = add_passive(i, passive, rows, tables)
+    for k in near:
+        touches, s, body = add_robot(i, k, s, body, rows, tables)
+        overlapping = overlapping or touches
+    used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
+    return ObstaclePieces(used, rows.margin[:s], hull, hull_radius, robot, cooperates), overlapping
+
+
+@kernel
+def add_robot(i: int, k: int, s: int, body: int, rows: ObstaclePieces, tables: DecisionTables) -> tuple[bool, int, int]:
+    """Write the bodies of robot k on its observed path, grown by robot i and the margin, from row s on.
+
+    Returns whether robot i overlaps one, the next free row and the next free number of a body.
+    """
+    robots, bodies, settings, pieces = tables.robots, tables.bodies, tables.settings, rows.pieces
+    d, now, q, error = settings.dimension, settings.now, robots.observed_points.shape[1], largest_error(i, tables)
+    position, velocity, overlapping = np.zeros(3), np.empty(3), False
+    state_on_path(Paths(robots.observed_times, robots.observed_points), k, now, position, velocity)
+    both = robots.rounding[i] + robots.rounding[k]
+    for j in range(bodies.robot_first[robots.skeleton[k]], bodies.robot_first[robots.skeleton[k] + 1]):
+        clearance = distance_of_body(i, j, position, tables) - (bodies.robot_radius[j] + both)
         overlapping = overlapping or overlaps(clearance)
         extra = kept_margin(clearance, settings.margin)
         # No robot relies on the other where both are close: there it is too late for mistakes.
-        cooperates[bodies + j] = clearance > COOPERATION_RANGE * touch
+        rows.cooperates[body] = clearance > COOPERATION_RANGE * (robots.radius[i] + robots.radius[k])
+        rows.robot[body], rows.hull[body] = k, bodies.robot_hull[j]
+        rows.hull_radius[body] = bodies.robot_hull_radius[j]
         end, cut = s, settings.regain if extra < settings.margin else np.inf
         for p in range(q):
             first, last = robots.observed_times[k, p], robots.observed_times[k, p + 1]
@@ -178,15 +133,31 @@ def obstacle_pieces(
                 continue
             end = add_piece(first - now, last - now, robots.observed_points[k, p], cut, end, pieces)
         for row in range(s, end):
-            pieces.radius[row], pieces.body[row], margin[row, 0] = touch + extra, bodies + j, max(extra, 0.0)
-            if turning:
-                for c in range(4):
-                    turns[row, c, 0] = 1.0
+            pieces.radius[row], pieces.body[row] = bodies.robot_radius[j] + both + extra + error, body
+            rows.margin[row, 0] = max(extra, 0.0)
+            for c in range(4):
+                for axis in range(d):
+                    pieces.points[row, c, axis] += bodies.robot_offset[j, axis]
+                if len(pieces.turns) > 0:
+                    pieces.turns[row, c, 0] = 1.0
         if cut < np.inf:
-            grow_margin(settings.margin - max(extra, 0.0), cut, s, end, pieces, margin)
-        s = end
-    used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
-    return ObstaclePieces(used, margin[:s], hull, hull_radius, cooperates), overlapping
+            grow_margin(settings.margin - max(extra, 0.0), cut, s, end, pieces, rows.margin)
+        s, body = end, body + 1
+    return overlapping, s, body
+
+
+@kernel
+def distance_of_body(i: int, j: int, position: Array, tables: DecisionTables) -> float:
+    """Signed distance [m] of robot i from body j of a robot at `position` (3,) [m], roundings not counted."""
+    robots, bodies = tables.robots, tables.bodies
+    place, direction, hull = np.zeros((1, 3)), np.zeros((1, 2)), np.empty(1, np.int64)
+    direction[0, 0], hull[0], square = 1.0, bodies.robot_hull[j], 0.0
+    for axis in range(tables.settings.dimension):
+        place[0, axis] = position[axis] + bodies.robot_offset[j, axis] - robots.position[i, axis]
+        square += place[0, axis] ** 2
+    if hull[0] < 0:
+        return float(np.sqrt(square))
+    return float(distances(place, direction, hull, hulls_of_bodies(bodies.corners, hull, np.empty((4, 2, 0))))[0, 0])
 
 
 @kernel
@@ -233,40 +204,42 @@ def reduce_margin(share: float, rows: ObstaclePieces) -> None:
 
 
 @kernel
-def add_passive(
-    i: int, robots: RobotTable, passive: PassiveObstacles, settings: DecisionSettings, pieces: Pieces, margin: Array
-) -> bool:
-    """Write the passive bodies, grown by robot i and by the margin it can keep, into the first rows.
+def add_passive(i: int, passive: Indices, rows: ObstaclePieces, tables: DecisionTables) -> bool:
+    """Write the rows `passive` (m,) of passive bodies, grown by robot i and by the margin it can keep, into the first.
 
-    Returns whether the robot overlaps one. `margin` (n, 2) [m]: see `ObstaclePieces`.
+    Returns whether the robot overlaps one.
     """
-    fixed = passive.pieces
-    copy_into(pieces.times, fixed.times)
-    copy_into(pieces.points, fixed.points)
-    copy_into(pieces.growth, fixed.growth)
-    copy_into(pieces.body, fixed.body)
-    if len(fixed.turns) > 0:
-        copy_into(pieces.turns, fixed.turns)
-    radius = passive.body_radius + (robots.radius[i] - passive.robot_radius)
-    overlapping = add_margin(i, robots, passive, settings, radius)
-    for s in range(len(fixed.body)):
-        b = fixed.body[s]
-        pieces.radius[s] = fixed.radius[s] + radius[b]
-        margin[s, 0] = max(radius[b] - passive.body_radius[b] - (robots.radius[i] - passive.robot_radius), 0.0)
+    robots, bodies, pieces = tables.robots, tables.bodies, rows.pieces
+    fixed, d, turning, error = bodies.pieces, pieces.points.shape[2], len(pieces.turns) > 0, largest_error(i, tables)
+    more = robots.rounding[i] - bodies.robot_rounding
+    radius = bodies.body_radius + more
+    overlapping = add_margin(i, radius, tables)
+    for b in range(len(radius)):
+        rows.hull[b], rows.hull_radius[b] = bodies.hull[b], bodies.hull_radius[b]
+    for s in range(len(passive)):
+        row, b = passive[s], fixed.body[passive[s]]
+        pieces.times[s, 0], pieces.times[s, 1] = fixed.times[row, 0], fixed.times[row, 1]
+        for c in range(4):
+            for axis in range(d):
+                pieces.points[s, c, axis] = fixed.points[row, c, axis]
+            if turning:
+                pieces.turns[s, c, 0], pieces.turns[s, c, 1] = fixed.turns[row, c, 0], fixed.turns[row, c, 1]
+        pieces.radius[s], pieces.growth[s] = fixed.radius[row] + radius[b] + error, fixed.growth[row]
+        pieces.body[s] = b
+        rows.margin[s, 0] = max(radius[b] - bodies.body_radius[b] - more, 0.0)
     return overlapping
 
 
 @kernel
-def add_margin(
-    i: int, robots: RobotTable, passive: PassiveObstacles, settings: DecisionSettings, radius: Array
-) -> bool:
+def add_margin(i: int, radius: Array, tables: DecisionTables) -> bool:
     """Add the margin that robot i can keep to the radii (b,) [m] of passive bodies; whether it overlaps one."""
-    fixed, heads = passive.pieces, passive.heads
-    body = fixed.body[heads]
-    places, directions = np.zeros((len(heads), 3)), np.zeros((len(heads), 2))
+    robots, bodies, settings = tables.robots, tables.bodies, tables.settings
+    fixed, near = bodies.pieces, passive_heads_nearby(i, radius, tables)
+    body = fixed.body[near]
+    places, directions = np.zeros((len(near), 3)), np.zeros((len(near), 2))
     directions[:, 0] = 1.0
-    for h in range(len(heads)):
-        s = heads[h]
+    for h in range(len(near)):
+        s = near[h]
         x = share_of_piece(fixed.times, s)
         for axis in range(settings.dimension):
             p = fixed.points[s, :, axis]
@@ -276,13 +249,31 @@ def add_margin(
                 p = fixed.turns[s, :, axis]
                 directions[h, axis] = value(p[0], p[1], p[2], p[3], x)
     found = distances(
-        places, directions, passive.hull[body], hulls_of_bodies(passive.corners, passive.hull, np.empty((4, 2, 0)))
+        places, directions, bodies.hull[body], hulls_of_bodies(bodies.corners, bodies.hull, np.empty((4, 2, 0)))
     )
     overlapping = False
     kept = np.full(len(radius), settings.margin)
-    for h in range(len(heads)):
-        clearance = found[h, 0] - radius[body[h]]
+    for h in range(len(near)):
+        s, clearance = near[h], found[h, 0] - radius[body[h]]
+        if bodies.uncertain[body[h]]:
+            clearance -= fixed.radius[s] + fixed.growth[s] * share_of_piece(fixed.times, s)
         overlapping = overlapping or overlaps(clearance)
         kept[body[h]] = max(kept_margin(clearance, settings.margin), -radius[body[h]])
     radius += kept
     return overlapping
+
+
+@kernel
+def passive_heads_nearby(i: int, radius: Array, tables: DecisionTables) -> Indices:
+    """The heads of passive bodies with radii (b,) [m] of which robot i may be nearer to than the margin now."""
+    robots, bodies, count = tables.robots, tables.bodies, 0
+    near = np.empty(len(bodies.heads), np.int64)
+    for s in bodies.heads:
+        b, square = bodies.pieces.body[s], 0.0
+        for axis in range(3):
+            square += (bodies.balls[s, axis] - robots.position[i, axis]) ** 2
+        reach = bodies.balls[s, 3] + radius[b] + bodies.hull_radius[b] + tables.settings.margin + CONTACT_SLACK
+        if square <= reach * reach:
+            near[count] = s
+            count += 1
+    return near[:count]

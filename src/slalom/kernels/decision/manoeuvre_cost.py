@@ -3,29 +3,23 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.decision.neighbours import smallest_control_ball
-from slalom.kernels.decision.paths import response_path, state_on_path
-from slalom.kernels.decision.tables import (
-    DecisionSettings,
-    DecisionTables,
-    Paths,
-    ResponseTable,
-    RobotTable,
-    Scratch,
-)
-from slalom.kernels.decision.time_to_go import earliest_on_line, time_to_go
+from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
+from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
+from slalom.kernels.decision.tables import DecisionTables, Paths, Scratch
+from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, target_state, time_to_target
+from slalom.kernels.decision.time_to_go import earliest_on_line
 from slalom.kernels.geometry.cubic import new_stack
 from slalom.kernels.jit import kernel
 from slalom.tolerances import ARRIVAL_SAMPLES, BALL_WINDOWS
 
 
 @kernel
-def arrives(position: Array, velocity: Array, goal: Array, stop: bool, tolerance: float) -> bool:
-    """Whether a robot with this position and velocity (d,) is at its goal (d,), within `tolerance` [m], [m/s]."""
+def arrives(position: Array, velocity: Array, goal: Array, goal_velocity: Array, stop: bool, tolerance: float) -> bool:
+    """Whether a robot with this position and velocity (d,) is at its goal, within `tolerance` [m], [m/s]."""
     away, fast = 0.0, 0.0
     for axis in range(len(position)):
         away += (goal[axis] - position[axis]) ** 2
-        fast += velocity[axis] ** 2
+        fast += (velocity[axis] - goal_velocity[axis]) ** 2
     return bool(away <= tolerance * tolerance and (not stop or fast <= tolerance * tolerance))
 
 
@@ -40,39 +34,52 @@ def new_scratch(pieces: int, dimension: int) -> Scratch:
         np.zeros(3),
         np.empty(dimension),
         np.empty(dimension),
+        np.empty(3),
+        np.empty(3),
         np.empty(dimension),
         np.empty(dimension),
     )
 
 
 @kernel
-def arrival_within(
-    i: int,
-    until: float,
-    paths: Paths,
-    row: int,
-    robots: RobotTable,
-    settings: DecisionSettings,
-    position: Array,
-    velocity: Array,
-) -> float:
+def arrival_within(i: int, until: float, paths: Paths, row: int, tables: DecisionTables, scratch: Scratch) -> float:
     """Time [s] at which robot i on row `row` of `paths` arrives, if at most `until` [s]; -1 if not.
 
-    Its position and velocity (d,) then are written.
+    Its position and velocity (d,) then go into `scratch`.
     """
-    goal, stop, tolerance = robots.target[i], robots.stop[i], robots.tolerance[i]
+    robots, settings, position, velocity = tables.robots, tables.settings, scratch.position, scratch.velocity
+    goal, goal_velocity, tolerance = scratch.target, scratch.target_velocity, robots.tolerance[i]
     away, fast = 0.0, robots.max_speed[i]
     for axis in range(settings.dimension):
-        away += (goal[axis] - robots.position[i, axis]) ** 2
+        away += (robots.target[i, axis] - robots.position[i, axis]) ** 2
         fast += abs(robots.velocity[i, axis])
-    if away <= (tolerance + fast * until) ** 2:
+    if robots.moving[i] or away <= (tolerance + fast * until) ** 2:
         # From farther away it cannot arrive until then.
         for step in range(ARRIVAL_SAMPLES):
-            state_on_path(paths, row, settings.now + until * step / ARRIVAL_SAMPLES, position, velocity)
-            if arrives(position, velocity, goal, stop, tolerance):
+            t = settings.now + until * step / ARRIVAL_SAMPLES
+            state_on_path(paths, row, t, position, velocity)
+            target_state(i, t, robots, tables.targets, goal, goal_velocity)
+            if arrives(position, velocity, goal, goal_velocity, robots.stop[i], tolerance):
                 return until * step / ARRIVAL_SAMPLES
     state_on_path(paths, row, settings.now + until, position, velocity)
     return -1.0
+
+
+@kernel
+def difference_cost(i: int, until: float, paths: Paths, row: int, tables: DecisionTables, scratch: Scratch) -> float:
+    """Time [s] until robot i on row `row` of `paths` has the velocity that it follows, judged after `until` [s].
+
+    Or, to follow an acceleration: the difference from it now, as a share [1] of the largest acceleration.
+    """
+    robots, settings, found, square = tables.robots, tables.settings, scratch.velocity, 0.0
+    if robots.objective[i] == FOLLOW_VELOCITY:
+        state_on_path(paths, row, settings.now + until, scratch.position, found)
+    else:
+        acceleration_on_path(paths, row, settings.now, found)
+    for axis in range(settings.dimension):
+        square += (found[axis] - robots.wanted[i, axis]) ** 2
+    difference = np.sqrt(square) / robots.max_acceleration[i]
+    return float(until + difference if robots.objective[i] == FOLLOW_VELOCITY else difference)
 
 
 @kernel
@@ -81,73 +88,68 @@ def manoeuvre_cost(
 ) -> float:
     """Time [s] that robot i needs to its target: on row `row` of `paths` until `until` [s], then without obstacles.
 
-    Detours around the robots `near` (m,) and the passive obstacles, where they will be at the horizon, are added.
+    Or the cost of the difference from what it follows. Detours around the robots `near` (m,) and the passive obstacles,
+    where they will be at the horizon, are added.
     """
-    robots, passive, settings = tables.robots, tables.passive, tables.settings
-    d, goal = settings.dimension, robots.target[i]
-    position, velocity, away = scratch.position, scratch.velocity, scratch.displacement
-    arrival = arrival_within(i, until, paths, row, robots, settings, position, velocity)
+    robots, bodies, settings = tables.robots, tables.bodies, tables.settings
+    if robots.objective[i] != ARRIVE:
+        return difference_cost(i, until, paths, row, tables, scratch)
+    arrival = float(arrival_within(i, until, paths, row, tables, scratch))
     if arrival >= 0.0:
         return arrival
-    for axis in range(d):
-        away[axis] = goal[axis] - position[axis]
-    most, top, tolerance, stop = robots.max_acceleration[i], robots.max_speed[i], robots.tolerance[i], robots.stop[i]
-    cost = until + time_to_go(away, velocity, most, top, tolerance, stop, scratch.desired_velocity)
-    if d == 2 and len(settings.detours) > 0:
+    position, goal, then = scratch.position, scratch.target, settings.now + until
+    cost = until + time_to_target(i, then, position, scratch.velocity, robots, tables.targets, scratch)
+    if settings.dimension == 2 and len(settings.detours) > 0:
+        target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
         longer = 0.0
         for k in near:
             radius = robots.radius[i] + robots.radius[k] + settings.margin
             if may_block(position, goal, robots.end_position[k, 0], robots.end_position[k, 1], radius):
                 longer += detour_length(position, goal, robots.end_position[k, 0], robots.end_position[k, 1], radius)
-        for e in range(len(passive.end_radii)):
-            radius = passive.end_radii[e] + robots.radius[i] + settings.margin
-            longer += detour_length(position, goal, passive.end_positions[e, 0], passive.end_positions[e, 1], radius)
+        for e in range(len(bodies.end_radii)):
+            radius = bodies.end_radii[e] + robots.radius[i] + settings.margin
+            longer += detour_length(position, goal, bodies.end_positions[e, 0], bodies.end_positions[e, 1], radius)
         cost += longer / robots.max_speed[i]
     return float(cost)
 
 
 @kernel
-def optimistic_cost(
-    i: int,
-    r: int,
-    until: float,
-    u: Array,
-    robots: RobotTable,
-    responses: ResponseTable,
-    settings: DecisionSettings,
-    scratch: Scratch,
-) -> float:
+def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: Scratch) -> float:
     """Cost [s] of response r for robot i with the preferred control u (3,), without obstacles.
 
     The control is the one nearest to u in the smallest ball that holds all admissible controls. To pass through a goal
-    the time of a straight line counts, which is no more than the robot needs.
+    at rest the time of a straight line counts, which is no more than the robot needs.
     """
-    d, goal = settings.dimension, robots.target[i]
-    position, velocity, away, inside = scratch.position, scratch.velocity, scratch.displacement, scratch.control
-    share, radius = smallest_control_ball(i, r, robots, responses)
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    inside, until = scratch.control, max(settings.period, responses.settled[r])
+    p, radius = smallest_control_ball(i, r, robots, responses)
     square = 0.0
-    for axis in range(d):
+    for axis in range(settings.dimension):
         inside[axis] = u[axis]
-        square += (u[axis] + share * robots.velocity[i, axis]) ** 2
+        square += (u[axis] + peak_drift(i, p, axis, robots, responses) / responses.peaks[p, 4]) ** 2
     if square > radius * radius:
-        for axis in range(d):
-            middle = -share * robots.velocity[i, axis]
+        for axis in range(settings.dimension):
+            middle = -peak_drift(i, p, axis, robots, responses) / responses.peaks[p, 4]
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
     response_path(i, r, inside, robots, responses, settings, scratch.paths, 0)
-    arrival = arrival_within(i, until, scratch.paths, 0, robots, settings, position, velocity)
+    if robots.objective[i] != ARRIVE:
+        return float(difference_cost(i, until, scratch.paths, 0, tables, scratch))
+    arrival = float(arrival_within(i, until, scratch.paths, 0, tables, scratch))
     if arrival >= 0.0:
         return arrival
+    position, velocity = scratch.position, scratch.velocity
+    if robots.stop[i] or robots.moving[i]:
+        then = settings.now + until
+        return float(until + time_to_target(i, then, position, velocity, robots, tables.targets, scratch))
     square, along, fast = 0.0, 0.0, 0.0
-    for axis in range(d):
-        away[axis] = goal[axis] - position[axis]
-        square += away[axis] ** 2
-        along += away[axis] * velocity[axis]
+    for axis in range(settings.dimension):
+        away = robots.target[i, axis] - position[axis]
+        square += away**2
+        along += away * velocity[axis]
         fast += velocity[axis] ** 2
-    most, top, tolerance = robots.max_acceleration[i], robots.max_speed[i], robots.tolerance[i]
-    if robots.stop[i]:
-        return until + time_to_go(away, velocity, most, top, tolerance, True, scratch.desired_velocity)
-    distance, quick = max(np.sqrt(square), 1e-12), max(top, np.sqrt(fast))
-    return until + earliest_on_line(distance - 0.5 * tolerance, along / distance, most, quick)
+    distance, quick = max(np.sqrt(square), 1e-12), max(robots.max_speed[i], np.sqrt(fast))
+    line = distance - 0.5 * robots.tolerance[i]
+    return float(until + earliest_on_line(line, along / distance, robots.max_acceleration[i], quick))
 
 
 @kernel

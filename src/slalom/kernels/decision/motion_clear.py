@@ -7,9 +7,9 @@ all controls.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices
-from slalom.kernels.decision.encounters import admissible_set
-from slalom.kernels.decision.neighbours import bounding_balls, reachable_neighbours
-from slalom.kernels.decision.paths import response_path
+from slalom.kernels.decision.limits import admissible_set
+from slalom.kernels.decision.neighbours import reachable_neighbours
+from slalom.kernels.decision.paths import bounding_balls, response_path
 from slalom.kernels.decision.tables import Controls, DecisionSettings, DecisionTables, ObstaclePieces, Paths, Scratch
 from slalom.kernels.geometry.cubic import below, put_distance, restrict
 from slalom.kernels.jit import kernel
@@ -94,24 +94,24 @@ def preferred_is_free(
 ) -> bool:
     """Whether the admissible control of response r nearest to the preferred one is free for certain.
 
-    That control goes into `controls.found`, its path into the first row of the scratch. `met` (m,): the robots that the
-    bodies of `rows` after the passive ones are.
+    That control goes into `controls.found`, its path into the first row of the scratch. `met` (m,): the robots whose
+    bodies follow the passive ones in `rows`.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     u, tested, unchanged = controls.found, scratch.control, controls.unchanged
-    limits = admissible_set(i, r, robots, responses, settings)
-    if not nearest_admissible(controls.preferred, limits, u)[0]:
+    if not nearest_admissible(controls.preferred, admissible_set(i, r, robots, responses, tables.bounds), u)[0]:
         return False
-    ignored, bodies, halves = np.zeros(len(rows.hull), np.bool_), len(rows.hull) - len(met), settings.share < 1.0
-    ignored[bodies:] = True
+    ignored, halves = rows.robot >= 0, settings.share < 1.0
     for part in range(2 if halves else 1):
         for axis in range(3):
             tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / settings.share
         response_path(i, r, tested, robots, responses, settings, scratch.paths, part)
         bounding_balls(scratch.paths.times[part], scratch.paths.points[part], settings, scratch.centers, scratch.radii)
-        j = 0
+        b = len(tables.bodies.body_radius)
         for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots, settings):
-            while met[j] != k:
-                j += 1
-            ignored[bodies + j] = False
+            while rows.robot[b] != k:
+                b += 1
+            while b < len(ignored) and rows.robot[b] == k:
+                ignored[b] = False
+                b += 1
     return path_is_clear(rows, ignored, scratch.paths, 0, 1 if halves else 0, settings, scratch.stack)

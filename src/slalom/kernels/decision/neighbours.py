@@ -9,70 +9,12 @@ time, each after all before it that it could meet.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
+from slalom.kernels.decision.paths import ball_of, bounding_balls, unchanged_control
 from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, RobotTable
-from slalom.kernels.geometry.cubic import copy_into, restrict
+from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.speed_limit import allowed_speed
-from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS
-
-
-@kernel
-def ball_of(low: Array, high: Array, middle: Array) -> float:
-    """The radius [m] of a ball that holds the box from low to high (3,) [m]; -inf for an empty box.
-
-    Its centre goes into `middle` (3,).
-    """
-    square = 0.0
-    for axis in range(3):
-        middle[axis] = 0.5 * (low[axis] + high[axis])
-        square += (high[axis] - middle[axis]) ** 2
-    return np.sqrt(square) * (1.0 + BALL_ROUNDING) + BALL_ROUNDING if low[0] <= high[0] else -np.inf
-
-
-@kernel
-def bounding_balls(times: Array, points: Array, settings: DecisionSettings, centers: Array, radii: Array) -> None:
-    """Bounding balls of a path in windows of the horizon: `centers` (w, 3) [m] and `radii` (w,) [m] are written.
-
-    The path has pieces between `times` (n + 1,) [s] with control points (n, 4, 3) [m]. A window without a piece has the
-    radius -inf.
-    """
-    low, high = np.empty(3), np.empty(3)
-    for w in range(BALL_WINDOWS):
-        a = settings.now + settings.horizon * w / BALL_WINDOWS
-        b = settings.now + settings.horizon * (w + 1) / BALL_WINDOWS
-        for axis in range(3):
-            low[axis], high[axis] = np.inf, -np.inf
-        for p in range(len(points)):
-            first, last = times[p], times[p + 1]
-            if last <= first or last < a or first > b:
-                continue
-            e, f = (max(a, first) - first) / (last - first), (min(b, last) - first) / (last - first)
-            for axis in range(3):
-                p0, p1, p2, p3 = restrict(
-                    points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis], e, f
-                )
-                low[axis] = min(low[axis], min(min(p0, p1), min(p2, p3)))
-                high[axis] = max(high[axis], max(max(p0, p1), max(p2, p3)))
-        radii[w] = ball_of(low, high, centers[w])
-
-
-@kernel
-def smallest_control_ball(i: int, r: int, robots: RobotTable, responses: ResponseTable) -> tuple[float, float]:
-    """The smallest ball that holds all admissible controls of response r: -[0] times the velocity, radius [1].
-
-    See `limits.Limits.admissible`.
-    """
-    square = robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2 + robots.velocity[i, 2] ** 2
-    speed = np.sqrt(square)
-    fastest = allowed_speed(robots.max_speed[i], speed, robots.max_acceleration[i], responses.settled[r])
-    share, radius = 0.0, np.inf
-    for p in range(len(responses.peaks)):
-        if responses.peaks[p, 0] != r:
-            continue
-        size = (fastest if responses.peaks[p, 1] == 0.0 else robots.max_acceleration[i]) / abs(responses.peaks[p, 3])
-        if size < radius:
-            share, radius = responses.peaks[p, 2] / responses.peaks[p, 3], size
-    return share, radius
+from slalom.tolerances import BALL_WINDOWS
 
 
 @kernel
@@ -84,29 +26,29 @@ def reachable_balls(
     They hold all admissible controls of all its responses, the controls that are tested instead where avoidance is
     shared, and its committed path.
     """
-    low, high = np.full((BALL_WINDOWS, 3), np.inf), np.full((BALL_WINDOWS, 3), -np.inf)
+    low, high, unchanged = np.full((BALL_WINDOWS, 3), np.inf), np.full((BALL_WINDOWS, 3), -np.inf), np.zeros(3)
     bounding_balls(robots.committed_times[i], robots.committed_points[i], settings, centers, radii)
     for w in range(BALL_WINDOWS):
         if radii[w] >= 0.0:
             for axis in range(3):
                 low[w, axis], high[w, axis] = centers[w, axis] - radii[w], centers[w, axis] + radii[w]
     for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
-        share, radius = smallest_control_ball(i, r, robots, responses)
+        peak, radius = smallest_control_ball(i, r, robots, responses)
+        unchanged_control(i, r, robots, responses, unchanged)
         for part in range(2 if settings.share < 1.0 else 1):
             scale = 1.0 if part == 0 else 1.0 / settings.share
             for axis in range(settings.dimension):
                 position, velocity = robots.position[i, axis], robots.velocity[i, axis]
-                # The control that changes nothing now, see `policy.unchanged_control`.
-                own = velocity if responses.settled_velocity[r, 0] == 0.0 else robots.acceleration[i, axis]
-                control = own * (1.0 - scale) - scale * share * velocity
+                acceleration = robots.acceleration[i, axis]
+                middle = peak_drift(i, peak, axis, robots, responses) / responses.peaks[peak, 4]
+                control = unchanged[axis] * (1.0 - scale) - scale * middle
                 for c in range(responses.cuts[r], responses.cuts[r + 1]):
                     w = responses.window[c]
                     for j in range(4):
                         gain = responses.cut_gain[c, j]
-                        x, wide = (
-                            position + responses.cut_velocity_gain[c, j] * velocity + gain * control,
-                            radius * scale * abs(gain),
-                        )
+                        wide = radius * scale * abs(gain) + responses.error[r]
+                        x = position + responses.cut_velocity_gain[c, j] * velocity + gain * control
+                        x += responses.cut_acceleration_gain[c, j] * acceleration
                         low[w, axis], high[w, axis] = min(low[w, axis], x - wide), max(high[w, axis], x + wide)
     for w in range(BALL_WINDOWS):
         for axis in range(settings.dimension, 3):

@@ -3,11 +3,61 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.neighbours import bounding_balls
 from slalom.kernels.decision.tables import DecisionSettings, Paths, ResponseTable, RobotTable
-from slalom.kernels.geometry.cubic import copy_into, slope, value
-from slalom.kernels.jit import kernel
-from slalom.tolerances import REST_DURATION
+from slalom.kernels.geometry.cubic import copy_into, restrict, slope, value
+from slalom.kernels.jit import inlined, kernel
+from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS, FOLLOWING_ERROR, REST_DURATION
+
+
+@kernel
+def ball_of(low: Array, high: Array, middle: Array) -> float:
+    """The radius [m] of a ball that holds the box from low to high (3,) [m]; -inf for an empty box.
+
+    Its centre goes into `middle` (3,).
+    """
+    square = 0.0
+    for axis in range(3):
+        middle[axis] = 0.5 * (low[axis] + high[axis])
+        square += (high[axis] - middle[axis]) ** 2
+    return np.sqrt(square) * (1.0 + BALL_ROUNDING) + BALL_ROUNDING if low[0] <= high[0] else -np.inf
+
+
+@kernel
+def bounding_balls(times: Array, points: Array, settings: DecisionSettings, centers: Array, radii: Array) -> None:
+    """Bounding balls of a path in windows of the horizon: `centers` (w, 3) [m] and `radii` (w,) [m] are written.
+
+    The path has pieces between `times` (n + 1,) [s] with control points (n, 4, 3) [m]. A window without a piece has the
+    radius -inf.
+    """
+    low, high = np.empty(3), np.empty(3)
+    for w in range(BALL_WINDOWS):
+        a = settings.now + settings.horizon * w / BALL_WINDOWS
+        b = settings.now + settings.horizon * (w + 1) / BALL_WINDOWS
+        for axis in range(3):
+            low[axis], high[axis] = np.inf, -np.inf
+        for p in range(len(points)):
+            first, last = times[p], times[p + 1]
+            if last <= first or last < a or first > b:
+                continue
+            e, f = (max(a, first) - first) / (last - first), (min(b, last) - first) / (last - first)
+            for axis in range(3):
+                p0, p1, p2, p3 = restrict(
+                    points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis], e, f
+                )
+                low[axis] = min(low[axis], min(min(p0, p1), min(p2, p3)))
+                high[axis] = max(high[axis], max(max(p0, p1), max(p2, p3)))
+        radii[w] = ball_of(low, high, centers[w])
+
+
+@inlined
+def unchanged_control(i: int, r: int, robots: RobotTable, responses: ResponseTable, u: Array) -> None:
+    """Write the control of response r that changes nothing now into u (3,): the present acceleration or velocity.
+
+    It is 0 for a response that continues the present acceleration.
+    """
+    for axis in range(3):
+        velocity, jerk = responses.settled_velocity[r, 0] == 0.0, responses.settled_velocity[r, 1] != 0.0
+        u[axis] = robots.velocity[i, axis] if velocity else 0.0 if jerk else robots.acceleration[i, axis]
 
 
 @kernel
@@ -30,11 +80,9 @@ def response_path(
         paths.times[row, p] = settings.now + responses.knots[first + r + p]
         for c in range(4):
             for axis in range(3):
-                paths.points[row, p, c, axis] = (
-                    robots.position[i, axis]
-                    + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
-                    + responses.gain[first + p, c] * u[axis]
-                )
+                drift = robots.position[i, axis] + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
+                drift += responses.acceleration_gain[first + p, c] * robots.acceleration[i, axis]
+                paths.points[row, p, c, axis] = drift + responses.gain[first + p, c] * u[axis]
 
 
 @kernel
@@ -62,6 +110,34 @@ def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTabl
 
 
 @kernel
+def continue_from_state(
+    i: int, robots: RobotTable, settings: DecisionSettings, position: Array, velocity: Array
+) -> None:
+    """Move the committed path of robot i to the state that the robot really has.
+
+    The robot repeats the accelerations of the manoeuvre, so an error of position stays and an error of velocity drifts.
+    Errors up to FOLLOWING_ERROR are rounding. `position` and `velocity` (d,) are buffers.
+    """
+    times, points = robots.committed_times[i], robots.committed_points[i]
+    state_on_path(Paths(robots.committed_times, robots.committed_points), i, settings.now, position, velocity)
+    largest = 0.0
+    for axis in range(settings.dimension):
+        position[axis] = robots.position[i, axis] - position[axis]
+        velocity[axis] = robots.velocity[i, axis] - velocity[axis]
+        largest = max(largest, max(abs(position[axis]), abs(velocity[axis])))
+    if not largest > FOLLOWING_ERROR:
+        return
+    for p in range(len(points)):
+        for c in range(4):
+            elapsed = times[p] + (times[p + 1] - times[p]) * c / 3.0 - settings.now
+            for axis in range(settings.dimension):
+                points[p, c, axis] += position[axis] + elapsed * velocity[axis]
+    if settings.shared:
+        copy_into(robots.observed_points[i], robots.committed_points[i])
+        predict(i, robots, settings)
+
+
+@kernel
 def state_on_path(paths: Paths, i: int, t: float, position: Array, velocity: Array) -> None:
     """Position and velocity (d,) at time t [s] on row i of `paths`; the last piece that has a length goes on."""
     times, points, k = paths.times, paths.points, 0
@@ -73,3 +149,17 @@ def state_on_path(paths: Paths, i: int, t: float, position: Array, velocity: Arr
         p0, p1, p2, p3 = points[i, k, 0, axis], points[i, k, 1, axis], points[i, k, 2, axis], points[i, k, 3, axis]
         position[axis] = value(p0, p1, p2, p3, x)
         velocity[axis] = slope(p0, p1, p2, p3, x) / width
+
+
+@kernel
+def acceleration_on_path(paths: Paths, i: int, t: float, acceleration: Array) -> None:
+    """Write the acceleration (d,) [m/s^2] at time t [s] on row i of `paths`; at a jump, the value that follows it."""
+    times, points, k = paths.times, paths.points, 0
+    while k < points.shape[1] - 1 and times[i, k + 1] <= t and times[i, k + 2] > times[i, k + 1]:
+        k += 1
+    width = times[i, k + 1] - times[i, k]
+    x = (t - times[i, k]) / width
+    for axis in range(len(acceleration)):
+        p0, p1, p2, p3 = points[i, k, 0, axis], points[i, k, 1, axis], points[i, k, 2, axis], points[i, k, 3, axis]
+        bend = (1.0 - x) * (p2 - 2.0 * p1 + p0) + x * (p3 - 2.0 * p2 + p1)
+        acceleration[axis] = 6.0 * bend / (width * width)

@@ -1,30 +1,32 @@
-"""The decisions of many robots, discs or balls with goals at rest, one after the other.
+"""The policy: one robot, or many one after the other, of any shape, limits and targets.
 
-The same policy as `navigator.Navigator`, without Python in between. FALL_BACK is returned where a fallback is needed
-(overlap, or no safe control); the caller then uses the navigator.
+FALL_BACK is returned where a robot overlaps a body or has no safe control; `slalom.fallback` then decides.
 """
 
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, PositionMap
-from slalom.kernels.decision.encounters import in_reach, obstacle_pieces, reduce_margin, relative_motion, relative_table
+from slalom.kernels.decision.encounters import in_reach, obstacle_pieces, reduce_margin
+from slalom.kernels.decision.limits import is_too_fast, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
-from slalom.kernels.decision.neighbours import bounding_balls, cell_list, neighbours_in_cells, reachable_neighbours
-from slalom.kernels.decision.paths import commit, predict, response_path
-from slalom.kernels.decision.response_controls import (
-    first_least,
-    optimistic_costs,
-    preferred_control,
+from slalom.kernels.decision.neighbours import cell_list, neighbours_in_cells, reachable_balls, reachable_neighbours
+from slalom.kernels.decision.paths import (
+    bounding_balls,
+    commit,
+    continue_from_state,
+    predict,
+    response_path,
     unchanged_control,
 )
+from slalom.kernels.decision.response_controls import first_least, optimistic_costs
+from slalom.kernels.decision.response_motion import relative_motion, relative_table
 from slalom.kernels.decision.tables import (
     CellList,
     Controls,
     DecisionSettings,
     DecisionTables,
     ObstaclePieces,
-    PassiveObstacles,
     Paths,
     RelativeMotion,
     ResponseSearch,
@@ -53,18 +55,12 @@ CLEAR, CONSTRAINED, KEPT, CONTINUED, SQUEEZED, FALL_BACK, SEARCH = 0, 1, 2, 3, 4
 
 
 @kernel
-def committed_is_clear(
-    i: int,
-    without_margin: bool,
-    near: Indices,
-    robots: RobotTable,
-    passive: PassiveObstacles,
-    settings: DecisionSettings,
-) -> int:
+def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: DecisionTables) -> int:
     """KEPT if robot i can continue its committed manoeuvre; CONSTRAINED if not; FALL_BACK if it overlaps a body.
 
-    Only robots in `near` (m,) whose bounding balls overlap the committed path are tested.
+    Only bodies whose bounding balls overlap those of the committed path are tested.
     """
+    robots, settings = tables.robots, tables.settings
     d, n, end = settings.dimension, robots.committed_points.shape[1], -np.inf
     times = robots.committed_times
     for p in range(n):
@@ -75,9 +71,11 @@ def committed_is_clear(
     centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
     bounding_balls(times[i], robots.committed_points[i], settings, centers, radii)
     met = reachable_neighbours(i, near, centers, radii, robots, settings)
-    rows, overlapping = obstacle_pieces(i, met, robots, passive, settings)
+    rows, overlapping = obstacle_pieces(i, met, centers, radii, tables)
     if overlapping:
         return FALL_BACK
+    if not obeys_turning_bounds(i, robots, tables.bounds, settings, np.empty(d), np.empty(d)):
+        return CONSTRAINED
     if without_margin:
         reduce_margin(1.0, rows)
     stack, nothing = new_stack(), np.zeros(len(rows.hull), np.bool_)
@@ -95,7 +93,7 @@ def committed_is_clear(
         count += 1
         knots[count] = times[i, p + 1] - settings.now
     motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)))
-    table, hulls, _ = relative_table(rows, passive, motion, settings.horizon)
+    table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon)
     less = COMMITTED_SLACK if without_margin else COMMITTED_SLACK + CONTACT_SLACK
     for s in range(len(table.radius)):
         table.radius[s] -= less
@@ -119,7 +117,7 @@ def keep_committed(i: int, k: int, least: float, near: Indices, tables: Decision
     regret = robots.regret[i] + max(0.0, search.kept_costs[k] - least)
     if regret > settings.patience:
         return SEARCH
-    result = committed_is_clear(i, False, near, robots, tables.passive, settings)
+    result = committed_is_clear(i, False, near, tables)
     if result == KEPT:
         robots.regret[i] = regret
     return result
@@ -162,13 +160,13 @@ def best_response(
     preferred, unchanged, u = controls.preferred, controls.unchanged, controls.found
     best, best_r, outcome, clear, detoured = np.inf, -1, CONSTRAINED, False, False
     motions: list[RelativeMotion] = []
-    which, closed = np.full(count, -1), np.zeros(count, np.bool_)
+    which, closed = np.full(count, -1), search.excluded.copy()
     while True:
         at = first_least(costs)
         if costs[at] >= best - worth and not (clear or detoured):
             detoured = True
             for detour in range(1, 1 + len(settings.detours)):
-                optimistic_costs(i, detour, robots, responses, settings, scratch, closed, costs)
+                optimistic_costs(i, detour, closed, tables, search)
             at = first_least(costs)
         done = costs[at] >= best - worth
         k, least = (best_r - first, best) if done else (at % count, costs[at])
@@ -182,14 +180,13 @@ def best_response(
         r, detour, costs[at] = first + k, at // count, np.inf
         if closed[k]:
             continue
-        angle = 0.0 if detour == 0 else settings.detours[detour - 1]
-        preferred_control(i, r, angle, robots, responses, settings, scratch, preferred)
-        unchanged_control(i, r, robots, responses, settings, unchanged)
+        copy_into(preferred, search.preferred[at])
+        unchanged_control(i, r, robots, responses, unchanged)
         direct = which[k] < 0 and len(rows.pieces.body) >= DIRECT_TEST_ROWS
         if not (direct and preferred_is_free(i, r, controls, met, rows, tables, scratch)):
             if which[k] < 0:
                 which[k] = len(motions)
-                motions.append(relative_motion(i, r, rows, robots, tables.passive, responses, settings, unchanged))
+                motions.append(relative_motion(i, r, rows, tables, unchanged))
             closed[k] = not choose(motions[which[k]], preferred, settings, u)
             if closed[k]:
                 continue
@@ -203,46 +200,67 @@ def best_response(
             copy_into(search.control, u)
 
 
-@kernel
-def decide(i: int, cells: CellList, tables: DecisionTables) -> int:
-    """The outcome of the decision of robot i; its manoeuvre goes into the robot table."""
+@inlined
+def new_search(i: int, tables: DecisionTables) -> ResponseSearch:
+    """The search of robot i, with the optimistic costs of its responses."""
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    near = in_reach(i, neighbours_in_cells(i, robots, cells), robots, settings)
-    count = responses.kinds[robots.kind[i] + 1] - responses.kinds[robots.kind[i]]
+    first, last = responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]
+    count, shortest = last - first, np.inf
+    rows = count * (1 + len(settings.detours))
     search = ResponseSearch(
         new_scratch(robots.committed_points.shape[1], settings.dimension),
+        np.zeros(count, np.bool_),
         np.full(count, np.inf),
-        np.full(count * (1 + len(settings.detours)), np.inf),
+        np.full(rows, np.inf),
+        np.zeros((rows, 3)),
         np.zeros(3),
     )
-    nothing = np.zeros(count, np.bool_)
-    optimistic_costs(i, 0, robots, responses, settings, search.scratch, nothing, search.costs)
-    patient, result = robots.regret[i] <= settings.patience, CONSTRAINED
+    if is_too_fast(i, robots):
+        # A small acceleration held for long would obey the limit only at its end; the speed must fall now.
+        for r in range(first, last):
+            shortest = min(shortest, responses.settled[r])
+        for k in range(count):
+            search.excluded[k] = responses.settled[first + k] > shortest
+    optimistic_costs(i, 0, search.excluded, tables, search)
+    return search
+
+
+@kernel
+def decide(i: int, near: Indices, centers: Array, radii: Array, tables: DecisionTables) -> int:
+    """The outcome of the decision of robot i among the robots `near` (m,); its manoeuvre goes into the robot table.
+
+    `centers` (w, 3) [m] and `radii` (w,) [m] bound its reachable set in each window of the horizon.
+    """
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    search = new_search(i, tables)
+    optimistic, result = search.costs.copy(), CONSTRAINED
+    committed = robots.regret[i] < np.inf
+    patient = robots.regret[i] <= settings.patience and not is_too_fast(i, robots)
     if patient:
-        # Most robots keep their manoeuvre; that needs fewer of the robots in reach.
+        # Most robots keep their manoeuvre; that needs fewer of the bodies in reach.
         k = first_least(search.costs)
         result = keep_committed(i, k, search.costs[k], near, tables, search)
         if result in (KEPT, FALL_BACK):
             return result
-    met = reachable_neighbours(i, near, cells.reachable_centers[i], cells.reachable_radii[i], robots, settings)
-    rows, overlapping = obstacle_pieces(i, met, robots, tables.passive, settings)
+    met = reachable_neighbours(i, near, centers, radii, robots, settings)
+    rows, overlapping = obstacle_pieces(i, met, centers, radii, tables)
     if overlapping:
         return FALL_BACK
-    for level in range(MARGIN_STEPS):
+    for level in range(MARGIN_STEPS + 1):
         if level > 0:
-            # With half the margin, then a quarter.
-            reduce_margin(0.5**level, rows)
-            search.costs[:] = np.inf
-            optimistic_costs(i, 0, robots, responses, settings, search.scratch, nothing, search.costs)
+            # With half the margin, then a quarter, at last without.
+            reduce_margin(0.5 ** min(level, MARGIN_STEPS - 1), rows)
+            copy_into(search.costs, optimistic)
         keep = level == 0 and result == SEARCH
         r, outcome = best_response(i, rows, met, near, tables, search, keep)
         if outcome == KEPT:
             return KEPT
         if r >= 0:
             commit(i, r, search.control, robots, responses, settings)
+            copy_into(robots.preferred[i], search.preferred[r - responses.kinds[robots.kind[i]]])
             robots.regret[i] = 0.0
             return outcome if level == 0 else SQUEEZED
-        if level == 0 and patient and committed_is_clear(i, True, near, robots, tables.passive, settings) == KEPT:
+        if level == 0 and committed and committed_is_clear(i, True, near, tables) == KEPT:
             return CONTINUED
     return FALL_BACK
 
@@ -251,7 +269,13 @@ def decide(i: int, cells: CellList, tables: DecisionTables) -> int:
 def build_cell_list(
     order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings
 ) -> CellList:
-    """The cell list that the decisions of the robots in `order` (m,) at this time have in common."""
+    """The cell list that the decisions of the robots in `order` (m,) at this time have in common.
+
+    Their committed paths begin where they are, see `continue_from_state`.
+    """
+    position, velocity = np.empty(settings.dimension), np.empty(settings.dimension)
+    for i in order:
+        continue_from_state(i, robots, settings, position, velocity)
     for k in range(len(robots.present)):
         if robots.present[k]:
             predict(k, robots, settings)
@@ -264,7 +288,18 @@ def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
     robots = tables.robots
     for k in range(len(order)):
         i = order[k]
-        robots.outcome[i] = decide(i, cells, tables)
+        near = in_reach(i, neighbours_in_cells(i, robots, cells), robots, tables.settings)
+        robots.outcome[i] = decide(i, near, cells.reachable_centers[i], cells.reachable_radii[i], tables)
         if robots.outcome[i] == FALL_BACK:
             return k
     return len(order)
+
+
+@kernel
+def decide_alone(tables: DecisionTables) -> None:
+    """Decide for the only robot of the tables, among passive bodies."""
+    robots, settings = tables.robots, tables.settings
+    centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
+    continue_from_state(0, robots, settings, np.empty(settings.dimension), np.empty(settings.dimension))
+    reachable_balls(0, robots, tables.responses, settings, centers, radii)
+    robots.outcome[0] = decide(0, np.empty(0, np.int64), centers, radii, tables)

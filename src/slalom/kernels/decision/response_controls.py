@@ -3,76 +3,140 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags
+from slalom.kernels.decision.limits import admissible_set, is_admissible
 from slalom.kernels.decision.manoeuvre_cost import optimistic_cost
-from slalom.kernels.decision.tables import DecisionSettings, ResponseTable, RobotTable, Scratch
-from slalom.kernels.decision.time_to_go import passing_velocity, stopping_velocity
+from slalom.kernels.decision.tables import DecisionTables, ResponseSearch, ResponseTable, Scratch
+from slalom.kernels.decision.targets import ARRIVE, FOLLOW_ACCELERATION, desired_velocity, target_state
+from slalom.kernels.geometry.cubic import value
 from slalom.kernels.jit import inlined, kernel
-from slalom.tolerances import COST_TIE
+from slalom.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES, COST_TIE, REFINED_AIM_TIMES
 
 
 @inlined
-def preferred_control(
-    i: int,
-    r: int,
-    angle: float,
-    robots: RobotTable,
-    responses: ResponseTable,
-    settings: DecisionSettings,
-    scratch: Scratch,
-    u: Array,
-) -> None:
-    """Write the control of response r that settles at the desired velocity, turned by `angle` [rad], into u (3,)."""
-    d, after = settings.dimension, responses.settled[r]
-    away, velocity, desired = scratch.displacement, scratch.velocity, scratch.desired_velocity
+def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scratch: Scratch, u: Array) -> None:
+    """Write the control of response r that robot i prefers into u (3,).
+
+    To follow an acceleration: the control that begins with it. To pass through its goal: the control that reaches it at
+    the earliest time. Otherwise, or if no admissible control does: the control that settles at the desired velocity.
+    With `angle` [rad], for a detour: at that velocity, turned.
+    """
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    if robots.objective[i] == FOLLOW_ACCELERATION:
+        shares = responses.initial_acceleration[r]
+        for axis in range(settings.dimension):
+            drift = shares[0] * robots.velocity[i, axis] + shares[1] * robots.acceleration[i, axis]
+            u[axis] = (robots.wanted[i, axis] - drift) / shares[2]
+        return
+    if (
+        angle == 0.0
+        and robots.objective[i] == ARRIVE
+        and robots.final[i]
+        and not robots.stop[i]
+        and earliest_aim(i, r, tables, scratch, u)
+    ):
+        return
+    d, position, velocity, desired = settings.dimension, scratch.position, scratch.velocity, scratch.desired_velocity
+    # From the position that the robot will have then; a detour starts at the present position.
+    ahead = responses.settled[r] if angle == 0.0 else 0.0
     for axis in range(d):
         velocity[axis] = robots.velocity[i, axis]
-        # From the position that the robot will have then; a detour starts at the present position.
-        ahead = after * velocity[axis] if angle == 0.0 else 0.0
-        away[axis] = robots.target[i, axis] - (robots.position[i, axis] + ahead)
-    if robots.stop[i]:
-        stopping_velocity(away, robots.max_acceleration[i], robots.max_speed[i], desired)
-    else:
-        passing_velocity(away, velocity, robots.max_acceleration[i], robots.max_speed[i], desired)
+        position[axis] = robots.position[i, axis] + ahead * velocity[axis]
+    desired_velocity(i, settings.now + ahead, position, velocity, robots, tables.targets, scratch)
     if angle != 0.0:
         c, s = np.cos(angle), np.sin(angle)
         desired[0], desired[1] = c * desired[0] - s * desired[1], s * desired[0] + c * desired[1]
     for axis in range(d):
         settled = responses.settled_velocity[r, 0] * velocity[axis]
-        u[axis] = (desired[axis] - settled) / responses.settled_velocity[r, 1]
-
-
-@inlined
-def unchanged_control(
-    i: int, r: int, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings, u: Array
-) -> None:
-    """Write the control of response r that changes nothing now into u (3,): the present acceleration or velocity."""
-    for axis in range(settings.dimension):
-        velocity = responses.settled_velocity[r, 0] == 0.0
-        u[axis] = robots.velocity[i, axis] if velocity else robots.acceleration[i, axis]
+        settled += responses.settled_velocity[r, 1] * robots.acceleration[i, axis]
+        u[axis] = (desired[axis] - settled) / responses.settled_velocity[r, 2]
 
 
 @kernel
-def optimistic_costs(
-    i: int,
-    detour: int,
-    robots: RobotTable,
-    responses: ResponseTable,
-    settings: DecisionSettings,
-    scratch: Scratch,
-    closed: Flags,
-    costs: Array,
-) -> None:
-    """Write the optimistic costs [s] of all responses that are not `closed` (k,) into `costs` (k * (1 + detours),).
+def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Array) -> bool:
+    """Write the control of response r under which robot i is at its target soonest into u (3,).
+
+    Times are sought on a grid in geometric progression, then on a finer one before the first success. Returns whether
+    an admissible control reaches the target at one of them.
+    """
+    robots, responses, targets, settings = tables.robots, tables.responses, tables.targets, tables.settings
+    limits = admissible_set(i, r, robots, responses, tables.bounds)
+    target_state(i, settings.now, robots, targets, scratch.target, scratch.target_velocity)
+    square, top = 0.0, robots.max_speed[i]
+    for axis in range(settings.dimension):
+        square += (scratch.target[axis] - robots.position[i, axis]) ** 2
+    latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robots.max_acceleration[i]), 2.0 * AIM_FIRST)
+    ratio = (latest / AIM_FIRST) ** (1.0 / (AIM_TIMES - 1))
+    before, found = 0.0, -1.0
+    t = AIM_FIRST
+    for _ in range(AIM_TIMES):
+        if reaches_target(i, r, t, limits, tables, scratch, u):
+            found = t
+            break
+        before, t = t, t * ratio
+    if found < 0.0:
+        return False
+    for k in range(REFINED_AIM_TIMES - 1):
+        # The earliest time lies between the last time without an admissible control and the one found.
+        earlier = before + (found - before) * k / (REFINED_AIM_TIMES - 1)
+        if earlier > 0.0 and reaches_target(i, r, earlier, limits, tables, scratch, u):
+            return True
+    return reaches_target(i, r, found, limits, tables, scratch, u)
+
+
+@kernel
+def reaches_target(i: int, r: int, t: float, limits: Array, tables: DecisionTables, scratch: Scratch, u: Array) -> bool:
+    """Whether the control of response r that is at the target of robot i after t [s] is within `limits` (l, 5).
+
+    That control goes into u (3,).
+    """
+    robots, settings = tables.robots, tables.settings
+    of_velocity, of_acceleration, gain = position_shares(r, t, tables.responses)
+    if not gain > 0.0:
+        return False
+    target_state(i, settings.now + t, robots, tables.targets, scratch.target, scratch.target_velocity)
+    for axis in range(settings.dimension):
+        drift = robots.position[i, axis] + of_velocity * robots.velocity[i, axis]
+        u[axis] = (scratch.target[axis] - (drift + of_acceleration * robots.acceleration[i, axis])) / gain
+    return bool(is_admissible(limits, u))
+
+
+@kernel
+def position_shares(r: int, t: float, responses: ResponseTable) -> tuple[float, float, float]:
+    """Shares of velocity [s], acceleration [s^2] and control in the displacement under response r after t [s].
+
+    After the end of its table the motion goes on in a straight line.
+    """
+    first, last = responses.first[r], responses.first[r + 1]
+    low, high = first, last
+    while high - low > 1:
+        middle = (low + high) // 2
+        if responses.knots[middle + r] <= t:
+            low = middle
+        else:
+            high = middle
+    begin, end = responses.knots[low + r], responses.knots[low + r + 1]
+    x, beyond = min((t - begin) / (end - begin), 1.0), max(t - end, 0.0) * 3.0 / (end - begin)
+    v, a, g = responses.velocity_gain[low], responses.acceleration_gain[low], responses.gain[low]
+    return (
+        value(v[0], v[1], v[2], v[3], x) + beyond * (v[3] - v[2]),
+        value(a[0], a[1], a[2], a[3], x) + beyond * (a[3] - a[2]),
+        value(g[0], g[1], g[2], g[3], x) + beyond * (g[3] - g[2]),
+    )
+
+
+@kernel
+def optimistic_costs(i: int, detour: int, closed: Flags, tables: DecisionTables, search: ResponseSearch) -> None:
+    """Write preferred controls and optimistic costs [s] of all responses that are not `closed` (k,) into `search`.
 
     `detour`: 0 the straight line to the target, else the number of the detour.
     """
-    first, angle, u = responses.kinds[robots.kind[i]], 0.0 if detour == 0 else settings.detours[detour - 1], np.zeros(3)
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    first, angle = responses.kinds[robots.kind[i]], 0.0 if detour == 0 else settings.detours[detour - 1]
     for k in range(len(closed)):
         if not closed[k]:
-            r = first + k
-            preferred_control(i, r, angle, robots, responses, settings, scratch, u)
-            until = max(settings.period, responses.settled[r])
-            costs[detour * len(closed) + k] = optimistic_cost(i, r, until, u, robots, responses, settings, scratch)
+            r, at = first + k, detour * len(closed) + k
+            preferred_control(i, r, angle, tables, search.scratch, search.preferred[at])
+            search.costs[at] = optimistic_cost(i, r, search.preferred[at], tables, search.scratch)
 
 
 @kernel

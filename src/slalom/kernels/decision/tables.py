@@ -6,35 +6,54 @@ from slalom.kernels.arrays import Array, Flags, Indices, MaybeCorners, MaybeHull
 
 
 class ResponseTable(NamedTuple):
-    """Responses: position = p + velocity_gain v + gain u, cubic between knots, for p, v at the start and control u."""
+    """Responses: position = p + velocity_gain v + acceleration_gain a + gain u, cubic between knots.
+
+    p, v and a are the position, velocity and acceleration at the start, u is the control. The unit of u is that of its
+    response, and gains are in m, or m and s, per unit.
+    """
 
     kinds: Indices  # (c + 1,) robots of kind c have the responses kinds[c] to kinds[c + 1]
     first: Indices  # (k + 1,) response r has the pieces first[r] to first[r + 1]
     knots: Array  # (m + k,) [s] those of response r begin at first[r] + r
     velocity_gain: Array  # (m, 4) [s] control points
+    acceleration_gain: Array  # (m, 4) [s^2] control points
     gain: Array  # (m, 4) control points
+    error: Array  # (k,) [m] largest distance of the motion from its cubic pieces
     settled: Array  # (k,) [s] when the control has been carried out
-    settled_velocity: Array  # (k, 2) at that time: velocity = [0] v + [1] u
-    peaks: Array  # (p, 4) response, 0 for a velocity or 1 for an acceleration, share of v, gain
+    settled_velocity: Array  # (k, 3) at that time: velocity = [0] v + [1] a + [2] u
+    initial_acceleration: Array  # (k, 3) at the start: acceleration = [0] v + [1] a + [2] u
+    peaks: Array  # (p, 5) response, 0 for a velocity or 1 for an acceleration, shares of v and a, gain
     cuts: Indices  # (k + 1,) response r has the parts of pieces, cut at windows, cuts[r] to cuts[r + 1]
     window: Indices  # (c,) window of each part
     cut_velocity_gain: Array  # (c, 4) [s]
+    cut_acceleration_gain: Array  # (c, 4) [s^2]
     cut_gain: Array  # (c, 4)
 
 
 class RobotTable(NamedTuple):
-    """All robots: states, limits, targets; their committed and their observed paths, cubic over absolute time."""
+    """All robots: states, limits, targets; their committed and their observed paths, cubic over absolute time.
+
+    The shape of a robot is a kind of skeleton, see `GrownBodies`, rounded by `rounding`: the skeleton of a disc is its
+    centre.
+    """
 
     position: Array  # (n, 3) [m]
     velocity: Array  # (n, 3) [m/s]
     acceleration: Array  # (n, 3) [m/s^2] applied last
     kind: Indices  # (n,) which responses they have
-    radius: Array  # (n,) [m]
+    skeleton: Indices  # (n,) kind of skeleton
+    rounding: Array  # (n,) [m] by which the skeleton is rounded
+    radius: Array  # (n,) [m] of the bounding ball about the position
     max_speed: Array  # (n,) [m/s]
     max_acceleration: Array  # (n,) [m/s^2]
-    target: Array  # (n, 3) [m]
+    braking: Array  # (n,) [m/s^2] deceleration that the bounds allow at any velocity
+    target: Array  # (n, 3) [m] now
     tolerance: Array  # (n,) [m] of the target
     stop: Flags  # (n,) whether to stop at the target
+    moving: Flags  # (n,) whether the target moves, see `TargetPaths`
+    final: Flags  # (n,) whether the target is the goal, to be reached exactly, and no waypoint
+    objective: Indices  # (n,) 0 arrive at the target, 1 follow a velocity, 2 follow an acceleration
+    wanted: Array  # (n, 3) [m/s or m/s^2] velocity or acceleration to follow
     present: Flags  # (n,)
     committed_times: Array  # (n, p + 1) [s]; the last one is far away
     committed_points: Array  # (n, p, 4, 3) [m]
@@ -46,6 +65,7 @@ class RobotTable(NamedTuple):
     regret: Array  # (n,) [s] lost so far by keeping the manoeuvre
     response: Indices  # (n,) of the committed manoeuvre; -1: none of the tables
     control: Array  # (n, 3) of the committed manoeuvre
+    preferred: Array  # (n, 3) the control that its response preferred
     outcome: Indices  # (n,)
 
 
@@ -61,18 +81,52 @@ class CellList(NamedTuple):
     reachable_radii: Array  # (n, BALL_WINDOWS) [m]
 
 
-class PassiveObstacles(NamedTuple):
-    """Passive obstacles grown by a robot of radius `robot_radius`, see `slalom.obstacle_pieces.Bodies`."""
+class TargetPaths(NamedTuple):
+    """Motion of the targets that move, cubic over absolute time; before and after it a target rests.
+
+    The path of robot i has the pieces first[i] to first[i + 1]; knots of its pieces begin at first[i] + i.
+    """
+
+    first: Indices  # (n + 1,)
+    times: Array  # (m + n,) [s]
+    points: Array  # (m, 4, 3) [m]
+
+
+class Bounds(NamedTuple):
+    """Half-spaces normal . x <= offset for the velocity or acceleration x of robots, as they stand now.
+
+    Those of robot i are the rows first[i] to first[i + 1].
+    """
+
+    first: Indices  # (n + 1,)
+    rows: (
+        Array  # (m, 6) 0 for a velocity or 1 for an acceleration; whether it turns with the robot; normal (3,); offset
+    )
+
+
+class GrownBodies(NamedTuple):
+    """All bodies that robots with one kind of skeleton can meet, grown by it.
+
+    Passive bodies come as pieces, grown by `robot_rounding` too, see `slalom.obstacle_pieces.Bodies`. The bodies of a
+    robot with skeleton k are the rows robot_first[k] to robot_first[k + 1], relative to its position.
+    """
 
     pieces: Pieces
+    balls: Array  # (n, 4) [m] centre and radius of a ball that holds the origin of the body, and its radius, on a piece
     body_radius: Array  # (b,) [m]
     hull_radius: Array  # (b,) [m]
     hull: Indices  # (b,) number of the hull, -1 for a point
-    corners: MaybeCorners
-    heads: Indices  # rows with which bodies begin that exist now
-    end_positions: Array  # (e, d) [m] of the obstacles of one part, at the horizon
+    uncertain: Flags  # (b,) whether the radius of its pieces holds an uncertainty of its position
+    corners: MaybeCorners  # of passive bodies and of robots
+    heads: Indices  # rows with which passive bodies begin that exist now
+    end_positions: Array  # (e, d) [m] of the passive obstacles of one part, at the horizon
     end_radii: Array  # (e,) [m] their bounding radii
-    robot_radius: float  # [m]
+    robot_rounding: float  # [m]
+    robot_first: Indices  # (s + 1,)
+    robot_offset: Array  # (r, 3) [m] origin of the body from the position of the robot
+    robot_radius: Array  # (r,) [m]
+    robot_hull_radius: Array  # (r,) [m]
+    robot_hull: Indices  # (r,)
 
 
 class DecisionSettings(NamedTuple):
@@ -94,8 +148,10 @@ class DecisionTables(NamedTuple):
     """Everything from which a decision is made but the cell list."""
 
     robots: RobotTable
-    passive: PassiveObstacles
+    bodies: GrownBodies  # grown by the skeleton of the deciding robots
     responses: ResponseTable
+    bounds: Bounds
+    targets: TargetPaths
     settings: DecisionSettings
 
 
@@ -113,6 +169,7 @@ class ObstaclePieces(NamedTuple):
     margin: Array  # (n, 2) [m] how much of radius and growth is margin
     hull: Indices  # (b,)
     hull_radius: Array  # (b,) [m]
+    robot: Indices  # (b,) number of the robot, -1 for a passive body
     cooperates: Flags  # (b,) whether the body is a robot that does its share of the avoidance
 
 
@@ -134,6 +191,8 @@ class Scratch(NamedTuple):
     control: Array  # (3,)
     position: Array  # (d,) [m]
     velocity: Array  # (d,) [m/s]
+    target: Array  # (3,) [m] position of the target at some time
+    target_velocity: Array  # (3,) [m/s]
     displacement: Array  # (d,) [m] to the target
     desired_velocity: Array  # (d,) [m/s]
 
@@ -142,8 +201,10 @@ class ResponseSearch(NamedTuple):
     """What is known of the responses of one robot during one decision, and buffers."""
 
     scratch: Scratch
+    excluded: Flags  # (k,) responses that are not considered
     kept_costs: Array  # (k,) [s] cost of keeping the manoeuvre, judged when response k has settled; inf: not known
     costs: Array  # (k * (1 + detours),) [s] optimistic costs; inf: examined or not computed
+    preferred: Array  # (k * (1 + detours), 3) controls
     control: Array  # (3,) of the best manoeuvre found
 
 

@@ -21,6 +21,7 @@ from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.contact import kept_radius, overlaps
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
+from slalom.tolerances import BALL_ROUNDING
 
 
 @kernel
@@ -58,6 +59,23 @@ def pieces_within(pieces: Pieces, start: float, end: float) -> tuple[Pieces, Ind
             first += 1
         k += 1
     return found, heads[:first].copy()
+
+
+@kernel
+def piece_balls(pieces: Pieces) -> Array:
+    """Balls (n, 4) [m] that hold the body's origin during each piece: centre, and radius with that of the piece."""
+    balls, d = np.zeros((len(pieces.body), 4)), pieces.points.shape[2]
+    for s in range(len(pieces.body)):
+        square = 0.0
+        for axis in range(d):
+            p = pieces.points[s, :, axis]
+            p0, p1, p2, p3 = p[0], p[1], p[2], p[3]
+            low, high = min(min(p0, p1), min(p2, p3)), max(max(p0, p1), max(p2, p3))
+            balls[s, axis] = 0.5 * (low + high)
+            square += (high - balls[s, axis]) ** 2
+        size = np.sqrt(square) + pieces.radius[s] + max(pieces.growth[s], 0.0)
+        balls[s, 3] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
+    return balls
 
 
 @kernel

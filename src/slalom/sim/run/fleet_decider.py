@@ -1,4 +1,4 @@
-"""Fleets of discs or balls: one kernel decides for all robots."""
+"""Decisions of all robots of a run by the compiled policy."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -9,26 +9,34 @@ import numpy as np
 from slalom import kernels
 from slalom.checks import Array
 from slalom.decision import Outcome
+from slalom.decision_tables import (
+    Skeletons,
+    bounds_of,
+    commit_to,
+    moved_bodies,
+    response_table,
+    robot_table,
+    target_paths,
+)
 from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, PassiveObstacles, RobotTable
+from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, GrownBodies, RobotTable
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
 from slalom.obstacle import Obstacle
+from slalom.obstacle_table import ObstacleTable
 from slalom.response import AccelerateThenBrake
-from slalom.shape import Ball, Disc
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
 from slalom.sim.run.deciders import Decisions, first_manoeuvre, margin_among
 from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.linear_forecast import linear_forecast, piecewise_polynomial
 from slalom.sim.run.messages import Messages, messages_of
-from slalom.sim.run.response_tables import linear_forecast, passive_obstacles, piecewise_polynomial, response_table
 from slalom.sim.run.rounds import at_once, one_by_one
 from slalom.sim.run.sensing import sensing_of
-from slalom.sim.scenario import DETOURS, Scenario
 from slalom.state import State
-from slalom.tolerances import BALL_WINDOWS, FORECAST_HORIZONS, REST_DURATION
+from slalom.tolerances import DETOURS, FORECAST_HORIZONS, REST_DURATION
 from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
 BY_NUMBER = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED, Outcome.WAITING)
@@ -38,18 +46,8 @@ WAIT, FALL_BACK = 5, -1
 """The numbers of a robot that may not decide, and of one for which `Navigator` decided as the fallback."""
 
 
-def is_disc_fleet(scenario: Scenario) -> bool:
-    """Whether `FleetDecider` can decide for the robots of a scenario."""
-    return all(
-        isinstance(robot.shape, (Disc, Ball))
-        and isinstance(robot.goal.trajectory, Stationary)
-        and not (robot.limits.bounds or robot.limits.velocity_bounds or robot.limits.acceleration_bounds)
-        for robot in scenario.robots
-    )
-
-
 class FleetDecider:
-    """Discs or balls with goals at rest: one kernel decides for all, `Navigator` for a robot without a safe control.
+    """One kernel decides for all robots, `Navigator.fall_back` for a robot without a safe control.
 
     Committed manoeuvres are cubic pieces over two horizons, or for all time where they end at rest.
 
@@ -64,49 +62,47 @@ class FleetDecider:
         self.method, self.guidance, self.states = method, guidance, guidance.states
         self.scenario = scenario = guidance.states.scenario
         self.messages, self.sensing = messages_of(scenario, method, seed), sensing_of(self.states, method, seed)
-        robots, guide = scenario.robots, guidance.guide
+        robots, guide, n = scenario.robots, guidance.guide, len(scenario.robots)
         self.period, self.span = scenario.dt * scenario.steps_per_decision, 2.0 * scenario.horizon
         self.margin = margin_among(scenario, method)
+        self._limits, self._skeletons = [r.limits for r in robots], Skeletons([r.shape for r in robots])
+        self._turning = [k for k, limits in enumerate(self._limits) if limits.bounds]
         distinct: dict[Limits, int] = {}
-        kind = np.array([distinct.setdefault(robot.limits, len(distinct)) for robot in robots])
-        kinds = [method.responses(limits, self.period, scenario.holds) for limits in distinct]
+        kind = np.array([distinct.setdefault(limits, len(distinct)) for limits in self._limits])
+        kinds = tuple(method.responses(limits, self.period, scenario.holds) for limits in distinct)
         self.responses = response_table(kinds, scenario.horizon, self.span, scenario.dimension)
         self._texts = [repr(response) for each in kinds for response in each]
-        n, pieces = len(robots), max(3, int(np.diff(self.responses.first).max()))
+        pieces = max(3, int(np.diff(self.responses.first).max()))
         self._forecast = (
             None if method.shared else linear_forecast(method.robot_forecast, FORECAST_HORIZONS * scenario.horizon)
         )
         observed = pieces if self._forecast is None else len(self._forecast.shares)
-        self.fleet = RobotTable(
+        end = scenario.start + scenario.duration + self.span
+        self._targets, self._goal_moves = target_paths([r.goal for r in robots], scenario.start, end)
+        self.fleet = robot_table(n, pieces, observed)._replace(
             position=guide.position,
             velocity=guide.velocity,
-            acceleration=np.zeros((n, 3)),
             kind=kind,
+            skeleton=self._skeletons.kind,
+            rounding=self._skeletons.rounding,
             radius=guide.radius,
             max_speed=guide.max_speed,
-            max_acceleration=np.array([robot.limits.max_acceleration for robot in robots]),
+            max_acceleration=np.array([limits.max_acceleration for limits in self._limits]),
+            braking=np.array([limits.braking for limits in self._limits]),
             target=guide.target,
             tolerance=guide.tolerance,
             stop=guide.stop,
             present=guide.present,
-            committed_times=np.zeros((n, pieces + 1)),
-            committed_points=np.zeros((n, pieces, 4, 3)),
-            observed_times=np.zeros((n, observed + 1)),
-            observed_points=np.zeros((n, observed, 4, 3)),
-            ball_centers=np.zeros((n, BALL_WINDOWS, 3)),
-            ball_radii=np.zeros((n, BALL_WINDOWS)),
-            end_position=np.zeros((n, 3)),
-            # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
-            regret=np.zeros(n) if method.shared else np.full(n, np.inf),
-            response=np.full(n, -1),
-            control=np.zeros((n, 3)),
-            outcome=np.zeros(n, np.int64),
         )
+        if method.shared:
+            # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
+            self.fleet.regret[:] = 0.0
         # The response of each robot whose manoeuvre is not in the tables, and the robot in each row of `fleet`.
         self._other_texts, self._robot_of = [""] * n, np.arange(n)
         self._sent: dict[int, tuple[Array, Array]] = {}
         self._sensing_time = 0.0
-        self._no_obstacles = None if scenario.obstacles else self._passive(scenario.start)
+        self._bounds = bounds_of(self._limits, [r.state for r in robots])
+        self._no_obstacles = None if scenario.obstacles else self._grown_bodies(scenario.start)
         for k, robot in enumerate(robots):
             self._commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
 
@@ -125,6 +121,9 @@ class FleetDecider:
 
     def guide(self, now: float) -> None:
         self.guidance.update(now, self.period)
+        fleet = self.fleet
+        fleet.final[:] = (fleet.target == self.guidance.guide.goal).all(axis=1)
+        fleet.moving[:] = fleet.final & self._goal_moves
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
         before, s, method = perf_counter(), self.scenario, self.method
@@ -133,11 +132,13 @@ class FleetDecider:
             s.dimension, now, self.period, s.horizon, self.margin, regain, s.patience, method.share, method.shared,
             np.array(DETOURS),
         )  # fmt: skip
-        everywhere, outcomes = self._passive(now) if self._no_obstacles is None else self._no_obstacles, {}
+        everywhere, outcomes = self._grown_bodies(now) if self._no_obstacles is None else self._no_obstacles, {}
         decide_all = one_by_one if method.shared else at_once
+        if self._turning:
+            self._bounds = bounds_of(self._limits, [self.states.state(k) for k in range(len(self._limits))])
         for together, settings in self._turns(np.array(order, dtype=np.int64), usual):
-            for some, passive in self._among_images(together, everywhere):
-                tables = DecisionTables(self.fleet, passive, self.responses, settings)
+            for some, bodies in self._among_images(together, everywhere):
+                tables = DecisionTables(self.fleet, bodies, self.responses, self._bounds, self._targets, settings)
                 outcomes.update(decide_all(some, tables, lambda k: self._fall_back(k, now), self.threads))
         found = self.fleet.outcome.tolist()
         outcomes.update({k: OUTCOMES[found[k]] for k in order if found[k] != FALL_BACK})
@@ -176,14 +177,15 @@ class FleetDecider:
         for step in [step for step in self._sent if step < messages.oldest]:
             del self._sent[step]
 
-    def _among_images(self, some: Indices, passive: PassiveObstacles) -> Iterator[tuple[Indices, PassiveObstacles]]:
-        """In a periodic world each robot alone, with all images of the others that it can meet in `fleet`.
+    def _among_images(self, some: Indices, bodies: list[GrownBodies]) -> Iterator[tuple[Indices, GrownBodies]]:
+        """Robots that decide together, and all bodies grown by their kind of skeleton.
 
-        Its own images move as it does and need not be avoided. In other worlds all robots together.
+        In a periodic world each robot alone, with all images of the others that it can meet in `fleet`. Its own images
+        move as it does and need not be avoided.
         """
         whole, period, d = self.fleet, self.scenario.period, self.scenario.dimension
         if period is None:
-            yield some, passive
+            yield from self._by_skeleton(some, bodies)
             return
         speed = np.maximum(whole.max_speed, np.linalg.norm(whole.velocity, axis=1))
         reach = speed * self.scenario.horizon + whole.radius
@@ -194,11 +196,20 @@ class FleetDecider:
             self.fleet = own = RobotTable._make(column[self._robot_of] for column in whole)
             own.position[:] += by
             own.observed_points[:] += by[:, None, None]
-            pieces = passive.pieces._replace(points=passive.pieces.points - home)
-            yield np.array([k]), passive._replace(pieces=pieces, end_positions=passive.end_positions - home)
+            yield np.array([k]), moved_bodies(bodies[whole.skeleton[k]], -home)
             for column, new in zip(whole, own, strict=True):
                 column[k] = new[k]
             self.fleet, self._robot_of = whole, np.arange(len(whole.radius))
+
+    def _by_skeleton(self, some: Indices, bodies: list[GrownBodies]) -> Iterator[tuple[Indices, GrownBodies]]:
+        """Robots with one kind of skeleton each; in their order where each avoids the decisions before its own."""
+        kinds = self.fleet.skeleton[some]
+        if not self.method.shared:
+            some = some[np.argsort(kinds, kind="stable")]
+            kinds = np.sort(kinds)
+        for part in np.split(some, np.flatnonzero(np.diff(kinds)) + 1):
+            if len(part):
+                yield part, bodies[self.fleet.skeleton[part[0]]]
 
     def accelerations(self, now: float, duration: float) -> Array:
         fleet, t = self.fleet, now + duration
@@ -244,12 +255,9 @@ class FleetDecider:
         """Commit robot k to a manoeuvre that is not in the tables."""
         fleet, d = self.fleet, self.scenario.dimension
         path = manoeuvre.path(now, now + self.span)
-        count = len(path.points)
-        fleet.committed_times[k] = path.times[-1]
-        fleet.committed_times[k, :count] = path.times[:-1]
-        fleet.committed_points[k, :count, :, :d] = path.points
+        commit_to(fleet, k, path)
         if isinstance(manoeuvre.response, AccelerateThenBrake):
-            fleet.committed_times[k, count:] = now + REST_DURATION
+            fleet.committed_times[k, len(path.points) :] = now + REST_DURATION
         if self.method.shared:
             fleet.observed_times[k], fleet.observed_points[k] = fleet.committed_times[k], fleet.committed_points[k]
         fleet.response[k], self._other_texts[k] = -1, repr(manoeuvre.response)
@@ -263,7 +271,7 @@ class FleetDecider:
         goal = Goal(Stationary(fleet.target[k, :d]), float(fleet.tolerance[k]), bool(fleet.stop[k]))
         navigator = replace(scenario.navigator(self.method, k), margin=self.margin)
         passive = scenario.around(state, now, self.method, k, self.margin)
-        decision = navigator.decide(state, [*passive, *others], goal, now=now)
+        decision = navigator.fall_back(state, [*passive, *others], goal, now=now)
         self._commit(k, decision.manoeuvre, now)
         fleet.outcome[k], fleet.regret[k] = FALL_BACK, 0.0
         return decision.outcome.name
@@ -274,8 +282,8 @@ class FleetDecider:
         path = piecewise_polynomial(self.fleet.observed_times[k], points[..., : self.scenario.dimension])
         return Obstacle(robot.shape, path, robot.name)
 
-    def _passive(self, now: float) -> PassiveObstacles:
-        """The predicted passive obstacles, grown by the first robot's shape.
+    def _grown_bodies(self, now: float) -> list[GrownBodies]:
+        """The predicted passive obstacles and the robots, grown by each kind of skeleton.
 
         In a periodic world all images that robots in the cell about the origin can meet.
         """
@@ -288,4 +296,5 @@ class FleetDecider:
             reach = 0.5 * np.array(s.period) + speed * s.horizon + self.fleet.radius.max() + self.margin
             images = in_box(obstacles, s.period, now, s.horizon, -reach, reach)
             obstacles = [displaced(obstacles[k], by) for k, by in images]
-        return passive_obstacles(obstacles, s.robot.shape, now, s.horizon)
+        table = ObstacleTable(obstacles, now, s.horizon)
+        return [self._skeletons.grown_bodies(kind, table) for kind in range(len(self._skeletons.shapes))]

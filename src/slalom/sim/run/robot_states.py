@@ -35,7 +35,7 @@ class RobotStates:
         self.arrivals_are_final = arrivals_are_final
         self.position = _in_space(np.array([robot.state.position for robot in robots]))
         self.velocity = _in_space(np.array([robot.state.velocity for robot in robots]))
-        self.acceleration = np.zeros((n, 3))
+        self.acceleration = _in_space(np.array([robot.state.acceleration for robot in robots]))
         self.arrived = np.full(n, np.inf)
         self.present = np.ones(n, np.bool_)
         self._goal = _in_space(np.array([robot.goal.position(scenario.start) for robot in robots]))

@@ -29,8 +29,8 @@ from slalom.peers import Peer
 from slalom.sim.measure.recording import Recording
 from slalom.sim.measure.run_log import RunLog, Step
 from slalom.sim.measure.run_summary import RunSummary
-from slalom.sim.run.deciders import Decider, Decisions, NavigatorDecider, SingleRobotDecider, refuse_short_horizon
-from slalom.sim.run.fleet_decider import FleetDecider, is_disc_fleet
+from slalom.sim.run.deciders import Decider, Decisions, SingleRobotDecider, refuse_short_horizon
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.peer_decider import PeerDecider
 from slalom.sim.run.robot_states import RobotStates
@@ -129,10 +129,7 @@ def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int |
     method = method.among_robots()
     if method.shared:
         refuse_short_horizon(scenario, method)
-    guidance = Guidance(RobotStates(scenario), threads)
-    if is_disc_fleet(scenario):
-        return FleetDecider(method, guidance, seed, threads)
-    return NavigatorDecider(method, guidance, seed)
+    return FleetDecider(method, Guidance(RobotStates(scenario), threads), seed, threads)
 
 
 def _run(

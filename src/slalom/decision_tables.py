@@ -1,0 +1,292 @@
+"""Tables from which the compiled policy decides: responses, grown bodies, targets, bounds."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from slalom import kernels
+from slalom.checks import Array, vector
+from slalom.errors import InvalidInput
+from slalom.goal import Goal
+from slalom.kernels.arrays import Corners, Flags, Indices
+from slalom.kernels.decision.tables import Bounds, GrownBodies, ResponseTable, RobotTable, TargetPaths
+from slalom.limits import Limits
+from slalom.minkowski import sum_of_shapes
+from slalom.obstacle_table import ObstacleTable
+from slalom.path import Path, hermite
+from slalom.response import Response
+from slalom.shape import Shape, round_shape
+from slalom.state import State
+from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, TABLE_SPEED
+from slalom.trajectory import Stationary
+
+
+@lru_cache(maxsize=64)
+def response_table(
+    kinds: tuple[tuple[Response, ...], ...], horizon: float, span: float, dimension: int
+) -> ResponseTable:
+    """The responses of each kind of robot as tables over `span` [s].
+
+    The motion under a response is linear in the state and in the control, so two states stand for all.
+
+    Raises:
+        InvalidInput: a response that is not linear in the state.
+    """
+    responses = [response for kind in kinds for response in kind]
+    windows = np.linspace(0.0, horizon, BALL_WINDOWS + 1)
+    knots, points, settled_velocity, parts = [], [], [], []
+    for response in responses:
+        times = response.knots(span, 2.0 * TABLE_SPEED)
+        shares = _shares(response, times, dimension)
+        path = hermite(times, shares[0], shares[1])
+        then = _shares(response, np.array([response.settled(horizon)]), dimension)
+        knots.append(times)
+        points.append(path.points)
+        settled_velocity.append(then[1, 0])
+        parts.append(Path(times, path.points, path.error).cut(np.union1d(times[times < horizon], windows)))
+    whole, cut = np.concatenate(points), np.concatenate([part.points for part in parts])
+    return ResponseTable(
+        kinds=np.cumsum([0, *(len(kind) for kind in kinds)]),
+        first=np.cumsum([0, *(len(each) for each in points)]),
+        knots=np.concatenate(knots),
+        velocity_gain=whole[..., 0].copy(),
+        acceleration_gain=whole[..., 1].copy(),
+        gain=whole[..., 2].copy(),
+        error=np.array([response.interpolation_error for response in responses]),
+        settled=np.array([response.settled(horizon) for response in responses]),
+        settled_velocity=np.array(settled_velocity),
+        initial_acceleration=np.array([_initial_acceleration(response, dimension) for response in responses]),
+        peaks=np.array([p for r, each in enumerate(responses) for p in _peaks(r, each, horizon, dimension)]),
+        cuts=np.cumsum([0, *(len(part.points) for part in parts)]),
+        window=np.concatenate([np.searchsorted(windows, part.times[:-1], side="right") - 1 for part in parts]),
+        cut_velocity_gain=cut[..., 0].copy(),
+        cut_acceleration_gain=cut[..., 1].copy(),
+        cut_gain=cut[..., 2].copy(),
+    )
+
+
+def _units(dimension: int) -> tuple[State, State]:
+    """A state with velocity 1, and one with acceleration 1, along x."""
+    nothing, one = np.zeros(dimension), np.eye(dimension)[0]
+    return State(nothing, one), State(nothing, nothing, one)
+
+
+def _shares(response: Response, times: Array, dimension: int) -> Array:
+    """Shares (2, n, 3) of velocity, acceleration and control in position and velocity after `times` (n,) [s].
+
+    Raises:
+        InvalidInput: a response that is not linear in the state.
+    """
+    probe = State(np.full(dimension, 0.3), np.linspace(1.1, -0.4, dimension), np.linspace(-0.5, 0.9, dimension))
+    shares = np.empty((2, len(times), 3))
+    for k, of in enumerate((response.position, response.velocity)):
+        with_velocity, with_acceleration = (of(state, times) for state in _units(dimension))
+        shares[k, :, 0], shares[k, :, 1] = with_velocity.drift[:, 0], with_acceleration.drift[:, 0]
+        shares[k, :, 2] = with_velocity.gain
+        expected = shares[k, :, :1] * probe.velocity + shares[k, :, 1:2] * probe.acceleration
+        expected = expected + (probe.position if k == 0 else 0.0)
+        found = of(probe, times)
+        if not (
+            np.allclose(found.drift, expected, LINEAR_RESPONSE, LINEAR_RESPONSE)
+            and np.allclose(found.gain, shares[k, :, 2], LINEAR_RESPONSE, LINEAR_RESPONSE)
+        ):
+            raise InvalidInput(f"response: expected a motion that is linear in the state, found that of {response!r}")
+    return shares
+
+
+def _initial_acceleration(response: Response, dimension: int) -> tuple[float, float, float]:
+    """Shares of velocity, acceleration and control in the acceleration at the start."""
+    of_velocity, of_acceleration = (response.acceleration(state, 0.0) for state in _units(dimension))
+    return float(of_velocity.drift[0]), float(of_acceleration.drift[0]), float(of_velocity.gain)
+
+
+def _peaks(r: int, response: Response, horizon: float, dimension: int) -> list[tuple[float, ...]]:
+    """Rows of `ResponseTable.peaks` of response number r."""
+    rows: list[tuple[float, ...]] = []
+    of_velocity, of_acceleration = _units(dimension)
+    for which, peaks in enumerate((response.speed_peaks, response.acceleration_peaks)):
+        for v, a in zip(peaks(of_velocity, horizon), peaks(of_acceleration, horizon), strict=True):
+            if float(v.gain):
+                rows.append((r, which, float(v.drift[0]), float(a.drift[0]), float(v.gain)))
+    return rows
+
+
+class Skeletons:
+    """The kinds of skeletons of robots: discs and balls of any radius are of one kind, their centre.
+
+    Attributes:
+        kind: (n,) of each robot. rounding: (n,) [m] of each robot; 0 for shapes that are not discs or balls.
+        shapes: of each kind, the shape of its first robot. dimension: 2 or 3.
+    """
+
+    def __init__(self, shapes: Sequence[Shape]) -> None:
+        self.dimension = shapes[0].dimension
+        self.shapes: list[Shape] = []
+        self.rounding = np.zeros(len(shapes))
+        kinds: dict[tuple[object, ...], int] = {}
+        kind = []
+        for k, shape in enumerate(shapes):
+            key: tuple[object, ...] = tuple((part.corners.tobytes(), part.radius) for part in shape.parts)
+            if is_round(shape):
+                key, self.rounding[k] = (), shape.parts[0].radius
+            if key not in kinds:
+                kinds[key] = len(kinds)
+                self.shapes.append(shape)
+            kind.append(kinds[key])
+        self.kind: Indices = np.array(kind)
+
+    def grown_bodies(self, kind: int, obstacles: ObstacleTable) -> GrownBodies:
+        """Predicted obstacles and robots of all kinds, grown by robots with one kind of skeleton.
+
+        Raises:
+            InvalidInput: see `minkowski.minkowski_sum`.
+        """
+        shape, d = self.shapes[kind], self.dimension
+        bodies, end = obstacles.bodies(shape), obstacles.start + obstacles.horizon
+        # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
+        staying = [o for o in obstacles.obstacles if o.exists(end) and len(o.shape.parts) == 1]
+        skeletons = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes]
+        # A robot that is alone meets no robot: two of its shape may have no sum.
+        met = skeletons if len(self.kind) > 1 else []
+        sums = [sum_of_shapes(each, skeletons[kind]) for each in met]
+        counts = np.concatenate([np.empty(0, np.int64), *(each.counts for each in sums)])
+        hull_radius = np.concatenate([np.empty(0), *(each.hull_radius for each in sums)])
+        point = (counts == 1) & (hull_radius == 0.0)
+        corners = Corners(
+            np.concatenate([bodies.corners, *(each.corners for each in sums)]),
+            np.concatenate([bodies.first, bodies.first[-1] + np.cumsum(counts)]),
+            np.concatenate([bodies.unordered, *(each.unordered for each in sums)]),
+        )
+        offset = np.zeros((len(counts), 3))
+        offset[:, :d] = np.concatenate([np.empty((0, d)), *(each.offsets for each in sums)])
+        return GrownBodies(
+            pieces=bodies.pieces,
+            balls=kernels.piece_balls(bodies.pieces),
+            body_radius=bodies.radius,
+            hull_radius=bodies.hull_radius,
+            hull=bodies.hull,
+            uncertain=bodies.uncertain,
+            corners=corners if bodies.has_hulls or not point.all() else (),
+            heads=bodies.heads,
+            end_positions=np.array([o.trajectory.position(end) for o in staying]).reshape(-1, d),
+            end_radii=np.array([o.shape.bounding_radius for o in staying]),
+            robot_rounding=float(shape.parts[0].radius if is_round(shape) else 0.0),
+            robot_first=np.cumsum([0, *(len(each.counts) for each in sums)]),
+            robot_offset=offset,
+            robot_radius=np.concatenate([np.empty(0), *(each.radius for each in sums)]),
+            robot_hull_radius=hull_radius,
+            robot_hull=np.where(point, -1, len(bodies.radius) + np.arange(len(counts))),
+        )
+
+
+def moved_bodies(bodies: GrownBodies, by: Array) -> GrownBodies:
+    """The same bodies, the passive ones displaced by a vector (d,) [m]."""
+    balls = bodies.balls.copy()
+    balls[:, : len(by)] += by
+    pieces = bodies.pieces._replace(points=bodies.pieces.points + by)
+    return bodies._replace(pieces=pieces, balls=balls, end_positions=bodies.end_positions + by)
+
+
+def is_round(shape: Shape) -> bool:
+    """Whether a shape is one disc or ball about its position."""
+    return len(shape.parts) == 1 and len(shape.parts[0].corners) == 1 and not shape.parts[0].corners.any()
+
+
+def target_paths(goals: Sequence[Goal], start: float, end: float) -> tuple[TargetPaths, Flags]:
+    """The motion of goals from `start` to `end` [s]; and which of them move then (n,)."""
+    first, times, points = [0], [], []
+    for goal in goals:
+        begin, last = max(start, goal.trajectory.span[0]), min(end, goal.trajectory.span[1])
+        if isinstance(goal.trajectory, Stationary) or not begin < last:
+            first.append(first[-1])
+            times.append(np.zeros(1))
+            continue
+        path = goal.trajectory.path(begin, last)
+        wide = np.zeros((len(path.points), 4, 3))
+        wide[..., : path.points.shape[2]] = path.points
+        first.append(first[-1] + len(wide))
+        times.append(path.times)
+        points.append(wide)
+    none = np.empty((0, 4, 3))
+    paths = TargetPaths(np.array(first), np.concatenate(times), np.concatenate([none, *points]))
+    return paths, np.diff(paths.first) > 0
+
+
+def bounds_of(limits: Sequence[Limits], states: Sequence[State]) -> Bounds:
+    """The half-spaces of robots with these limits in these states, as they stand now.
+
+    Raises:
+        InvalidInput: a bound of another dimension than the states.
+    """
+    first, rows = [0], list[Array]()
+    for each, state in zip(limits, states, strict=True):
+        count = first[-1]
+        for of, flats in enumerate((each.velocity_bounds, each.acceleration_bounds)):
+            for flat in flats:
+                normal = vector(flat.normal, "normal of a bound", state.dimension)
+                rows.append(_rows(of, 0, normal[None], np.array([flat.offset])))
+                count += 1
+        for bound in each.bounds:
+            rows.append(_rows(int(bound.of == "acceleration"), 1, *bound.half_spaces(state)))
+            count += len(rows[-1])
+        first.append(count)
+    return Bounds(np.array(first), np.concatenate([np.empty((0, 6)), *rows]))
+
+
+def _rows(of: int, turns: int, normals: Array, offsets: Array) -> Array:
+    rows = np.zeros((len(offsets), 6))
+    rows[:, 0], rows[:, 1], rows[:, 5] = of, turns, offsets
+    rows[:, 2 : 2 + normals.shape[1]] = normals
+    return rows
+
+
+def robot_table(n: int, committed: int, observed: int) -> RobotTable:
+    """A table of n robots whose paths have up to that many pieces; all values 0, no robot committed."""
+    return RobotTable(
+        position=np.zeros((n, 3)),
+        velocity=np.zeros((n, 3)),
+        acceleration=np.zeros((n, 3)),
+        kind=np.zeros(n, np.int64),
+        skeleton=np.zeros(n, np.int64),
+        rounding=np.zeros(n),
+        radius=np.zeros(n),
+        max_speed=np.zeros(n),
+        max_acceleration=np.zeros(n),
+        braking=np.zeros(n),
+        target=np.zeros((n, 3)),
+        tolerance=np.zeros(n),
+        stop=np.zeros(n, np.bool_),
+        moving=np.zeros(n, np.bool_),
+        final=np.zeros(n, np.bool_),
+        objective=np.zeros(n, np.int64),
+        wanted=np.zeros((n, 3)),
+        present=np.ones(n, np.bool_),
+        committed_times=np.zeros((n, committed + 1)),
+        committed_points=np.zeros((n, committed, 4, 3)),
+        observed_times=np.zeros((n, observed + 1)),
+        observed_points=np.zeros((n, observed, 4, 3)),
+        ball_centers=np.zeros((n, BALL_WINDOWS, 3)),
+        ball_radii=np.zeros((n, BALL_WINDOWS)),
+        end_position=np.zeros((n, 3)),
+        regret=np.full(n, np.inf),
+        response=np.full(n, -1),
+        control=np.zeros((n, 3)),
+        preferred=np.zeros((n, 3)),
+        outcome=np.zeros(n, np.int64),
+    )
+
+
+def commit_to(robots: RobotTable, k: int, path: Path) -> None:
+    """Commit the robot in row k to a path that has no more pieces than the table."""
+    count, d = path.points.shape[0], path.points.shape[2]
+    robots.committed_times[k] = path.times[-1]
+    robots.committed_times[k, :count] = path.times[:-1]
+    robots.committed_points[k, :count, :, :d] = path.points
+
+
+def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
+    """The committed path of the robot in row k."""
+    times = robots.committed_times[k]
+    count = int((np.diff(times) > 0.0).sum())
+    return Path(times[: count + 1], robots.committed_points[k, :count, :, :dimension], np.zeros(count))

@@ -1,0 +1,132 @@
+"""The admissible set of one robot under one response, and whether the committed motion obeys turning bounds."""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array
+from slalom.kernels.decision.paths import state_on_path
+from slalom.kernels.decision.tables import Bounds, DecisionSettings, Paths, ResponseTable, RobotTable
+from slalom.kernels.jit import kernel
+from slalom.kernels.relative_motion.speed_limit import allowed_speed
+from slalom.tolerances import ADMISSIBLE
+
+
+@kernel
+def largest_norm(i: int, p: int, robots: RobotTable, responses: ResponseTable) -> float:
+    """The largest norm [m/s or m/s^2] of peak p of its response that robot i may reach."""
+    if responses.peaks[p, 1] != 0.0:
+        return float(robots.max_acceleration[i])
+    square = robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2 + robots.velocity[i, 2] ** 2
+    settled = responses.settled[int(responses.peaks[p, 0])]
+    return float(allowed_speed(robots.max_speed[i], np.sqrt(square), robots.braking[i], settled))
+
+
+@kernel
+def peak_drift(i: int, p: int, axis: int, robots: RobotTable, responses: ResponseTable) -> float:
+    """The coordinate of peak p of its response for robot i under control 0."""
+    return float(
+        responses.peaks[p, 2] * robots.velocity[i, axis] + responses.peaks[p, 3] * robots.acceleration[i, axis]
+    )
+
+
+@kernel
+def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable, bounds: Bounds) -> Array:
+    """The admissible set (l, 5) of response r for robot i, balls first, see `limits.Limits.admissible`.
+
+    Half-spaces that hold all of the smallest ball are left out.
+    """
+    balls, flats, own = 0, 0, range(bounds.first[i], bounds.first[i + 1])
+    for p in range(len(responses.peaks)):
+        if responses.peaks[p, 0] == r:
+            balls += 1
+            for b in own:
+                flats += bounds.rows[b, 0] == responses.peaks[p, 1]
+    rows = np.zeros((balls + flats, 5))
+    k = 0
+    for p in range(len(responses.peaks)):
+        if responses.peaks[p, 0] != r:
+            continue
+        gain = responses.peaks[p, 4]
+        rows[k, 0] = -1.0
+        for axis in range(3):
+            rows[k, 1 + axis] = -peak_drift(i, p, axis, robots, responses) / gain
+        rows[k, 4] = largest_norm(i, p, robots, responses) / abs(gain)
+        k += 1
+    smallest = 0
+    for b in range(1, balls):
+        smallest = b if rows[b, 4] < rows[smallest, 4] else smallest
+    for p in range(len(responses.peaks)):
+        if flats == 0 or responses.peaks[p, 0] != r:
+            continue
+        gain = responses.peaks[p, 4]
+        for b in own:
+            if bounds.rows[b, 0] != responses.peaks[p, 1]:
+                continue
+            along, center = 0.0, 0.0
+            for axis in range(3):
+                along += bounds.rows[b, 2 + axis] * peak_drift(i, p, axis, robots, responses)
+                rows[k, 1 + axis] = bounds.rows[b, 2 + axis] * np.sign(gain)
+                center += rows[k, 1 + axis] * rows[smallest, 1 + axis]
+            rows[k, 4] = (bounds.rows[b, 5] - along) / abs(gain)
+            k += center + rows[smallest, 4] > rows[k, 4]
+    return rows[:k]
+
+
+@kernel
+def is_admissible(limits: Array, u: Array) -> bool:
+    """Whether control u (3,) obeys all boundaries of `limits` (l, 5), without any tolerance."""
+    for b in range(len(limits)):
+        if limits[b, 0] < 0.0:
+            square = 0.0
+            for axis in range(3):
+                square += (u[axis] - limits[b, 1 + axis]) ** 2
+            if np.sqrt(square) > limits[b, 4]:
+                return False
+        elif limits[b, 1] * u[0] + limits[b, 2] * u[1] + limits[b, 3] * u[2] > limits[b, 4]:
+            return False
+    return True
+
+
+@kernel
+def smallest_control_ball(i: int, r: int, robots: RobotTable, responses: ResponseTable) -> tuple[int, float]:
+    """The smallest ball that holds all admissible controls of response r: its peak, and its radius.
+
+    The centre is -`peak_drift` / gain. See `limits.Limits.admissible`.
+    """
+    least, radius = -1, np.inf
+    for p in range(len(responses.peaks)):
+        if responses.peaks[p, 0] == r:
+            size = largest_norm(i, p, robots, responses) / abs(responses.peaks[p, 4])
+            if size < radius:
+                least, radius = p, size
+    return least, radius
+
+
+@kernel
+def obeys_turning_bounds(
+    i: int, robots: RobotTable, bounds: Bounds, settings: DecisionSettings, position: Array, velocity: Array
+) -> bool:
+    """Whether the committed motion of robot i until the next decision obeys the bounds that turn with the robot.
+
+    See `limits.Limits.allows`. `position` and `velocity` (d,) are buffers.
+    """
+    for b in range(bounds.first[i], bounds.first[i + 1]):
+        if bounds.rows[b, 1] == 0.0:
+            continue
+        committed = Paths(robots.committed_times, robots.committed_points)
+        state_on_path(committed, i, settings.now + settings.period, position, velocity)
+        along = 0.0
+        for axis in range(settings.dimension):
+            x = velocity[axis]
+            if bounds.rows[b, 0] != 0.0:
+                x = (velocity[axis] - robots.velocity[i, axis]) / settings.period
+            along += bounds.rows[b, 2 + axis] * x
+        if along > bounds.rows[b, 5] + ADMISSIBLE * (1.0 + abs(bounds.rows[b, 5])):
+            return False
+    return True
+
+
+@kernel
+def is_too_fast(i: int, robots: RobotTable) -> bool:
+    """Whether robot i exceeds its speed limit by more than rounding."""
+    square = robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2 + robots.velocity[i, 2] ** 2
+    return bool(np.sqrt(square) > robots.max_speed[i] * (1.0 + 10.0 * ADMISSIBLE))

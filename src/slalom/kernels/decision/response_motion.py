@@ -1,0 +1,66 @@
+"""Motion of bodies relative to a robot under one response: the segments on which its controls can collide."""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, PositionMap, Segments
+from slalom.kernels.decision.encounters import hulls_of_bodies
+from slalom.kernels.decision.limits import admissible_set
+from slalom.kernels.decision.tables import DecisionTables, GrownBodies, ObstaclePieces, RelativeMotion
+from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
+from slalom.kernels.selection.admissible import segments_in_reach
+
+
+@inlined
+def hulls_of_segments(corners: MaybeCorners, rows: ObstaclePieces, body: Indices, turned: Array) -> MaybeHulls:
+    """The hulls of segments of those bodies (n,), `turned` (4, 2, n): their directions if any turns."""
+    if len(corners) > 0:
+        if len(rows.pieces.turns) == 0:
+            turned = np.zeros((4, 2, len(body)))
+            turned[:, 0] = 1.0
+        return hulls_of_bodies(corners, rows.hull[body], turned)
+    return ()
+
+
+@kernel
+def relative_table(
+    rows: ObstaclePieces, bodies: GrownBodies, motion: PositionMap, horizon: float
+) -> tuple[Segments, MaybeHulls, Indices]:
+    """The segments, hulls and bodies (n,) of the motion relative to a robot, up to the horizon [s]."""
+    cut = relative_segments(rows.pieces, motion, horizon)
+    table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radii(cut, rows.hull_radius))
+    return table, hulls_of_segments(bodies.corners, rows, cut.body, cut.turns), cut.body
+
+
+@inlined
+def relative_motion(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables, unchanged: Array) -> RelativeMotion:
+    """The relative motion of robot i under response r; `unchanged` (3,): the control that changes nothing now."""
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    d, first, last = settings.dimension, responses.first[r], responses.first[r + 1]
+    m = last - first
+    knots = responses.knots[first + r : last + r + 1]
+    drift = np.empty((m, 4, d))
+    for p in range(m):
+        for c in range(4):
+            for axis in range(d):
+                own = robots.position[i, axis] + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
+                drift[p, c, axis] = own + responses.acceleration_gain[first + p, c] * robots.acceleration[i, axis]
+    motion = PositionMap(knots, drift, responses.gain[first:last])
+    table, hulls, body = relative_table(rows, tables.bodies, motion, settings.horizon)
+    if settings.share < 1.0:
+        # Half the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) / share
+        # is tested.
+        n, rest = len(body), 1.0 / settings.share - 1.0
+        cooperates = np.empty(n, np.bool_)
+        for s in range(n):
+            cooperates[s] = rows.cooperates[body[s]]
+        for c in range(4):
+            for axis in range(d):
+                by = unchanged[axis]
+                for s in range(n):
+                    table.points[c, axis, s] += table.gains[c, s] * by * rest if cooperates[s] else 0.0
+            for s in range(n):
+                table.gains[c, s] = table.gains[c, s] / settings.share if cooperates[s] else table.gains[c, s]
+    limits = admissible_set(i, r, robots, responses, tables.bounds)
+    near, near_hulls = segments_in_reach(limits, table, hulls)
+    return RelativeMotion(limits, near, near_hulls)

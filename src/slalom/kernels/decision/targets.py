@@ -1,0 +1,123 @@
+"""Targets at rest or in motion: where they are, the velocity that leads to them, the time to reach them."""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array
+from slalom.kernels.decision.tables import RobotTable, Scratch, TargetPaths
+from slalom.kernels.decision.time_to_go import (
+    earliest_arrival,
+    passing_velocity,
+    stopping_velocity,
+    time_to_go,
+    time_to_stop,
+)
+from slalom.kernels.geometry.cubic import slope, value
+from slalom.kernels.jit import kernel
+from slalom.tolerances import INTERCEPTION_STEPS, INTERCEPTION_WAIT
+
+ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
+"""Objectives by number."""
+
+
+@kernel
+def target_state(i: int, t: float, robots: RobotTable, targets: TargetPaths, position: Array, velocity: Array) -> None:
+    """Write the position (3,) [m] and velocity (3,) [m/s] of the target of robot i at time t [s]."""
+    for axis in range(3):
+        position[axis], velocity[axis] = robots.target[i, axis], 0.0
+    if not robots.moving[i]:
+        return
+    first, last = targets.first[i], targets.first[i + 1]
+    begin, end = targets.times[first + i], targets.times[last + i]
+    low, high, at = first, last, min(max(t, begin), end)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if targets.times[middle + i] <= at:
+            low = middle
+        else:
+            high = middle
+    width = targets.times[low + i + 1] - targets.times[low + i]
+    x, moves = (at - targets.times[low + i]) / width, begin <= t <= end
+    for axis in range(3):
+        p = targets.points[low, :, axis]
+        position[axis] = value(p[0], p[1], p[2], p[3], x)
+        velocity[axis] = slope(p[0], p[1], p[2], p[3], x) / width if moves else 0.0
+
+
+@kernel
+def intercept(i: int, t: float, position: Array, robots: RobotTable, targets: TargetPaths, scratch: Scratch) -> None:
+    """Write into `scratch.target` where robot i, at `position` (d,) [m] and max speed from t [s] on, meets its target.
+
+    Fixed-point iteration on the time of arrival, which is bounded for targets that outrun the robot.
+    """
+    duration = 0.0
+    for _ in range(INTERCEPTION_STEPS if robots.moving[i] else 0):
+        target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
+        square = 0.0
+        for axis in range(len(position)):
+            square += (scratch.target[axis] - position[axis]) ** 2
+        duration = min(np.sqrt(square) / robots.max_speed[i], 2.0 * duration + INTERCEPTION_WAIT)
+    target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
+
+
+@kernel
+def desired_velocity(
+    i: int, t: float, position: Array, velocity: Array, robots: RobotTable, targets: TargetPaths, scratch: Scratch
+) -> None:
+    """Write the velocity (d,) [m/s] that leads robot i from this state at time t [s] to its target.
+
+    It goes into `scratch.desired_velocity`, the displacement of the target into `scratch.displacement`. The rule is
+    that of `slalom.goal.Goal.desired_velocity`. A robot that follows a velocity desires that one.
+    """
+    away, desired, top = scratch.displacement, scratch.desired_velocity, robots.max_speed[i]
+    if robots.objective[i] == FOLLOW_VELOCITY:
+        for axis in range(len(position)):
+            away[axis], desired[axis] = 0.0, robots.wanted[i, axis]
+        return
+    if robots.stop[i]:
+        target_state(i, t, robots, targets, scratch.target, scratch.target_velocity)
+    else:
+        intercept(i, t, position, robots, targets, scratch)
+    for axis in range(len(position)):
+        away[axis] = scratch.target[axis] - position[axis]
+    if not robots.stop[i]:
+        passing_velocity(away, velocity, robots.max_acceleration[i], top, desired)
+        return
+    stopping_velocity(away, robots.max_acceleration[i], top, desired)
+    if robots.moving[i]:
+        square = 0.0
+        for axis in range(len(position)):
+            desired[axis] += scratch.target_velocity[axis]
+            square += desired[axis] ** 2
+        share = max(np.sqrt(square) / top, 1.0)
+        for axis in range(len(position)):
+            desired[axis] /= share
+
+
+@kernel
+def time_to_target(
+    i: int, t: float, position: Array, velocity: Array, robots: RobotTable, targets: TargetPaths, scratch: Scratch
+) -> float:
+    """An estimate [s] of the time that robot i needs from this state (d,) at t [s] to its target, without obstacles.
+
+    The rule is that of `slalom.goal.Goal.time_to_go`.
+    """
+    most, top, tolerance, stop = robots.max_acceleration[i], robots.max_speed[i], robots.tolerance[i], robots.stop[i]
+    away, desired = scratch.displacement, scratch.desired_velocity
+    if not robots.moving[i]:
+        for axis in range(len(position)):
+            away[axis] = robots.target[i, axis] - position[axis]
+        return float(time_to_go(away, velocity, most, top, tolerance, stop, desired))
+    duration = 0.0
+    if stop:
+        desired_velocity(i, t, position, velocity, robots, targets, scratch)
+        square, change = 0.0, 0.0
+        for axis in range(len(position)):
+            square += away[axis] * away[axis]
+            change += (desired[axis] - velocity[axis]) ** 2
+        return float(time_to_stop(max(0.0, np.sqrt(square) - tolerance), np.sqrt(change), most, top))
+    for _ in range(INTERCEPTION_STEPS):
+        target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
+        for axis in range(len(position)):
+            away[axis] = scratch.target[axis] - position[axis]
+        duration = earliest_arrival(away, velocity, most, top, 0.5 * tolerance)
+    return float(duration)

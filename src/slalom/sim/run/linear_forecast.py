@@ -1,0 +1,52 @@
+"""Forecasts of other robots that are linear in the observed state, as tables."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.checks import Array
+from slalom.forecast import Forecast
+from slalom.path import Path
+from slalom.trajectory import ConstantAcceleration, PiecewisePolynomial
+
+
+class LinearForecast(NamedTuple):
+    """A forecast that is linear in the observed position, velocity and acceleration, as q cubic pieces."""
+
+    times: Array  # (q + 1,) [s] since the observation
+    shares: Array  # (q, 4, 3) of position, velocity and acceleration in each control point
+
+    def points(self, states: Array) -> Array:
+        """The control points (..., q, 4, d) [m] for states (..., 3, d)."""
+        # Written out: numpy.einsum takes twice as long for the same sums.
+        share, of = self.shares[..., None], states[..., None, None, :, :]
+        first_two = share[..., 0, :] * of[..., 0, :] + share[..., 1, :] * of[..., 1, :]
+        return np.asarray(first_two + share[..., 2, :] * of[..., 2, :])
+
+
+def linear_forecast(forecast: Forecast, span: float) -> LinearForecast | None:
+    """A forecast as a table over `span` [s]; None for one that is not linear in the observation."""
+    units = np.zeros((3, 3, 2))
+    units[[0, 1, 2], [0, 1, 2], 0] = 1.0
+    paths = [_path(forecast, state, span) for state in units]
+    probe = np.array([[3.0, -2.0], [0.7, 1.1], [-0.4, 0.9]])
+    expected = _path(forecast, probe, span)
+    if any(p.times.shape != expected.times.shape or not np.allclose(p.times, expected.times) for p in paths):
+        return None
+    table = LinearForecast(expected.times, np.stack([path.points[..., 0] for path in paths], axis=-1))
+    return table if np.allclose(table.points(probe), expected.points) else None
+
+
+def _path(forecast: Forecast, state: Array, span: float) -> Path:
+    """The predicted path over `span` [s] of a robot observed in `state` (3, d) at time 0."""
+    position, velocity, acceleration = state
+    return forecast(ConstantAcceleration(position, velocity, acceleration, 0.0), 0.0).path(0.0, span)
+
+
+def piecewise_polynomial(times: Array, points: Array) -> PiecewisePolynomial:
+    """The trajectory of cubic pieces: `times` (q + 1,) [s], `points` (q, 4, d) [m]. Pieces without duration vanish."""
+    real = np.flatnonzero(np.diff(times) > 0.0)
+    h = np.diff(times)[real]
+    p0, p1, p2, p3 = (points[real, j] for j in range(4))
+    powers = np.stack([p0, 3 * (p1 - p0), 3 * (p2 - 2 * p1 + p0), p3 - 3 * p2 + 3 * p1 - p0], axis=1)
+    return PiecewisePolynomial(h, powers / h[:, None, None] ** np.arange(4)[None, :, None], float(times[0]))

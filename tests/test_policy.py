@@ -1,0 +1,146 @@
+"""The one policy: its choice against a slow search over all responses, and the same for every shape."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from draws import draws
+
+from slalom import (
+    METHODS,
+    Arrive,
+    Capsule,
+    Circular,
+    ConstantVelocity,
+    ControlObstacle,
+    Disc,
+    FollowAcceleration,
+    FollowVelocity,
+    Friction,
+    GaussianError,
+    Goal,
+    KeepAcceleration,
+    Limits,
+    Navigator,
+    Objective,
+    Obstacle,
+    Outcome,
+    Polygon,
+    Polyline,
+    Rectangle,
+    Shape,
+    State,
+    Stationary,
+    Union,
+    select,
+)
+from slalom.manoeuvre import Manoeuvre
+from slalom.objective import Situation, preferred_control
+from slalom.sim import Scenario, gallery, simulate
+from slalom.sim.measure.closest_approach import between_robots
+from slalom.tolerances import CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
+
+
+def a_scene(seed: int) -> tuple[Navigator, State, list[Obstacle], Goal]:
+    """A robot on the move among discs, walls and turning bodies, some of them uncertain; goals rest, move, or stop."""
+    rng = np.random.default_rng([seed, 31])
+    name = ("vo", "nlvo", "avo", "ao", "nao", "nao_shared")[seed % 6]
+    shape: Shape = (Disc(0.4), Rectangle(1.0, 0.6, 0.1), Union((Disc(0.3), Capsule((0.0, 0.0), (0.4, 0.1), 0.2))))[
+        int(rng.integers(3))
+    ]
+    obstacles = []
+    for k in range(int(rng.integers(2, 9))):
+        angle, far = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(3.0, 8.0)
+        place = far * np.array([np.cos(angle), np.sin(angle)])
+        body: Shape = (Disc(0.6), Rectangle(1.6, 0.7), Polyline([(-1.0, 0.0), (1.0, 0.4), (1.5, 1.5)], 0.05))[k % 3]
+        if body.bounding_radius + shape.bounding_radius > far - 0.3:
+            continue
+        path = (ConstantVelocity(place, rng.normal(size=2)), Circular(place, 0.8, 1.0, angle))[int(rng.integers(2))]
+        unsure = GaussianError(0.02, 0.05, probability=0.1) if k % 4 == 3 else None
+        obstacles.append(Obstacle(body, path, f"{k}", "motion" if k % 2 else 0.3, unsure))
+    target = rng.uniform(4.0, 9.0, 2) * np.sign(rng.normal(size=2))
+    where = Stationary(target) if rng.random() < 0.7 else ConstantVelocity(target, 0.5 * rng.normal(size=2))
+    goal = Goal(where, 0.3, stop=bool(rng.random() < 0.5))
+    bounds = (Friction(2.0, 2.5, 1.5),) if rng.random() < 0.3 else ()
+    robot = Navigator(METHODS[name], shape, Limits(2.0, 2.5, bounds=bounds), horizon=4.0, holds=(0.3, 1.0))
+    return robot, State(np.zeros(2), rng.uniform(-0.8, 0.8, 2)), obstacles, goal
+
+
+def choices_of_all_responses(
+    robot: Navigator, state: State, obstacles: list[Obstacle], goal: Goal, objective: Objective
+) -> dict[str, tuple[float, np.ndarray]]:
+    """Cost and control of the exact choice of every response that has one, in plain Python."""
+    table, found = robot.predict(obstacles, state, 0.0), {}
+    for response in robot.method.responses(robot.limits, robot.period, robot.holds):
+        admissible = robot.limits.admissible(response, state, robot.horizon)
+        s = Situation(response, state, goal, robot.limits, admissible, 0.0, robot.horizon)
+        near = ControlObstacle(response, state, table, robot.robot).initial_clearances
+        margins = np.clip(near - CONTACT_SLACK, 0.0, robot.margin)
+        choice = select(
+            preferred_control(objective.aims(s)),
+            admissible,
+            ControlObstacle(response, state, table, robot.robot, margins),
+        )
+        if choice.control is not None:
+            manoeuvre = Manoeuvre(response, state, choice.control, 0.0)
+            until = max(robot.period, response.settled(robot.horizon))
+            found[repr(response)] = objective.cost(manoeuvre, s, until), choice.control
+    return found
+
+
+OBJECTIVES = [Arrive(), FollowVelocity((0.8, -0.9)), FollowAcceleration((1.1, 0.7)), KeepAcceleration()]
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES, ids=lambda objective: type(objective).__name__)
+@pytest.mark.parametrize("seed", draws(range(160), 40))
+def test_the_decision_is_the_cheapest_exact_choice(seed: int, objective: Objective) -> None:
+    """Its control is that of the exact choice, and no response costs less by more than the stated improvement."""
+    robot, state, obstacles, goal = a_scene(seed)
+    expected = choices_of_all_responses(robot, state, obstacles, goal, objective)
+    without_goal = not isinstance(objective, Arrive)
+    decision = robot.decide(state, obstacles, None if without_goal else goal, objective=objective)
+    if not expected:
+        assert decision.outcome not in (Outcome.CLEAR, Outcome.CONSTRAINED)
+        return
+    assert decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED)
+    cost, control = expected[repr(decision.manoeuvre.response)]
+    # The lag of avo and a moving goal are tabulated with other knots.
+    assert decision.manoeuvre.control == pytest.approx(control, abs=1e-3 if robot.method.name == "avo" else 2e-4)
+    least = min(each for each, _ in expected.values())
+    assert cost <= least + MIN_IMPROVEMENT * robot.patience + 2.0 * COST_TIE + 1e-4
+
+
+def with_shape(scenario: Scenario, shape: Shape) -> Scenario:
+    return replace(scenario, robots=tuple(replace(robot, shape=shape) for robot in scenario.robots))
+
+
+@pytest.mark.parametrize("name", ["nao", "nao_shared", "rvo", "vo", "ao"])
+def test_a_disc_and_a_union_of_one_disc_are_one_shape(name: str) -> None:
+    scenario = gallery.build("circle", {"robots": 6, "radius": 6.0, "robot_radius": 0.5, "duration": 6.0}, seed=2)
+    runs = [simulate(with_shape(scenario, shape), METHODS[name]) for shape in (Disc(0.5), Union((Disc(0.5),)))]
+    assert runs[0].outcomes == runs[1].outcomes
+    np.testing.assert_array_equal(runs[0].positions, runs[1].positions)
+    assert "CONSTRAINED" in {outcome for row in runs[0].outcomes for outcome in row}
+
+
+def regular(corners: int, radius: float) -> Polygon:
+    """The regular polygon in a circle of that radius [m]."""
+    angles = 2.0 * np.pi * np.arange(corners) / corners
+    return Polygon(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+@pytest.mark.parametrize("seed", draws(range(20), 2))
+def test_a_polygon_of_many_corners_drives_as_the_disc(seed: int) -> None:
+    """Equal arrivals and collisions; the first choices are within the polygon's error."""
+    for name in ("rvo", "nao"):
+        settings = {"robots": 4, "radius": 5.0, "robot_radius": 0.5, "duration": 40.0}
+        scenario = gallery.build("circle", settings, seed=seed)
+        disc, polygon = (
+            simulate(with_shape(scenario, shape), METHODS[name]) for shape in (Disc(0.5), regular(64, 0.5))
+        )
+        assert np.isfinite(disc.arrived).sum() == np.isfinite(polygon.arrived).sum()
+        for run in (disc, polygon):
+            between = between_robots(run)
+            assert between[np.isfinite(between)].min() > -1e-3
+        error = 2.0 * 0.5 * (1.0 - np.cos(np.pi / 64))
+        assert np.abs(disc.positions[5] - polygon.positions[5]).max() <= 5.0 * error
