@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, ConstantAcceleration, Decision, Method, Obstacle, Outcome, Trajectory
+from slalom.fleet.committed import first_manoeuvre
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionTables
 from slalom.sim import Scenario, gallery
-from slalom.sim.run.deciders import first_manoeuvre, margin_among
-from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.fleet_decider import FleetDecider, margin_of
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
 
@@ -21,8 +21,9 @@ class Watched(FleetDecider):
 
     def _turns(self, due, terms):
         for some, settings in super()._turns(due, terms):
-            bodies = self._grown_bodies(0.0)[0]
-            self.last = some, DecisionTables(self.fleet, bodies, self.responses, self._bounds, self._targets, settings)
+            fleet, bodies = self.fleet, self._grown_bodies(0.0)[0]
+            tables = DecisionTables(fleet.table, bodies, fleet.responses, fleet._bounds, fleet.targets, settings)
+            self.last = some, tables
             yield some, settings
 
 
@@ -34,7 +35,7 @@ class OneByOne:
 
     def __init__(self, scenario: Scenario, method: Method, states: RobotStates) -> None:
         self.scenario, self.method, self.states = scenario, method, states
-        margin, period = margin_among(scenario, method), scenario.dt * scenario.steps_per_decision
+        margin, period = margin_of(scenario, method), scenario.dt * scenario.steps_per_decision
         rows = range(len(scenario.robots))
         self.navigators = [replace(scenario.navigator(method, k), margin=margin) for k in rows]
         first = [first_manoeuvre(r.state, r.limits, period, scenario.start) for r in scenario.robots]

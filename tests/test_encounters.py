@@ -8,8 +8,7 @@ from fleets import OneByOne
 
 from slalom import METHODS, Disc, Goal, Limits, State, Stationary
 from slalom.sim import Robot, Scenario, gallery, simulate
-from slalom.sim.run.deciders import margin_among
-from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.fleet_decider import FleetDecider, margin_of
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
 
@@ -79,7 +78,7 @@ def gap_after(seconds: float, within: float | None) -> tuple[float, float]:
     method = replace(METHODS["nao"], regain=within)
     run = simulate(scenario, method)
     apart = run.positions[-1, 0] - run.positions[-1, 1]
-    return float(np.linalg.norm(apart)) - 1.0, margin_among(scenario, method)
+    return float(np.linalg.norm(apart)) - 1.0, margin_of(scenario, method)
 
 
 def test_robots_side_by_side_restore_the_margin_between_them() -> None:

@@ -151,6 +151,14 @@ def curved() -> Method:
     return replace(METHODS["nao"], responses=lambda limits, period, holds: (Curved(),))
 
 
+PLACES = np.array([(0.0, 0.0), (5.0, 0.0)])
+
+
+def pair() -> slalom.Fleet:
+    """A fleet of two discs."""
+    return slalom.Fleet(METHODS["nao"], Disc(0.5), LIMITS, robots=2)
+
+
 METHOD_OF_JERKS = replace(METHODS["nao"], responses=lambda limits, period, holds: (Jerk(),))
 
 
@@ -543,7 +551,37 @@ CASES = [
         lambda _: simulate(Scenario("twins", (Robot(Disc(1), LIMITS, FLAT, GOAL),) * 2), METHODS["nao"]),
     ),
     Case(
-        "refuse_short_horizon",
+        "_count",
+        InvalidInput,
+        r"robots: expected one number above 0, by shapes, limits or robots, found \[2, 3\]",
+        lambda _: slalom.Fleet(METHODS["nao"], [Disc(1), Disc(1)], LIMITS, robots=3),
+    ),
+    Case(
+        "CommittedFleet.__init__",
+        InvalidInput,
+        r"shapes: expected those of robots and obstacles in one dimension, found \[2, 3\]",
+        lambda _: slalom.Fleet(METHODS["nao"], [Disc(1), Ball(1)], LIMITS),
+    ),
+    Case(
+        "Fleet.step",
+        InvalidInput,
+        r"present: expected 2 flags, found an array of shape \(3,\)",
+        lambda _: pair().step(0.0, PLACES, PLACES, PLACES, present=[True] * 3),
+    ),
+    Case(
+        "Fleet.step",
+        InvalidInput,
+        r"targets: expected either targets or desired_velocities, found neither",
+        lambda _: pair().step(0.0, PLACES, PLACES),
+    ),
+    Case(
+        "_rows",
+        InvalidInput,
+        r"velocities: expected an array of shape \(2, 2\), found shape \(2, 3\)",
+        lambda _: pair().step(0.0, PLACES, np.zeros((2, 3)), PLACES),
+    ),
+    Case(
+        "CommittedFleet._refuse_short_horizon",
         InvalidInput,
         r"horizon: expected at least 8 s, the longest manoeuvre of 'circle 0', found 6 s",
         lambda _: simulate(
@@ -552,7 +590,7 @@ CASES = [
         ),
     ),
     Case(
-        "_fleet_decider",
+        "CommittedFleet.__init__",
         InvalidInput,
         r"method: expected one for several robots, found nao_ahead, which is for one",
         lambda _: simulate(load("circle"), METHODS["nao_ahead"]),

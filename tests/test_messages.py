@@ -8,13 +8,13 @@ from draws import draws
 from hypothesis import given, settings, strategies as st
 
 from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary, Union
+from slalom.fleet.linear_forecast import linear_forecast
 from slalom.forecast import FORECASTS, AcceleratingBriefly
 from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import summary
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.linear_forecast import linear_forecast
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.run.sensing import Sensing, sensing_of

@@ -15,7 +15,7 @@ from slalom.kernels.decision.motion_clear import chord_distance, path_is_clear, 
 from slalom.kernels.decision.neighbours import neighbours_in_cells, reachable_neighbours
 from slalom.kernels.decision.paths import state_on_path, unchanged_control
 from slalom.kernels.decision.response_motion import relative_motion
-from slalom.kernels.decision.tables import Controls, DecisionSettings, ObstaclePieces, Paths
+from slalom.kernels.decision.tables import Controls, DecisionSettings, EncounterTables, ObstaclePieces, Paths
 from slalom.kernels.geometry.cubic import new_stack, value
 from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.kernels.selection.admissible import nearest_admissible
@@ -43,7 +43,9 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
     points = np.zeros((2, 3, 4, 3))
     points[..., :d] = rng.uniform(-3.0, 3.0, (2, 3, 4, d))
     none = np.full(3, -1)
-    return ObstaclePieces(pieces, np.zeros((6, 2)), none, np.zeros(3), none, cooperates), Paths(begin, points)
+    return ObstaclePieces(
+        pieces, np.zeros((6, 2)), none, np.zeros(3), none, np.full((6, 4), np.inf), cooperates
+    ), Paths(begin, points)
 
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:
@@ -80,12 +82,13 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
     some, tables = last_decision(name, scenario, parameters)
     robots, responses, terms = tables.robots, tables.responses, tables.settings
     d, scratch = terms.dimension, new_scratch(robots.committed_points.shape[1], terms.dimension)
+    scene = EncounterTables(robots, tables.bodies, terms)
     cells, found, free = kernels.build_cell_list(some, robots, responses, terms), 0, 0
     for i in some:
         near = neighbours_in_cells(i, robots, cells)
         centers, radii = cells.reachable_centers[i], cells.reachable_radii[i]
         met = reachable_neighbours(i, near, centers, radii, robots, terms)
-        rows, overlaps = obstacle_pieces(i, met, centers, radii, tables)
+        rows, overlaps = obstacle_pieces(i, met, 0.0, centers, radii, scene)
         assert not overlaps
         for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
             controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))

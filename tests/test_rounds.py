@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, State
+from slalom.fleet import rounds
+from slalom.fleet.threads import map_in_threads
 from slalom.sim import Scenario, gallery, simulate
-from slalom.sim.run import rounds
-from slalom.sim.run.threads import map_in_threads
 
 
 def fleet(duration: float, overlapping: tuple[int, ...]) -> Scenario:

@@ -28,6 +28,10 @@ from .errors import (
     OutsideSpan as OutsideSpan,
     SlalomError as SlalomError,
 )
+from .fleet.fleet import (
+    Fleet as Fleet,
+    FleetDecision as FleetDecision,
+)
 from .forecast import (
     FORESIGHTS as FORESIGHTS,
     AcceleratingBriefly as AcceleratingBriefly,

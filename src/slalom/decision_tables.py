@@ -18,7 +18,7 @@ from slalom.path import Path, hermite
 from slalom.response import Response
 from slalom.shape import Shape, round_shape
 from slalom.state import State
-from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, TABLE_SPEED
+from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, RESPONSE_WINDOWS, TABLE_SPEED
 from slalom.trajectory import Stationary
 
 
@@ -34,8 +34,9 @@ def response_table(
         InvalidInput: a response that is not linear in the state.
     """
     responses = [response for kind in kinds for response in kind]
-    windows = np.linspace(0.0, horizon, BALL_WINDOWS + 1)
-    knots, points, settled_velocity, parts = [], [], [], []
+    windows = np.linspace(0.0, horizon, RESPONSE_WINDOWS + 1)
+    ball_windows = np.linspace(0.0, horizon, 2 * BALL_WINDOWS + 1)
+    knots, points, settled_velocity = [], [], []
     for response in responses:
         times = response.knots(span, 2.0 * TABLE_SPEED)
         shares = _shares(response, times, dimension)
@@ -44,8 +45,7 @@ def response_table(
         knots.append(times)
         points.append(path.points)
         settled_velocity.append(then[1, 0])
-        parts.append(Path(times, path.points, path.error).cut(np.union1d(times[times < horizon], windows)))
-    whole, cut = np.concatenate(points), np.concatenate([part.points for part in parts])
+    whole = np.concatenate(points)
     return ResponseTable(
         kinds=np.cumsum([0, *(len(kind) for kind in kinds)]),
         first=np.cumsum([0, *(len(each) for each in points)]),
@@ -58,11 +58,9 @@ def response_table(
         settled_velocity=np.array(settled_velocity),
         initial_acceleration=np.array([_initial_acceleration(response, dimension) for response in responses]),
         peaks=np.array([p for r, each in enumerate(responses) for p in _peaks(r, each, horizon, dimension)]),
-        cuts=np.cumsum([0, *(len(part.points) for part in parts)]),
-        window=np.concatenate([np.searchsorted(windows, part.times[:-1], side="right") - 1 for part in parts]),
-        cut_velocity_gain=cut[..., 0].copy(),
-        cut_acceleration_gain=cut[..., 1].copy(),
-        cut_gain=cut[..., 2].copy(),
+        window_gains=np.array([_shares(response, windows, dimension)[0] for response in responses]),
+        window_bends=np.array([_bends(response, windows, dimension) for response in responses]),
+        ball_bends=np.array([_on_either_side(_bends(response, ball_windows, dimension)) for response in responses]),
     )
 
 
@@ -93,6 +91,26 @@ def _shares(response: Response, times: Array, dimension: int) -> Array:
         ):
             raise InvalidInput(f"response: expected a motion that is linear in the state, found that of {response!r}")
     return shares
+
+
+def _bends(response: Response, windows: Array, dimension: int) -> Array:
+    """Rows (w, 3) of `ResponseTable.window_bends`, between the times `windows` (w + 1,) [s].
+
+    A chord of length h is missed by at most h^2 / 8 times the largest second derivative.
+    """
+    times = response.knots(float(windows[-1]), 2.0 * TABLE_SPEED)
+    shares = _shares(response, times, dimension)
+    parts = hermite(times, shares[0], shares[1]).cut(np.union1d(times, windows))
+    second = 6.0 * np.abs(np.diff(parts.points, 2, axis=1)).max(axis=1) / np.diff(parts.times)[:, None] ** 2
+    bends = np.zeros((len(windows) - 1, 3))
+    window = np.searchsorted(windows, parts.times[:-1], side="right") - 1
+    np.maximum.at(bends, np.minimum(window, len(bends) - 1), second)
+    return np.asarray(bends * (windows[1] - windows[0]) ** 2 / 8.0)
+
+
+def _on_either_side(bends: Array) -> Array:
+    """The larger of the values of two windows (w, 3) at each of their ends (w + 1, 3)."""
+    return np.asarray(np.maximum(np.concatenate([bends[:1], bends]), np.concatenate([bends, bends[-1:]])))
 
 
 def _initial_acceleration(response: Response, dimension: int) -> tuple[float, float, float]:
@@ -136,8 +154,11 @@ class Skeletons:
             kind.append(kinds[key])
         self.kind: Indices = np.array(kind)
 
-    def grown_bodies(self, kind: int, obstacles: ObstacleTable) -> GrownBodies:
+    def grown_bodies(self, kind: int, obstacles: ObstacleTable, *, detours: bool) -> GrownBodies:
         """Predicted obstacles and robots of all kinds, grown by robots with one kind of skeleton.
+
+        Args:
+            detours: whether costs count detours, which need the positions of obstacles at the horizon.
 
         Raises:
             InvalidInput: see `minkowski.minkowski_sum`.
@@ -145,7 +166,7 @@ class Skeletons:
         shape, d = self.shapes[kind], self.dimension
         bodies, end = obstacles.bodies(shape), obstacles.start + obstacles.horizon
         # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
-        staying = [o for o in obstacles.obstacles if o.exists(end) and len(o.shape.parts) == 1]
+        staying = [o for o in obstacles.obstacles if detours and o.exists(end) and len(o.shape.parts) == 1]
         skeletons = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes]
         # A robot that is alone meets no robot: two of its shape may have no sum.
         met = skeletons if len(self.kind) > 1 else []
@@ -209,7 +230,7 @@ def target_paths(goals: Sequence[Goal], start: float, end: float) -> tuple[Targe
         times.append(path.times)
         points.append(wide)
     none = np.empty((0, 4, 3))
-    paths = TargetPaths(np.array(first), np.concatenate(times), np.concatenate([none, *points]))
+    paths = TargetPaths(np.array(first), np.concatenate([np.empty(0), *times]), np.concatenate([none, *points]))
     return paths, np.diff(paths.first) > 0
 
 

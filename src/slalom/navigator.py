@@ -212,7 +212,7 @@ class Navigator:
             shared=False,
             detours=np.array(self.detours),
         )
-        bodies = skeletons.grown_bodies(0, obstacles)
+        bodies = skeletons.grown_bodies(0, obstacles, detours=bool(self.detours))
         return DecisionTables(robots, bodies, table, bounds_of([limits], [state]), targets, settings)
 
     def _wanted(self, table: ResponseTable, state: State) -> tuple[int, Array]:

@@ -783,6 +783,12 @@ SECANT_OFFSET: Final = 1e-4
 Larger: a step more. Smaller: the first difference is rounding.
 """
 
+RESPONSE_WINDOWS: Final = 48
+"""[1] Windows of the horizon in which the motion under one response is bounded; a multiple of 2 BALL_WINDOWS.
+
+Larger: fewer pieces of obstacles are tested for a response, at more cost of the bounds. Smaller: the contrary.
+"""
+
 BALL_WINDOWS: Final = 6
 """[1] Windows of the horizon, each with a bounding ball of every observed path and reachable set.
 

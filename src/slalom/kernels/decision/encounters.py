@@ -4,7 +4,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
 from slalom.kernels.decision.paths import state_on_path
-from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ObstaclePieces, Paths, RobotTable
+from slalom.kernels.decision.tables import DecisionSettings, EncounterTables, ObstaclePieces, Paths, RobotTable
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
@@ -37,16 +37,16 @@ def hulls_of_bodies(corners: MaybeCorners, hull: Indices, turned: Array) -> Mayb
     return ()
 
 
-@kernel
-def passive_rows_in_reach(i: int, centers: Array, radii: Array, tables: DecisionTables) -> Indices:
+@inlined
+def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, scene: EncounterTables) -> Indices:
     """The rows of passive pieces that robot i can approach closer than the margin within the horizon.
 
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon.
     """
-    robots, bodies, settings = tables.robots, tables.bodies, tables.settings
+    robots, bodies, settings = scene.robots, scene.bodies, scene.settings
     times, balls, body = bodies.pieces.times, bodies.balls, bodies.pieces.body
     rows, count, width = np.empty(len(body), np.int64), 0, settings.horizon / BALL_WINDOWS
-    more = robots.rounding[i] - bodies.robot_rounding + settings.margin + largest_error(i, tables)
+    more = robots.rounding[i] - bodies.robot_rounding + settings.margin + error
     for s in range(len(body)):
         if times[s, 1] <= 0.0 or times[s, 0] >= settings.horizon:
             continue
@@ -64,29 +64,17 @@ def passive_rows_in_reach(i: int, centers: Array, radii: Array, tables: Decision
 
 
 @kernel
-def largest_error(i: int, tables: DecisionTables) -> float:
-    """The largest error [m] of the cubic pieces of the responses of robot i."""
-    error, responses, kind = 0.0, tables.responses, tables.robots.kind[i]
-    for r in range(responses.kinds[kind], responses.kinds[kind + 1]):
-        error = max(error, responses.error[r])
-    return error
-
-
-@kernel
 def obstacle_pieces(
-    i: int, near: Indices, centers: Array, radii: Array, tables: DecisionTables
+    i: int, near: Indices, error: float, centers: Array, radii: Array, scene: EncounterTables
 ) -> tuple[ObstaclePieces, bool]:
     """The pieces of passive bodies and of the robots `near` (m,) that robot i may meet; whether it overlaps one now.
 
-    Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near.
+    Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near. Bodies are
+    larger by `error` [m], that of the robot's own pieces.
     """
-    robots, bodies, d, q = (
-        tables.robots,
-        tables.bodies,
-        tables.settings.dimension,
-        tables.robots.observed_points.shape[1],
-    )
-    passive, fixed = passive_rows_in_reach(i, centers, radii, tables), len(bodies.body_radius)
+    robots, bodies, fixed = scene.robots, scene.bodies, len(scene.bodies.body_radius)
+    d, q = scene.settings.dimension, robots.observed_points.shape[1]
+    passive = passive_rows_in_reach(i, error, centers, radii, scene)
     total = fixed
     for k in near:
         total += bodies.robot_first[robots.skeleton[k] + 1] - bodies.robot_first[robots.skeleton[k]]
@@ -96,68 +84,65 @@ def obstacle_pieces(
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
     hull, hull_radius = np.full(total, -1), np.zeros(total)
     robot, cooperates = np.full(total, -1), np.zeros(total, np.bool_)
-    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, cooperates)
-    overlapping, s, body = False, len(passive), fixed
-    if fixed:
-        overlapping = add_passive(i, passive, rows, tables)
-    for k in near:
-        touches, s, body = add_robot(i, k, s, body, rows, tables)
-        overlapping = overlapping or touches
+    balls = np.full((n if fixed else 0, 4), np.inf)
+    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, cooperates)
+    overlaps_passive = add_passive(i, passive, error, rows, scene) if fixed else False
+    overlaps_robot, s = add_robots(i, near, len(passive), error, rows, scene)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
-    return ObstaclePieces(used, rows.margin[:s], hull, hull_radius, robot, cooperates), overlapping
+    return ObstaclePieces(
+        used, rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], cooperates
+    ), overlaps_passive or overlaps_robot
 
 
-@kernel
-def add_robot(i: int, k: int, s: int, body: int, rows: ObstaclePieces, tables: DecisionTables) -> tuple[bool, int, int]:
-    """Write the bodies of robot k on its observed path, grown by robot i and the margin, from row s on.
+@inlined
+def add_robots(
+    i: int, near: Indices, s: int, error: float, rows: ObstaclePieces, scene: EncounterTables
+) -> tuple[bool, int]:
+    """Write the bodies of the robots `near` (m,) on their observed paths, grown by robot i and the margin.
 
-    Returns whether robot i overlaps one, the next free row and the next free number of a body.
+    They begin at row s. Returns whether robot i overlaps one, and the next free row.
     """
-    robots, bodies, settings, pieces = tables.robots, tables.bodies, tables.settings, rows.pieces
-    d, now, q, error = settings.dimension, settings.now, robots.observed_points.shape[1], largest_error(i, tables)
-    position, velocity, overlapping = np.zeros(3), np.empty(3), False
-    state_on_path(Paths(robots.observed_times, robots.observed_points), k, now, position, velocity)
-    both = robots.rounding[i] + robots.rounding[k]
-    for j in range(bodies.robot_first[robots.skeleton[k]], bodies.robot_first[robots.skeleton[k] + 1]):
-        clearance = distance_of_body(i, j, position, tables) - (bodies.robot_radius[j] + both)
-        overlapping = overlapping or overlaps(clearance)
-        extra = kept_margin(clearance, settings.margin)
-        # No robot relies on the other where both are close: there it is too late for mistakes.
-        rows.cooperates[body] = clearance > COOPERATION_RANGE * (robots.radius[i] + robots.radius[k])
-        rows.robot[body], rows.hull[body] = k, bodies.robot_hull[j]
-        rows.hull_radius[body] = bodies.robot_hull_radius[j]
-        end, cut = s, settings.regain if extra < settings.margin else np.inf
-        for p in range(q):
-            first, last = robots.observed_times[k, p], robots.observed_times[k, p + 1]
-            if last <= now or last <= first or first >= now + settings.horizon:
-                continue
-            end = add_piece(first - now, last - now, robots.observed_points[k, p], cut, end, pieces)
-        for row in range(s, end):
-            pieces.radius[row], pieces.body[row] = bodies.robot_radius[j] + both + extra + error, body
-            rows.margin[row, 0] = max(extra, 0.0)
-            for c in range(4):
-                for axis in range(d):
-                    pieces.points[row, c, axis] += bodies.robot_offset[j, axis]
-                if len(pieces.turns) > 0:
-                    pieces.turns[row, c, 0] = 1.0
-        if cut < np.inf:
-            grow_margin(settings.margin - max(extra, 0.0), cut, s, end, pieces, rows.margin)
-        s, body = end, body + 1
-    return overlapping, s, body
-
-
-@kernel
-def distance_of_body(i: int, j: int, position: Array, tables: DecisionTables) -> float:
-    """Signed distance [m] of robot i from body j of a robot at `position` (3,) [m], roundings not counted."""
-    robots, bodies = tables.robots, tables.bodies
-    place, direction, hull = np.zeros((1, 3)), np.zeros((1, 2)), np.empty(1, np.int64)
-    direction[0, 0], hull[0], square = 1.0, bodies.robot_hull[j], 0.0
-    for axis in range(tables.settings.dimension):
-        place[0, axis] = position[axis] + bodies.robot_offset[j, axis] - robots.position[i, axis]
-        square += place[0, axis] ** 2
-    if hull[0] < 0:
-        return float(np.sqrt(square))
-    return float(distances(place, direction, hull, hulls_of_bodies(bodies.corners, hull, np.empty((4, 2, 0))))[0, 0])
+    robots, bodies, settings, pieces = scene.robots, scene.bodies, scene.settings, rows.pieces
+    d, now, q, observed = settings.dimension, settings.now, robots.observed_points.shape[1], robots.observed_points
+    position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
+    body, turning = len(bodies.body_radius), len(pieces.turns) > 0
+    for k in near:
+        state_on_path(Paths(robots.observed_times, observed), k, now, position, velocity)
+        both = robots.rounding[i] + robots.rounding[k]
+        for j in range(bodies.robot_first[robots.skeleton[k]], bodies.robot_first[robots.skeleton[k] + 1]):
+            square = 0.0
+            for axis in range(d):
+                place[0, axis] = position[axis] + bodies.robot_offset[j, axis] - robots.position[i, axis]
+                square += place[0, axis] ** 2
+            distance = np.sqrt(square)
+            if bodies.robot_hull[j] >= 0:
+                hulls = hulls_of_bodies(bodies.corners, bodies.robot_hull, np.empty((4, 2, 0)))
+                distance = distances(place, np.array([[1.0, 0.0]]), bodies.robot_hull[j : j + 1], hulls)[0, 0]
+            clearance = distance - (bodies.robot_radius[j] + both)
+            overlapping = overlapping or overlaps(clearance)
+            extra = kept_margin(clearance, settings.margin)
+            # No robot relies on the other where both are close: there it is too late for mistakes.
+            rows.cooperates[body] = clearance > COOPERATION_RANGE * (robots.radius[i] + robots.radius[k])
+            rows.robot[body], rows.hull[body] = k, bodies.robot_hull[j]
+            rows.hull_radius[body] = bodies.robot_hull_radius[j]
+            end, cut = s, settings.regain if extra < settings.margin else np.inf
+            for p in range(q):
+                first, last = robots.observed_times[k, p], robots.observed_times[k, p + 1]
+                if last <= now or last <= first or first >= now + settings.horizon:
+                    continue
+                end = add_piece(first - now, last - now, observed[k, p], cut, end, pieces)
+            for row in range(s, end):
+                pieces.radius[row], pieces.body[row] = bodies.robot_radius[j] + both + extra + error, body
+                rows.margin[row, 0] = max(extra, 0.0)
+                for c in range(4):
+                    for axis in range(d):
+                        pieces.points[row, c, axis] += bodies.robot_offset[j, axis]
+                    if turning:
+                        pieces.turns[row, c, 0] = 1.0
+            if cut < np.inf:
+                grow_margin(settings.margin - max(extra, 0.0), cut, s, end, pieces, rows.margin)
+            s, body = end, body + 1
+    return overlapping, s
 
 
 @kernel
@@ -204,16 +189,16 @@ def reduce_margin(share: float, rows: ObstaclePieces) -> None:
 
 
 @kernel
-def add_passive(i: int, passive: Indices, rows: ObstaclePieces, tables: DecisionTables) -> bool:
+def add_passive(i: int, passive: Indices, error: float, rows: ObstaclePieces, scene: EncounterTables) -> bool:
     """Write the rows `passive` (m,) of passive bodies, grown by robot i and by the margin it can keep, into the first.
 
     Returns whether the robot overlaps one.
     """
-    robots, bodies, pieces = tables.robots, tables.bodies, rows.pieces
-    fixed, d, turning, error = bodies.pieces, pieces.points.shape[2], len(pieces.turns) > 0, largest_error(i, tables)
+    robots, bodies, pieces = scene.robots, scene.bodies, rows.pieces
+    fixed, d, turning = bodies.pieces, pieces.points.shape[2], len(pieces.turns) > 0
     more = robots.rounding[i] - bodies.robot_rounding
     radius = bodies.body_radius + more
-    overlapping = add_margin(i, radius, tables)
+    overlapping = add_margin(i, radius, scene)
     for b in range(len(radius)):
         rows.hull[b], rows.hull_radius[b] = bodies.hull[b], bodies.hull_radius[b]
     for s in range(len(passive)):
@@ -226,15 +211,18 @@ def add_passive(i: int, passive: Indices, rows: ObstaclePieces, tables: Decision
                 pieces.turns[s, c, 0], pieces.turns[s, c, 1] = fixed.turns[row, c, 0], fixed.turns[row, c, 1]
         pieces.radius[s], pieces.growth[s] = fixed.radius[row] + radius[b] + error, fixed.growth[row]
         pieces.body[s] = b
+        for axis in range(3):
+            rows.balls[s, axis] = bodies.balls[row, axis]
+        rows.balls[s, 3] = bodies.balls[row, 3] + radius[b] + bodies.hull_radius[b] + error
         rows.margin[s, 0] = max(radius[b] - bodies.body_radius[b] - more, 0.0)
     return overlapping
 
 
 @kernel
-def add_margin(i: int, radius: Array, tables: DecisionTables) -> bool:
+def add_margin(i: int, radius: Array, scene: EncounterTables) -> bool:
     """Add the margin that robot i can keep to the radii (b,) [m] of passive bodies; whether it overlaps one."""
-    robots, bodies, settings = tables.robots, tables.bodies, tables.settings
-    fixed, near = bodies.pieces, passive_heads_nearby(i, radius, tables)
+    robots, bodies, settings = scene.robots, scene.bodies, scene.settings
+    fixed, near = bodies.pieces, passive_heads_nearby(i, radius, scene)
     body = fixed.body[near]
     places, directions = np.zeros((len(near), 3)), np.zeros((len(near), 2))
     directions[:, 0] = 1.0
@@ -264,15 +252,15 @@ def add_margin(i: int, radius: Array, tables: DecisionTables) -> bool:
 
 
 @kernel
-def passive_heads_nearby(i: int, radius: Array, tables: DecisionTables) -> Indices:
+def passive_heads_nearby(i: int, radius: Array, scene: EncounterTables) -> Indices:
     """The heads of passive bodies with radii (b,) [m] of which robot i may be nearer to than the margin now."""
-    robots, bodies, count = tables.robots, tables.bodies, 0
+    robots, bodies, count = scene.robots, scene.bodies, 0
     near = np.empty(len(bodies.heads), np.int64)
     for s in bodies.heads:
         b, square = bodies.pieces.body[s], 0.0
         for axis in range(3):
             square += (bodies.balls[s, axis] - robots.position[i, axis]) ** 2
-        reach = bodies.balls[s, 3] + radius[b] + bodies.hull_radius[b] + tables.settings.margin + CONTACT_SLACK
+        reach = bodies.balls[s, 3] + radius[b] + bodies.hull_radius[b] + scene.settings.margin + CONTACT_SLACK
         if square <= reach * reach:
             near[count] = s
             count += 1

@@ -5,12 +5,12 @@ import numpy as np
 from slalom.kernels.arrays import Array
 from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.tables import Bounds, DecisionSettings, Paths, ResponseTable, RobotTable
-from slalom.kernels.jit import kernel
+from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.speed_limit import allowed_speed
 from slalom.tolerances import ADMISSIBLE
 
 
-@kernel
+@inlined
 def largest_norm(i: int, p: int, robots: RobotTable, responses: ResponseTable) -> float:
     """The largest norm [m/s or m/s^2] of peak p of its response that robot i may reach."""
     if responses.peaks[p, 1] != 0.0:
@@ -20,7 +20,7 @@ def largest_norm(i: int, p: int, robots: RobotTable, responses: ResponseTable) -
     return float(allowed_speed(robots.max_speed[i], np.sqrt(square), robots.braking[i], settled))
 
 
-@kernel
+@inlined
 def peak_drift(i: int, p: int, axis: int, robots: RobotTable, responses: ResponseTable) -> float:
     """The coordinate of peak p of its response for robot i under control 0."""
     return float(
@@ -86,7 +86,7 @@ def is_admissible(limits: Array, u: Array) -> bool:
     return True
 
 
-@kernel
+@inlined
 def smallest_control_ball(i: int, r: int, robots: RobotTable, responses: ResponseTable) -> tuple[int, float]:
     """The smallest ball that holds all admissible controls of response r: its peak, and its radius.
 
@@ -125,8 +125,17 @@ def obeys_turning_bounds(
     return True
 
 
-@kernel
+@inlined
 def is_too_fast(i: int, robots: RobotTable) -> bool:
     """Whether robot i exceeds its speed limit by more than rounding."""
     square = robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2 + robots.velocity[i, 2] ** 2
     return bool(np.sqrt(square) > robots.max_speed[i] * (1.0 + 10.0 * ADMISSIBLE))
+
+
+@inlined
+def largest_error(i: int, robots: RobotTable, responses: ResponseTable) -> float:
+    """The largest error [m] of the cubic pieces of the responses of robot i."""
+    error, kind = 0.0, robots.kind[i]
+    for r in range(responses.kinds[kind], responses.kinds[kind + 1]):
+        error = max(error, responses.error[r])
+    return error

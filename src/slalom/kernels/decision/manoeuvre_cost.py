@@ -9,7 +9,7 @@ from slalom.kernels.decision.tables import DecisionTables, Paths, Scratch
 from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, target_state, time_to_target
 from slalom.kernels.decision.time_to_go import earliest_on_line
 from slalom.kernels.geometry.cubic import new_stack
-from slalom.kernels.jit import kernel
+from slalom.kernels.jit import inlined, kernel
 from slalom.tolerances import ARRIVAL_SAMPLES, BALL_WINDOWS
 
 
@@ -41,7 +41,7 @@ def new_scratch(pieces: int, dimension: int) -> Scratch:
     )
 
 
-@kernel
+@inlined
 def arrival_within(i: int, until: float, paths: Paths, row: int, tables: DecisionTables, scratch: Scratch) -> float:
     """Time [s] at which robot i on row `row` of `paths` arrives, if at most `until` [s]; -1 if not.
 
@@ -82,7 +82,7 @@ def difference_cost(i: int, until: float, paths: Paths, row: int, tables: Decisi
     return float(until + difference if robots.objective[i] == FOLLOW_VELOCITY else difference)
 
 
-@kernel
+@inlined
 def manoeuvre_cost(
     i: int, until: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
 ) -> float:
@@ -113,7 +113,7 @@ def manoeuvre_cost(
     return float(cost)
 
 
-@kernel
+@inlined
 def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: Scratch) -> float:
     """Cost [s] of response r for robot i with the preferred control u (3,), without obstacles.
 

@@ -13,8 +13,11 @@ from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
 from slalom.kernels.decision.paths import ball_of, bounding_balls, unchanged_control
 from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, RobotTable
 from slalom.kernels.geometry.cubic import copy_into
-from slalom.kernels.jit import kernel
-from slalom.tolerances import BALL_WINDOWS
+from slalom.kernels.jit import inlined, kernel
+from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS, RESPONSE_WINDOWS
+
+STRIDE = RESPONSE_WINDOWS // (2 * BALL_WINDOWS)
+"""Windows of responses in half a window of the horizon."""
 
 
 @kernel
@@ -26,34 +29,69 @@ def reachable_balls(
     They hold all admissible controls of all its responses, the controls that are tested instead where avoidance is
     shared, and its committed path.
     """
-    low, high, unchanged = np.full((BALL_WINDOWS, 3), np.inf), np.full((BALL_WINDOWS, 3), -np.inf), np.zeros(3)
+    low, high, control = np.full((BALL_WINDOWS, 3), np.inf), np.full((BALL_WINDOWS, 3), -np.inf), np.zeros(3)
     bounding_balls(robots.committed_times[i], robots.committed_points[i], settings, centers, radii)
     for w in range(BALL_WINDOWS):
         if radii[w] >= 0.0:
             for axis in range(3):
                 low[w, axis], high[w, axis] = centers[w, axis] - radii[w], centers[w, axis] + radii[w]
     for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
-        peak, radius = smallest_control_ball(i, r, robots, responses)
-        unchanged_control(i, r, robots, responses, unchanged)
         for part in range(2 if settings.share < 1.0 else 1):
-            scale = 1.0 if part == 0 else 1.0 / settings.share
-            for axis in range(settings.dimension):
-                position, velocity = robots.position[i, axis], robots.velocity[i, axis]
-                acceleration = robots.acceleration[i, axis]
-                middle = peak_drift(i, peak, axis, robots, responses) / responses.peaks[peak, 4]
-                control = unchanged[axis] * (1.0 - scale) - scale * middle
-                for c in range(responses.cuts[r], responses.cuts[r + 1]):
-                    w = responses.window[c]
-                    for j in range(4):
-                        gain = responses.cut_gain[c, j]
-                        wide = radius * scale * abs(gain) + responses.error[r]
-                        x = position + responses.cut_velocity_gain[c, j] * velocity + gain * control
-                        x += responses.cut_acceleration_gain[c, j] * acceleration
-                        low[w, axis], high[w, axis] = min(low[w, axis], x - wide), max(high[w, axis], x + wide)
+            radius = tested_controls(i, r, 1.0 if part == 0 else 1.0 / settings.share, robots, responses, control)
+            for k in range(2 * BALL_WINDOWS + 1):
+                gains, bend = responses.window_gains[r, k * STRIDE], responses.ball_bends[r, k]
+                before, after = max(k - 1, 0) // 2, min(k, 2 * BALL_WINDOWS - 1) // 2
+                wide = radius * (gains[2] + bend[2]) + responses.error[r]
+                for axis in range(settings.dimension):
+                    v, a, u = robots.velocity[i, axis], robots.acceleration[i, axis], control[axis]
+                    x = robots.position[i, axis] + gains[0] * v + gains[1] * a + gains[2] * u
+                    more = wide + bend[0] * abs(v) + bend[1] * abs(a) + bend[2] * abs(u)
+                    low[before, axis], high[before, axis] = (
+                        min(low[before, axis], x - more),
+                        max(high[before, axis], x + more),
+                    )
+                    if after != before:
+                        low[after, axis], high[after, axis] = (
+                            min(low[after, axis], x - more),
+                            max(high[after, axis], x + more),
+                        )
     for w in range(BALL_WINDOWS):
         for axis in range(settings.dimension, 3):
             low[w, axis], high[w, axis] = 0.0, 0.0
         radii[w] = ball_of(low[w], high[w], centers[w])
+
+
+@inlined
+def tested_controls(i: int, r: int, scale: float, robots: RobotTable, responses: ResponseTable, center: Array) -> float:
+    """The ball that holds all controls of response r that are tested: its radius; its centre goes into `center` (3,).
+
+    It holds the admissible controls, about the control that changes nothing now scaled by `scale` [1].
+    """
+    peak, radius = smallest_control_ball(i, r, robots, responses)
+    unchanged_control(i, r, robots, responses, center)
+    for axis in range(3):
+        middle = -peak_drift(i, peak, axis, robots, responses) / responses.peaks[peak, 4]
+        center[axis] += (middle - center[axis]) * scale
+    return radius * scale
+
+
+@kernel
+def response_balls(i: int, r: int, robots: RobotTable, responses: ResponseTable, balls: Array) -> None:
+    """Write balls (RESPONSE_WINDOWS, 4) [m], centre and radius, that hold robot i under every control of response r."""
+    control = np.zeros(3)
+    radius = tested_controls(i, r, 1.0, robots, responses, control)
+    for w in range(RESPONSE_WINDOWS):
+        first, last, bend = responses.window_gains[r, w], responses.window_gains[r, w + 1], responses.window_bends[r, w]
+        square, more = 0.0, 0.0
+        for axis in range(3):
+            v, a, u = robots.velocity[i, axis], robots.acceleration[i, axis], control[axis]
+            begin = robots.position[i, axis] + first[0] * v + first[1] * a + first[2] * u
+            end = robots.position[i, axis] + last[0] * v + last[1] * a + last[2] * u
+            balls[w, axis] = 0.5 * (begin + end)
+            square += (0.5 * (end - begin)) ** 2
+            more += bend[0] * abs(v) + bend[1] * abs(a) + bend[2] * abs(u)
+        size = np.sqrt(square) + more + radius * (max(first[2], last[2]) + bend[2]) + responses.error[r]
+        balls[w, 3] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
 
 
 @kernel

@@ -109,7 +109,7 @@ def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTabl
         predict(i, robots, settings)
 
 
-@kernel
+@inlined
 def continue_from_state(
     i: int, robots: RobotTable, settings: DecisionSettings, position: Array, velocity: Array
 ) -> None:

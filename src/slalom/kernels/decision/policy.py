@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, PositionMap
 from slalom.kernels.decision.encounters import in_reach, obstacle_pieces, reduce_margin
-from slalom.kernels.decision.limits import is_too_fast, obeys_turning_bounds
+from slalom.kernels.decision.limits import is_too_fast, largest_error, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
 from slalom.kernels.decision.neighbours import cell_list, neighbours_in_cells, reachable_balls, reachable_neighbours
@@ -26,6 +26,7 @@ from slalom.kernels.decision.tables import (
     Controls,
     DecisionSettings,
     DecisionTables,
+    EncounterTables,
     ObstaclePieces,
     Paths,
     RelativeMotion,
@@ -71,10 +72,13 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
     bounding_balls(times[i], robots.committed_points[i], settings, centers, radii)
     met = reachable_neighbours(i, near, centers, radii, robots, settings)
-    rows, overlapping = obstacle_pieces(i, met, centers, radii, tables)
+    scene = EncounterTables(robots, tables.bodies, settings)
+    error = largest_error(i, robots, tables.responses)
+    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, scene)
     if overlapping:
         return FALL_BACK
-    if not obeys_turning_bounds(i, robots, tables.bounds, settings, np.empty(d), np.empty(d)):
+    bounded = tables.bounds.first[i + 1] > tables.bounds.first[i]
+    if bounded and not obeys_turning_bounds(i, robots, tables.bounds, settings, np.empty(d), np.empty(d)):
         return CONSTRAINED
     if without_margin:
         reduce_margin(1.0, rows)
@@ -243,7 +247,9 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
         if result in (KEPT, FALL_BACK):
             return result
     met = reachable_neighbours(i, near, centers, radii, robots, settings)
-    rows, overlapping = obstacle_pieces(i, met, centers, radii, tables)
+    scene = EncounterTables(robots, tables.bodies, settings)
+    error = largest_error(i, robots, tables.responses)
+    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, scene)
     if overlapping:
         return FALL_BACK
     for level in range(MARGIN_STEPS + 1):

@@ -2,13 +2,15 @@
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, PositionMap, Segments
+from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
 from slalom.kernels.decision.encounters import hulls_of_bodies
 from slalom.kernels.decision.limits import admissible_set
+from slalom.kernels.decision.neighbours import response_balls
 from slalom.kernels.decision.tables import DecisionTables, GrownBodies, ObstaclePieces, RelativeMotion
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 from slalom.kernels.selection.admissible import segments_in_reach
+from slalom.tolerances import RESPONSE_WINDOWS
 
 
 @inlined
@@ -32,6 +34,57 @@ def relative_table(
     return table, hulls_of_segments(bodies.corners, rows, cut.body, cut.turns), cut.body
 
 
+@kernel
+def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables) -> ObstaclePieces:
+    """The rows that robot i can come near under some control of response r; bodies of robots stay.
+
+    A row on which no admissible control can collide changes no choice.
+    """
+    pieces, horizon, d = rows.pieces, tables.settings.horizon, rows.pieces.points.shape[2]
+    balls, near, count = np.empty((RESPONSE_WINDOWS, 4)), np.empty(len(pieces.body), np.int64), 0
+    response_balls(i, r, tables.robots, tables.responses, balls)
+    width = horizon / RESPONSE_WINDOWS
+    for s in range(len(pieces.body)):
+        if rows.balls[s, 3] < np.inf:
+            first = max(int(pieces.times[s, 0] / width), 0)
+            last = min(int(min(pieces.times[s, 1], horizon) / width), RESPONSE_WINDOWS - 1)
+            close = False
+            for w in range(first, last + 1):
+                x, y = balls[w, 0] - rows.balls[s, 0], balls[w, 1] - rows.balls[s, 1]
+                z, reach = balls[w, 2] - rows.balls[s, 2], balls[w, 3] + rows.balls[s, 3]
+                if x * x + y * y + z * z <= reach * reach:
+                    close = True
+                    break
+            if not close:
+                continue
+        near[count] = s
+        count += 1
+    if count == len(pieces.body):
+        return rows
+    turning = len(pieces.turns) > 0
+    turns = np.empty((count if turning else 0, 4, 2))
+    kept = Pieces(
+        np.empty((count, 2)),
+        np.empty((count, 4, d)),
+        np.empty(count),
+        np.empty(count),
+        turns,
+        np.empty(count, np.int64),
+    )
+    for k in range(count):
+        s = near[k]
+        kept.times[k, 0], kept.times[k, 1] = pieces.times[s, 0], pieces.times[s, 1]
+        kept.radius[k], kept.growth[k], kept.body[k] = pieces.radius[s], pieces.growth[s], pieces.body[s]
+        for c in range(4):
+            for axis in range(d):
+                kept.points[k, c, axis] = pieces.points[s, c, axis]
+            if turning:
+                turns[k, c, 0], turns[k, c, 1] = pieces.turns[s, c, 0], pieces.turns[s, c, 1]
+    return ObstaclePieces(
+        kept, rows.margin[:count], rows.hull, rows.hull_radius, rows.robot, rows.balls[:count], rows.cooperates
+    )
+
+
 @inlined
 def relative_motion(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables, unchanged: Array) -> RelativeMotion:
     """The relative motion of robot i under response r; `unchanged` (3,): the control that changes nothing now."""
@@ -46,7 +99,8 @@ def relative_motion(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
                 own = robots.position[i, axis] + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
                 drift[p, c, axis] = own + responses.acceleration_gain[first + p, c] * robots.acceleration[i, axis]
     motion = PositionMap(knots, drift, responses.gain[first:last])
-    table, hulls, body = relative_table(rows, tables.bodies, motion, settings.horizon)
+    near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.body_radius) else rows
+    table, hulls, body = relative_table(near_rows, tables.bodies, motion, settings.horizon)
     if settings.share < 1.0:
         # Half the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) / share
         # is tested.

@@ -23,11 +23,9 @@ class ResponseTable(NamedTuple):
     settled_velocity: Array  # (k, 3) at that time: velocity = [0] v + [1] a + [2] u
     initial_acceleration: Array  # (k, 3) at the start: acceleration = [0] v + [1] a + [2] u
     peaks: Array  # (p, 5) response, 0 for a velocity or 1 for an acceleration, shares of v and a, gain
-    cuts: Indices  # (k + 1,) response r has the parts of pieces, cut at windows, cuts[r] to cuts[r + 1]
-    window: Indices  # (c,) window of each part
-    cut_velocity_gain: Array  # (c, 4) [s]
-    cut_acceleration_gain: Array  # (c, 4) [s^2]
-    cut_gain: Array  # (c, 4)
+    window_gains: Array  # (k, w + 1, 3) gains of v, a and u in the position at the ends of w = RESPONSE_WINDOWS windows
+    window_bends: Array  # (k, w, 3) largest difference of these gains from their chord in each window
+    ball_bends: Array  # (k, 2 * BALL_WINDOWS + 1, 3) the same on either side of the ends of half windows of balls
 
 
 class RobotTable(NamedTuple):
@@ -155,6 +153,14 @@ class DecisionTables(NamedTuple):
     settings: DecisionSettings
 
 
+class EncounterTables(NamedTuple):
+    """What a robot can meet. Fewer arrays than `DecisionTables`: to hand them over takes time."""
+
+    robots: RobotTable
+    bodies: GrownBodies
+    settings: DecisionSettings
+
+
 class Paths(NamedTuple):
     """Paths in cubic pieces over absolute time, one in each row."""
 
@@ -170,6 +176,7 @@ class ObstaclePieces(NamedTuple):
     hull: Indices  # (b,)
     hull_radius: Array  # (b,) [m]
     robot: Indices  # (b,) number of the robot, -1 for a passive body
+    balls: Array  # (n, 4) [m] centre and radius of a ball that holds the grown body on a piece; inf: not known
     cooperates: Flags  # (b,) whether the body is a robot that does its share of the avoidance
 
 

@@ -12,7 +12,7 @@ from slalom.kernels.decision.time_to_go import (
     time_to_stop,
 )
 from slalom.kernels.geometry.cubic import slope, value
-from slalom.kernels.jit import kernel
+from slalom.kernels.jit import inlined, kernel
 from slalom.tolerances import INTERCEPTION_STEPS, INTERCEPTION_WAIT
 
 ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
@@ -20,12 +20,8 @@ ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
 
 
 @kernel
-def target_state(i: int, t: float, robots: RobotTable, targets: TargetPaths, position: Array, velocity: Array) -> None:
-    """Write the position (3,) [m] and velocity (3,) [m/s] of the target of robot i at time t [s]."""
-    for axis in range(3):
-        position[axis], velocity[axis] = robots.target[i, axis], 0.0
-    if not robots.moving[i]:
-        return
+def moving_target(i: int, t: float, targets: TargetPaths, position: Array, velocity: Array) -> None:
+    """Write the position (3,) [m] and velocity (3,) [m/s] of the moving target of robot i at time t [s]."""
     first, last = targets.first[i], targets.first[i + 1]
     begin, end = targets.times[first + i], targets.times[last + i]
     low, high, at = first, last, min(max(t, begin), end)
@@ -43,23 +39,34 @@ def target_state(i: int, t: float, robots: RobotTable, targets: TargetPaths, pos
         velocity[axis] = slope(p[0], p[1], p[2], p[3], x) / width if moves else 0.0
 
 
+@inlined
+def target_state(i: int, t: float, robots: RobotTable, targets: TargetPaths, position: Array, velocity: Array) -> None:
+    """Write the position (3,) [m] and velocity (3,) [m/s] of the target of robot i at time t [s]."""
+    if robots.moving[i]:
+        moving_target(i, t, targets, position, velocity)
+        return
+    for axis in range(3):
+        position[axis], velocity[axis] = robots.target[i, axis], 0.0
+
+
 @kernel
-def intercept(i: int, t: float, position: Array, robots: RobotTable, targets: TargetPaths, scratch: Scratch) -> None:
-    """Write into `scratch.target` where robot i, at `position` (d,) [m] and max speed from t [s] on, meets its target.
+def intercept(i: int, t: float, position: Array, max_speed: float, targets: TargetPaths, scratch: Scratch) -> None:
+    """Write into `scratch.target` where robot i, at `position` (d,) [m] and max speed from t [s] on, meets its moving
+    target.
 
     Fixed-point iteration on the time of arrival, which is bounded for targets that outrun the robot.
     """
     duration = 0.0
-    for _ in range(INTERCEPTION_STEPS if robots.moving[i] else 0):
-        target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
+    for _ in range(INTERCEPTION_STEPS):
+        moving_target(i, t + duration, targets, scratch.target, scratch.target_velocity)
         square = 0.0
         for axis in range(len(position)):
             square += (scratch.target[axis] - position[axis]) ** 2
-        duration = min(np.sqrt(square) / robots.max_speed[i], 2.0 * duration + INTERCEPTION_WAIT)
-    target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
+        duration = min(np.sqrt(square) / max_speed, 2.0 * duration + INTERCEPTION_WAIT)
+    moving_target(i, t + duration, targets, scratch.target, scratch.target_velocity)
 
 
-@kernel
+@inlined
 def desired_velocity(
     i: int, t: float, position: Array, velocity: Array, robots: RobotTable, targets: TargetPaths, scratch: Scratch
 ) -> None:
@@ -73,10 +80,10 @@ def desired_velocity(
         for axis in range(len(position)):
             away[axis], desired[axis] = 0.0, robots.wanted[i, axis]
         return
-    if robots.stop[i]:
-        target_state(i, t, robots, targets, scratch.target, scratch.target_velocity)
+    if robots.moving[i] and not robots.stop[i]:
+        intercept(i, t, position, top, targets, scratch)
     else:
-        intercept(i, t, position, robots, targets, scratch)
+        target_state(i, t, robots, targets, scratch.target, scratch.target_velocity)
     for axis in range(len(position)):
         away[axis] = scratch.target[axis] - position[axis]
     if not robots.stop[i]:
@@ -93,7 +100,7 @@ def desired_velocity(
             desired[axis] /= share
 
 
-@kernel
+@inlined
 def time_to_target(
     i: int, t: float, position: Array, velocity: Array, robots: RobotTable, targets: TargetPaths, scratch: Scratch
 ) -> float:
@@ -107,7 +114,6 @@ def time_to_target(
         for axis in range(len(position)):
             away[axis] = robots.target[i, axis] - position[axis]
         return float(time_to_go(away, velocity, most, top, tolerance, stop, desired))
-    duration = 0.0
     if stop:
         desired_velocity(i, t, position, velocity, robots, targets, scratch)
         square, change = 0.0, 0.0
@@ -115,8 +121,9 @@ def time_to_target(
             square += away[axis] * away[axis]
             change += (desired[axis] - velocity[axis]) ** 2
         return float(time_to_stop(max(0.0, np.sqrt(square) - tolerance), np.sqrt(change), most, top))
+    duration = 0.0
     for _ in range(INTERCEPTION_STEPS):
-        target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
+        moving_target(i, t + duration, targets, scratch.target, scratch.target_velocity)
         for axis in range(len(position)):
             away[axis] = scratch.target[axis] - position[axis]
         duration = earliest_arrival(away, velocity, most, top, 0.5 * tolerance)

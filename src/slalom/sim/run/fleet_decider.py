@@ -1,157 +1,123 @@
-"""Decisions of all robots of a run by the compiled policy."""
+"""Decisions of all robots of a run: a fleet with guidance, late or lost messages and sensing, and periodic images."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
-from slalom import kernels
 from slalom.checks import Array
 from slalom.decision import Outcome
-from slalom.decision_tables import (
-    Skeletons,
-    bounds_of,
-    commit_to,
-    moved_bodies,
-    response_table,
-    robot_table,
-    target_paths,
-)
+from slalom.decision_tables import moved_bodies, target_paths
+from slalom.fleet.committed import CommittedFleet, first_manoeuvre, margin_among
 from slalom.forecast import predicted
-from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, GrownBodies, RobotTable
-from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre
+from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, RobotTable
 from slalom.methods import Method
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
-from slalom.response import AccelerateThenBrake
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
-from slalom.sim.run.deciders import Decisions, first_manoeuvre, margin_among
+from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.guidance import Guidance
-from slalom.sim.run.linear_forecast import linear_forecast, piecewise_polynomial
 from slalom.sim.run.messages import Messages, messages_of
-from slalom.sim.run.rounds import at_once, one_by_one
 from slalom.sim.run.sensing import sensing_of
+from slalom.sim.scenario import Scenario
 from slalom.state import State
-from slalom.tolerances import DETOURS, FORECAST_HORIZONS, REST_DURATION
-from slalom.trajectory import ConstantAcceleration, Stationary, Trajectory
 
-BY_NUMBER = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED, Outcome.WAITING)
-OUTCOMES = tuple(outcome.name for outcome in BY_NUMBER)
-"""The outcomes by the kernel's numbers, and last the outcome WAIT, which the kernel never gives."""
-WAIT, FALL_BACK = 5, -1
-"""The numbers of a robot that may not decide, and of one for which `Navigator` decided as the fallback."""
+
+def margin_of(scenario: Scenario, method: Method) -> float:
+    """The margin [m] of the robots of a scenario that meet each other, see `fleet.margin_among`."""
+    time = scenario.dt * scenario.steps_per_decision + scenario.sight_delay
+    most = max(robot.limits.max_acceleration for robot in scenario.robots)
+    return margin_among(method, scenario.margin, most, time, scenario.sight_noise)
 
 
 class FleetDecider:
-    """One kernel decides for all robots, `Navigator.fall_back` for a robot without a safe control.
-
-    Committed manoeuvres are cubic pieces over two horizons, or for all time where they end at rest.
+    """A fleet whose robots have the targets that guidance gives them.
 
     Attributes:
-        fleet: all robots, as `kernels.decision.tables.RobotTable`. responses: their responses as tables.
+        fleet: decides; its table shares the arrays of `states`.
         messages, sensing: None where messages or observations are immediate and exact.
-        margin: [m], see `margin_among`. period: [s] between decisions. span: [s] of committed manoeuvres.
+        margin: [m], see `margin_of`. period: [s] between decisions.
     """
 
     def __init__(self, method: Method, guidance: Guidance, seed: int = 0, threads: int | None = None) -> None:
-        self.threads = kernels.threads() if threads is None else threads
-        self.method, self.guidance, self.states = method, guidance, guidance.states
+        self.guidance, self.states = guidance, guidance.states
         self.scenario = scenario = guidance.states.scenario
-        self.messages, self.sensing = messages_of(scenario, method, seed), sensing_of(self.states, method, seed)
-        robots, guide, n = scenario.robots, guidance.guide, len(scenario.robots)
-        self.period, self.span = scenario.dt * scenario.steps_per_decision, 2.0 * scenario.horizon
-        self.margin = margin_among(scenario, method)
-        self._limits, self._skeletons = [r.limits for r in robots], Skeletons([r.shape for r in robots])
-        self._turning = [k for k, limits in enumerate(self._limits) if limits.bounds]
-        distinct: dict[Limits, int] = {}
-        kind = np.array([distinct.setdefault(limits, len(distinct)) for limits in self._limits])
-        kinds = tuple(method.responses(limits, self.period, scenario.holds) for limits in distinct)
-        self.responses = response_table(kinds, scenario.horizon, self.span, scenario.dimension)
-        self._texts = [repr(response) for each in kinds for response in each]
-        pieces = max(3, int(np.diff(self.responses.first).max()))
-        self._forecast = (
-            None if method.shared else linear_forecast(method.robot_forecast, FORECAST_HORIZONS * scenario.horizon)
+        robots, guide = scenario.robots, guidance.guide
+        self.period = scenario.dt * scenario.steps_per_decision
+        self.fleet = fleet = CommittedFleet(
+            method,
+            [robot.shape for robot in robots],
+            [robot.limits for robot in robots],
+            names=[robot.name for robot in robots],
+            period=self.period,
+            horizon=scenario.horizon,
+            margin=scenario.margin,
+            holds=scenario.holds,
+            patience=scenario.patience,
+            threads=threads,
         )
-        observed = pieces if self._forecast is None else len(self._forecast.shares)
-        end = scenario.start + scenario.duration + self.span
-        self._targets, self._goal_moves = target_paths([r.goal for r in robots], scenario.start, end)
-        self.fleet = robot_table(n, pieces, observed)._replace(
+        self.method = method = fleet.method
+        self.messages, self.sensing = messages_of(scenario, method, seed), sensing_of(self.states, method, seed)
+        self.margin = fleet.margin_among = margin_of(scenario, method)
+        fleet.table = fleet.table._replace(
             position=guide.position,
             velocity=guide.velocity,
-            kind=kind,
-            skeleton=self._skeletons.kind,
-            rounding=self._skeletons.rounding,
             radius=guide.radius,
             max_speed=guide.max_speed,
-            max_acceleration=np.array([limits.max_acceleration for limits in self._limits]),
-            braking=np.array([limits.braking for limits in self._limits]),
             target=guide.target,
             tolerance=guide.tolerance,
             stop=guide.stop,
             present=guide.present,
         )
-        if method.shared:
-            # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
-            self.fleet.regret[:] = 0.0
-        # The response of each robot whose manoeuvre is not in the tables, and the robot in each row of `fleet`.
-        self._other_texts, self._robot_of = [""] * n, np.arange(n)
+        end = scenario.start + scenario.duration + fleet.span
+        fleet.targets, self._goal_moves = target_paths([robot.goal for robot in robots], scenario.start, end)
+        # The robot in each row of the table.
+        self._robot_of = np.arange(len(robots))
         self._sent: dict[int, tuple[Array, Array]] = {}
         self._sensing_time = 0.0
-        self._bounds = bounds_of(self._limits, [r.state for r in robots])
-        self._no_obstacles = None if scenario.obstacles else self._grown_bodies(scenario.start)
+        self._no_obstacles = None if scenario.obstacles else fleet.grown_bodies((), scenario.start)
         for k, robot in enumerate(robots):
-            self._commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
+            fleet.commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
+        # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
+        fleet.table.regret[:] = 0.0 if method.shared else np.inf
 
     def sense(self, now: float) -> None:
-        before, fleet = perf_counter(), self.fleet
-        fleet.acceleration[:] = self.states.acceleration
+        before, states, table = perf_counter(), self.states, self.fleet.table
+        table.acceleration[:] = states.acceleration
         if self.messages is not None:
             if not self._sent:
-                self._sent[-1] = fleet.committed_times.copy(), fleet.committed_points.copy()
-            self.messages.deliver(fleet.position)
+                self._sent[-1] = table.committed_times.copy(), table.committed_points.copy()
+            self.messages.deliver(states.position)
         elif self.sensing is not None:
-            self.sensing.observe(np.array([fleet.position, fleet.velocity, fleet.acceleration]), now)
-        elif not self.method.shared:
-            self._predict(now)
+            self.sensing.observe(np.array([states.position, states.velocity, states.acceleration]), now)
+        else:
+            self.fleet.observe(now)
         self._sensing_time = perf_counter() - before
 
     def guide(self, now: float) -> None:
         self.guidance.update(now, self.period)
-        fleet = self.fleet
-        fleet.final[:] = (fleet.target == self.guidance.guide.goal).all(axis=1)
-        fleet.moving[:] = fleet.final & self._goal_moves
+        table = self.fleet.table
+        table.final[:] = (table.target == self.guidance.guide.goal).all(axis=1)
+        table.moving[:] = table.final & self._goal_moves
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
-        before, s, method = perf_counter(), self.scenario, self.method
-        regain = np.inf if method.regain is None else method.regain
-        usual = DecisionSettings(
-            s.dimension, now, self.period, s.horizon, self.margin, regain, s.patience, method.share, method.shared,
-            np.array(DETOURS),
-        )  # fmt: skip
-        everywhere, outcomes = self._grown_bodies(now) if self._no_obstacles is None else self._no_obstacles, {}
-        decide_all = one_by_one if method.shared else at_once
-        if self._turning:
-            self._bounds = bounds_of(self._limits, [self.states.state(k) for k in range(len(self._limits))])
-        for together, settings in self._turns(np.array(order, dtype=np.int64), usual):
+        before, outcomes = perf_counter(), dict[int, Outcome]()
+        everywhere = self._grown_bodies(now) if self._no_obstacles is None else self._no_obstacles
+        for together, settings in self._turns(np.array(order, dtype=np.int64), self.fleet.settings(now)):
             for some, bodies in self._among_images(together, everywhere):
-                tables = DecisionTables(self.fleet, bodies, self.responses, self._bounds, self._targets, settings)
-                outcomes.update(decide_all(some, tables, lambda k: self._fall_back(k, now), self.threads))
-        found = self.fleet.outcome.tolist()
-        outcomes.update({k: OUTCOMES[found[k]] for k in order if found[k] != FALL_BACK})
+                outcomes.update(self.fleet.decide(some, settings, bodies, lambda k: self._fall_back(k, now)))
         each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)
-        return Decisions(outcomes, dict.fromkeys(order, each))
+        names = {k: outcomes.get(k, Outcome.WAITING).name for k in order}
+        return Decisions(names, dict.fromkeys(order, each))
 
     def _turns(self, due: Indices, settings: DecisionSettings) -> Iterator[tuple[Indices, DecisionSettings]]:
-        """Groups of robots that decide from the same knowledge of the others, which `fleet` then holds."""
+        """Groups of robots that decide from the same knowledge of the others, which the table then holds."""
         if self.messages is not None:
             yield from self._by_messages(self.messages, due, settings)
         elif self.sensing is not None:
             for k in due:
-                self._predict(settings.now, int(k))
+                observed = np.moveaxis(self.sensing.observed[k], 0, 1)
+                self.fleet.observe(settings.now, observed, self.sensing.time[k])
                 yield due[due == k], settings
         else:
             yield due, settings
@@ -159,33 +125,32 @@ class FleetDecider:
     def _by_messages(
         self, messages: Messages, due: Indices, settings: DecisionSettings
     ) -> Iterator[tuple[Indices, DecisionSettings]]:
-        """Each robot that may decide, with the manoeuvres that it has received in `fleet`; the others go on.
+        """Each robot that may decide, with the manoeuvres that it has received in the table; the others wait.
 
         A robot expects to decide again after as long as it has waited now.
         """
-        fleet, rows = self.fleet, np.arange(len(self.fleet.radius))
+        table, rows = self.fleet.table, np.arange(len(self.fleet.table.radius))
         for k in due:
-            if not messages.may_decide(int(k), fleet.present):
-                fleet.outcome[k] = WAIT
+            if not messages.may_decide(int(k), table.present):
                 continue
             for j in rows[rows != k]:
                 times, points = self._sent[int(messages.received[k, j])]
-                fleet.observed_times[j], fleet.observed_points[j] = times[j], points[j]
+                table.observed_times[j], table.observed_points[j] = times[j], points[j]
             yield due[due == k], settings._replace(period=max(self.period, messages.waited(int(k))))
-        self._sent[messages.step] = fleet.committed_times.copy(), fleet.committed_points.copy()
+        self._sent[messages.step] = table.committed_times.copy(), table.committed_points.copy()
         messages.send()
         for step in [step for step in self._sent if step < messages.oldest]:
             del self._sent[step]
 
-    def _among_images(self, some: Indices, bodies: list[GrownBodies]) -> Iterator[tuple[Indices, GrownBodies]]:
-        """Robots that decide together, and all bodies grown by their kind of skeleton.
+    def _among_images(self, some: Indices, bodies: list[GrownBodies]) -> Iterator[tuple[Indices, list[GrownBodies]]]:
+        """Robots that decide together, and all bodies grown by each kind of skeleton.
 
-        In a periodic world each robot alone, with all images of the others that it can meet in `fleet`. Its own images
-        move as it does and need not be avoided.
+        In a periodic world each robot alone, with all images of the others that it can meet in the table. Its own
+        images move as it does and need not be avoided.
         """
-        whole, period, d = self.fleet, self.scenario.period, self.scenario.dimension
+        fleet, whole, period, d = self.fleet, self.fleet.table, self.scenario.period, self.scenario.dimension
         if period is None:
-            yield from self._by_skeleton(some, bodies)
+            yield some, bodies
             return
         speed = np.maximum(whole.max_speed, np.linalg.norm(whole.velocity, axis=1))
         reach = speed * self.scenario.horizon + whole.radius
@@ -193,108 +158,37 @@ class FleetDecider:
             self._robot_of, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
             # Passive obstacles are those of the cell about the origin, into which `home` brings the robot.
             home = to_nearest(whole.position[k], period)[:d]
-            self.fleet = own = RobotTable._make(column[self._robot_of] for column in whole)
+            fleet.table = own = RobotTable._make(column[self._robot_of] for column in whole)
             own.position[:] += by
             own.observed_points[:] += by[:, None, None]
-            yield np.array([k]), moved_bodies(bodies[whole.skeleton[k]], -home)
+            yield np.array([k]), [moved_bodies(each, -home) for each in bodies]
             for column, new in zip(whole, own, strict=True):
                 column[k] = new[k]
-            self.fleet, self._robot_of = whole, np.arange(len(whole.radius))
-
-    def _by_skeleton(self, some: Indices, bodies: list[GrownBodies]) -> Iterator[tuple[Indices, GrownBodies]]:
-        """Robots with one kind of skeleton each; in their order where each avoids the decisions before its own."""
-        kinds = self.fleet.skeleton[some]
-        if not self.method.shared:
-            some = some[np.argsort(kinds, kind="stable")]
-            kinds = np.sort(kinds)
-        for part in np.split(some, np.flatnonzero(np.diff(kinds)) + 1):
-            if len(part):
-                yield part, bodies[self.fleet.skeleton[part[0]]]
+            fleet.table, self._robot_of = whole, np.arange(len(whole.radius))
 
     def accelerations(self, now: float, duration: float) -> Array:
-        fleet, t = self.fleet, now + duration
-        rows = np.arange(len(fleet.committed_times))
-        piece = np.minimum((fleet.committed_times[:, 1:] < t).sum(axis=1), fleet.committed_points.shape[1] - 1)
-        width = (fleet.committed_times[rows, piece + 1] - fleet.committed_times[rows, piece])[:, None]
-        x = (t - fleet.committed_times[rows, piece])[:, None] / width
-        p = fleet.committed_points[rows, piece]
-        slope = (1 - x) ** 2 * (p[:, 1] - p[:, 0]) + 2 * x * (1 - x) * (p[:, 2] - p[:, 1]) + x * x * (p[:, 3] - p[:, 2])
-        return self.states.stop_departed((3.0 * slope / width - fleet.velocity) / duration, duration)
+        velocity, _ = self.fleet.planned(now + duration)
+        return self.states.stop_departed((velocity - self.fleet.table.velocity) / duration, duration)
 
     def committed(self) -> tuple[Array, tuple[str, ...]]:
-        rows, texts, others = self.fleet.response.tolist(), self._texts, self._other_texts
-        responses = tuple(texts[r] if r >= 0 else others[k] for k, r in enumerate(rows))
-        return self.fleet.control[:, : self.scenario.dimension].copy(), responses
+        return self.fleet.table.control[:, : self.scenario.dimension].copy(), self.fleet.committed_responses()
 
-    def _predict(self, now: float, observer: int = -1) -> None:
-        """Write the predicted paths of all robots into `fleet`: from the present states, or from what one observed."""
-        fleet, d = self.fleet, self.scenario.dimension
-        states = np.stack([fleet.position, fleet.velocity, fleet.acceleration], axis=1)
-        time = np.full(len(states), now)
-        if self.sensing is not None:
-            states, time = np.moveaxis(self.sensing.observed[observer], 0, 1), self.sensing.time[observer]
-        if self._forecast is not None and time.min() + self._forecast.times[-1] >= now + self.scenario.horizon:
-            fleet.observed_times[:] = time[:, None] + self._forecast.times
-            fleet.observed_points[:] = self._forecast.points(states)
-            return
-        for k in np.flatnonzero(fleet.present):
-            position, velocity, acceleration = states[k, :, :d]
-            observed = ConstantAcceleration(position, velocity, acceleration, float(time[k]))
-            self._show(int(k), self.method.robot_forecast(observed, float(time[k])), now)
-
-    def _show(self, k: int, path: Trajectory, now: float) -> None:
-        """Write `path` into `fleet` as the observed path of robot k. It has no more pieces than the table holds."""
-        fleet, d = self.fleet, self.scenario.dimension
-        pieces = path.path(now, now + self.scenario.horizon)
-        count = len(pieces.points)
-        fleet.observed_times[k] = pieces.times[-1]
-        fleet.observed_times[k, : count + 1] = pieces.times
-        fleet.observed_points[k, :count, :, :d] = pieces.points
-
-    def _commit(self, k: int, manoeuvre: Manoeuvre, now: float) -> None:
-        """Commit robot k to a manoeuvre that is not in the tables."""
-        fleet, d = self.fleet, self.scenario.dimension
-        path = manoeuvre.path(now, now + self.span)
-        commit_to(fleet, k, path)
-        if isinstance(manoeuvre.response, AccelerateThenBrake):
-            fleet.committed_times[k, len(path.points) :] = now + REST_DURATION
-        if self.method.shared:
-            fleet.observed_times[k], fleet.observed_points[k] = fleet.committed_times[k], fleet.committed_points[k]
-        fleet.response[k], self._other_texts[k] = -1, repr(manoeuvre.response)
-        fleet.control[k, :d] = manoeuvre.control
-
-    def _fall_back(self, k: int, now: float) -> str:
-        """Commit robot k to the decision of its `Navigator`; the name of the outcome."""
-        fleet, d, scenario = self.fleet, self.scenario.dimension, self.scenario
-        state = State(fleet.position[k, :d], fleet.velocity[k, :d], fleet.acceleration[k, :d])
-        others = [self._observed(int(j)) for j in np.flatnonzero(fleet.present) if j != k]
-        goal = Goal(Stationary(fleet.target[k, :d]), float(fleet.tolerance[k]), bool(fleet.stop[k]))
-        navigator = replace(scenario.navigator(self.method, k), margin=self.margin)
-        passive = scenario.around(state, now, self.method, k, self.margin)
-        decision = navigator.fall_back(state, [*passive, *others], goal, now=now)
-        self._commit(k, decision.manoeuvre, now)
-        fleet.outcome[k], fleet.regret[k] = FALL_BACK, 0.0
-        return decision.outcome.name
-
-    def _observed(self, k: int) -> Obstacle:
-        """The robot in row k of `fleet` as an obstacle on its observed path."""
-        robot, points = self.scenario.robots[self._robot_of[k]], self.fleet.observed_points[k]
-        path = piecewise_polynomial(self.fleet.observed_times[k], points[..., : self.scenario.dimension])
-        return Obstacle(robot.shape, path, robot.name)
+    def _fall_back(self, k: int, now: float) -> Outcome:
+        """Commit robot k to the decision of a navigator."""
+        table, d = self.fleet.table, self.scenario.dimension
+        state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
+        passive = self.scenario.around(state, now, self.method, k, self.margin)
+        return self.fleet.fall_back(k, passive, now, self._robot_of)
 
     def _grown_bodies(self, now: float) -> list[GrownBodies]:
-        """The predicted passive obstacles and the robots, grown by each kind of skeleton.
-
-        In a periodic world all images that robots in the cell about the origin can meet.
-        """
-        s, forecast = self.scenario, self.method.forecast
+        """All bodies that robots can meet; in a periodic world for robots in the cell about the origin."""
+        s, forecast, table = self.scenario, self.method.forecast, self.fleet.table
+        if s.period is None:
+            return self.fleet.grown_bodies(s.obstacles, now)
         existing = [o for o in s.obstacles if forecast.includes_future or o.exists(now)]
-        obstacles = [predicted(obstacle, forecast, now) for obstacle in existing]
-        if s.period is not None:
-            # No response makes a robot faster that exceeds its largest speed.
-            speed = max(self.fleet.max_speed.max(), np.linalg.norm(self.fleet.velocity, axis=1).max())
-            reach = 0.5 * np.array(s.period) + speed * s.horizon + self.fleet.radius.max() + self.margin
-            images = in_box(obstacles, s.period, now, s.horizon, -reach, reach)
-            obstacles = [displaced(obstacles[k], by) for k, by in images]
-        table = ObstacleTable(obstacles, now, s.horizon)
-        return [self._skeletons.grown_bodies(kind, table) for kind in range(len(self._skeletons.shapes))]
+        obstacles: list[Obstacle] = [predicted(obstacle, forecast, now) for obstacle in existing]
+        # No response makes a robot faster that exceeds its largest speed.
+        speed = max(table.max_speed.max(), np.linalg.norm(table.velocity, axis=1).max())
+        reach = 0.5 * np.array(s.period) + speed * s.horizon + table.radius.max() + self.margin
+        images = in_box(obstacles, s.period, now, s.horizon, -reach, reach)
+        return self.fleet.grown_bodies_of([displaced(obstacles[k], by) for k, by in images], now)

@@ -6,11 +6,11 @@ from shapely.affinity import translate
 
 from slalom import kernels
 from slalom.checks import Array
+from slalom.fleet.threads import map_in_threads
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.minkowski import outline_parts
 from slalom.sim.periodic import between
 from slalom.sim.run.robot_states import RobotStates
-from slalom.sim.run.threads import map_in_threads
 from slalom.sim.scenario import Scenario
 from slalom.tolerances import (
     GRID_BORDER,

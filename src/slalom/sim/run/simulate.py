@@ -29,7 +29,7 @@ from slalom.peers import Peer
 from slalom.sim.measure.recording import Recording
 from slalom.sim.measure.run_log import RunLog, Step
 from slalom.sim.measure.run_summary import RunSummary
-from slalom.sim.run.deciders import Decider, Decisions, SingleRobotDecider, refuse_short_horizon
+from slalom.sim.run.deciders import Decider, Decisions, SingleRobotDecider
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.peer_decider import PeerDecider
@@ -124,11 +124,6 @@ def _decider_and_rows(
 
 
 def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int | None) -> Decider:
-    if method.looks_ahead:
-        raise InvalidInput(f"method: expected one for several robots, found {method.name}, which is for one")
-    method = method.among_robots()
-    if method.shared:
-        refuse_short_horizon(scenario, method)
     return FleetDecider(method, Guidance(RobotStates(scenario), threads), seed, threads)
 
 

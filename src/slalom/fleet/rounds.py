@@ -10,28 +10,29 @@ from itertools import chain
 import numpy as np
 
 from slalom import kernels
+from slalom.decision import Outcome
+from slalom.fleet.threads import map_in_threads
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import CellList, DecisionTables
-from slalom.sim.run.threads import map_in_threads
 from slalom.tolerances import ROBOTS_PER_THREAD
 
-FallBack = Callable[[int], str]
-"""Decides for a robot for which the kernel found no decision; returns the name of the outcome."""
+FallBack = Callable[[int], Outcome]
+"""Decides for a robot (its row) for which the kernel found no decision; returns the outcome."""
 
 
-def at_once(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, str]:
+def at_once(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, Outcome]:
     """Decide for the robots `some` (m,), independently of each other; the outcomes of those that fell back."""
     cells = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)
     return {k: fall_back(k) for k in _undecided(some, cells, tables, threads)}
 
 
-def one_by_one(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, str]:
+def one_by_one(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, Outcome]:
     """Decide for the robots `some` (m,) in their order, each after those before it that it can meet.
 
     A round holds robots that cannot meet, so the decisions are those of one robot after the other. The robots after a
     robot that falls back wait for its decision. Returns the outcomes of robots that fell back.
     """
-    outcomes: dict[int, str] = {}
+    outcomes: dict[int, Outcome] = {}
     while len(some):
         cells = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)
         rounds = kernels.independent_rounds(some, cells, tables.robots)

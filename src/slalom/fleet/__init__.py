@@ -1,0 +1,1 @@
+"""Robots that decide together in a loop that belongs to the caller."""

@@ -1,0 +1,175 @@
+"""`Fleet`: robots that decide together in a loop that belongs to the caller."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slalom import (
+    METHODS,
+    ConstantVelocity,
+    Disc,
+    Fleet,
+    FleetDecision,
+    Limits,
+    Obstacle,
+    Outcome,
+    Rectangle,
+    Stationary,
+)
+from slalom.sim import gallery, simulate
+from slalom.sim.run.robot_states import integrate
+from slalom.tolerances import ADMISSIBLE, METRIC
+
+DT = 0.1
+
+
+def swap(n: int, radius: float = 5.0) -> tuple[np.ndarray, np.ndarray]:
+    """Starts on a circle, and targets opposite (n, 2) [m]."""
+    angles = 2.0 * np.pi * np.arange(n) / n + 0.05 * np.sin(np.arange(n))
+    starts = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return starts, -starts
+
+
+def drive(fleet: Fleet, positions: np.ndarray, targets: np.ndarray, steps: int, begin: int = 0, velocities=None):
+    """Positions (steps + 1, n, 2) of robots that follow the accelerations exactly, and the last velocities."""
+    velocities, path = np.zeros_like(positions) if velocities is None else velocities, [positions]
+    for k in range(begin, begin + steps):
+        decided = fleet.step(k * DT, positions, velocities, targets)
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+        path.append(positions)
+    return np.array(path), velocities
+
+
+def least_distance(path: np.ndarray) -> float:
+    """Between the centres of two robots, at the steps."""
+    apart = np.linalg.norm(path[:, :, None] - path[:, None], axis=-1)
+    return float(apart[:, ~np.eye(path.shape[1], dtype=bool)].min())
+
+
+@pytest.mark.parametrize("name", ["nao", "nao_shared", "rvo"])
+def test_a_loop_of_the_caller_is_the_run_of_the_simulator(name: str) -> None:
+    """Without guidance, to the bit."""
+    settings = {"robots": 6, "radius": 5.0, "robot_radius": 0.5, "duration": 6.0, "guided": 0.0}
+    scenario = gallery.build("circle", settings, seed=4)
+    run = simulate(scenario, METHODS[name])
+    fleet = Fleet(
+        METHODS[name],
+        [robot.shape for robot in scenario.robots],
+        [robot.limits for robot in scenario.robots],
+        period=scenario.dt * scenario.steps_per_decision,
+        horizon=scenario.horizon,
+        margin=scenario.margin,
+        holds=scenario.holds,
+        patience=scenario.patience,
+    )
+    positions = np.array([robot.state.position for robot in scenario.robots])
+    velocities = np.array([robot.state.velocity for robot in scenario.robots])
+    targets = np.array([robot.goal.position(0.0) for robot in scenario.robots])
+    tolerance = scenario.robots[0].goal.tolerance
+    for k in range(len(run.times) - 1):
+        np.testing.assert_array_equal(positions, run.positions[k])
+        decided = fleet.step(float(run.times[k]), positions, velocities, targets, tolerances=tolerance)
+        assert [outcome.name for outcome in decided.outcomes] == list(run.outcomes[k])
+        positions, velocities = integrate(positions, velocities, decided.accelerations, scenario.dt)
+
+
+@pytest.mark.parametrize("name", ["nao", "nao_shared"])
+def test_robots_of_several_shapes_swap_places(name: str) -> None:
+    """Without a collision; with `nao` all arrive, with shared manoeuvres four need guidance to pass each other."""
+    shapes = [Disc(0.4), Rectangle(0.9, 0.5), Disc(0.3), Rectangle(0.9, 0.5)]
+    fleet = Fleet(METHODS[name], shapes, Limits(1.5, 2.0))
+    path, velocities = drive(fleet, *swap(4), 140)
+    assert least_distance(path[:, [0, 2]]) > 0.7 - METRIC
+    if name == "nao_shared":
+        return
+    assert np.linalg.norm(path[-1] - swap(4)[1], axis=1).max() < 0.5
+    assert np.linalg.norm(velocities, axis=1).max() < 0.5
+
+
+def test_a_pickled_fleet_goes_on_equal_to_the_bit() -> None:
+    fleet = Fleet(METHODS["nao"], Disc(0.5), Limits(1.5, 2.0), robots=6)
+    starts, targets = swap(6)
+    first, velocities = drive(fleet, starts, targets, 20)
+    copy = pickle.loads(pickle.dumps(fleet))
+    one, _ = drive(fleet, first[-1], targets, 20, 20, velocities)
+    other, _ = drive(copy, first[-1], targets, 20, 20, velocities)
+    np.testing.assert_array_equal(one, other)
+
+
+def test_plans_agree() -> None:
+    """Velocities and positions at the end of the period are those of the accelerations."""
+    fleet = Fleet(METHODS["nao"], Disc(0.5), Limits(1.5, 2.0), robots=4)
+    starts, targets = swap(4)
+    velocities = np.zeros_like(starts)
+    for k in range(20):
+        decided = fleet.step(k * DT, starts, velocities, targets)
+        assert isinstance(decided, FleetDecision)
+        positions, velocities = integrate(starts, velocities, decided.accelerations, DT)
+        np.testing.assert_allclose(decided.velocities, velocities, atol=1e-9)
+        np.testing.assert_allclose(decided.positions, positions, atol=1e-9)
+        starts = positions
+
+
+def test_robots_follow_velocities_around_each_other_and_an_obstacle() -> None:
+    limits = Limits(2.0, 2.0)
+    rock = Obstacle(Disc(1.0), Stationary((0.0, 0.3)), "rock")
+    fleet = Fleet(METHODS["nao"], Disc(0.4), limits, robots=2, obstacles=[rock])
+    positions, velocities = np.array([(-6.0, 0.0), (6.0, -0.2)]), np.zeros((2, 2))
+    wanted = np.array([(1.0, 0.0), (-1.0, 0.0)])
+    for k in range(150):
+        decided = fleet.step(k * DT, positions, velocities, desired_velocities=wanted)
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+        assert np.linalg.norm(positions - (0.0, 0.3), axis=1).min() > 1.4 - METRIC
+        assert np.linalg.norm(positions[0] - positions[1]) > 0.8 - METRIC
+        assert np.linalg.norm(velocities, axis=1).max() <= limits.max_speed * (1.0 + 10.0 * ADMISSIBLE)
+    assert positions[0, 0] > 5.0
+    assert positions[1, 0] < -5.0
+    np.testing.assert_allclose(velocities, wanted, atol=0.05)
+
+
+def test_robots_join_and_leave() -> None:
+    """A robot outside the scene is not met, and has no decision; it is met from the step at which it joins."""
+    fleet = Fleet(METHODS["nao_shared"], Disc(0.5), Limits(1.5, 2.0), robots=2)
+    positions, velocities = np.array([(-4.0, 0.0), (0.0, 0.0)]), np.zeros((2, 2))
+    targets = np.array([(4.0, 0.0), (0.0, 0.0)])
+    present = np.array([True, False])
+    decided = fleet.step(0.0, positions, velocities, targets, present=present)
+    assert decided.outcomes[0] in (Outcome.CLEAR, Outcome.CONSTRAINED)
+    assert decided.outcomes[1] is None
+    assert not decided.accelerations[1].any()
+    met = []
+    for k in range(1, 120):
+        present[1] = k > 10
+        decided = fleet.step(k * DT, positions, velocities, targets, present=present)
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+        met.append(np.linalg.norm(positions[0] - positions[1]))
+    assert min(met) > 1.0 - METRIC
+    assert np.linalg.norm(positions[0] - targets[0]) < 0.5
+
+
+def test_a_robot_that_overlaps_another_separates() -> None:
+    fleet = Fleet(METHODS["nao"], Disc(0.5), Limits(1.5, 2.0), robots=2)
+    decided = fleet.step(0.0, [(0.0, 0.0), (0.5, 0.0)], np.zeros((2, 2)), [(5.0, 0.0), (5.0, 1.0)])
+    assert decided.outcomes == (Outcome.ESCAPING, Outcome.ESCAPING)
+    assert decided.accelerations[0, 0] < 0.0 < decided.accelerations[1, 0]
+
+
+def test_a_robot_among_moving_obstacles_has_the_bits_of_the_navigator() -> None:
+    """A fleet of one decides as `Navigator` does."""
+    car = Obstacle(Disc(1.0), ConstantVelocity((8.0, 0.4), (-1.0, 0.0)), "car")
+    scenario = gallery.build("head_on", {"duration": 3.0})
+    robot = scenario.robots[0]
+    run = simulate(replace(scenario, obstacles=(car,)), METHODS["ao"])
+    chosen = replace(METHODS["ao"], responses_among=None)
+    fleet = Fleet(chosen, robot.shape, robot.limits, robots=1, obstacles=[car], horizon=scenario.horizon, detours=())
+    fleet.margin_among = scenario.margin
+    positions, velocities = robot.state.position[None], robot.state.velocity[None]
+    for k in range(len(run.times) - 1):
+        np.testing.assert_allclose(positions, run.positions[k], atol=1e-9)
+        target = robot.goal.position(0.0)[None]
+        decided = fleet.step(
+            float(run.times[k]), positions, velocities, target, tolerances=robot.goal.tolerance, stop=robot.goal.stop
+        )
+        positions, velocities = integrate(positions, velocities, decided.accelerations, scenario.dt)
