@@ -47,8 +47,8 @@ class Method:
             contribute the rest, so the change of the control u from the present one is tested 1 / share as large. With
             1/2 and velocities this is the reciprocal velocity obstacle (van den Berg, Lin and Manocha, ICRA 2008).
         regain: [s] above 0 within which robots that only observe each other restore a lost part of the margin between
-            them; None: the margin must only not shrink further. Discs and balls with goals at rest use share and
-            regain; robots of other shapes avoid in full.
+            them; None: the margin must only not shrink further. `Navigator` decides without share and regain: its
+            obstacles do not avoid it.
         shared: robots know the committed manoeuvres of the others, and decide one after the other.
         looks_ahead: whether a single robot searches over sequences of accelerations (`lookahead.LookAhead`).
     """

@@ -26,7 +26,7 @@ from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, Gro
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
-from slalom.navigator import Navigator
+from slalom.navigator import ARRIVE, FALL_BACK, OUTCOMES, Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
 from slalom.response import AccelerateThenBrake
@@ -36,12 +36,6 @@ from slalom.tolerances import DETOURS, FORECAST_HORIZONS, REST_DURATION, WHOLE_P
 from slalom.trajectory import ConstantAcceleration, Stationary
 
 T = TypeVar("T")
-OUTCOMES = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
-"""The outcomes of the compiled policy by number."""
-FALL_BACK = -1
-"""The number of a robot for which `Navigator` decided as the fallback."""
-FOLLOW_VELOCITY = 1
-"""The number of the objective to follow a velocity."""
 
 
 class CommittedFleet:
@@ -238,7 +232,7 @@ class CommittedFleet:
             if j != k
         ]
         position = (
-            table.target[k, :d] if table.objective[k] == 0 else state.position + self.horizon * table.wanted[k, :d]
+            table.target[k, :d] if table.objective[k] == ARRIVE else state.position + self.horizon * table.wanted[k, :d]
         )
         goal = Goal(Stationary(position), float(max(table.tolerance[k], 1e-9)), bool(table.stop[k]))
         navigator = Navigator(

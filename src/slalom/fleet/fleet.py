@@ -8,7 +8,8 @@ import numpy.typing as npt
 from slalom.checks import Array, array
 from slalom.decision import Outcome
 from slalom.errors import InvalidInput
-from slalom.fleet.committed import FOLLOW_VELOCITY, CommittedFleet, first_manoeuvre
+from slalom.fleet.committed import CommittedFleet, first_manoeuvre
+from slalom.navigator import ARRIVE, FOLLOW_VELOCITY
 from slalom.state import State
 
 
@@ -86,7 +87,7 @@ class Fleet(CommittedFleet):
         if accelerations is not None:
             table.acceleration[:, :d] = _rows(accelerations, "accelerations", n, d)
         if targets is not None:
-            table.target[:, :d], table.final[:], table.objective[:] = _rows(targets, "targets", n, d), True, 0
+            table.target[:, :d], table.final[:], table.objective[:] = _rows(targets, "targets", n, d), True, ARRIVE
         else:
             table.wanted[:, :d] = _rows(desired_velocities, "desired_velocities", n, d)
             table.objective[:] = FOLLOW_VELOCITY
