@@ -12,7 +12,7 @@ from slalom.kernels.guidance.grid_astar import cell_costs, goal_in_sight, next_w
 from slalom.kernels.guidance.periodic_images import nearest_image
 from slalom.kernels.guidance.plane import along_and_across
 from slalom.kernels.guidance.tables import Grid, GuidanceState, RobotRows
-from slalom.kernels.jit import kernel
+from slalom.kernels.jit import kernel, vectorized
 from slalom.tolerances import (
     CIRCLE_CENTRE,
     CIRCLE_DRIFT,
@@ -175,7 +175,7 @@ def fit_circle(i: int, robots: GuidanceState, rows: RobotRows, circle: Array) ->
     return count
 
 
-@kernel
+@vectorized
 def update_targets(order: Indices, robots: GuidanceState) -> None:
     """Set target, tolerance, stop and circle of the robots `order`: the waypoint, or a point beside their circle."""
     found, fresh = np.empty((len(robots.radius), 4)), np.zeros(4)
@@ -206,7 +206,7 @@ def update_targets(order: Indices, robots: GuidanceState) -> None:
                 circle[:] = 0.0
 
 
-@kernel
+@vectorized
 def keep_right(robots: GuidanceState) -> None:
     """Set the target of each robot in a periodic world: the goal, or a point to the right of the next frontal robot.
 
