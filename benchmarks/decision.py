@@ -14,7 +14,17 @@ from pathlib import Path
 import numpy as np
 from machine import microseconds, write
 
-from slalom import AccelerateThenCoast, ControlObstacle, ObstacleTable, State, kernels, method, select, select_many
+from slalom import (
+    AccelerateThenCoast,
+    ControlObstacle,
+    ObstacleTable,
+    ObstacleWindow,
+    State,
+    kernels,
+    method,
+    select,
+    select_many,
+)
 from slalom.objective import Arrive, Situation, preferred_control
 from slalom.sim import gallery, simulate
 
@@ -28,10 +38,10 @@ def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray
     response = AccelerateThenCoast(1.0)
     for seed in range((scenes + 29) // 30):
         scenario = gallery.build("roundabout_crossing", seed=seed)
-        run = simulate(scenario, method("nao"), seed=seed)
+        run, cars = simulate(scenario, method("nao"), seed=seed), ObstacleTable(scenario.obstacles)
         for k in rng.integers(0, len(run.accelerations), 30):
             state = State(run.positions[k, 0], run.velocities[k, 0], run.acceleration_before(int(k)))
-            table = ObstacleTable(scenario.obstacles, float(run.times[k]), HORIZON)
+            table = ObstacleWindow(cars, float(run.times[k]), HORIZON)
             blocked = ControlObstacle(response, state, table, scenario.robot.shape, scenario.margin * 0.5)
             limits = scenario.robot.limits
             admissible = limits.admissible(response, state, HORIZON)
@@ -82,7 +92,7 @@ def main() -> None:
     for blocked, situation, preferred in scenes:
         obstacles = blocked.obstacles
         rows["obstacles to pieces"].append(
-            microseconds(lambda t=obstacles, r=blocked.robot: ObstacleTable(t.obstacles, t.start, HORIZON).bodies(r), 5)  # type: ignore[misc]
+            microseconds(lambda t=obstacles, r=blocked.robot: t.within(t.until).bodies(r), 5)  # type: ignore[misc]
         )
 
         def fresh(blocked: ControlObstacle = blocked) -> object:

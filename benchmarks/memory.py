@@ -23,7 +23,7 @@ import numpy as np
 from pace import DT, fleet
 from program import finish, options, table, target
 
-from slalom import method
+from slalom import ObstacleTable, method
 from slalom.sim import Recording, gallery, simulate
 from slalom.sim.run.robot_states import integrate
 from slalom.state import State
@@ -70,11 +70,12 @@ def deciding(count: int) -> dict[str, Any]:
     """One robot in the roundabout, repeatedly, without recording."""
     scenario = gallery.build("roundabout_crossing")
     navigator, robot, dt = scenario.decider(method("nao")), scenario.robot, scenario.dt
+    obstacles = ObstacleTable(scenario.obstacles)
 
     def run(note: Callable[[], None]) -> None:
         state, decision, now = robot.state, None, 0.0
         for _ in range(count):
-            decision = navigator.decide(state, scenario.obstacles, robot.goal, now=now, previous=decision)
+            decision = navigator.decide(state, obstacles, robot.goal, now=now, previous=decision)
             applied = decision.manoeuvre.mean_acceleration(now, dt)
             state, now = State(*integrate(state.position, state.velocity, applied, dt), applied), now + dt
             if now >= CARS_TIME:

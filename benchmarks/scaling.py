@@ -27,7 +27,6 @@ from slalom import (
     Disc,
     Goal,
     Obstacle,
-    ObstacleTable,
     Sampled,
     State,
     Stationary,
@@ -55,7 +54,7 @@ def exponents(sizes: list[int], times: list[float]) -> dict[str, float | None]:
 def whole(task: Task) -> None:
     """Decide once, from obstacles to the control."""
     b = task.blocked
-    fresh = ControlObstacle(b.response, b.state, ObstacleTable(b.obstacles.obstacles, 0.0, HORIZON), b.robot, b.margin)
+    fresh = ControlObstacle(b.response, b.state, b.obstacles.within(b.obstacles.until), b.robot, b.margin)
     select(task.preferred, task.situation.admissible, fresh)
 
 

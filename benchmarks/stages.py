@@ -19,7 +19,7 @@ from machine import microseconds
 from program import finish, options, table, target
 from tasks import HORIZON, Task, families
 
-from slalom import ControlObstacle, ObstacleTable, kernels, select
+from slalom import ControlObstacle, kernels, select
 from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.objective import Arrive, preferred_control
 from slalom.tolerances import CANDIDATES, ELEMENTS
@@ -46,7 +46,7 @@ BEFORE = {
 def stages(task: Task) -> dict[str, Callable[[], object]]:
     """The call of each stage, with the results of the earlier stages given."""
     b, s = task.blocked, task.situation
-    obstacles, start, robot = b.obstacles.obstacles, b.obstacles.start, b.robot
+    robot = b.robot
     table_of, limits, wanted = b.segments, s.admissible.table, np.append(task.preferred, 0.0)
     gaps, columns = np.empty(len(table_of.radius)), (table_of.points, table_of.gains)
 
@@ -58,13 +58,13 @@ def stages(task: Task) -> dict[str, Callable[[], object]]:
     def whole() -> object:
         admissible = s.limits.admissible(s.response, s.state, HORIZON)
         preferred = preferred_control(Arrive().aims(s))
-        fresh = ControlObstacle(b.response, b.state, ObstacleTable(obstacles, start, HORIZON), robot, b.margin)
+        fresh = ControlObstacle(b.response, b.state, b.obstacles.within(b.obstacles.until), robot, b.margin)
         return select(preferred, admissible, fresh)
 
     return {
         "limits to admissible controls": lambda: s.limits.admissible(s.response, s.state, HORIZON),
         "goal to preferred control": lambda: preferred_control(Arrive().aims(s)),
-        "obstacles to pieces": lambda: ObstacleTable(obstacles, start, HORIZON).bodies(robot),
+        "obstacles to pieces": lambda: b.obstacles.within(b.obstacles.until).bodies(robot),
         "overlap test": overlap_test,
         "pieces to segments": lambda: task.fresh().segments,
         "the choice": lambda: select(task.preferred, s.admissible, b),

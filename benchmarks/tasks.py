@@ -18,6 +18,7 @@ from slalom import (
     Limits,
     Obstacle,
     ObstacleTable,
+    ObstacleWindow,
     PiecewisePolynomial,
     Sampled,
     State,
@@ -45,11 +46,11 @@ class Task:
         b = self.blocked
         return ControlObstacle(b.response, b.state, b.obstacles, b.robot, b.margin)
 
-    def foreseen(self) -> ObstacleTable:
-        """A new table of the obstacles over the window, with its pieces."""
-        table = ObstacleTable(self.blocked.obstacles.obstacles, self.blocked.obstacles.start, HORIZON)
-        table.bodies(self.blocked.robot)
-        return table
+    def foreseen(self) -> ObstacleWindow:
+        """A new window of the obstacles, with its pieces."""
+        window = self.blocked.obstacles.within(self.blocked.obstacles.until)
+        window.bodies(self.blocked.robot)
+        return window
 
     @property
     def radii(self) -> np.ndarray:
@@ -80,7 +81,7 @@ def mixed(count: int) -> list[Task]:
 def decision(state: State, goal: Goal, obstacles: list[Obstacle]) -> Task:
     """The decision of one response of nao at time 0."""
     response = AccelerateThenCoast(HOLD)
-    blocked = ControlObstacle(response, state, ObstacleTable(obstacles, 0.0, HORIZON), ROBOT, MARGIN)
+    blocked = ControlObstacle(response, state, ObstacleWindow(ObstacleTable(obstacles), 0.0, HORIZON), ROBOT, MARGIN)
     admissible = LIMITS.admissible(response, state, HORIZON)
     situation = Situation(response, state, goal, LIMITS, admissible, 0.0, HORIZON)
     return Task(situation, preferred_control(Arrive().aims(situation)), blocked)
@@ -114,7 +115,7 @@ def classical(task: Task) -> Task:
     now, response, forecast = task.situation.now, Velocity(), method("vo").forecast
     seen = [predicted(obstacle, forecast, now) for obstacle in task.blocked.obstacles.obstacles]
     blocked = ControlObstacle(
-        response, task.blocked.state, ObstacleTable(seen, now, HORIZON), ROBOT, task.blocked.margin
+        response, task.blocked.state, ObstacleWindow(seen, now, HORIZON), ROBOT, task.blocked.margin
     )
     admissible = LIMITS.admissible(response, task.situation.state, HORIZON)
     situation = replace(task.situation, response=response, admissible=admissible)

@@ -21,6 +21,7 @@ from slalom import (
     Limits,
     Obstacle,
     ObstacleTable,
+    ObstacleWindow,
     Polyline,
     Rectangle,
     State,
@@ -67,19 +68,20 @@ def main() -> None:
     walls, others = [town(rng)], movers(rng)
     table = {}
     print(f"{'':44}{'median us':>12}{'99 % us':>12}")
-    for name, obstacles in (("town and movers", walls + others), ("movers alone", others)):
+    scenes = {"town and movers": ObstacleTable(walls + others), "movers alone": ObstacleTable(others)}
+    for name, obstacles in scenes.items():
         spent: dict[str, list[float]] = {"obstacles to bodies": [], "bodies to segments": [], "select": [], "whole": []}
         statuses: dict[str, int] = {}
         for k in range(arguments.scenes):
             state, now = State(rng.uniform(-1, 1, 2), rng.uniform(-1.5, 1.5, 2)), 0.1 * k
             admissible, wanted = LIMITS.admissible(RESPONSE, state, HORIZON), rng.uniform(-2, 2, 2)
 
-            def bodies(now: float = now, obstacles: list[Obstacle] = obstacles) -> ObstacleTable:
-                table = ObstacleTable(obstacles, now, HORIZON)
-                table.bodies(ROBOT)
-                return table
+            def bodies(now: float = now, obstacles: ObstacleTable = obstacles) -> ObstacleWindow:
+                window = ObstacleWindow(obstacles, now, HORIZON)
+                window.bodies(ROBOT)
+                return window
 
-            def blocked(table: ObstacleTable, state: State = state) -> ControlObstacle:
+            def blocked(table: ObstacleWindow, state: State = state) -> ControlObstacle:
                 fresh = ControlObstacle(RESPONSE, state, table, ROBOT)
                 fresh.segments  # noqa: B018  computed at first use
                 return fresh

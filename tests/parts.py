@@ -6,7 +6,6 @@ scenes draw from these lists; `test_enrolment.py` names the line that is missing
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -93,7 +92,6 @@ class Moved:
     Not part of the library: whatever implements the protocol is a trajectory.
     """
 
-    tabulated: ClassVar[bool] = False
     base: Trajectory
     turn: np.ndarray | None = None
     shift: np.ndarray | float = 0.0

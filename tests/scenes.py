@@ -18,7 +18,7 @@ from slalom import (
     LeastSpeed,
     Limits,
     Obstacle,
-    ObstacleTable,
+    ObstacleWindow,
     State,
     TurningRadius,
 )
@@ -291,7 +291,7 @@ class Scene:
     @cached_property
     def blocked(self):
         """The library's answer to the scene, which the oracle's own tests do not ask for."""
-        traffic = ObstacleTable(self.obstacles, self.problem.start, self.problem.horizon)
+        traffic = ObstacleWindow(self.obstacles, self.problem.start, self.problem.horizon)
         return slalom.ControlObstacle(self.response, self.state, traffic, self.robot)
 
     def __str__(self):

@@ -15,7 +15,7 @@ from slalom import (
     ConstantVelocity,
     ControlObstacle,
     Obstacle,
-    ObstacleTable,
+    ObstacleWindow,
     PiecewisePolynomial,
     Response,
     Sampled,
@@ -211,7 +211,9 @@ class Scene:
         obstacles: tuple[Obstacle, ...] | None = None,
     ) -> ControlObstacle:
         """The control obstacle of this scene, perhaps with another margin or horizon or other obstacles."""
-        traffic = ObstacleTable(self.obstacles if obstacles is None else obstacles, self.start, horizon or self.horizon)
+        traffic = ObstacleWindow(
+            self.obstacles if obstacles is None else obstacles, self.start, horizon or self.horizon
+        )
         return ControlObstacle(response, self.state, traffic, self.robot, self.margin if margin is None else margin)
 
 

@@ -14,7 +14,7 @@ from slalom import (
     LaggedVelocity,
     Limits,
     Obstacle,
-    ObstacleTable,
+    ObstacleWindow,
     Rectangle,
     State,
     Status,
@@ -57,7 +57,7 @@ def one_by_one(preferred_controls, states, response, traffic, robot, margin):
 def test_many_are_one_by_one(response, shapes):
     """Whatever responds, with and without corners, overlapping or not; for any number of threads."""
     rng = np.random.default_rng(4)
-    traffic = ObstacleTable(crowd(rng, 9, shapes), 1.0, 4.0)
+    traffic = ObstacleWindow(crowd(rng, 9, shapes), 1.0, 4.0)
     states = [State(rng.uniform(-12, 12, 2), rng.uniform(-3, 3, 2), rng.uniform(-1, 1, 2)) for _ in range(24)]
     preferred = rng.uniform(-3, 3, (24, 2))
     choices = one_by_one(preferred, states, response, traffic, Disc(0.4), 0.1)
@@ -72,7 +72,7 @@ def test_many_are_one_by_one(response, shapes):
 
 def test_none_are_none():
     """No state, no choice."""
-    found = select_many(np.empty((0, 2)), [], Velocity(), LIMITS, ObstacleTable([], 0.0, 3.0), Disc(0.4))
+    found = select_many(np.empty((0, 2)), [], Velocity(), LIMITS, ObstacleWindow([], 0.0, 3.0), Disc(0.4))
     assert found.controls.shape == (0, 2)
     assert len(found.statuses) == 0
 
@@ -81,7 +81,7 @@ def test_none_are_none():
 def test_states_may_be_numbers(columns):
     """Position, velocity, and acceleration or none."""
     rng = np.random.default_rng(5)
-    traffic, rows = ObstacleTable(crowd(rng, 5, (Disc(0.8),)), 0.0, 4.0), rng.uniform(-3, 3, (6, columns, 2))
+    traffic, rows = ObstacleWindow(crowd(rng, 5, (Disc(0.8),)), 0.0, 4.0), rng.uniform(-3, 3, (6, columns, 2))
     preferred = rng.uniform(-3, 3, (6, 2))
     found = select_many(preferred, rows, Jerk(), LIMITS, traffic, Disc(0.4))
     expected = select_many(preferred, [State(*row) for row in rows], Jerk(), LIMITS, traffic, Disc(0.4))

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,7 @@ from slalom import (
     Navigator,
     Objective,
     Obstacle,
+    ObstacleTable,
     Part,
     Response,
     Shape,
@@ -57,7 +58,6 @@ ROBOT = "position: [0, 0], radius: 0.5, max_speed: 2, max_acceleration: 1, goal:
 class Shuttle(Endless):
     """Moves from `initial_position` (d,) [m] with `initial_velocity` (d,) [m/s] for `duration` [s], then rests."""
 
-    tabulated: ClassVar[bool] = True
     initial_position: Checked = Checked(vector, key="position")
     initial_velocity: Checked = Checked(vector, key="velocity")
     duration: Positive = 3.0
@@ -237,14 +237,14 @@ def test_a_trajectory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         scene(tmp_path, f"robot: {{{ROBOT}}}\nobstacles: [{body.replace('velocity', 'duration: 0, velocity')}]")
 
 
-@pytest.mark.parametrize(("tabulated", "cuts"), [(True, 1), (False, 3)])
-def test_a_tabulated_trajectory_is_cut_once(tabulated: bool, cuts: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The member of the protocol decides it, for a class that the library does not know."""
+@pytest.mark.parametrize(("table", "cuts"), [(True, 1), (False, 3)])
+def test_a_trajectory_in_a_table_is_cut_once(table: bool, cuts: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also of a class that the library does not know."""
     made, path = [], Shuttle.path
-    monkeypatch.setattr(Shuttle, "tabulated", tabulated)
     monkeypatch.setattr(Shuttle, "path", lambda self, start, end: made.append(start) or path(self, start, end))
     robot = Navigator(METHODS["nlvo"], Disc(0.5), Limits(2.0, 1.0))
-    obstacles = [Obstacle(Disc(1.0), Shuttle((9.0, 0.1), (-1.5, 0.0)))]
+    obstacles: Any = [Obstacle(Disc(1.0), Shuttle((9.0, 0.1), (-1.5, 0.0)))]
+    obstacles = ObstacleTable(obstacles) if table else obstacles
     for k in range(3):
         robot.decide(State((0.0, 0.0), (1, 0)), obstacles, Goal(Stationary((12, 0)), 0.5), now=0.1 * k)
     assert len(made) == cuts

@@ -66,7 +66,7 @@ from slalom import (
     MostClearance,
     Navigator,
     Obstacle,
-    ObstacleTable,
+    ObstacleWindow,
     OutsideSpan,
     Polygon,
     Polyline,
@@ -179,7 +179,7 @@ def scenario(**settings) -> Scenario:
 
 def many(preferred, states, robot):
     """Choices among no obstacles."""
-    return select_many(preferred, states, Velocity(), Limits(2.0, 2.0), ObstacleTable([], 0.0, 3.0), robot)
+    return select_many(preferred, states, Velocity(), Limits(2.0, 2.0), ObstacleWindow([], 0.0, 3.0), robot)
 
 
 class Case(NamedTuple):
@@ -302,7 +302,7 @@ def paths_of(times, positions) -> object:
 def workspace(**settings) -> object:
     """A drawing of a moment."""
     ax = Figure().add_subplot()
-    return view.workspace(ax, traffic=ObstacleTable([ROCK], 0, 5), state=FLAT, robot=Disc(1), **settings)
+    return view.workspace(ax, traffic=ObstacleWindow([ROCK], 0, 5), state=FLAT, robot=Disc(1), **settings)
 
 
 def control_space(admissible=None, resolution: int = 5) -> object:
@@ -450,10 +450,10 @@ CASES = [
         lambda _: GaussianError(0.1, 0.1, 1.0),
     ),
     Case(
-        "ObstacleTable._each",
+        "ObstacleWindow._each",
         InvalidInput,
         r"horizons: expected 1 of at most 5 s, found 2 up to 9 s",
-        lambda _: ObstacleTable([ROCK], 0.0, 5.0, [4.0, 9.0]),
+        lambda _: ObstacleWindow([ROCK], 0.0, 5.0, [4.0, 9.0]),
     ),
     Case(
         "_minkowski_sum",
@@ -463,7 +463,7 @@ CASES = [
             ControlObstacle(
                 Acceleration(),
                 SPACE,
-                ObstacleTable([Obstacle(Capsule((0, 0, 0), (1, 0, 0), 0.1), Stationary((9, 0, 0)))], 0.0, 5.0),
+                ObstacleWindow([Obstacle(Capsule((0, 0, 0), (1, 0, 0), 0.1), Stationary((9, 0, 0)))], 0.0, 5.0),
                 Capsule((0, 0, 0), (0, 1, 0), 0.1),
             ).segments
         ),
@@ -677,8 +677,8 @@ CASES = [
     Case("array", InvalidInput, r"acceleration: .* finite", lambda _: State((0, 0), (0, 0), (0, -INF))),
     Case("array", InvalidInput, r"radius: expected finite numbers, found \[nan\]", lambda _: Disc(NAN)),
     Case("array", InvalidInput, r"max_speed: expected finite", lambda _: Limits(INF, 1)),
-    Case("array", InvalidInput, r"horizon: expected finite", lambda _: ObstacleTable([], 0, NAN)),
-    Case("array", InvalidInput, r"start: expected finite", lambda _: ObstacleTable([], NAN, 1)),
+    Case("array", InvalidInput, r"horizon: expected finite", lambda _: ObstacleWindow([], 0, NAN)),
+    Case("array", InvalidInput, r"start: expected finite", lambda _: ObstacleWindow([], NAN, 1)),
     Case("array", InvalidInput, r"start: expected finite", lambda _: Manoeuvre(Acceleration(), FLAT, (0, 0), NAN)),
     Case("array", InvalidInput, r"times: expected finite", lambda _: Sampled([0, NAN], [(0, 0), (1, 0)])),
     Case("array", InvalidInput, r"positions: expected finite", lambda _: Sampled([0, 1], [(0, 0), (INF, 0)])),
@@ -747,7 +747,7 @@ CASES = [
     Case("positive", InvalidInput, r"radius: expected a number above 0, found 0", lambda _: Circular((0, 0), 0, 1)),
     Case("positive", InvalidInput, r"max_speed: expected a number above 0, found -1", lambda _: Limits(-1, 1)),
     Case("positive", InvalidInput, r"max_acceleration: .* found 0", lambda _: Limits(1, 0)),
-    Case("positive", InvalidInput, r"horizon: .* found -2", lambda _: ObstacleTable([], 0, -2)),
+    Case("positive", InvalidInput, r"horizon: .* found -2", lambda _: ObstacleWindow([], 0, -2)),
     Case("positive", InvalidInput, r"horizon: .* found -2", lambda _: replace(blocked(), horizon=-2)),
     Case("positive", InvalidInput, r"horizon: .* found 0", lambda _: navigator(horizon=0)),
     Case("positive", InvalidInput, r"period: .* found 0", lambda _: navigator(period=0)),
@@ -1051,10 +1051,10 @@ CASES = [
     ),
     # Decisions.
     Case(
-        "ObstacleTable.__init__",
+        "ObstacleWindow.__init__",
         InvalidInput,
         r"obstacles: expected one dimension, found \[2, 3\]",
-        lambda _: ObstacleTable([ROCK, BALLOON], 0, 1),
+        lambda _: ObstacleWindow([ROCK, BALLOON], 0, 1),
     ),
     Case(
         "ControlObstacle.__post_init__",
@@ -2005,10 +2005,10 @@ ANYWHERE = {
     "a hold that is not a number": lambda: decide(holds=(0.5, NAN)),
     "a margin below 0 in a scenario": lambda: scenario(margin=-1.0).navigator(METHODS["nao"]),
     "a margin below 0 for one of the obstacles": lambda: ControlObstacle(
-        Acceleration(), FLAT, ObstacleTable([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, -0.1])
+        Acceleration(), FLAT, ObstacleWindow([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, -0.1])
     ),
     "a margin that is not a number for one of the obstacles": lambda: ControlObstacle(
-        Acceleration(), FLAT, ObstacleTable([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, NAN])
+        Acceleration(), FLAT, ObstacleWindow([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, NAN])
     ),
     "a velocity to follow of another dimension": lambda: decide(objective=FollowVelocity((1, 0, 0))),
     "a bound on the velocity of another dimension": lambda: decide(

@@ -48,7 +48,7 @@ from slalom import (
     Limits,
     Manoeuvre,
     Obstacle,
-    ObstacleTable,
+    ObstacleWindow,
     OutsideSpan,
     Response,
     Sampled,
@@ -796,7 +796,7 @@ def test_nlvo_of_a_line_is_the_classical_cone(data: st.DataObject) -> None:
     obstacle = [Obstacle(disc_or_ball(1.0, d), track)]
     nlvo = control_obstacle(Velocity(), state, obstacle, disc_or_ball(0.3, d), horizon=7200.0)
     vo = replace(
-        nlvo, obstacles=ObstacleTable([replace(obstacle[0], trajectory=AtConstantVelocity()(track, 0.0))], 0, 7200.0)
+        nlvo, obstacles=ObstacleWindow([replace(obstacle[0], trajectory=AtConstantVelocity()(track, 0.0))], 0, 7200.0)
     )
     half_angle, apex = np.arcsin(radius / np.linalg.norm(c)), track.initial_velocity
     axis = c / np.linalg.norm(c)

@@ -8,8 +8,8 @@ from draws import draws
 from hypothesis import given, settings, strategies as st
 
 from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary, Union
-from slalom.fleet.linear_forecast import linear_forecast
 from slalom.forecast import FORECASTS, AcceleratingBriefly
+from slalom.linear_forecast import linear_forecast
 from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import summary

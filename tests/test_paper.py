@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, ObstacleTable, State, Stationary, Velocity
+from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, ObstacleWindow, State, Stationary, Velocity
 from slalom.cli import BAD_INPUT, DONE, call
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.limits import admissible_ball
@@ -178,7 +178,7 @@ def test_fleet_sees_what_forecasts_see(method: str, now: float) -> None:
     """Least clearances among all cars are those of the forecasts' own trajectories."""
     cars = build("roundabout_crossing", {"speed": 1.5}, seed=4).obstacles
     forecast = METHODS[method].forecast
-    seen = ObstacleTable([replace(car, trajectory=forecast(car.trajectory, now)) for car in cars], now, 6.0)
+    seen = ObstacleWindow([replace(car, trajectory=forecast(car.trajectory, now)) for car in cars], now, 6.0)
     fleet = CarLanes(cars, known=method == "nao").traffic(now, 6.0, START.position)
     controls = np.random.default_rng(1).uniform(-4, 4, (50, 2))
     one, two = (ControlObstacle(controller.RESPONSE, START, t, Disc(1.0)).clearances(controls) for t in (seen, fleet))
@@ -244,7 +244,7 @@ def test_the_latest_collision_is_not_beaten_by_samples() -> None:
     """A wall of cars that no acceleration passes or escapes."""
     wall = [Obstacle(Disc(1.0), Circular((0.0, 0.0), 24.0, 1e-9, phase=np.pi + 0.08 * k)) for k in range(-2, 3)]
     state = State((-28.0, 0.3), (12.0, 0.0))
-    blocked = ControlObstacle(controller.RESPONSE, state, ObstacleTable(wall, 0.0, 6.0), Disc(1.0))
+    blocked = ControlObstacle(controller.RESPONSE, state, ObstacleWindow(wall, 0.0, 6.0), Disc(1.0))
     ball = admissible_ball((0.0, 0.0), 2.0)
     assert not select((0.0, 0.0), ball, blocked).safe
     chosen = latest_collision(np.zeros(2), ball, blocked)

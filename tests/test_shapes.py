@@ -18,7 +18,7 @@ from slalom import (
     GaussianError,
     Limits,
     Obstacle,
-    ObstacleTable,
+    ObstacleWindow,
     Polygon,
     Polyline,
     Rectangle,
@@ -102,13 +102,13 @@ def test_bodies_do_not_depend_on_how_traffic_was_asked_for(name):
     state, u = State((0, 0), (1, 0)), np.array([0.4, 0.1])
     for start in (0.0, 3.99, 4.01, 17.3):
         again = Obstacle(shape, path, heading="motion")
-        first = ControlObstacle(Acceleration(), state, ObstacleTable([again], start, 4.0), Disc(0.3))
+        first = ControlObstacle(Acceleration(), state, ObstacleWindow([again], start, 4.0), Disc(0.3))
         for before in (start - 7.0, start + 3.0, start):
-            ObstacleTable([again], before, 4.0).bodies(Disc(0.3))
-        second = ControlObstacle(Acceleration(), state, ObstacleTable([again], start, 4.0), Disc(0.3))
+            ObstacleWindow([again], before, 4.0).bodies(Disc(0.3))
+        second = ControlObstacle(Acceleration(), state, ObstacleWindow([again], start, 4.0), Disc(0.3))
         assert first.clearance(u) == second.clearance(u)
         fresh = Obstacle(shape, path, heading="motion")
-        third = ControlObstacle(Acceleration(), state, ObstacleTable([fresh], start, 4.0), Disc(0.3))
+        third = ControlObstacle(Acceleration(), state, ObstacleWindow([fresh], start, 4.0), Disc(0.3))
         assert first.clearance(u) == third.clearance(u)
 
 
@@ -116,7 +116,7 @@ def test_each_obstacle_may_have_its_own_horizon():
     near, far = (Obstacle(Disc(0.5), ConstantVelocity((x, 0), (-1, 0))) for x in (5.0, 9.0))
     state = State((0, 0), (1, 0))
     for until, blocked in (((6.0, 6.0), [True, True]), ((2.0, 6.0), [False, True]), ((6.0, 3.0), [True, False])):
-        traffic = ObstacleTable([near, far], 0.0, 6.0, until)
+        traffic = ObstacleWindow([near, far], 0.0, 6.0, until)
         times = ControlObstacle(Velocity(), state, traffic, Disc(0.5)).times_to_collision((1.0, 0.0))
         assert list(np.isfinite(times)) == blocked
 

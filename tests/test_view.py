@@ -147,7 +147,7 @@ def test_the_robot_the_goal_and_the_obstacles_are_where_and_as_large_as_they_are
 
 def test_obstacles_have_the_colour_of_their_time_to_collision_or_none() -> None:
     state, obstacles, _ = scene_in_plane()
-    traffic = slalom.ObstacleTable(obstacles, 0.0, 6.0)
+    traffic = slalom.ObstacleWindow(obstacles, 0.0, 6.0)
     ax = Figure().add_subplot()
     times = [1.3, np.inf, 4.2]
     assert view.workspace(ax, traffic=traffic, state=state, robot=slalom.Disc(0.8), contact_times=times) is ax
@@ -167,7 +167,7 @@ def test_the_first_contact_of_the_preferred_control_is_a_contact() -> None:
 
 def test_an_obstacle_that_is_not_there_yet_has_a_path_but_no_disc() -> None:
     late = slalom.Sampled([2.0, 3.0, 4.0], [[5.0, 0.0], [6.0, 0.0], [7.0, 1.0]])
-    traffic = slalom.ObstacleTable([slalom.Obstacle(slalom.Disc(1.0), late)], 0.0, 6.0)
+    traffic = slalom.ObstacleWindow([slalom.Obstacle(slalom.Disc(1.0), late)], 0.0, 6.0)
     ax = Figure().add_subplot()
     view.workspace(ax, traffic=traffic, state=slalom.State((0, 0), (1, 0)), robot=slalom.Disc(0.5))
     assert not by_gid(ax, "obstacle-0")
@@ -384,7 +384,7 @@ def test_another_suffix_is_refused_with_what_is_allowed(tmp_path: Path, name: st
 
 def test_what_does_not_fit_is_refused() -> None:
     state, obstacles, goal = scene_in_plane()
-    traffic = slalom.ObstacleTable(obstacles, 0.0, 6.0)
+    traffic = slalom.ObstacleWindow(obstacles, 0.0, 6.0)
     ax = Figure().add_subplot()
     with pytest.raises(slalom.InvalidInput, match="contact_times"):
         view.workspace(ax, traffic=traffic, state=state, robot=slalom.Disc(0.8), contact_times=[1.0])

@@ -79,6 +79,7 @@ from .objective import (
 )
 from .obstacle import Obstacle as Obstacle
 from .obstacle_table import ObstacleTable as ObstacleTable
+from .obstacle_window import ObstacleWindow as ObstacleWindow
 from .response import (
     AccelerateThenBrake as AccelerateThenBrake,
     AccelerateThenCoast as AccelerateThenCoast,
@@ -111,6 +112,7 @@ from .shape import (
     Union as Union,
 )
 from .state import State as State
+from .tracks import Tracks as Tracks
 from .trajectory import (
     Circular as Circular,
     Composite as Composite,

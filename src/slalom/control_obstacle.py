@@ -18,7 +18,7 @@ from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments a
 from slalom.minkowski import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import Bodies
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.path import hermite
 from slalom.relative_motion import RelativeMotion
 from slalom.response import Response
@@ -88,7 +88,7 @@ class ControlObstacle:
 
     response: Response
     state: State
-    obstacles: ObstacleTable
+    obstacles: ObstacleWindow
     robot: Shape
     margin: float | Array = 0.0
     horizon: float = 0.0
@@ -326,4 +326,4 @@ def control_obstacle(
     margin: float = 0.0,
 ) -> ControlObstacle:
     """The control obstacle of `obstacles` from absolute time `start` [s], for a single decision."""
-    return ControlObstacle(response, state, ObstacleTable(obstacles, start, horizon), robot, margin)
+    return ControlObstacle(response, state, ObstacleWindow(obstacles, start, horizon), robot, margin)

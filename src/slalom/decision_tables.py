@@ -13,7 +13,7 @@ from slalom.kernels.arrays import Corners, Flags, Indices
 from slalom.kernels.decision.tables import Bounds, GrownBodies, ResponseTable, RobotTable, TargetPaths
 from slalom.limits import Limits
 from slalom.minkowski import sum_of_shapes
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.path import Path, hermite
 from slalom.response import Response
 from slalom.shape import Shape, round_shape
@@ -154,7 +154,7 @@ class Skeletons:
             kind.append(kinds[key])
         self.kind: Indices = np.array(kind)
 
-    def grown_bodies(self, kind: int, obstacles: ObstacleTable, *, detours: bool) -> GrownBodies:
+    def grown_bodies(self, kind: int, obstacles: ObstacleWindow, *, detours: bool) -> GrownBodies:
         """Predicted obstacles and robots of all kinds, grown by robots with one kind of skeleton.
 
         Args:
@@ -166,7 +166,7 @@ class Skeletons:
         shape, d = self.shapes[kind], self.dimension
         bodies, end = obstacles.bodies(shape), obstacles.start + obstacles.horizon
         # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
-        staying = [o for o in obstacles.obstacles if detours and o.exists(end) and len(o.shape.parts) == 1]
+        staying = obstacles.staying(end) if detours else []
         skeletons = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes]
         # A robot that is alone meets no robot: two of its shape may have no sum.
         met = skeletons if len(self.kind) > 1 else []

@@ -10,8 +10,7 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome, made
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation
-from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.selection import select
 from slalom.shape import Shape
 
@@ -21,7 +20,7 @@ def latest_collision(
     preferred_controls: Sequence[Array],
     robot: Shape,
     period: float,
-    obstacle_table: ObstacleTable,
+    obstacle_window: ObstacleWindow,
 ) -> Decision:
     """Decision with the latest predicted collision.
 
@@ -31,11 +30,11 @@ def latest_collision(
         situations: one for each response, in the same state.
         preferred_controls: the preferred control (d,) of each situation.
         robot: its shape.
-        obstacle_table: the predicted obstacles.
+        obstacle_window: the predicted obstacles.
     """
     options = []
     for s, preferred in zip(situations, preferred_controls):
-        blocked = ControlObstacle(s.response, s.state, obstacle_table, robot)
+        blocked = ControlObstacle(s.response, s.state, obstacle_window, robot)
         low, high, control = 0.0, s.horizon, None
         while high - low > 0.1 * period:
             middle = 0.5 * (low + high)
@@ -49,7 +48,7 @@ def latest_collision(
             options.append((low, speed, Manoeuvre(s.response, s.state, control, s.now), preferred, blocked))
     latest = max((option[0] for option in options), default=0.0)
     if latest < period:
-        return least_impact(situations[0], robot, period, obstacle_table)
+        return least_impact(situations[0], robot, period, obstacle_window)
     equal = [option for option in options if option[0] >= latest - period]
     _, _, manoeuvre, preferred, blocked = min(equal, key=lambda option: option[1])
     return Decision(manoeuvre, Outcome.DELAYED, preferred, made(blocked))
@@ -66,19 +65,19 @@ def impact_speed(blocked: ControlObstacle, control: Array) -> float:
     return float(np.linalg.norm(own - other))
 
 
-def least_impact(s: Situation, robot: Shape, period: float, obstacle_table: ObstacleTable) -> Decision:
+def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: ObstacleWindow) -> Decision:
     """Decision for a collision within this period: match the velocity of the obstacle that is hit first."""
-    blocked = ControlObstacle(s.response, s.state, obstacle_table, robot)
+    blocked = ControlObstacle(s.response, s.state, obstacle_window, robot)
     times = blocked.times_to_collision(np.zeros(s.state.dimension))
     preferred, outcome = np.zeros(s.state.dimension), Outcome.INADMISSIBLE
-    alone = ControlObstacle(s.response, s.state, ObstacleTable((), s.now, s.horizon), robot)
+    alone = ControlObstacle(s.response, s.state, ObstacleWindow((), s.now, s.horizon), robot)
     if select(preferred, s.admissible, alone).safe:
         outcome = Outcome.IMPACT
     if np.any(np.isfinite(times)):
         first = int(np.argmin(times))
-        other = obstacle_table.obstacles[first].trajectory.velocity(s.now + float(times[first]))
+        other = obstacle_window.obstacles[first].trajectory.velocity(s.now + float(times[first]))
         preferred = s.response.velocity(s.state, period).inverse(other)
-    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, []), s.now)
+    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, alone.obstacles), s.now)
     return Decision(manoeuvre, outcome, preferred, made(blocked))
 
 
@@ -97,18 +96,18 @@ def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) 
     obstacle_velocity = np.mean([trajectory.velocity(s.now) for trajectory in overlapped], axis=0)
     desired_velocity = obstacle_velocity + s.limits.max_speed * direction / np.linalg.norm(direction)
     preferred = s.response.velocity(s.state, period).inverse(desired_velocity)
-    others = [o for i, o in enumerate(blocked.obstacles.obstacles) if i not in blocked.overlapping]
+    others = blocked.obstacles.without(blocked.overlapping)
     manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, others), s.now)
     return Decision(manoeuvre, Outcome.ESCAPING, preferred, made(blocked))
 
 
-def nearest(preferred: Array, s: Situation, robot: Shape, others: Sequence[Obstacle]) -> Array:
+def nearest(preferred: Array, s: Situation, robot: Shape, others: ObstacleWindow) -> Array:
     """Admissible control (d,) nearest to `preferred`, clear of `others` if possible.
 
     If no control is admissible, a compromise between the limits.
     """
-    for obstacles in (others, ()):
-        blocked = ControlObstacle(s.response, s.state, ObstacleTable(obstacles, s.now, s.horizon), robot)
+    for obstacles in (others, ObstacleWindow((), s.now, s.horizon)):
+        blocked = ControlObstacle(s.response, s.state, obstacles, robot)
         choice = select(preferred, s.admissible, blocked)
         if choice.control is not None:
             return choice.control

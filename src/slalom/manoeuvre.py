@@ -1,7 +1,6 @@
 """Manoeuvres: a response with a control, an initial state and a start time."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +19,6 @@ class Manoeuvre:
     A manoeuvre is a `Trajectory`, so that other robots can avoid it.
     """
 
-    tabulated: ClassVar[bool] = False
     response: Response
     state: State
     control: Checked = Checked(vector)

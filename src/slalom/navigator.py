@@ -1,6 +1,5 @@
 """Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -21,7 +20,6 @@ from slalom.decision_tables import (
 )
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
-from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.horizon import Horizon
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable
@@ -38,8 +36,7 @@ from slalom.objective import (
     preferred_control,
 )
 from slalom.objective_policy import decide_by_objective
-from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import Obstacles, ObstacleWindow
 from slalom.response import Response
 from slalom.shape import Shape
 from slalom.state import State
@@ -107,7 +104,7 @@ class Navigator:
     def decide(
         self,
         state: State,
-        obstacles: Sequence[Obstacle],
+        obstacles: Obstacles,
         goal: Goal | None = None,
         *,
         now: float = 0.0,
@@ -117,7 +114,9 @@ class Navigator:
         """Decision at time `now` [s] of a robot in `state` that is committed to the manoeuvre of `previous`.
 
         Args:
-            obstacles: with their true trajectories; the method's forecast determines which part of them is used.
+            obstacles: a list of obstacles, tables and tracks, or one of these. The method's forecast determines which
+                part of their trajectories is used. Walls and known trajectories belong into an `ObstacleTable` that
+                is made once, others that are observed anew at each step into `Tracks`.
             goal: where to be; not needed to follow a velocity or an acceleration.
             objective: the objective of this decision; None: that of the navigator.
 
@@ -146,7 +145,7 @@ class Navigator:
         return found or self._fall_back(table, state, goal, now)
 
     def _decide(
-        self, obstacles: ObstacleTable, state: State, goal: Goal, now: float, previous: Decision | None
+        self, obstacles: ObstacleWindow, state: State, goal: Goal, now: float, previous: Decision | None
     ) -> Decision | None:
         """Decision of the compiled policy; None for a robot that overlaps an obstacle or has no safe control."""
         responses = self.method.responses(self.limits, self.period, self.holds)
@@ -179,7 +178,7 @@ class Navigator:
     def _tables(
         self,
         responses: tuple[Response, ...],
-        obstacles: ObstacleTable,
+        obstacles: ObstacleWindow,
         state: State,
         goal: Goal,
         now: float,
@@ -230,11 +229,11 @@ class Navigator:
             return FOLLOW_ACCELERATION, vector(objective.acceleration, "acceleration to follow", state.dimension)
         return ARRIVE, np.zeros(state.dimension)
 
-    def fall_back(self, state: State, obstacles: Sequence[Obstacle], goal: Goal, *, now: float = 0.0) -> Decision:
+    def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:
         """Decision of a robot that overlaps an obstacle or has no safe control."""
         return self._fall_back(self.predict(obstacles, state, now), state, goal, now)
 
-    def _fall_back(self, obstacles: ObstacleTable, state: State, goal: Goal, now: float) -> Decision:
+    def _fall_back(self, obstacles: ObstacleWindow, state: State, goal: Goal, now: float) -> Decision:
         situations = self.situations(state, goal, now)
         overlap_test = ControlObstacle(situations[0].response, state, obstacles, self.robot)
         if len(overlap_test.overlapping):
@@ -243,28 +242,22 @@ class Navigator:
         return latest_collision(situations, preferred, self.robot, self.period, obstacles)
 
     def _control_obstacle(
-        self, response: Response, obstacles: ObstacleTable, state: State, margin: float | None = None
+        self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | None = None
     ) -> ControlObstacle:
         """The control obstacle of a response with the margin, or what the robot can keep of it."""
         clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
         return ControlObstacle(response, state, obstacles, self.robot, kept)
 
-    def predict(self, obstacles: Sequence[Obstacle], state: State, now: float) -> ObstacleTable:
-        """Table of the obstacles on their predicted trajectories from `now` [s] on.
+    def predict(self, obstacles: Obstacles, state: State, now: float) -> ObstacleWindow:
+        """The obstacles on their predicted trajectories from `now` [s] on.
 
         Obstacles that appear later are included only if the forecast knows them.
         """
-        forecast = self.method.forecast
-        predictions = [
-            predicted(obstacle, forecast, now)
-            for obstacle in obstacles
-            if forecast.includes_future or obstacle.exists(now)
-        ]
+        window = ObstacleWindow.predicted(obstacles, self.method.forecast, now, self.horizon)
         if self.horizons is None:
-            return ObstacleTable(predictions, now, self.horizon)
-        horizons = np.minimum(self.horizons(state, predictions, self.limits, now), self.horizon)
-        return ObstacleTable(predictions, now, self.horizon, horizons)
+            return window
+        return window.within(np.minimum(self.horizons(state, window.obstacles, self.limits, now), self.horizon))
 
     def situations(self, state: State, goal: Goal, now: float) -> list[Situation]:
         """The input of the objective for each response; for those that slow down soonest if the robot is too fast."""

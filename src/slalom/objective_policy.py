@@ -10,7 +10,7 @@ from slalom.decision import Decision, Outcome, made
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation, preferred_control
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.selection import Status, select, select_clearest
 from slalom.state import State
 from slalom.tolerances import COMMITTED_SLACK, CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
@@ -40,7 +40,7 @@ class Proposal(NamedTuple):
 
 
 def decide_by_objective(
-    robot: "Navigator", obstacles: ObstacleTable, state: State, goal: Goal, now: float, previous: Decision | None
+    robot: "Navigator", obstacles: ObstacleWindow, state: State, goal: Goal, now: float, previous: Decision | None
 ) -> Decision | None:
     """Decision of a robot in `state`; None for one that overlaps an obstacle or has no safe control.
 
@@ -96,7 +96,7 @@ def _candidate(robot: "Navigator", s: Situation) -> Candidate:
 
 
 def _propose(
-    robot: "Navigator", candidate: Candidate, obstacles: ObstacleTable, margin: float | Array
+    robot: "Navigator", candidate: Candidate, obstacles: ObstacleWindow, margin: float | Array
 ) -> Proposal | None:
     """Exact choice for one response at `margin` [m] (scalar or (n,)); None without a safe control."""
     s = candidate.situation
@@ -115,7 +115,7 @@ def _propose(
 
 
 def _committed_is_clear(
-    robot: "Navigator", s: Situation, obstacles: ObstacleTable, margins: Array, previous: Decision
+    robot: "Navigator", s: Situation, obstacles: ObstacleWindow, margins: Array, previous: Decision
 ) -> tuple[bool, ControlObstacle]:
     """Whether the committed manoeuvre is safe and admissible; and the control obstacle of the first response."""
     committed = previous.manoeuvre

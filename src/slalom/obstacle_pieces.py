@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from slalom.checks import Array
 from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
-from slalom.minkowski import MinkowskiSum
+from slalom.minkowski import MinkowskiSum, minkowski_sum
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.tolerances import INTERPOLATION, UNCERTAINTY_PIECES
@@ -51,24 +50,23 @@ class Bodies(NamedTuple):
 
 def joined(
     obstacles: Sequence[Obstacle],
-    indices: list[int],
+    indices: Sequence[int],
     shapes: list[MinkowskiSum],
     tables: list[Pieces],
-    cuts: list[slice],
     start: float,
 ) -> Bodies:
-    """The pieces `cuts` of the tables of obstacles `indices`, times from `start` on."""
+    """The pieces of obstacles `indices`, times from `start` on."""
     sizes = np.array([len(shape.radius) for shape in shapes])
     owner, count = np.repeat(np.array(indices), sizes), int(sizes.sum())
-    lengths = [cut.stop - cut.start for cut in cuts]
+    lengths = [len(table.body) for table in tables]
     turning = any(obstacles[index].turns for index in indices)
     pieces = Pieces(
-        np.concatenate([t.times[c] for t, c in zip(tables, cuts)]) - start,
-        np.concatenate([t.points[c] for t, c in zip(tables, cuts)]),
-        np.concatenate([t.radius[c] for t, c in zip(tables, cuts)]),
-        np.concatenate([t.growth[c] for t, c in zip(tables, cuts)]),
-        np.concatenate([t.turns[c] for t, c in zip(tables, cuts)]) if turning else NO_TURNS,
-        np.concatenate([t.body[c] for t, c in zip(tables, cuts)]) + np.repeat(np.cumsum(sizes) - sizes, lengths),
+        np.concatenate([t.times for t in tables]) - start,
+        np.concatenate([t.points for t in tables]),
+        np.concatenate([t.radius for t in tables]),
+        np.concatenate([t.growth for t in tables]),
+        np.concatenate([t.turns for t in tables]) if turning else NO_TURNS,
+        np.concatenate([t.body for t in tables]) + np.repeat(np.cumsum(sizes) - sizes, lengths),
     )
     counts = np.concatenate([shape.counts for shape in shapes])
     plain = np.array([obstacles[index].uncertainty is None for index in indices])
@@ -92,44 +90,65 @@ def joined(
     )
 
 
-_TABLES: "WeakKeyDictionary[Obstacle, dict[tuple[Shape, int, float], Pieces]]" = WeakKeyDictionary()
+def pieces_of_each(
+    obstacles: Sequence[Obstacle], robot: Shape, start: float, until: Array, decided: float | None = None
+) -> Bodies:
+    """The pieces of obstacles from `start` on, up to `until` (n,) [s] after it; those that do not exist have none.
 
-
-def tabulated(obstacle: Obstacle, shape: MinkowskiSum, robot: Shape, start: float, horizon: float) -> Pieces:
-    """The pieces of an obstacle over an interval of three horizons that holds the window, made once.
-
-    Intervals begin at multiples of two horizons, whenever they are needed: decisions do not depend on earlier ones.
+    decided: when they were predicted [s]; None: at the start.
     """
-    number_of_stretch = int(np.floor(start / (2.0 * horizon)))
-    tables = _TABLES.setdefault(obstacle, {})
-    key = (robot, number_of_stretch, horizon)
-    if key not in tables:
-        if len(tables) >= 8:
-            tables.clear()
+    tables, shapes, indices = [], [], []
+    for index, (obstacle, duration) in enumerate(zip(obstacles, until.tolist())):
         first, last = obstacle.trajectory.span
-        begin = 2.0 * horizon * number_of_stretch
-        end = max(begin + 3.0 * horizon, start + horizon)
-        tables[key] = rows_of(obstacle, shape, begin, max(begin, first), min(end, last))
-    return tables[key]
+        begin, end = max(start, first), min(start + duration, last)
+        if begin < end:
+            shapes.append(minkowski_sum(obstacle, robot))
+            tables.append(rows_of(obstacle, shapes[-1], start if decided is None else decided, begin, end))
+            indices.append(index)
+    return joined(obstacles, indices, shapes, tables, start) if indices else no_bodies(robot.dimension)
 
 
-def overlapping(pieces: Pieces, begin: float, end: float) -> tuple[Pieces, slice]:
-    """The pieces that overlap begin to end, as a part of a table; they may begin earlier and end later."""
-    times = pieces.times
-    if pieces.body[-1] > 0:
-        keep = (times[:, 1] > begin) & (times[:, 0] < end)
-        pieces = Pieces._make(column[keep] for column in pieces)
-        return pieces, slice(0, len(pieces.body))
-    return pieces, slice(
-        int(times[:, 1].searchsorted(begin, side="right")), int(times[:, 0].searchsorted(end, side="left"))
+def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
+    """The bodies of several parts, with `counts` obstacles each, one part after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    rows, bodies = [len(part.pieces.body) for part in parts], [len(part.owner) for part in parts]
+    from_row, from_body = np.cumsum([0, *rows]), np.cumsum([0, *bodies])
+    from_corner = np.cumsum([0, *(len(part.corners) for part in parts)])
+    columns, turning = zip(*(part.pieces for part in parts)), any(part.turning for part in parts)
+    times, points, radius, growth, turns, body = columns
+    if turning:
+        turns = tuple(part.pieces.turns if part.turning else _ahead(n) for part, n in zip(parts, rows))
+    return Bodies(
+        Pieces(
+            np.concatenate(times),
+            np.concatenate(points),
+            np.concatenate(radius),
+            np.concatenate(growth),
+            np.concatenate(turns) if turning else NO_TURNS,
+            np.concatenate(body) + np.repeat(from_body[:-1], rows),
+        ),
+        turning=turning,
+        owner=np.concatenate([part.owner for part in parts]) + np.repeat(np.cumsum([0, *counts])[:-1], bodies),
+        radius=np.concatenate([part.radius for part in parts]),
+        hull_radius=np.concatenate([part.hull_radius for part in parts]),
+        hull=np.concatenate([np.where(p.hull < 0, -1, p.hull + k) for p, k in zip(parts, from_body)]),
+        corners=np.concatenate([part.corners for part in parts]),
+        first=np.concatenate([[0], *(part.first[1:] + k for part, k in zip(parts, from_corner))]),
+        unordered=np.concatenate([part.unordered for part in parts]),
+        uncertain=np.concatenate([part.uncertain for part in parts]),
+        heads=np.concatenate([part.heads + k for part, k in zip(parts, from_row)]),
+        has_hulls=any(part.has_hulls for part in parts),
     )
 
 
 def rows_of(obstacle: Obstacle, shape: MinkowskiSum, decided: float, begin: float, end: float) -> Pieces:
     """The pieces of an obstacle's bodies from begin to end, all absolute [s], foreseen at `decided`.
 
-    Body after body, each in the order of time.
+    Body after body, each in the order of time; none if the end is not after the begin.
     """
+    if not begin < end:
+        return no_bodies(obstacle.dimension).pieces
     path = obstacle.trajectory.path(begin, end)
     turns: Array | None = None
     radius, growth = path.error, np.zeros(len(path.error))

@@ -1,152 +1,115 @@
-"""Obstacles over a window of time: one table for all control obstacles of a decision."""
+"""Obstacles that serve many decisions, made into tables once by the caller."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, number, positive
+from slalom.checks import Array, has
 from slalom.errors import InvalidInput
-from slalom.kernels.arrays import Snapshot
+from slalom.kernels.arrays import Flags, Indices
 from slalom.minkowski import minkowski_sum
 from slalom.obstacle import Obstacle
-from slalom.obstacle_pieces import (
-    Bodies,
-    joined,
-    no_bodies,
-    overlapping,
-    rows_of,
-    tabulated,
-)
+from slalom.obstacle_pieces import Bodies, joined, no_bodies, rows_of
 from slalom.shape import Shape
+from slalom.tolerances import STRETCH_HORIZONS
+from slalom.trajectory import Stationary
 
 
 class ObstacleTable:
-    """Obstacles over a window of time as cubic pieces.
+    """Walls and other obstacles with known trajectories, whose pieces are made once and serve many decisions.
 
-    Args:
-        obstacles: all of one dimension; those that do not exist within the window leave no piece.
-        start: absolute time [s] of the decision. horizon: length of the window [s] > 0.
-        horizons: (n,) [s] one for each obstacle, above 0 and at most `horizon`; beyond it that obstacle counts no more.
+    Pass it wherever obstacles are expected, alone or in a list. What is in it never changes: of a map that is updated,
+    make one table for each part, and a new table for a part that changes.
+
+    The pieces are made for each shape of a robot and each stretch of STRETCH_HORIZONS horizons, when first needed.
+    Stretches begin at multiples of their length, so a decision does not depend on earlier ones.
 
     Raises:
-        InvalidInput: different dimensions, a horizon that is not above 0.
+        InvalidInput: something else than obstacles, or obstacles of different dimensions.
     """
 
-    def __init__(
-        self, obstacles: Sequence[Obstacle], start: float, horizon: float, horizons: npt.ArrayLike | None = None
-    ) -> None:
+    def __init__(self, obstacles: Iterable[Obstacle]) -> None:
         self.obstacles = tuple(obstacles)
-        self.start = number(start, "start")
-        self.horizon = positive(horizon, "horizon")
-        dimensions = {obstacle.dimension for obstacle in self.obstacles}
-        if len(dimensions) > 1:
-            raise InvalidInput(f"obstacles: expected one dimension, found {sorted(dimensions)}")
-        self.dimension = dimensions.pop() if dimensions else None
-        self._until = None if horizons is None else self._each(horizons)
-        self._bodies: dict[Shape, Bodies] = {}
-        self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
-
-    def _each(self, horizons: npt.ArrayLike) -> list[float]:
-        each = [positive(one, f"horizons[{k}]") for k, one in enumerate(np.atleast_1d(np.asarray(horizons)))]
-        if len(each) != len(self.obstacles) or max(each, default=0.0) > self.horizon:
-            raise InvalidInput(
-                f"horizons: expected {len(self.obstacles)} of at most {self.horizon:g} s, found {len(each)} up to "
-                f"{max(each, default=0.0):g} s"
-            )
-        return each
-
-    def bodies(self, robot: Shape) -> Bodies:
-        """The pieces of all obstacles grown by a robot's shape."""
-        if robot not in self._bodies:
-            self._bodies[robot] = self._grow(robot)
-        return self._bodies[robot]
-
-    def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
-        """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).
-
-        The radius is not subtracted, the uncertainty of the position is. Infinite for a body that does not exist now.
-        Inside a body the distance is minus the depth. Against the unit vectors a robot leaves a body soonest.
-        """
-        key = (robot, position.tobytes())
-        if self._distances is None or self._distances[0] != key:
-            self._distances = (key, *self._measure(robot, position))
-        return self._distances[1:]
-
-    def _measure(self, robot: Shape, position: Array) -> tuple[Array, Array]:
-        bodies = self.bodies(robot)
-        now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
-        found = kernels.distances_now(now, bodies.hulls, position)
-        return found[:, 0], found[:, 1 : 1 + position.size]
-
-    def _grow(self, robot: Shape) -> Bodies:
-        bodies = self._known(robot)
-        return self._anew(robot) if bodies is None else bodies
-
-    def _known(self, robot: Shape) -> Bodies | None:
-        """The pieces, taken from a table of all obstacles that serves many decisions; None if there is no such table.
-
-        Not if one of them is not tabulated, counts for less than the whole window, or is not there in it.
-        """
-        if self._until is not None or not self.obstacles:
-            return None
-        stretch = int(np.floor(self.start / (2.0 * self.horizon)))
-        key = (self.obstacles, robot, stretch, self.horizon)
-        if key not in _JOINED:
-            if len(_JOINED) >= 8:
-                _JOINED.clear()
-            _JOINED[key] = self._joined(robot)
-        bodies = _JOINED[key]
-        if bodies is None:
-            return None
-        first, last, all_pieces = bodies
-        start, end = self.start, self.start + self.horizon
-        if not (first < end and last > start):
-            return None
-        pieces, heads = kernels.pieces_within(all_pieces.pieces, start, end)
-        return all_pieces._replace(pieces=pieces, heads=heads)
-
-    def _joined(self, robot: Shape) -> tuple[float, float, Bodies] | None:
-        """Times at which the last obstacle appears and the first vanishes, and all pieces over an interval of time."""
-        if any(not o.trajectory.tabulated or o.uncertainty is not None for o in self.obstacles):
-            return None
+        for k, obstacle in enumerate(self.obstacles):
+            has(obstacle, ("shape", "trajectory"), "an obstacle", f"obstacles[{k}]")
+        self.dimension = one_dimension(obstacle.dimension for obstacle in self.obstacles)
         spans = [obstacle.trajectory.span for obstacle in self.obstacles]
-        first, last = max(span[0] for span in spans), min(span[1] for span in spans)
-        if not (first < self.start + self.horizon and last > self.start):
-            return None
+        self._spans = np.array(spans, dtype=np.float64).reshape(-1, 2)
+        self._bodies: dict[tuple[Shape, int, float], tuple[Bodies, Indices]] = {}
+        self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
+
+    def __len__(self) -> int:
+        return len(self.obstacles)
+
+    def __iter__(self) -> Iterator[Obstacle]:
+        return iter(self.obstacles)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_bodies": {}, "_parts": {}}
+
+    def exist(self, t: float) -> Flags:
+        """Whether each obstacle exists at time t [s]: (n,)."""
+        return np.asarray((self._spans[:, 0] <= t) & (t <= self._spans[:, 1]))
+
+    def split(self, *, at_rest: bool) -> tuple["ObstacleTable", tuple[Obstacle, ...]]:
+        """The obstacles whose pieces serve many decisions, as a table; and the others.
+
+        The others have an uncertainty, which depends on the time of the decision. With `at_rest` all that move are
+        among them as well: every forecast agrees on obstacles at rest.
+        """
+        if at_rest not in self._parts:
+            serves = [
+                o.uncertainty is None and (not at_rest or isinstance(o.trajectory, Stationary)) for o in self.obstacles
+            ]
+            others = tuple(o for o, yes in zip(self.obstacles, serves) if not yes)
+            table = self if not others else ObstacleTable(o for o, yes in zip(self.obstacles, serves) if yes)
+            self._parts[at_rest] = table, others
+        return self._parts[at_rest]
+
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
+        """The pieces of bodies grown by a robot's shape, with times from `start` on.
+
+        Args:
+            until: (n,) [s] after the start, up to which each obstacle counts. A body that does not exist then has no
+                pieces.
+            horizon: [s] the largest value of `until` at this and other decisions.
+
+        Raises:
+            InvalidInput: an obstacle with an uncertainty.
+        """
+        if any(obstacle.uncertainty is not None for obstacle in self.obstacles):
+            raise InvalidInput("obstacles: expected a table of obstacles without uncertainty, found one with it")
+        if not self.obstacles:
+            return no_bodies(robot.dimension)
+        length = STRETCH_HORIZONS * horizon
+        stretch = int(np.floor(start / length))
+        # Rounding of the quotient.
+        stretch -= stretch * length > start
+        key = (robot, stretch, horizon)
+        if key not in self._bodies:
+            # Earlier stretches are over.
+            self._bodies = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
+            self._bodies[key] = self._made(robot, stretch * length, (stretch + 1) * length + horizon)
+        bodies, first = self._bodies[key]
+        pieces, heads = kernels.pieces_within(bodies.pieces, first, start, until[bodies.owner])
+        return bodies._replace(pieces=pieces, heads=heads)
+
+    def _made(self, robot: Shape, begin: float, end: float) -> tuple[Bodies, Indices]:
+        """All bodies with absolute times, from begin to end [s], and the first row of each (b + 1,)."""
         shapes = [minkowski_sum(obstacle, robot) for obstacle in self.obstacles]
         tables = [
-            tabulated(obstacle, shape, robot, self.start, self.horizon)
-            for obstacle, shape in zip(self.obstacles, shapes)
+            rows_of(obstacle, shape, begin, max(begin, first), min(end, last))
+            for obstacle, shape, (first, last) in zip(self.obstacles, shapes, self._spans.tolist())
         ]
-        cuts = [slice(0, len(table.body)) for table in tables]
-        return first, last, joined(self.obstacles, list(range(len(shapes))), shapes, tables, cuts, 0.0)
-
-    def _anew(self, robot: Shape) -> Bodies:
-        tables, shapes, cuts, indices = [], [], [], []
-        for index, obstacle in enumerate(self.obstacles):
-            first, last = obstacle.trajectory.span
-            until = self.horizon if self._until is None else self._until[index]
-            begin, end = max(self.start, first), min(self.start + until, last)
-            if begin >= end:
-                continue
-            shape = minkowski_sum(obstacle, robot)
-            many = obstacle.trajectory.tabulated and obstacle.uncertainty is None
-            if many and until == self.horizon:
-                table = tabulated(obstacle, shape, robot, self.start, self.horizon)
-                table, cut = overlapping(table, begin, end)
-            else:
-                table = rows_of(obstacle, shape, self.start, begin, end)
-                cut = slice(0, len(table.body))
-            tables.append(table)
-            cuts.append(cut)
-            shapes.append(shape)
-            indices.append(index)
-        if not tables:
-            return no_bodies(self.dimension or 2)
-        return joined(self.obstacles, indices, shapes, tables, cuts, self.start)
+        bodies = joined(self.obstacles, range(len(shapes)), shapes, tables, 0.0)
+        return bodies, np.searchsorted(bodies.pieces.body, np.arange(len(bodies.owner) + 1))
 
 
-_JOINED: dict[tuple[tuple[Obstacle, ...], Shape, int, float], tuple[float, float, Bodies] | None] = {}
-"""The tables of all obstacles of a scene together, of the last few: most decisions are about the same ones."""
+def one_dimension(dimensions: Iterable[int | None]) -> int | None:
+    """The dimension of all, None where there is none. Raises InvalidInput for different ones."""
+    found = {dimension for dimension in dimensions if dimension is not None}
+    if len(found) > 1:
+        raise InvalidInput(f"obstacles: expected one dimension, found {sorted(found)}")
+    return found.pop() if found else None

@@ -17,7 +17,7 @@ from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Snapshot
 from slalom.kernels.selection.tables import Scene, States
 from slalom.limits import Admissible, Limits
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.response import Response
 from slalom.shape import Shape
 from slalom.state import State
@@ -154,7 +154,7 @@ def select_many(
     states: Sequence[State] | npt.ArrayLike,
     response: Response,
     limits: Limits,
-    traffic: ObstacleTable,
+    traffic: ObstacleWindow,
     robot: Shape,
     *,
     margin: float = 0.0,
@@ -225,7 +225,7 @@ class _Group(NamedTuple):
 
 
 def _alike(
-    states: Sequence[State], response: Response, limits: Limits, traffic: ObstacleTable, robot: Shape, margin: float
+    states: Sequence[State], response: Response, limits: Limits, traffic: ObstacleWindow, robot: Shape, margin: float
 ) -> Iterator[tuple[Indices, States, Scene, MaybeHulls]]:
     """Groups of states whose responses have the same knots: their rows (m,), and the arguments of `_choose`."""
     bodies = traffic.bodies(robot)

@@ -819,6 +819,12 @@ PAST_POSITIONS: Final = 5
 Larger: more smoothing of noise. Smaller: noise enters the prediction.
 """
 
+STRETCH_HORIZONS: Final = 4.0
+"""[1] Length of a stretch of time over which the pieces of an `ObstacleTable` are made at once, in horizons.
+
+Larger: pieces take longer to make, more seldom, and more memory. Smaller: more decisions wait until they are made.
+"""
+
 LONGEST_FORECAST: Final = 10000.0
 """[s] Length of a predicted path; it exceeds every horizon.
 

@@ -17,18 +17,18 @@ from slalom.decision_tables import (
     target_paths,
 )
 from slalom.errors import InvalidInput
-from slalom.fleet.linear_forecast import linear_forecast, piecewise_polynomial
 from slalom.fleet.rounds import FallBack, at_once, one_by_one
-from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, GrownBodies, RobotTable
 from slalom.limits import Limits
+from slalom.linear_forecast import linear_forecast, piecewise_polynomial
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
 from slalom.navigator import ARRIVE, FALL_BACK, OUTCOMES, Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
 from slalom.response import AccelerateThenBrake
 from slalom.shape import Shape
 from slalom.state import State
@@ -54,7 +54,7 @@ class CommittedFleet:
         *,
         robots: int | None = None,
         names: Sequence[str] | None = None,
-        obstacles: Sequence[Obstacle] = (),
+        obstacles: Sequence[Obstacle] | ObstacleTable = (),
         period: float = 0.1,
         horizon: float = 6.0,
         margin: float = 0.05,
@@ -69,11 +69,12 @@ class CommittedFleet:
         n = _count(shapes, limits, robots)
         self.shapes, self.limits = _each(shapes, n), _each(limits, n)
         self.names = [f"robot {k}" for k in range(n)] if names is None else list(names)
-        self.method, self.obstacles = method.among_robots(), tuple(obstacles)
+        self.method = method.among_robots()
+        self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
         self.period, self.horizon = positive(period, "period"), positive(horizon, "horizon")
         self.margin, self.holds, self.patience, self.detours = margin, holds, patience, detours
         self.threads = kernels.threads() if threads is None else threads
-        dimensions = sorted({shape.dimension for shape in self.shapes} | {o.dimension for o in self.obstacles})
+        dimensions = sorted({each.dimension for each in (*self.shapes, *self.obstacles)})
         if len(dimensions) != 1:
             raise InvalidInput(f"shapes: expected those of robots and obstacles in one dimension, found {dimensions}")
         self.dimension, self.skeletons = dimensions[0], Skeletons(self.shapes)
@@ -168,17 +169,14 @@ class CommittedFleet:
             table.observed_times[k, : count + 1] = path.times
             table.observed_points[k, :count, :, :d] = path.points
 
-    def grown_bodies(self, obstacles: Sequence[Obstacle], now: float) -> list[GrownBodies]:
+    def grown_bodies(self, obstacles: Obstacles, now: float) -> list[GrownBodies]:
         """Predicted passive obstacles and the robots, grown by each kind of skeleton."""
-        forecast = self.method.forecast
-        existing = [o for o in obstacles if forecast.includes_future or o.exists(now)]
-        return self.grown_bodies_of([predicted(o, forecast, now) for o in existing], now)
+        return self.grown_bodies_of(ObstacleWindow.predicted(obstacles, self.method.forecast, now, self.horizon))
 
-    def grown_bodies_of(self, predictions: Sequence[Obstacle], now: float) -> list[GrownBodies]:
+    def grown_bodies_of(self, window: ObstacleWindow) -> list[GrownBodies]:
         """As `grown_bodies`, for obstacles on predicted trajectories."""
-        table = ObstacleTable(predictions, now, self.horizon)
         kinds, detours = range(len(self.skeletons.shapes)), bool(self.detours)
-        return [self.skeletons.grown_bodies(k, table, detours=detours) for k in kinds]
+        return [self.skeletons.grown_bodies(k, window, detours=detours) for k in kinds]
 
     def decide(
         self,
@@ -216,7 +214,7 @@ class CommittedFleet:
             if len(part):
                 yield part
 
-    def fall_back(self, k: int, obstacles: Sequence[Obstacle], now: float, rows: Indices | None = None) -> Outcome:
+    def fall_back(self, k: int, obstacles: Obstacles, now: float, rows: Indices | None = None) -> Outcome:
         """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots.
 
         `rows`: the number of the robot in each row of the table; None: the rows are the robots.
@@ -246,7 +244,7 @@ class CommittedFleet:
             patience=self.patience,
             detours=self.detours,
         )
-        decision = navigator.fall_back(state, [*obstacles, *others], goal, now=now)
+        decision = navigator.fall_back(state, [*listed(obstacles), *others], goal, now=now)
         self.commit(k, decision.manoeuvre, now)
         table.outcome[k], table.regret[k] = FALL_BACK, 0.0
         return decision.outcome

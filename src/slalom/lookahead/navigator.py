@@ -17,6 +17,7 @@ from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.state import State
 from slalom.tolerances import (
     COMMITTED_SLACK,
@@ -102,7 +103,7 @@ class LookAhead:
     def decide(
         self,
         state: State,
-        obstacles: Sequence[Obstacle],
+        obstacles: Sequence[Obstacle] | ObstacleTable,
         goal: Goal,
         *,
         now: float = 0.0,
@@ -111,7 +112,7 @@ class LookAhead:
         """As `Navigator.decide`.
 
         Args:
-            obstacles: passing the same sequence object at every decision avoids building its table again.
+            obstacles: passing the same object at every decision avoids building its table again.
 
         Raises:
             InvalidInput: dimensions that differ, a goal that moves.
@@ -123,8 +124,9 @@ class LookAhead:
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
         before = previous if isinstance(previous, SequenceDecision) else None
-        table = self._prediction(obstacles, now, self.prepared if before is None else before.search.obstacles)
-        scene = _Scene(state, goal, now, obstacles, table, before)
+        listed = obstacles.obstacles if isinstance(obstacles, ObstacleTable) else obstacles
+        table = self._prediction(listed, now, self.prepared if before is None else before.search.obstacles)
+        scene = _Scene(state, goal, now, listed, table, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
         return planned or self.navigator.decide(state, obstacles, goal, now=now, previous=previous)
 
@@ -253,7 +255,7 @@ class LookAhead:
         motion = search.manoeuvre(scene.state, scene.now)
         forecast, now, horizon = self.navigator.method.forecast, scene.now, self.navigator.horizon
         present = [o for o in scene.obstacles if forecast.includes_future or o.exists(now)]
-        table = ObstacleTable([predicted(o, forecast, now) for o in present], now, horizon)
+        table = ObstacleWindow([predicted(o, forecast, now) for o in present], now, horizon)
         blocked = ControlObstacle(motion.response, scene.state, table, self.navigator.robot, search.problem.margin)
         return SequenceDecision(
             motion,

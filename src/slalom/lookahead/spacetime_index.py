@@ -11,7 +11,7 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.sequence_search.tables import SpacetimeIndex
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import Bodies
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.shape import Shape
 
 
@@ -48,7 +48,7 @@ class PredictedObstacles:
         Raises:
             InvalidInput: different dimensions, an end that is not after the start.
         """
-        bodies = ObstacleTable(predictions, start, end - start).bodies(robot)
+        bodies = ObstacleWindow(predictions, start, end - start).bodies(robot)
         appearances = np.array([obstacle.trajectory.span[0] for obstacle in predictions], dtype=np.float64)
         return cls(obstacles, include_future, start, end, _spacetime_index(bodies, appearances, start, end, width))
 

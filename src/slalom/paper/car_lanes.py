@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.path import Path, hermite_step
 from slalom.tolerances import INTERPOLATION
 from slalom.trajectory import Circular
@@ -74,7 +74,7 @@ class CarLanes:
             min((hermite_step(f, INTERPOLATION) for f in fourth), default=np.inf),
         )
 
-    def traffic(self, now: float, horizon: float, position: Array, neighbours: int = 0) -> ObstacleTable:
+    def traffic(self, now: float, horizon: float, position: Array, neighbours: int = 0) -> ObstacleWindow:
         """Return the cars as predicted at `now` [s] over `horizon` [s].
 
         Args:
@@ -90,7 +90,7 @@ class CarLanes:
             assumed = self.cars[index].trajectory
             assert isinstance(assumed, PredictedLane)
             assumed.predicted = Path(times, points[k], error[k])
-        return ObstacleTable([self.cars[index] for index in chosen], now, horizon)
+        return ObstacleWindow([self.cars[index] for index in chosen], now, horizon)
 
     def _lanes(self, angle: Array, chosen: Indices, now: float, horizon: float) -> tuple[Array, Array, Array]:
         """Return common times (n + 1,) [s], cubic pieces of the circles (k, n, 4, 2) [m] and their errors (k, n)."""

@@ -11,7 +11,7 @@ from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.limits import admissible_ball
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.paper.controller import RESPONSE, RIM_RADIUS, ROBOT, Rules, hits, preferred_acceleration, run
 from slalom.selection import select
 from slalom.sim.gallery import build
@@ -65,7 +65,7 @@ def crossing(accelerations: Array, start: State = START) -> npt.NDArray[np.bool_
 
 def clearances(obstacles: Sequence[Obstacle], accelerations: Array, start: State = START) -> Array:
     """Return the least clearance (n,) [m] to cars on their lanes within HORIZON, for accelerations (n, 2)."""
-    blocked = ControlObstacle(RESPONSE, start, ObstacleTable(obstacles, 0.0, HORIZON), ROBOT)
+    blocked = ControlObstacle(RESPONSE, start, ObstacleWindow(obstacles, 0.0, HORIZON), ROBOT)
     return np.asarray(blocked.clearance(accelerations))
 
 
@@ -100,7 +100,7 @@ def exists_between_grid_points(crossings: Crossings, blocked: ControlObstacle, l
 def one_seed(seed: int, speed: float, entries: Sequence[Crossings]) -> dict[str, Any]:
     """Return counts of free crossings for the cars of one seed, and whether a held first choice collides (AO, NAO)."""
     obstacles = build("roundabout_crossing", {"speed": speed}, seed=seed).obstacles
-    traffic = ObstacleTable(obstacles, 0.0, HORIZON)
+    traffic = ObstacleWindow(obstacles, 0.0, HORIZON)
     result: dict[str, Any] = {"free": {}, "exists": {}}
     for entry in entries:
         blocked = ControlObstacle(RESPONSE, entry.start, traffic, ROBOT)

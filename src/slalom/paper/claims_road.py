@@ -13,7 +13,7 @@ import numpy.typing as npt
 from slalom.control_obstacle import ControlObstacle
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.response import Acceleration, Response, Velocity
 from slalom.shape import Disc
 from slalom.state import State
@@ -73,7 +73,7 @@ def alarms(question: Question, radius: float, speed: float, obstacles: Sequence[
     rows = []
     for forecast in question.forecasts:
         predicted = [Obstacle(o.shape, forecast(o.trajectory, 0.0)) for o in obstacles]
-        blocked = ControlObstacle(question.response, state, ObstacleTable(predicted, 0.0, horizon), ROBOT)
+        blocked = ControlObstacle(question.response, state, ObstacleWindow(predicted, 0.0, horizon), ROBOT)
         rows.append(np.isfinite(blocked.times_to_collision(control)))
     return np.array(rows)
 

@@ -18,7 +18,7 @@ from slalom.goal import Goal
 from slalom.limits import Admissible, Limits, admissible_ball
 from slalom.methods import METHODS
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.paper.car_lanes import CarLanes
 from slalom.response import Acceleration
 from slalom.selection import select
@@ -85,7 +85,7 @@ def preferred_acceleration(state: State, goal: Array, max_acceleration: float) -
 
 
 def decide(
-    state: State, traffic: ObstacleTable, rules: Rules, preferred: Array, current: Array | None
+    state: State, traffic: ObstacleWindow, rules: Rules, preferred: Array, current: Array | None
 ) -> tuple[Array, str]:
     """Return the acceleration (2,) [m/s^2] of the next interval and its status; `current` is the one applied so far."""
     ball = admissible_ball((0.0, 0.0), rules.max_acceleration)

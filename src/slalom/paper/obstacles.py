@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from slalom.control_obstacle import ControlObstacle
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.paper import drawing
 from slalom.paper.drawing import DASHES
 from slalom.response import Acceleration, Response, Velocity
@@ -44,7 +44,7 @@ def obstacle_of(
     radius: float = RADIUS,
 ) -> ControlObstacle:
     """Return the control obstacle of one obstacle for a robot at the origin."""
-    traffic = ObstacleTable([Obstacle(Disc(radius - POINT_RADIUS), trajectory)], 0.0, horizon)
+    traffic = ObstacleWindow([Obstacle(Disc(radius - POINT_RADIUS), trajectory)], 0.0, horizon)
     return ControlObstacle(response, State((0.0, 0.0), velocity), traffic, Disc(POINT_RADIUS))
 
 

@@ -11,7 +11,7 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.limits import admissible_ball
 from slalom.methods import METHODS
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.paper import drawing
 from slalom.response import Velocity
 from slalom.sim import Scenario
@@ -31,7 +31,7 @@ def control_obstacle_of(scenario: Scenario, method: str) -> ControlObstacle:
     """Return the VO or NLVO of all cars for the robot at the start."""
     forecast = METHODS[method].forecast
     cars = [Obstacle(car.shape, forecast(car.trajectory, 0.0)) for car in scenario.obstacles]
-    return ControlObstacle(Velocity(), scenario.robot.state, ObstacleTable(cars, 0.0, HORIZON), scenario.robot.shape)
+    return ControlObstacle(Velocity(), scenario.robot.state, ObstacleWindow(cars, 0.0, HORIZON), scenario.robot.shape)
 
 
 def curved_road() -> Figure:

@@ -13,7 +13,7 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.goal import Goal
 from slalom.limits import admissible_ball
 from slalom.manoeuvre import Manoeuvre
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.paper import drawing
 from slalom.paper.claims_crossing import START, clearances, crossing, exits, grid
 from slalom.paper.controller import MARGIN, RESPONSE, RIM_RADIUS, Rules, preferred_acceleration, run
@@ -100,7 +100,7 @@ def _figure(
     with style():
         figure, above, below = _columns(len(snapshots))
         for upper, lower, snapshot in zip(above, below, snapshots):
-            traffic = ObstacleTable(scenario.obstacles, snapshot.now, HORIZON)
+            traffic = ObstacleWindow(scenario.obstacles, snapshot.now, HORIZON)
             blocked = ControlObstacle(RESPONSE, snapshot.state, traffic, Disc(1.0), MARGIN)
             past = None if track is None else track(snapshot.now)
             _workspace(upper, blocked, snapshot, goal, past)

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -100,7 +99,6 @@ def images_about(k: int, positions: Array, distances: Array, period: Period) -> 
 class Displaced:
     """The trajectory `of`, displaced `by` (d,) [m]."""
 
-    tabulated: ClassVar[bool] = False
     of: Trajectory
     by: Array
 

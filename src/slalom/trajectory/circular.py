@@ -1,7 +1,6 @@
 """Circular motion at constant speed."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +23,6 @@ class Circular(Endless):
         InvalidInput: a radius that is not above 0, or a normal in the plane.
     """
 
-    tabulated: ClassVar[bool] = True
     center: Checked = Checked(vector)
     radius: Positive  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
     speed: float  # type: ignore[misc]

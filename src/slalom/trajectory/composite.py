@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +25,6 @@ class Composite:
             at its switch; parts with a gap above JUMP.
     """
 
-    tabulated: ClassVar[bool] = True
     parts: tuple[Trajectory, ...]
     switches: tuple[float, ...]
 
@@ -119,7 +117,6 @@ class Function:
         InvalidInput: negative bounds, an empty span, a position of the wrong form.
     """
 
-    tabulated: ClassVar[bool] = True
     function: Callable[[float], npt.ArrayLike]
     max_speed: float
     max_acceleration: float

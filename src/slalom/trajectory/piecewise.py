@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from math import comb
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +29,6 @@ class PiecewisePolynomial:
         InvalidInput: values that are not finite, a duration that is not above 0, gaps between pieces above JUMP.
     """
 
-    tabulated: ClassVar[bool] = True
     durations: Checked = Checked(array, "n")
     coefficients: Checked = Checked(array, "n n d")
     start: float = 0.0

@@ -1,6 +1,6 @@
 """Protocol of trajectories."""
 
-from typing import ClassVar, Final, Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -28,10 +28,6 @@ class Trajectory(Protocol):
     def span(self) -> tuple[float, float]:
         """First and last time [s] at which the obstacle exists; (-inf, inf) for obstacles that always exist."""
 
-    @property
-    def tabulated(self) -> bool:
-        """Whether `path` is expensive: its pieces are then kept and serve many decisions."""
-
     def position(self, t: npt.ArrayLike) -> Array:
         """Position (..., d) [m]. Raises OutsideSpan outside `span`."""
 
@@ -56,8 +52,6 @@ class Trajectory(Protocol):
 
 class Endless:
     """Members shared by trajectories without start, end and breaks."""
-
-    tabulated: ClassVar[bool] = False
 
     @property
     def span(self) -> tuple[float, float]:

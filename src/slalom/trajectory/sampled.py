@@ -1,7 +1,7 @@
 """Trajectories through time-stamped positions."""
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +29,6 @@ class Sampled:
         InvalidInput: fewer than two stamps, values that are not finite, times that do not increase.
     """
 
-    tabulated: ClassVar[bool] = True
     times: Checked = Checked(array, "n")
     positions: Checked = Checked(vectors, "n d")
     interpolation: Annotated[str, INTERPOLATIONS] = "smooth"

@@ -8,7 +8,7 @@ from matplotlib.path import Path as Outline
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 
 LARGE: Final = 1e6
 """[m] Magnitude of a clearance of which only the sign matters."""
@@ -52,7 +52,7 @@ def clearance_field(blocked: ControlObstacle, index: int, horizon: float, contro
         single = ControlObstacle(
             blocked.response,
             blocked.state,
-            ObstacleTable([traffic.obstacles[index]], traffic.start, traffic.horizon),
+            ObstacleWindow([traffic.obstacles[index]], traffic.start, traffic.horizon),
             blocked.robot,
             float(margin),
             horizon,

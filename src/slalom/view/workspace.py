@@ -13,7 +13,7 @@ from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre
 from slalom.minkowski import outline_parts
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import ObstacleWindow
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.trajectory import Trajectory
@@ -43,7 +43,7 @@ _MAX_HEIGHT_LABELS: Final = 12
 def workspace(
     ax: Axes,
     *,
-    traffic: ObstacleTable,
+    traffic: ObstacleWindow,
     state: State,
     robot: Shape,
     goal: Goal | None = None,
@@ -94,7 +94,7 @@ def workspace(
     return ax
 
 
-def _contact_times(contact_times: npt.ArrayLike | None, traffic: ObstacleTable) -> Array:
+def _contact_times(contact_times: npt.ArrayLike | None, traffic: ObstacleWindow) -> Array:
     count = len(traffic.obstacles)
     if contact_times is None:
         return np.full(count, np.inf)
@@ -131,7 +131,7 @@ def write_height(ax: Axes, center: Array, radius: float) -> None:
     text.set_path_effects(halo(1.6))
 
 
-def _obstacles(ax: Axes, traffic: ObstacleTable, times: Array) -> list[Line2D]:
+def _obstacles(ax: Axes, traffic: ObstacleWindow, times: Array) -> list[Line2D]:
     """Draw obstacles and predicted paths, coloured by time to collision, earliest on top; return legend entries."""
     scale = time_scale(traffic.horizon)
     present = [i for i, obstacle in enumerate(traffic.obstacles) if obstacle.exists(traffic.start)]
@@ -174,7 +174,7 @@ def _dot(face: Any, edge: Any, label: str) -> Line2D:
 
 def _robot_paths(
     ax: Axes,
-    traffic: ObstacleTable,
+    traffic: ObstacleWindow,
     manoeuvre: Manoeuvre | None,
     preferred: Manoeuvre | None,
     track: Array | None,
@@ -206,7 +206,7 @@ def _robot_paths(
     return handles
 
 
-def _contact(ax: Axes, traffic: ObstacleTable, robot: Shape, preferred: Manoeuvre, times: Array) -> None:
+def _contact(ax: Axes, traffic: ObstacleWindow, robot: Shape, preferred: Manoeuvre, times: Array) -> None:
     """Outline the robot and the first obstacle that it collides with under the preferred control, at contact."""
     if not np.isfinite(times.min(initial=np.inf)):
         return
@@ -271,7 +271,7 @@ def disc_box(center: Array, radius: float) -> Array:
     return np.array([center[:2] - radius, center[:2] + radius])
 
 
-def _extent(traffic: ObstacleTable, state: State, robot: Shape, goal: Goal | None, track: Array | None) -> Extent:
+def _extent(traffic: ObstacleWindow, state: State, robot: Shape, goal: Goal | None, track: Array | None) -> Extent:
     """Return a square around robot and obstacles now, the velocity arrow, the track and the goal."""
     points = [box_of(parts_at(robot, state.position)), state.position[None, :2] + state.velocity[:2]]
     for obstacle in traffic.obstacles:

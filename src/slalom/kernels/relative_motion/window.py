@@ -16,7 +16,7 @@ from slalom.kernels.arrays import (
     PositionMap,
     Snapshot,
 )
-from slalom.kernels.geometry.cubic import value
+from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.contact import kept_radius, overlaps
@@ -25,40 +25,75 @@ from slalom.tolerances import BALL_ROUNDING
 
 
 @kernel
-def pieces_within(pieces: Pieces, start: float, end: float) -> tuple[Pieces, Indices]:
-    """The pieces that overlap the window from `start` to `end` [s], with times from `start` on; and their heads.
+def rows_within(times: Array, begin: int, end: int, start: float, until: float) -> tuple[int, int]:
+    """The rows of `begin` to `end` that overlap the interval from `start` to `until` [s], as first and last + 1.
 
-    Heads are the rows with which bodies begin that exist at `start`.
+    times: (n, 2) [s], increasing in these rows.
     """
-    times, body, turning = pieces.times, pieces.body, len(pieces.turns) > 0
-    n, d, kept = len(body), pieces.points.shape[2], 0
-    for s in range(n):
-        kept += times[s, 1] > start and times[s, 0] < end
+    if not until > start:
+        return begin, begin
+    low, high = begin, end
+    while low < high:
+        middle = (low + high) // 2
+        if times[middle, 1] > start:
+            high = middle
+        else:
+            low = middle + 1
+    first = low
+    while low < end and times[low, 0] < until:
+        low += 1
+    return first, low
+
+
+@kernel
+def copy_restricted(p: Array, a: float, b: float, into: Array) -> None:
+    """Write the part of a cubic from a to b in [0, 1] into `into` (4, d); p: its control points (4, d)."""
+    for axis in range(p.shape[1]):
+        if a > 0.0 or b < 1.0:
+            found = restrict(p[0, axis], p[1, axis], p[2, axis], p[3, axis], a, b)
+            into[0, axis], into[1, axis], into[2, axis], into[3, axis] = found
+        else:
+            for j in range(4):
+                into[j, axis] = p[j, axis]
+
+
+@kernel
+def pieces_within(pieces: Pieces, first: Indices, start: float, until: Array) -> tuple[Pieces, Indices]:
+    """The pieces of each body from `start` [s] to `until` (b,) [s] after it, with times from `start` on; and heads.
+
+    Body b has the rows first[b] to first[b + 1], whose radius does not grow. Heads are the rows with which bodies
+    begin that exist at `start`.
+    """
+    times, turning, d = pieces.times, len(pieces.turns) > 0, pieces.points.shape[2]
+    count, kept = len(first) - 1, 0
+    rows = np.empty((count, 2), np.int64)
+    for b in range(count):
+        rows[b, 0], rows[b, 1] = rows_within(times, first[b], first[b + 1], start, start + until[b])
+        kept += rows[b, 1] - rows[b, 0]
     found = Pieces(
         np.empty((kept, 2)),
         np.empty((kept, 4, d)),
         np.empty(kept),
-        np.empty(kept),
+        np.zeros(kept),
         np.empty((kept if turning else 0, 4, 2)),
         np.empty(kept, np.int64),
     )
-    heads, first, k = np.empty(kept, np.int64), 0, 0
-    for s in range(n):
-        if not (times[s, 1] > start and times[s, 0] < end):
-            continue
-        found.times[k, 0], found.times[k, 1] = times[s, 0] - start, times[s, 1] - start
-        for j in range(4):
-            for axis in range(d):
-                found.points[k, j, axis] = pieces.points[s, j, axis]
-        if turning:
-            for j in range(4):
-                found.turns[k, j, 0], found.turns[k, j, 1] = pieces.turns[s, j, 0], pieces.turns[s, j, 1]
-        found.radius[k], found.growth[k], found.body[k] = pieces.radius[s], pieces.growth[s], body[s]
-        if (k == 0 or found.body[k - 1] != found.body[k]) and found.times[k, 0] <= 0.0:
-            heads[first] = k
-            first += 1
-        k += 1
-    return found, heads[:first].copy()
+    heads, k, n = np.empty(count, np.int64), 0, 0
+    for b in range(count):
+        for s in range(rows[b, 0], rows[b, 1]):
+            begin, end = max(times[s, 0], start), min(times[s, 1], start + until[b])
+            width = times[s, 1] - times[s, 0]
+            share, last = (begin - times[s, 0]) / width, (end - times[s, 0]) / width
+            copy_restricted(pieces.points[s], share, last, found.points[k])
+            if turning:
+                copy_restricted(pieces.turns[s], share, last, found.turns[k])
+            found.times[k, 0], found.times[k, 1] = begin - start, end - start
+            found.radius[k], found.body[k] = pieces.radius[s], b
+            if s == rows[b, 0] and begin == start:
+                heads[n] = k
+                n += 1
+            k += 1
+    return found, heads[:n].copy()
 
 
 @kernel

@@ -9,6 +9,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.decision import Decision
 from slalom.methods import Method
+from slalom.obstacle_table import ObstacleTable
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
 
@@ -48,6 +49,7 @@ class SingleRobotDecider:
         self.scenario, self.method, self.states = scenario, method, RobotStates(scenario)
         self.decision: Decision | None = None
         self._navigator = scenario.decider(method)
+        self._table = ObstacleTable(scenario.obstacles) if scenario.period is None else None
 
     def sense(self, now: float) -> None:
         pass
@@ -57,7 +59,7 @@ class SingleRobotDecider:
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
         before, state, goal = perf_counter(), self.states.state(0), self.scenario.robot.goal
-        obstacles = self.scenario.around(state, now, self.method)
+        obstacles = self._table or self.scenario.around(state, now, self.method)
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)
         return Decisions({0: self.decision.outcome.name}, {0: perf_counter() - before})
 

@@ -14,6 +14,7 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, RobotTable
 from slalom.methods import Method
 from slalom.obstacle import Obstacle
+from slalom.obstacle_window import Obstacles, ObstacleWindow
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.guidance import Guidance
@@ -49,6 +50,7 @@ class FleetDecider:
             [robot.shape for robot in robots],
             [robot.limits for robot in robots],
             names=[robot.name for robot in robots],
+            obstacles=scenario.obstacles,
             period=self.period,
             horizon=scenario.horizon,
             margin=scenario.margin,
@@ -177,18 +179,21 @@ class FleetDecider:
         """Commit robot k to the decision of a navigator."""
         table, d = self.fleet.table, self.scenario.dimension
         state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
-        passive = self.scenario.around(state, now, self.method, k, self.margin)
+        passive: Obstacles = self.fleet.obstacles
+        if self.scenario.period is not None:
+            passive = self.scenario.around(state, now, self.method, k, self.margin)
         return self.fleet.fall_back(k, passive, now, self._robot_of)
 
     def _grown_bodies(self, now: float) -> list[GrownBodies]:
         """All bodies that robots can meet; in a periodic world for robots in the cell about the origin."""
         s, forecast, table = self.scenario, self.method.forecast, self.fleet.table
         if s.period is None:
-            return self.fleet.grown_bodies(s.obstacles, now)
+            return self.fleet.grown_bodies(self.fleet.obstacles, now)
         existing = [o for o in s.obstacles if forecast.includes_future or o.exists(now)]
         obstacles: list[Obstacle] = [predicted(obstacle, forecast, now) for obstacle in existing]
         # No response makes a robot faster that exceeds its largest speed.
         speed = max(table.max_speed.max(), np.linalg.norm(table.velocity, axis=1).max())
         reach = 0.5 * np.array(s.period) + speed * s.horizon + table.radius.max() + self.margin
         images = in_box(obstacles, s.period, now, s.horizon, -reach, reach)
-        return self.fleet.grown_bodies_of([displaced(obstacles[k], by) for k, by in images], now)
+        window = ObstacleWindow([displaced(obstacles[k], by) for k, by in images], now, s.horizon)
+        return self.fleet.grown_bodies_of(window)

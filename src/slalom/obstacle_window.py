@@ -1,0 +1,182 @@
+"""Obstacles over a window of time: what all control obstacles of a decision are made of."""
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+from typing import Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom import kernels
+from slalom.checks import Array, has, number, positive
+from slalom.errors import InvalidInput
+from slalom.forecast import EXACT, Forecast, predicted
+from slalom.kernels.arrays import Flags, Indices, Snapshot
+from slalom.obstacle import Obstacle
+from slalom.obstacle_pieces import Bodies, merged, no_bodies, pieces_of_each
+from slalom.obstacle_table import ObstacleTable, one_dimension
+from slalom.shape import Shape
+from slalom.tracks import Tracks
+
+Obstacles: TypeAlias = Sequence[Obstacle | ObstacleTable | Tracks] | ObstacleTable | Tracks
+"""What decisions take as obstacles: obstacles, tables and tracks in any order, or one table or tracks alone."""
+
+
+class _Source(Protocol):
+    """Obstacles that come together."""
+
+    @property
+    def dimension(self) -> int | None: ...
+
+    @property
+    def obstacles(self) -> Sequence[Obstacle]: ...
+
+    def __len__(self) -> int: ...
+
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies: ...
+
+
+class _Listed:
+    """Obstacles of this decision only."""
+
+    def __init__(self, obstacles: Sequence[Obstacle]) -> None:
+        self.obstacles = obstacles
+        self.dimension = one_dimension(obstacle.dimension for obstacle in obstacles)
+
+    def __len__(self) -> int:
+        return len(self.obstacles)
+
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
+        """The pieces from `start` on, up to `until` (n,) [s] after it; obstacles that do not exist then have none."""
+        return pieces_of_each(self.obstacles, robot, start, until)
+
+
+class ObstacleWindow:
+    """Obstacles over a window of time as cubic pieces.
+
+    Args:
+        obstacles: all of one dimension; those that do not exist within the window leave no piece.
+        start: absolute time [s] of the decision. horizon: length of the window [s] > 0.
+        horizons: (n,) [s] one for each obstacle, from 0 to `horizon`; beyond it that obstacle counts no more.
+
+    Raises:
+        InvalidInput: different dimensions, a horizon that is not above 0, something else than obstacles.
+    """
+
+    def __init__(
+        self, obstacles: Obstacles, start: float, horizon: float, horizons: npt.ArrayLike | None = None
+    ) -> None:
+        self._sources = _sources(obstacles)
+        self._counts = [len(source) for source in self._sources]
+        self.start = number(start, "start")
+        self.horizon = positive(horizon, "horizon")
+        self.dimension = one_dimension(source.dimension for source in self._sources)
+        self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
+        self._bodies: dict[Shape, Bodies] = {}
+        self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
+
+    @classmethod
+    def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
+        """The obstacles as a forecast predicts them at `start` [s]; those that appear later only if it knows them."""
+        sources: list[Obstacle | ObstacleTable | Tracks] = []
+        until: list[float] = []
+        for source in listed(obstacles):
+            if isinstance(source, Tracks):
+                sources.append(source if isinstance(forecast, EXACT) else source.with_forecast(forecast))
+                until += [horizon] * len(source)
+                continue
+            others: Iterable[Obstacle] = [source] if isinstance(source, Obstacle) else ()
+            if isinstance(source, ObstacleTable):
+                table, others = source.split(at_rest=not isinstance(forecast, EXACT))
+                sources.append(table)
+                until += np.where(table.exist(start) | forecast.includes_future, horizon, 0.0).tolist()
+            for obstacle in others:
+                if forecast.includes_future or obstacle.exists(start):
+                    sources.append(predicted(obstacle, forecast, start))
+                    until.append(horizon)
+        return cls(sources, start, horizon, until)
+
+    @cached_property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """All obstacles, one by one."""
+        return tuple(obstacle for source in self._sources for obstacle in source.obstacles)
+
+    def staying(self, t: float) -> list[Obstacle]:
+        """The obstacles that are known and exist at time t [s], of one part."""
+        known = self.until > 0.0
+        return [o for o, yes in zip(self.obstacles, known) if yes and len(o.shape.parts) == 1 and o.exists(t)]
+
+    def within(self, horizons: npt.ArrayLike) -> "ObstacleWindow":
+        """The same obstacles with other horizons (n,) [s]; each counts for the shorter of both."""
+        window = ObstacleWindow((), self.start, self.horizon)
+        window._sources, window._counts, window.dimension = self._sources, self._counts, self.dimension
+        window.until = np.minimum(self.until, window._each(horizons, len(self.until)))
+        return window
+
+    def without(self, some: Indices | Flags | slice) -> "ObstacleWindow":
+        """The same without some of the obstacles."""
+        until = self.until.copy()
+        until[some] = 0.0
+        return self.within(until)
+
+    def _each(self, horizons: npt.ArrayLike, count: int | None = None) -> Array:
+        each, n = np.asarray(horizons, dtype=np.float64).reshape(-1), sum(self._counts) if count is None else count
+        if len(each) != n or not np.all((each >= 0.0) & (each <= self.horizon)):
+            raise InvalidInput(
+                f"horizons: expected {n} from 0 to {self.horizon:g} s, found {len(each)} from "
+                f"{each.min(initial=np.inf):g} to {each.max(initial=0.0):g} s"
+            )
+        return each
+
+    def bodies(self, robot: Shape) -> Bodies:
+        """The pieces of all obstacles grown by a robot's shape."""
+        if robot not in self._bodies:
+            until = np.split(self.until, np.cumsum(self._counts)[:-1])
+            parts = [source.bodies(robot, self.start, each, self.horizon) for source, each in zip(self._sources, until)]
+            self._bodies[robot] = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
+        return self._bodies[robot]
+
+    def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
+        """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).
+
+        The radius is not subtracted, the uncertainty of the position is. Infinite for a body that does not exist now.
+        Inside a body the distance is minus the depth. Against the unit vectors a robot leaves a body soonest.
+        """
+        key = (robot, position.tobytes())
+        if self._distances is None or self._distances[0] != key:
+            self._distances = (key, *self._measure(robot, position))
+        return self._distances[1:]
+
+    def _measure(self, robot: Shape, position: Array) -> tuple[Array, Array]:
+        bodies = self.bodies(robot)
+        now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
+        found = kernels.distances_now(now, bodies.hulls, position)
+        return found[:, 0], found[:, 1 : 1 + position.size]
+
+
+def listed(obstacles: Obstacles) -> Sequence[Obstacle | ObstacleTable | Tracks]:
+    """The obstacles, tables and tracks one by one. Raises InvalidInput for anything else."""
+    if isinstance(obstacles, ObstacleTable | Tracks):
+        return [obstacles]
+    has(obstacles, ("__iter__", "__len__"), "a list of obstacles, an ObstacleTable or Tracks", "obstacles")
+    for k, one in enumerate(obstacles):
+        if not isinstance(one, Obstacle | ObstacleTable | Tracks):
+            raise InvalidInput(
+                f"obstacles[{k}]: expected an Obstacle, an ObstacleTable or Tracks, found {type(one).__name__}"
+            )
+    return obstacles
+
+
+def _sources(obstacles: Obstacles) -> list[_Source]:
+    """Tables and tracks as they are, obstacles that follow each other together."""
+    found: list[_Source] = []
+    plain: list[Obstacle] = []
+    for one in listed(obstacles):
+        if isinstance(one, Obstacle):
+            plain.append(one)
+            continue
+        if plain:
+            found.append(_Listed(plain))
+            plain = []
+        found.append(one)
+    return [*found, _Listed(plain)] if plain else found

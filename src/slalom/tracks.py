@@ -1,0 +1,163 @@
+"""Discs and balls that are observed anew at every decision, as arrays."""
+
+from collections.abc import Hashable, Sequence
+from copy import copy
+from functools import cached_property, lru_cache
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, array, number
+from slalom.errors import InvalidInput
+from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
+from slalom.kernels.arrays import Pieces
+from slalom.linear_forecast import LinearForecast, linear_forecast
+from slalom.minkowski import sum_of_shapes
+from slalom.obstacle import Obstacle
+from slalom.obstacle_pieces import NO_TURNS, Bodies, no_bodies, pieces_of_each
+from slalom.path import Path
+from slalom.shape import Shape, round_shape
+from slalom.tolerances import FORECAST_HORIZONS, UNCERTAINTY_PIECES
+from slalom.trajectory import ConstantAcceleration
+from slalom.uncertainty import Uncertainty
+
+
+class Tracks:
+    """Discs or balls observed at one time, such as the people that a perception system follows.
+
+    Args:
+        positions: (n, d) [m]. velocities: (n, d) [m/s]. radii: (n,) or one for all [m] >= 0.
+        t: absolute time of the observation [s], not after the decision; between the two they move as predicted.
+        accelerations: (n, d) [m/s^2]; None: 0.
+        ids: names, for messages; none: their numbers.
+        forecast: predicts their motion where the method takes trajectories as they are given; by default
+            AcceleratingBriefly with accelerations and AtConstantVelocity without. Other methods use their own.
+        uncertainty: bound on the distance from the prediction as a function of the time since t; None: exact.
+
+    Raises:
+        InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids of another
+            number, a forecast that needs the past or knows the future.
+    """
+
+    def __init__(
+        self,
+        positions: npt.ArrayLike,
+        velocities: npt.ArrayLike,
+        radii: npt.ArrayLike,
+        t: float = 0.0,
+        *,
+        accelerations: npt.ArrayLike | None = None,
+        ids: Sequence[object] = (),
+        forecast: Forecast | None = None,
+        uncertainty: Uncertainty | None = None,
+    ) -> None:
+        places = array(positions, "positions")
+        if places.ndim != 2 or places.shape[1] not in (2, 3):
+            raise InvalidInput(f"positions: expected an array of shape (n, 2) or (n, 3), found shape {places.shape}")
+        n, self.dimension = places.shape
+        given = (places, velocities, np.zeros(places.shape) if accelerations is None else accelerations)
+        self.states = np.stack(
+            [_rows(rows, name, n, self.dimension) for rows, name in zip(given, _COLUMNS, strict=True)], axis=1
+        )
+        radius = array(radii, "radii")
+        if radius.shape not in ((), (n,)) or np.any(radius < 0.0):
+            raise InvalidInput(f"radii: expected one or {n} of at least 0 m, found {np.atleast_1d(radius).tolist()}")
+        if len(ids) not in (0, n):
+            raise InvalidInput(f"ids: expected {n}, found {len(ids)}")
+        self.radii, self.t, self.ids = np.broadcast_to(radius, (n,)), number(t, "t"), tuple(ids) or tuple(range(n))
+        self.uncertainty = uncertainty
+        usual = AtConstantVelocity() if accelerations is None else AcceleratingBriefly()
+        self.forecast: Forecast = _usable(usual if forecast is None else forecast)
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def with_forecast(self, forecast: Forecast) -> "Tracks":
+        """The same tracks with another forecast. Raises InvalidInput for one that needs the past."""
+        other = copy(self)
+        other.forecast = _usable(forecast)
+        other.__dict__.pop("obstacles", None)
+        return other
+
+    @cached_property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The tracks one by one, on their predicted trajectories."""
+        return tuple(
+            Obstacle(
+                round_shape(float(radius), self.dimension),
+                self.forecast(ConstantAcceleration(state[0], state[1], state[2], self.t), self.t),
+                str(name),
+                uncertainty=self.uncertainty,
+            )
+            for state, radius, name in zip(self.states, self.radii, self.ids)
+        )
+
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
+        """As `ObstacleTable.bodies`. Raises InvalidInput for tracks that are observed after `start`."""
+        if self.t > start:
+            raise InvalidInput(f"tracks: expected an observation not after {start:g} s, found one at {self.t:g} s")
+        if not len(self):
+            return no_bodies(self.dimension)
+        span = 2.0 ** np.ceil(np.log2(start - self.t + FORECAST_HORIZONS * horizon))
+        rule = _tabulated(cast(Hashable, self.forecast), span)
+        if rule is None or np.any(until != horizon):
+            return pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
+        knots = np.union1d(np.clip(self.t + rule.times, start, start + horizon), [start, start + horizon])
+        if self.uncertainty is not None:
+            knots = np.union1d(knots, np.linspace(start, start + horizon, UNCERTAINTY_PIECES + 1))
+        part = Path(self.t + rule.times, rule.shares, np.zeros(len(rule.shares))).cut(knots)
+        points = LinearForecast(part.times, part.points).points(self.states)
+        shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(knots) - 1
+        b = len(shape.radius)
+        points = (points[:, None] + shape.offsets[:, None, None]).reshape(n * b * k, 4, self.dimension)
+        widths = np.zeros(k + 1)
+        if self.uncertainty is not None:
+            widths = self.uncertainty.radius(knots - self.t, self.dimension)
+        plain = self.uncertainty is None
+        point = np.tile((shape.counts == 1) & (shape.hull_radius == 0.0) & plain, n)
+        hull = np.where(point, -1, np.arange(n * b))
+        times = np.stack([knots[:-1], knots[1:]], axis=1) - start
+        return Bodies(
+            Pieces(
+                np.tile(times, (n * b, 1)),
+                points,
+                np.tile(widths[:-1], n * b),
+                np.tile(np.diff(widths), n * b),
+                NO_TURNS,
+                np.repeat(np.arange(n * b), k),
+            ),
+            turning=False,
+            owner=np.repeat(np.arange(n), b),
+            radius=np.add.outer(self.radii, shape.radius).reshape(-1),
+            hull_radius=np.tile(shape.hull_radius, n),
+            hull=hull,
+            corners=np.tile(shape.corners, (n, 1)),
+            first=np.concatenate([[0], np.cumsum(np.tile(shape.counts, n))]),
+            unordered=np.tile(shape.unordered, n),
+            uncertain=np.full(n * b, not plain),
+            heads=np.arange(n * b) * k,
+            has_hulls=bool(hull.max() >= 0),
+        )
+
+
+_COLUMNS = ("positions", "velocities", "accelerations")
+
+
+def _rows(value: npt.ArrayLike, name: str, n: int, d: int) -> Array:
+    rows = array(value, name)
+    if rows.shape != (n, d):
+        raise InvalidInput(f"{name}: expected an array of shape ({n}, {d}), found shape {rows.shape}")
+    return rows
+
+
+def _usable(forecast: Forecast) -> Forecast:
+    if isinstance(forecast, FromPast) or forecast.includes_future:
+        raise InvalidInput(f"tracks: expected a forecast from what is observed at one time, found {forecast}")
+    return forecast
+
+
+@lru_cache(maxsize=64)
+def _tabulated(forecast: Hashable, span: float) -> LinearForecast | None:
+    """The forecast as a table over `span` [s]: one for all decisions with a horizon."""
+    return linear_forecast(cast(Forecast, forecast), span)

@@ -1,0 +1,277 @@
+"""The pieces of obstacles over a window of time are the obstacles."""
+
+import pickle
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from parts import TRAJECTORIES, disc_or_ball
+
+from slalom import (
+    METHODS,
+    AcceleratingBriefly,
+    Acceleration,
+    AtConstantAcceleration,
+    AtConstantTurn,
+    AtConstantVelocity,
+    BoundedError,
+    Circular,
+    ConstantAcceleration,
+    ConstantVelocity,
+    ControlObstacle,
+    Disc,
+    Forecast,
+    GaussianError,
+    Goal,
+    InvalidInput,
+    Known,
+    Limits,
+    Navigator,
+    Obstacle,
+    ObstacleTable,
+    ObstacleWindow,
+    Polyline,
+    Rectangle,
+    State,
+    Stationary,
+    Tracks,
+    Trajectory,
+    Uncertainty,
+)
+from slalom.obstacle_pieces import Bodies
+from slalom.peers import contender
+from slalom.tolerances import INTERPOLATION
+
+WINDOWS = ((-0.8, 0.5), (0.0, 4.0), (1.0, 2.0), (3.3, 3.5), (6.5, 4.0), (30.0, 4.0))
+"""[s] Start and length; the last but one outlives the obstacles that end at 7 s, the last follows them."""
+SHARES = np.linspace(0.0, 1.0, 9)
+BERNSTEIN = np.stack([(1 - SHARES) ** 3, 3 * SHARES * (1 - SHARES) ** 2, 3 * SHARES**2 * (1 - SHARES), SHARES**3])
+ROUNDING = 1e-9
+
+
+def assert_pieces_follow(bodies: Bodies, body: int, track: Trajectory, start: float, horizon: float) -> None:
+    """The pieces of a body cover the part of the window in which its obstacle exists, and follow its trajectory."""
+    rows = np.flatnonzero(bodies.pieces.body == body)
+    times = bodies.pieces.times[rows]
+    first, last = max(track.span[0], start) - start, min(track.span[1], start + horizon) - start
+    assert times[0, 0] <= first + ROUNDING
+    assert times[-1, 1] >= last - ROUNDING
+    np.testing.assert_allclose(times[1:, 0], times[:-1, 1], atol=ROUNDING)
+    for row, (begin, end) in zip(rows, times):
+        elapsed = begin + (end - begin) * SHARES
+        points = np.einsum("kd,ks->sd", bodies.pieces.points[row], BERNSTEIN)
+        expected = track.position(np.clip(start + elapsed, *track.span))
+        error = getattr(track, "tolerance", INTERPOLATION) + ROUNDING
+        assert np.linalg.norm(points - expected, axis=1).max() <= error
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("uncertain", [False, True])
+@pytest.mark.parametrize(("start", "horizon"), WINDOWS)
+def test_pieces_of_a_window_are_the_trajectory(start: float, horizon: float, uncertain: bool, d: int) -> None:
+    """Of each obstacle alone and of all together; an obstacle that does not exist within the window has no piece."""
+    error = BoundedError(0.1, 0.05) if uncertain else None
+    tracks = [track(d) for track in TRAJECTORIES.values()]
+    obstacles = [Obstacle(disc_or_ball(0.5, d), track, uncertainty=error) for track in tracks]
+    robot = disc_or_ball(0.3, d)
+    for some in ([obstacle] for obstacle in obstacles):
+        bodies = ObstacleWindow(some, start, horizon).bodies(robot)
+        track = some[0].trajectory
+        if track.span[0] < start + horizon and track.span[1] > start:
+            assert_pieces_follow(bodies, 0, track, start, horizon)
+        else:
+            assert len(bodies.pieces.body) == 0
+    known = {k for k, track in enumerate(tracks) if track.span[0] < start + horizon and track.span[1] > start}
+    together = (obstacles, ObstacleTable(obstacles), [ObstacleTable(obstacles[:3]), *obstacles[3:]])
+    for many in together[: 1 if uncertain else 3]:
+        bodies = ObstacleWindow(many, start, horizon).bodies(robot)
+        there = set(bodies.pieces.body.tolist())
+        for body in there:
+            assert_pieces_follow(bodies, body, tracks[bodies.owner[body]], start, horizon)
+        assert {int(bodies.owner[body]) for body in there} == known
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_window_moved_along_several_stretches_has_the_same_pieces(d: int) -> None:
+    """The pieces of a table that serves many decisions are those of the obstacles at each of them."""
+    smooth = [Obstacle(disc_or_ball(0.5, d), TRAJECTORIES[name](d)) for name in ("circular", "circular_clockwise")]
+    robot, table = disc_or_ball(0.3, d), ObstacleTable(smooth)
+    for start in (*np.arange(0.0, 40.0, 0.7), 16.0, 48.0 - 1e-15, 0.1 * 160):
+        bodies = ObstacleWindow(table, start, 4.0).bodies(robot)
+        for body in range(2):
+            assert_pieces_follow(bodies, body, smooth[body].trajectory, start, 4.0)
+        assert np.array_equal(bodies.heads, np.flatnonzero(np.diff(bodies.pieces.body, prepend=-1)))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Decisions: what comes as a list, as tables or as tracks is the same.
+
+ROBOT = Rectangle(0.8, 0.4)
+GOAL = Goal(Stationary((12.0, 0.0)), 0.5)
+STATE = State((0.0, 0.0), (1.0, 0.0))
+
+
+def street() -> list[Obstacle]:
+    """Walls, cars that turn, and one that exists only for a while."""
+    return [
+        Obstacle(Polyline([(0.0, 3.0), (12.0, 3.0)]), Stationary((0.0, 0.0))),
+        Obstacle(Rectangle(2.0, 1.0), ConstantVelocity((8.0, 0.3), (-0.6, 0.0)), heading="motion"),
+        Obstacle(Rectangle(2.0, 1.0), Circular((5.0, -3.0), 2.0, 1.0, 0.3), heading="motion"),
+        Obstacle(Disc(0.4), Briefly((3.0, -0.2), (0.3, 0.1))),
+        Obstacle(Polyline([(0.0, -4.0), (12.0, -4.0)]), Stationary((0.0, 0.0))),
+    ]
+
+
+class Briefly(ConstantVelocity):
+    """Exists from 2 to 9 s."""
+
+    @property
+    def span(self) -> tuple[float, float]:
+        return 2.0, 9.0
+
+
+@pytest.mark.parametrize("method", ["nao", "ao", "vo", "nao@present"])
+@pytest.mark.parametrize("now", [0.0, 4.5, 23.95, 24.0])
+def test_tables_decide_as_lists(now: float, method: str) -> None:
+    """Alone, in parts, and with obstacles beside them; a table forgets nothing and knows nothing more."""
+    navigator, listed = Navigator(contender(method), ROBOT, Limits(2.0, 2.0), detours=(0.5,)), street()
+    expected = navigator.decide(STATE, listed, GOAL, now=now)
+    whole = ObstacleTable(listed)
+    for obstacles in (whole, [whole], [ObstacleTable(listed[:2]), *listed[2:4], ObstacleTable(listed[4:])]):
+        for _ in range(2):
+            decision = navigator.decide(STATE, obstacles, GOAL, now=now)
+            assert decision.outcome is expected.outcome
+            np.testing.assert_allclose(decision.manoeuvre.control, expected.manoeuvre.control, atol=1e-5)
+            clearances = [each.blocked.initial_clearances for each in (decision, expected)]
+            np.testing.assert_allclose(*(np.sort(each[np.isfinite(each)]) for each in clearances), atol=1e-5)
+
+
+def test_a_table_is_pickled_without_its_pieces() -> None:
+    table = ObstacleTable(street())
+    before = ObstacleWindow(table, 0.0, 6.0).bodies(ROBOT)
+    copy = pickle.loads(pickle.dumps(table))
+    assert len(pickle.dumps(table)) < 5000
+    assert np.array_equal(ObstacleWindow(copy, 0.0, 6.0).bodies(ROBOT).pieces.points, before.pieces.points)
+
+
+def test_an_uncertain_obstacle_in_a_table_grows_from_each_decision() -> None:
+    unsure = [replace(one, uncertainty=BoundedError(0.1, 0.2)) for one in street()[1:2]]
+    navigator = Navigator(METHODS["nao"], ROBOT, Limits(2.0, 2.0))
+    table = ObstacleTable([*unsure, *street()[2:3]])
+    for now in (0.0, 3.0):
+        expected = navigator.decide(STATE, [*street()[2:3], *unsure], GOAL, now=now)
+        decision = navigator.decide(STATE, table, GOAL, now=now)
+        np.testing.assert_allclose(decision.manoeuvre.control, expected.manoeuvre.control, atol=1e-6)
+    with pytest.raises(InvalidInput, match="expected a table of obstacles without uncertainty"):
+        ObstacleWindow(table, 0.0, 6.0).bodies(ROBOT)
+
+
+def test_the_fall_back_considers_only_known_obstacles() -> None:
+    """What a robot inside an obstacle avoids while it leaves: not what will appear later and is not known."""
+    inside = Obstacle(Disc(0.5), Stationary((0.1, 0.0)))
+    navigator = Navigator(contender("nao@present"), ROBOT, Limits(2.0, 2.0))
+    later = Obstacle(Disc(0.4), Briefly((-0.2, 0.1), (0.0, 0.0)))
+    alone = navigator.decide(STATE, [inside], GOAL)
+    for obstacles in ([inside, later], ObstacleTable([inside, later])):
+        decision = navigator.decide(STATE, obstacles, GOAL)
+        assert decision.outcome is alone.outcome
+        assert np.array_equal(decision.manoeuvre.control, alone.manoeuvre.control)
+
+
+def crowd(rng: np.random.Generator, d: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Positions, velocities, accelerations and radii of some discs away from the origin."""
+    places = rng.uniform(-9.0, 9.0, (30, d))
+    places = places[np.linalg.norm(places, axis=1) > 2.0]
+    motions = rng.normal(size=(2, *places.shape))
+    return places, motions[0], 0.5 * motions[1], rng.uniform(0.1, 0.6, len(places))
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("unsure", [None, BoundedError(0.05, 0.1), GaussianError(0.05, 0.05)])
+@pytest.mark.parametrize("method", ["nao", "ao", "avo", "vo"])
+def test_tracks_decide_as_obstacles(method: str, unsure: Uncertainty | None, d: int) -> None:
+    """At the time of the observation and later."""
+    places, velocities, accelerations, radii = crowd(np.random.default_rng(d), d)
+    robot, zero = Navigator(METHODS[method], disc_or_ball(0.3, d), Limits(2.0, 2.0)), np.zeros(d)
+    state, goal = State(zero, 0.5 * np.eye(d)[0]), Goal(Stationary(12.0 * np.eye(d)[0]), 0.5)
+    forecast = AtConstantVelocity() if method in ("vo", "avo") else AtConstantAcceleration()
+    tracks = Tracks(
+        places, velocities, radii, accelerations=accelerations, uncertainty=unsure, forecast=AtConstantAcceleration()
+    )
+    obstacles = [
+        Obstacle(disc_or_ball(r, d), forecast(ConstantAcceleration(p, v, a), 0.0), uncertainty=unsure)
+        for p, v, a, r in zip(places, velocities, accelerations, radii)
+    ]
+    expected = robot.decide(state, obstacles, goal)
+    decision = robot.decide(state, tracks, goal)
+    assert decision.outcome is expected.outcome
+    np.testing.assert_allclose(decision.manoeuvre.control, expected.manoeuvre.control, atol=1e-9)
+    if unsure is None:
+        expected, decision = (robot.decide(state, some, goal, now=0.4) for some in (obstacles, tracks))
+        assert decision.outcome is expected.outcome
+        np.testing.assert_allclose(decision.manoeuvre.control, expected.manoeuvre.control, atol=1e-9)
+
+
+@pytest.mark.parametrize("forecast", [AtConstantTurn(), AcceleratingBriefly(0.5), None])
+def test_tracks_of_any_forecast_are_its_obstacles(forecast: Forecast | None) -> None:
+    """As arrays where the forecast allows, one by one where not; grown by a robot of any shape."""
+    places, velocities, accelerations, radii = crowd(np.random.default_rng(5), 2)
+    tracks = Tracks(places, velocities, radii, 1.0, accelerations=accelerations, forecast=forecast)
+    found = ObstacleWindow(tracks, 1.3, 4.0)
+    expected = ObstacleWindow(list(tracks.obstacles), 1.3, 4.0)
+    state, answer = State((0.0, 0.0), (0.5, 0.0)), Acceleration()
+    controls = np.random.default_rng(6).normal(size=(20, 2))
+    some = [ControlObstacle(answer, state, window, ROBOT).clearances(controls) for window in (found, expected)]
+    np.testing.assert_allclose(*some, atol=1e-8)
+
+
+def test_an_old_uncertain_track_is_wider() -> None:
+    """Its uncertainty grows from the observation on, not from the decision."""
+    tracks = Tracks([(6.0, 0.0)], [(0.0, 0.0)], 0.5, t=1.0, uncertainty=BoundedError(0.1, 0.3))
+    for now in (1.0, 1.5, 4.0):
+        blocked = ControlObstacle(Acceleration(), STATE, ObstacleWindow(tracks, now, 2.0), Disc(0.2))
+        assert blocked.initial_clearances[0] == pytest.approx(6.0 - 0.5 - 0.2 - 0.1 - 0.3 * (now - 1.0), abs=1e-9)
+
+
+def test_shorter_horizons_hold_for_tracks() -> None:
+    places, velocities, _, radii = crowd(np.random.default_rng(7), 2)
+    tracks = Tracks(places, velocities, radii)
+    horizons = np.linspace(0.0, 4.0, len(tracks))
+    some = [ObstacleWindow(each, 0.0, 4.0, horizons) for each in (tracks, list(tracks.obstacles))]
+    pieces = [window.bodies(ROBOT).pieces for window in some]
+    np.testing.assert_allclose(pieces[0].times, pieces[1].times)
+    assert pieces[0].times[:, 1].max() <= 4.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"positions": [1.0, 2.0]}, "positions: expected an array of shape (n, 2) or (n, 3), found shape (2,)"),
+        ({"velocities": [(0.0, np.nan)]}, "velocities: expected finite numbers, found [0, nan]"),
+        ({"velocities": [(0.0, 0.0, 0.0)]}, "velocities: expected an array of shape (1, 2), found shape (1, 3)"),
+        ({"accelerations": [(0.0,)]}, "accelerations: expected an array of shape (1, 2), found shape (1, 1)"),
+        ({"radii": -0.1}, "radii: expected one or 1 of at least 0 m, found [-0.1]"),
+        ({"ids": "ab"}, "ids: expected 1, found 2"),
+        ({"forecast": Known()}, "tracks: expected a forecast from what is observed at one time, found Known()"),
+    ],
+)
+def test_wrong_tracks_are_refused(change: dict[str, Any], message: str) -> None:
+    given = {"positions": [(3.0, 0.0)], "velocities": [(0.0, 0.0)], "radii": 0.5, **change}
+    with pytest.raises(InvalidInput, match=re.escape(message)):
+        Tracks(**given)
+
+
+def test_tracks_that_a_decision_cannot_use_are_refused() -> None:
+    tracks, navigator = Tracks([(3.0, 0.0)], [(0.0, 0.0)], 0.5, 2.0), Navigator(METHODS["nao"], ROBOT, Limits(2.0, 2.0))
+    with pytest.raises(InvalidInput, match="tracks: expected an observation not after 1 s, found one at 2 s"):
+        navigator.decide(STATE, tracks, GOAL, now=1.0)
+    with pytest.raises(InvalidInput, match="tracks: expected a forecast from what is observed at one time"):
+        replace(navigator, method=contender("nao@observed")).decide(STATE, tracks, GOAL, now=2.0)
+    with pytest.raises(InvalidInput, match=r"obstacles\[1\]: expected an Obstacle, .* found Disc"):
+        navigator.decide(STATE, [tracks, Disc(1.0)], GOAL, now=2.0)  # type: ignore[list-item]
+    with pytest.raises(InvalidInput, match=r"obstacles\[0\]: expected an obstacle"):
+        ObstacleTable([Disc(1.0)])  # type: ignore[list-item]
+    with pytest.raises(InvalidInput, match=r"obstacles: expected one dimension, found \[2, 3\]"):
+        ObstacleWindow([tracks, Tracks([(0.0, 0.0, 0.0)], [(0.0, 0.0, 0.0)], 1.0)], 2.0, 1.0)
