@@ -28,7 +28,7 @@ from machine import describe
 
 from slalom import FORESIGHTS, Ball, Disc, Goal, Limits, Method, Obstacle, State, Stationary, method
 from slalom.io.formats import read_recording
-from slalom.io.recorded import Agent, Tracks
+from slalom.io.recorded import Agent, RecordedTracks
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.metrics import summary
 
@@ -93,7 +93,7 @@ def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: M
     }
 
 
-def crossing(tracks: Tracks, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> Scenario:
+def crossing(tracks: RecordedTracks, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> Scenario:
     """The scenario of a task."""
     first, flat = task.get("first_agent_id"), len(task["start"]) == 2
     body = Disc if flat else Ball

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slalom import METHODS, ConstantAcceleration, Decision, Method, Obstacle, Outcome, Trajectory
+from slalom import METHODS, ConstantAcceleration, Decision, Method, Obstacle, ObstacleTable, Outcome, Trajectory
 from slalom.fleet.committed import first_manoeuvre
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionTables
@@ -35,6 +35,7 @@ class OneByOne:
 
     def __init__(self, scenario: Scenario, method: Method, states: RobotStates) -> None:
         self.scenario, self.method, self.states = scenario, method, states
+        self.table = ObstacleTable(scenario.obstacles)
         margin, period = margin_of(scenario, method), scenario.dt * scenario.steps_per_decision
         rows = range(len(scenario.robots))
         self.navigators = [replace(scenario.navigator(method, k), margin=margin) for k in rows]
@@ -52,7 +53,7 @@ class OneByOne:
                 for j, robot in enumerate(self.scenario.robots)
                 if j != k and self.states.present[j] and self._in_reach(k, j)
             ]
-            goal, obstacles = self.scenario.robots[k].goal, [*self.scenario.obstacles, *others]
+            goal, obstacles = self.scenario.robots[k].goal, [self.table, *others]
             decision = self.navigators[k].decide(
                 self.states.state(k), obstacles, goal, now=now, previous=self.decisions[k]
             )

@@ -19,7 +19,7 @@ from hypothesis import given, settings, strategies as st
 from slalom import ConstantVelocity, InvalidFile, InvalidInput, Sampled
 from slalom.io.formats import FORMATS, read_recording, write_recording
 from slalom.io.geographic import project
-from slalom.io.recorded import Agent, Tracks, tracks_at
+from slalom.io.recorded import Agent, RecordedTracks, tracks_at
 from slalom.io.tracks import read_tracks, sample_data
 
 RECORDED = Path(os.environ.get("SLALOM_DATA", Path(__file__).parents[2] / "shared" / "data"))
@@ -178,7 +178,7 @@ SAMPLES = {
 ALL = pytest.mark.parametrize("name", FORMATS)
 
 
-def read(folder: Path, name: str, rows: Sequence[Row], **settings) -> Tracks:
+def read(folder: Path, name: str, rows: Sequence[Row], **settings) -> RecordedTracks:
     """The tracks of rows that a sample has written, without naming the format."""
     sample = SAMPLES[name]
     sample.write(folder / sample.name, rows)
@@ -201,7 +201,7 @@ def expected(rows: Sequence[Row], tick: float) -> Iterator[tuple[str, np.ndarray
         yield str(agent), own[:, 0] * tick, own[:, 2:]
 
 
-def check(tracks: Tracks, rows: Sequence[Row], name: str) -> None:
+def check(tracks: RecordedTracks, rows: Sequence[Row], name: str) -> None:
     """The tracks are the rows."""
     sample, wanted = SAMPLES[name], list(expected(rows, SAMPLES[name].tick))
     assert list(tracks.agents) == [label for label, _, _ in wanted]
@@ -412,7 +412,7 @@ WRITERS = [name for name, row in FORMATS.items() if row.writer]
 OUT = pytest.mark.parametrize("name", WRITERS)
 
 
-def written(folder: Path, tracks: Tracks, name: str, rate: float) -> Tracks:
+def written(folder: Path, tracks: RecordedTracks, name: str, rate: float) -> RecordedTracks:
     """What is read from the file to which tracks were written."""
     path = folder / SAMPLES[name].name
     write_recording(path, tracks, name, **({} if name == "csv" else {"frame_rate": rate}))
@@ -420,7 +420,7 @@ def written(folder: Path, tracks: Tracks, name: str, rate: float) -> Tracks:
 
 
 @st.composite
-def recordings(draw: st.DrawFn) -> tuple[Tracks, float]:
+def recordings(draw: st.DrawFn) -> tuple[RecordedTracks, float]:
     """Agents of whole ids at frames of some rate, in the plane, and the rate."""
     rate = draw(st.sampled_from([2.5, 10.0, 25.0, 29.97, 1000.0 / 3.0]))
     agents = {}
@@ -429,13 +429,13 @@ def recordings(draw: st.DrawFn) -> tuple[Tracks, float]:
         number = st.floats(-1e6, 1e6).map(lambda x: x + 0.0)
         positions = draw(st.lists(st.tuples(number, number), min_size=len(frames), max_size=len(frames)))
         agents[str(label)] = Agent(Sampled(np.array(frames) / rate, positions))
-    return Tracks(agents), rate
+    return RecordedTracks(agents), rate
 
 
 @OUT
 @settings(max_examples=30, deadline=None)
 @given(recording=recordings())
-def test_what_is_written_is_read(name: str, recording: tuple[Tracks, float], tmp_path_factory) -> None:
+def test_what_is_written_is_read(name: str, recording: tuple[RecordedTracks, float], tmp_path_factory) -> None:
     """Positions to the bit; times to rounding, in CSV to the bit."""
     tracks, rate = recording
     again = written(tmp_path_factory.mktemp("out"), tracks, name, rate)
@@ -460,7 +460,7 @@ def test_csv_keeps_space_extents_kinds_and_any_id(tmp_path: Path) -> None:
         "7.1": Agent(Sampled([0.1, 0.3], [(1, 2, 3), (4, 5, 6)]), "car", None, 4.5, 1.8),
         "a, b": Agent(Sampled([0.2, 0.25], [(1, 2, 3), (4, 5, 7)]), "", 0.25, None, None),
     }
-    again = written(tmp_path, Tracks(agents), "csv", 1.0)
+    again = written(tmp_path, RecordedTracks(agents), "csv", 1.0)
     assert list(again.agents) == ["7.1", "a, b"]
     assert not again.notes
     for label, agent in agents.items():
@@ -485,7 +485,7 @@ def test_the_database_is_that_of_jupedsim(tmp_path: Path) -> None:
     path = tmp_path / "a.sqlite"
     still = Agent(Sampled([0.0, 0.1, 0.2, 0.3, 0.4], [(0, 0), (0, 0), (0, 0), (0, 1), (0, 1)], "linear"))
     write_recording(
-        path, Tracks({"1": still, "4": Agent(Sampled([0.1, 0.2], [(3, 3), (3, 3)]))}), "jupedsim", frame_rate=10
+        path, RecordedTracks({"1": still, "4": Agent(Sampled([0.1, 0.2], [(3, 3), (3, 3)]))}), "jupedsim", frame_rate=10
     )
     with closing(sqlite3.connect(path)) as base:
         said = dict(base.execute("SELECT key, value FROM metadata"))

@@ -66,6 +66,7 @@ from slalom import (
     MostClearance,
     Navigator,
     Obstacle,
+    ObstacleTable,
     ObstacleWindow,
     OutsideSpan,
     Polygon,
@@ -77,6 +78,7 @@ from slalom import (
     SlalomError,
     State,
     Stationary,
+    Tracks,
     TurningRadius,
     Union,
     Velocity,
@@ -94,7 +96,7 @@ from slalom import (
 from slalom.cli import console
 from slalom.io import polynomials, tracks
 from slalom.io.formats import read_recording, write_recording
-from slalom.io.recorded import Agent, Tracks
+from slalom.io.recorded import Agent, RecordedTracks
 from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
 from slalom.sim.files.schema import GoalSpec, Shaped
@@ -175,6 +177,16 @@ def in_turn(*later: tuple[float, tuple[float, ...]]) -> AccelerationSequence:
 def scenario(**settings) -> Scenario:
     """A scenario in the plane."""
     return Scenario("test", (Robot(Disc(1), LIMITS, FLAT, GOAL),), (ROCK,), **settings)
+
+
+def decision(obstacles=(), **settings) -> object:
+    """A decision of a robot that may be among obstacles or robots."""
+    return navigator().decide(FLAT, obstacles, GOAL, **settings)
+
+
+def seen(**changes) -> Tracks:
+    """One disc at rest."""
+    return Tracks(**{"positions": [(4.0, 0.0)], "velocities": [(0.0, 0.0)], "radii": 0.3, **changes})
 
 
 def many(preferred, states, robot):
@@ -369,7 +381,7 @@ RECORDINGS = [
 
 def write_tracks(format: str, label: str = "1", times=(0.0, 0.1), positions=((0, 0), (1, 0)), **settings) -> Callable:
     """A call that writes one agent to a file."""
-    tracks = Tracks({label: Agent(Sampled(times, positions))})
+    tracks = RecordedTracks({label: Agent(Sampled(times, positions))})
     return lambda folder: write_recording(folder / "a.out", tracks, format, **settings)
 
 
@@ -452,7 +464,7 @@ CASES = [
     Case(
         "ObstacleWindow._each",
         InvalidInput,
-        r"horizons: expected 1 of at most 5 s, found 2 up to 9 s",
+        r"horizons: expected 1 from 0 to 5 s, found 2 from 4 to 9 s",
         lambda _: ObstacleWindow([ROCK], 0.0, 5.0, [4.0, 9.0]),
     ),
     Case(
@@ -575,7 +587,7 @@ CASES = [
         lambda _: pair().step(0.0, PLACES, PLACES),
     ),
     Case(
-        "_rows",
+        "array_of",
         InvalidInput,
         r"velocities: expected an array of shape \(2, 2\), found shape \(2, 3\)",
         lambda _: pair().step(0.0, PLACES, np.zeros((2, 3)), PLACES),
@@ -1051,15 +1063,93 @@ CASES = [
     ),
     # Decisions.
     Case(
-        "ObstacleWindow.__init__",
+        "one_dimension",
         InvalidInput,
         r"obstacles: expected one dimension, found \[2, 3\]",
         lambda _: ObstacleWindow([ROCK, BALLOON], 0, 1),
     ),
     Case(
+        "one_dimension",
+        InvalidInput,
+        r"obstacles: expected one dimension, found \[2, 3\]",
+        lambda _: ObstacleWindow([ObstacleTable([ROCK]), seen(positions=[(0, 0, 0)], velocities=[(0, 0, 0)])], 0, 1),
+    ),
+    Case(
+        "listed",
+        InvalidInput,
+        r"obstacles\[1\]: expected an Obstacle, an ObstacleTable or Tracks, found Disc",
+        lambda _: decision(obstacles=[ROCK, Disc(1)]),
+    ),
+    Case("has", InvalidInput, r"obstacles: expected a list .*, found 7", lambda _: decision(obstacles=7)),
+    Case("has", InvalidInput, r"obstacles\[0\]: expected an obstacle, found Disc", lambda _: ObstacleTable([Disc(1)])),
+    Case(
+        "ObstacleTable.bodies",
+        InvalidInput,
+        r"obstacles: expected a table of obstacles without uncertainty, found one with it",
+        lambda _: ObstacleWindow(ObstacleTable([replace(ROCK, uncertainty=BoundedError(0.1))]), 0, 1).bodies(Disc(1)),
+    ),
+    Case(
+        "Tracks.__init__",
+        InvalidInput,
+        r"positions: expected an array of shape \(n, 2\) or \(n, 3\), found shape \(2,\)",
+        lambda _: seen(positions=[1.0, 2.0]),
+    ),
+    Case("Tracks.__init__", InvalidInput, r"radii: expected one or 1 .*, found \[-0.1\]", lambda _: seen(radii=-0.1)),
+    Case("Tracks.__init__", InvalidInput, r"ids: expected 1, found 2", lambda _: seen(ids="ab")),
+    Case("array", InvalidInput, r"velocities: expected finite", lambda _: seen(velocities=[(0, NAN)])),
+    Case(
+        "array_of",
+        InvalidInput,
+        r"velocities: expected an array of shape \(1, 2\), found shape \(1, 3\)",
+        lambda _: seen(velocities=[(0, 0, 0)]),
+    ),
+    Case(
+        "_usable",
+        InvalidInput,
+        r"tracks: expected a forecast from what is observed at one time, found Known\(\)",
+        lambda _: seen(forecast=Known()),
+    ),
+    Case(
+        "_usable",
+        InvalidInput,
+        r"tracks: expected a forecast from what is observed at one time, found FromPast",
+        lambda _: replace(navigator(), method=METHODS["nao"].with_foresight("observed")).decide(FLAT, seen(), GOAL),
+    ),
+    Case(
+        "Tracks.bodies",
+        InvalidInput,
+        r"tracks: expected an observation not after 1 s, found one at 2 s",
+        lambda _: decision(obstacles=seen(t=2.0), now=1.0),
+    ),
+    Case(
+        "Navigator._refuse_method",
+        InvalidInput,
+        r"method: expected one without a search, found nao_ahead; use LookAhead",
+        lambda _: navigator("nao_ahead").decide(FLAT, [], GOAL),
+    ),
+    Case(
+        "Navigator._refuse_method",
+        InvalidInput,
+        r"method: expected one without published manoeuvres, found nao_shared; use Fleet",
+        lambda _: navigator("nao_shared").decide(FLAT, [], GOAL),
+    ),
+    Case(
+        "Navigator.decide",
+        InvalidInput,
+        r"robots: expected none for the objective MostClearance.*, found 1",
+        lambda _: decision(objective=MostClearance(1.0, Arrive()), robots=seen()),
+    ),
+    Case(
+        "Navigator.decide",
+        InvalidInput,
+        r"robots: expected dimension 2 as of the state, found 3",
+        lambda _: decision(robots=seen(positions=[(4, 0, 0)], velocities=[(0, 0, 0)])),
+    ),
+    Case("has", InvalidInput, r"robots: expected Tracks, found \[", lambda _: decision(robots=[ROCK])),
+    Case(
         "ControlObstacle.__post_init__",
         InvalidInput,
-        r"horizon: expected at most the traffic's 5 s, found 6 s",
+        r"horizon: expected at most 5 s, as of the obstacles, found 6 s",
         lambda _: replace(blocked(), horizon=6.0),
     ),
     Case(
@@ -1548,7 +1638,7 @@ CASES = [
         r"tracks: expected agents of one dimension, found \[2, 3\]",
         lambda folder: write_recording(
             folder / "a.csv",
-            Tracks({str(d): Agent(Sampled([0, 1], np.zeros((2, d)))) for d in (2, 3)}),
+            RecordedTracks({str(d): Agent(Sampled([0, 1], np.zeros((2, d)))) for d in (2, 3)}),
             "csv",
         ),
     ),
@@ -1557,14 +1647,14 @@ CASES = [
         InvalidFile,
         r"none.a\.csv: expected a file that can be written, found ",
         lambda folder: write_recording(
-            folder / "none" / "a.csv", Tracks({"1": Agent(Sampled([0, 1], np.eye(2)))}), "csv"
+            folder / "none" / "a.csv", RecordedTracks({"1": Agent(Sampled([0, 1], np.eye(2)))}), "csv"
         ),
     ),
     Case(
         "_agents_of",
         InvalidInput,
         r"tracks: expected at least one agent, found none",
-        lambda folder: write_recording(folder / "a.csv", Tracks({}), "csv"),
+        lambda folder: write_recording(folder / "a.csv", RecordedTracks({}), "csv"),
     ),
     Case(
         "_frames_of",

@@ -1,9 +1,7 @@
 """The pieces of obstacles over a window of time are the obstacles."""
 
 import pickle
-import re
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,8 +23,6 @@ from slalom import (
     Forecast,
     GaussianError,
     Goal,
-    InvalidInput,
-    Known,
     Limits,
     Navigator,
     Obstacle,
@@ -164,8 +160,6 @@ def test_an_uncertain_obstacle_in_a_table_grows_from_each_decision() -> None:
         expected = navigator.decide(STATE, [*street()[2:3], *unsure], GOAL, now=now)
         decision = navigator.decide(STATE, table, GOAL, now=now)
         np.testing.assert_allclose(decision.manoeuvre.control, expected.manoeuvre.control, atol=1e-6)
-    with pytest.raises(InvalidInput, match="expected a table of obstacles without uncertainty"):
-        ObstacleWindow(table, 0.0, 6.0).bodies(ROBOT)
 
 
 def test_the_fall_back_considers_only_known_obstacles() -> None:
@@ -243,35 +237,3 @@ def test_shorter_horizons_hold_for_tracks() -> None:
     pieces = [window.bodies(ROBOT).pieces for window in some]
     np.testing.assert_allclose(pieces[0].times, pieces[1].times)
     assert pieces[0].times[:, 1].max() <= 4.0
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"positions": [1.0, 2.0]}, "positions: expected an array of shape (n, 2) or (n, 3), found shape (2,)"),
-        ({"velocities": [(0.0, np.nan)]}, "velocities: expected finite numbers, found [0, nan]"),
-        ({"velocities": [(0.0, 0.0, 0.0)]}, "velocities: expected an array of shape (1, 2), found shape (1, 3)"),
-        ({"accelerations": [(0.0,)]}, "accelerations: expected an array of shape (1, 2), found shape (1, 1)"),
-        ({"radii": -0.1}, "radii: expected one or 1 of at least 0 m, found [-0.1]"),
-        ({"ids": "ab"}, "ids: expected 1, found 2"),
-        ({"forecast": Known()}, "tracks: expected a forecast from what is observed at one time, found Known()"),
-    ],
-)
-def test_wrong_tracks_are_refused(change: dict[str, Any], message: str) -> None:
-    given = {"positions": [(3.0, 0.0)], "velocities": [(0.0, 0.0)], "radii": 0.5, **change}
-    with pytest.raises(InvalidInput, match=re.escape(message)):
-        Tracks(**given)
-
-
-def test_tracks_that_a_decision_cannot_use_are_refused() -> None:
-    tracks, navigator = Tracks([(3.0, 0.0)], [(0.0, 0.0)], 0.5, 2.0), Navigator(METHODS["nao"], ROBOT, Limits(2.0, 2.0))
-    with pytest.raises(InvalidInput, match="tracks: expected an observation not after 1 s, found one at 2 s"):
-        navigator.decide(STATE, tracks, GOAL, now=1.0)
-    with pytest.raises(InvalidInput, match="tracks: expected a forecast from what is observed at one time"):
-        replace(navigator, method=contender("nao@observed")).decide(STATE, tracks, GOAL, now=2.0)
-    with pytest.raises(InvalidInput, match=r"obstacles\[1\]: expected an Obstacle, .* found Disc"):
-        navigator.decide(STATE, [tracks, Disc(1.0)], GOAL, now=2.0)  # type: ignore[list-item]
-    with pytest.raises(InvalidInput, match=r"obstacles\[0\]: expected an obstacle"):
-        ObstacleTable([Disc(1.0)])  # type: ignore[list-item]
-    with pytest.raises(InvalidInput, match=r"obstacles: expected one dimension, found \[2, 3\]"):
-        ObstacleWindow([tracks, Tracks([(0.0, 0.0, 0.0)], [(0.0, 0.0, 0.0)], 1.0)], 2.0, 1.0)

@@ -19,6 +19,7 @@ from slalom import (
     Friction,
     GaussianError,
     Goal,
+    HalfSpace,
     KeepAcceleration,
     Limits,
     Navigator,
@@ -62,7 +63,8 @@ def a_scene(seed: int) -> tuple[Navigator, State, list[Obstacle], Goal]:
     where = Stationary(target) if rng.random() < 0.7 else ConstantVelocity(target, 0.5 * rng.normal(size=2))
     goal = Goal(where, 0.3, stop=bool(rng.random() < 0.5))
     bounds = (Friction(2.0, 2.5, 1.5),) if rng.random() < 0.3 else ()
-    robot = Navigator(METHODS[name], shape, Limits(2.0, 2.5, bounds=bounds), horizon=4.0, holds=(0.3, 1.0))
+    method = replace(METHODS[name], shared=False)
+    robot = Navigator(method, shape, Limits(2.0, 2.5, bounds=bounds), horizon=4.0, holds=(0.3, 1.0))
     return robot, State(np.zeros(2), rng.uniform(-0.8, 0.8, 2)), obstacles, goal
 
 
@@ -181,3 +183,35 @@ def test_a_robot_that_follows_inexactly_arrives(seed: int, gain: float, lag: flo
     arrived, least = drive_inexactly(seed, gain, lag, noise)
     assert arrived < 1.6 * exact
     assert least > 0.0
+
+
+BOUNDED = {
+    "none": {},
+    "half-planes of the velocity": {"velocity_bounds": (HalfSpace((0.6, 0.8), 0.9), HalfSpace((-1.0, 0.2), 0.7))},
+    "half-planes of the acceleration": {"acceleration_bounds": (HalfSpace((0.6, 0.8), 0.5),)},
+    "friction": {"bounds": (Friction(0.5, 0.9, 0.6),)},
+}
+"""Limits beside the largest speed and acceleration."""
+
+
+@pytest.mark.parametrize("bounds", BOUNDED)
+@pytest.mark.parametrize("name", ["nao", "vo", "avo"])
+@pytest.mark.parametrize("horizon", draws([0.5, 1.0, 2.0, 4.0], first=2))
+def test_limits_hold_at_any_horizon(horizon: float, name: str, bounds: str) -> None:
+    """Also while a manoeuvre is kept that lasts longer than the horizon of its decision."""
+    limits = Limits(2.0, 1.0, **BOUNDED[bounds])
+    navigator = Navigator(METHODS[name], Disc(0.3), limits, horizon=horizon)
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        goal, previous = Goal(Stationary(15.0 * rng.normal(size=2)), 0.3), None
+        state = State((0.0, 0.0), rng.uniform(-0.4, 0.4, 2))
+        for k in range(70):
+            now = 0.1 * k
+            previous = navigator.decide(state, [], goal, now=now, previous=previous)
+            applied = previous.manoeuvre.mean_acceleration(now, 0.1)
+            velocity = state.velocity + 0.1 * applied
+            assert np.linalg.norm(velocity) <= 2.0 * (1.0 + 1e-6)
+            assert np.linalg.norm(applied) <= 1.0 + 1e-6
+            for flats, value in ((limits.velocity_bounds, velocity), (limits.acceleration_bounds, applied)):
+                assert all(flat.normal @ value <= flat.offset + 1e-6 for flat in flats)
+            state = State(state.position + 0.1 * state.velocity + 0.005 * applied, velocity, applied)

@@ -12,11 +12,15 @@ from slalom import (
     Disc,
     Fleet,
     FleetDecision,
+    Goal,
     Limits,
+    Navigator,
     Obstacle,
     Outcome,
     Rectangle,
+    State,
     Stationary,
+    Tracks,
 )
 from slalom.sim import gallery, simulate
 from slalom.sim.run.robot_states import integrate
@@ -173,3 +177,49 @@ def test_a_robot_among_moving_obstacles_has_the_bits_of_the_navigator() -> None:
             float(run.times[k]), positions, velocities, target, tolerances=robot.goal.tolerance, stop=robot.goal.stop
         )
         positions, velocities = integrate(positions, velocities, decided.accelerations, scenario.dt)
+
+
+@pytest.mark.parametrize("name", ["nao", "rvo", "vo"])
+@pytest.mark.parametrize("shape", [Disc(0.3), Rectangle(0.7, 0.4)], ids=["disc", "rectangle"])
+def test_navigators_that_observe_the_others_are_the_fleet(name: str, shape: Disc | Rectangle) -> None:
+    """One policy: each robot decides among observed discs as a fleet does, with share, margin and regain."""
+    starts, targets = swap(6, 4.0)
+    discs, limits = Disc(0.3), Limits(1.5, 2.0)
+    fleet = Fleet(METHODS[name], [shape, *[discs] * 5], limits, period=DT, detours=())
+    navigator, previous, others = Navigator(METHODS[name], shape, limits, period=DT), None, np.arange(1, 6)
+    positions, velocities, applied = starts, np.zeros_like(starts), np.zeros_like(starts)
+    for k in range(90):
+        now = k * DT
+        decided = fleet.step(now, positions, velocities, targets)
+        tracks = Tracks(positions[others], velocities[others], 0.3, now, accelerations=applied[others])
+        state, goal = State(positions[0], velocities[0], applied[0]), Goal(Stationary(targets[0]), 0.2, stop=True)
+        previous = navigator.decide(state, [], goal, robots=tracks, now=now, previous=previous)
+        assert previous.outcome is decided.outcomes[0]
+        np.testing.assert_allclose(previous.manoeuvre.mean_acceleration(now, DT), decided.accelerations[0], atol=1e-6)
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+        applied = decided.accelerations
+
+
+def test_a_robot_inside_another_leaves_it() -> None:
+    """The fall-back knows the other robots too."""
+    navigator = Navigator(METHODS["nao"], Disc(0.3), Limits(1.5, 2.0))
+    over = Tracks([(0.2, 0.0)], [(0.0, 0.0)], 0.3)
+    decision = navigator.decide(State((0.0, 0.0), (0.0, 0.0)), [], Goal(Stationary((9.0, 0.0)), 0.5), robots=over)
+    assert decision.outcome is Outcome.ESCAPING
+    assert decision.manoeuvre.mean_acceleration(0.0, 0.1)[0] < -1.0
+
+
+def test_a_fleet_avoids_tracks_that_do_not_avoid_it() -> None:
+    """People who walk through it, observed anew at each step."""
+    starts, targets = swap(6)
+    fleet = Fleet(METHODS["nao"], Disc(0.3), Limits(1.5, 2.0), robots=6, period=DT)
+    positions, velocities, nearest = starts, np.zeros_like(starts), np.inf
+    people, walks = np.array([(-6.0, 0.6), (6.0, -1.0)]), np.array([(1.0, 0.0), (-1.0, 0.0)])
+    for k in range(150):
+        seen = people + k * DT * walks
+        decided = fleet.step(k * DT, positions, velocities, targets, others=Tracks(seen, walks, 0.4, k * DT))
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+        apart = np.linalg.norm(positions[:, None] - (seen + DT * walks)[None], axis=-1)
+        nearest = min(nearest, float(apart.min()))
+    assert nearest >= 0.7
+    assert np.linalg.norm(positions - targets, axis=1).max() < 0.5

@@ -19,7 +19,7 @@ from slalom.cli.recorded import Crossing, Reading
 from slalom.cli.running import RECORDING_METHOD
 from slalom.goal import Goal
 from slalom.io.formats import FORMAT_OF_SUFFIX, FORMATS, read_recording, write_recording
-from slalom.io.recorded import Agent, Tracks
+from slalom.io.recorded import Agent, RecordedTracks
 from slalom.io.tracks import sample_data
 from slalom.sim import Recording, Robot, Scenario, load, simulate
 from slalom.sim.files.recorded_traffic import RADII, AgentSelection, crossing, read_recorded
@@ -439,7 +439,9 @@ def test_conversion(name: str, suffix: str, say: Say, tmp_path: Path) -> None:
 
 def test_conversion_of_some_agents(say: Say, tmp_path: Path) -> None:
     """Only these, or without those; in parts; with ids that frames can number; as text for people."""
-    write_recording("a.csv", Tracks({k: Agent(Sampled([0, 0.1, 5.0, 5.1], np.ones((4, 2)))) for k in "79Z"}), "csv")
+    write_recording(
+        "a.csv", RecordedTracks({k: Agent(Sampled([0, 0.1, 5.0, 5.1], np.ones((4, 2)))) for k in "79Z"}), "csv"
+    )
     said = say("convert", "a.csv", "b.ndjson", "--without", "9", "--gap", 1, "--out-frame-rate", 10)
     assert said.out == "a.csv (csv), 4 agents -> b.ndjson (trajnet)\n"
     assert "a.csv: ids: agent 7.1 is 8, agent Z is 9, agent Z.1 is 10\n" in said.err
@@ -464,7 +466,7 @@ def test_conversion_of_some_agents(say: Say, tmp_path: Path) -> None:
 # Real recordings: the one that is shipped, and others where they are.
 
 
-def judged(run: Recording, tracks: Tracks, radii: dict[str, float], own: float) -> float:
+def judged(run: Recording, tracks: RecordedTracks, radii: dict[str, float], own: float) -> float:
     """The least clearance at 50 samples a second, agents in between their rows on straight lines: not our code."""
     times = np.arange(run.times[0], run.times[-1], 0.02)
     k = np.minimum(((times - run.times[0]) / run.dt).astype(int), len(run.accelerations) - 1)

@@ -43,6 +43,14 @@ def vectors(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Ar
     return result
 
 
+def array_of(value: npt.ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
+    """Convert `value` to an array of finite numbers of this shape."""
+    result = array(value, name)
+    if result.shape != shape:
+        raise InvalidInput(f"{name}: expected an array of shape {shape}, found shape {result.shape}")
+    return result
+
+
 def number(value: float, name: str) -> float:
     """Convert `value` to a finite float."""
     if isinstance(value, float) and isfinite(value):

@@ -97,7 +97,7 @@ class ControlObstacle:
         horizon = self.horizon or self.obstacles.horizon
         if positive(horizon, "horizon") > self.obstacles.horizon:
             raise InvalidInput(
-                f"horizon: expected at most the traffic's {self.obstacles.horizon:g} s, found {horizon:g} s"
+                f"horizon: expected at most {self.obstacles.horizon:g} s, as of the obstacles, found {horizon:g} s"
             )
         object.__setattr__(self, "horizon", horizon)
         if isinstance(self.margin, float):

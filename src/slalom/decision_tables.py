@@ -19,6 +19,7 @@ from slalom.response import Response
 from slalom.shape import Shape, round_shape
 from slalom.state import State
 from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, RESPONSE_WINDOWS, TABLE_SPEED
+from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
 
@@ -296,6 +297,20 @@ def robot_table(n: int, committed: int, observed: int) -> RobotTable:
         preferred=np.zeros((n, 3)),
         outcome=np.zeros(n, np.int64),
     )
+
+
+def tracked_robots(others: Tracks, committed: int, end: float) -> RobotTable:
+    """A table of one robot, whose path may have so many pieces, and of others on their predicted paths up to `end` [s].
+
+    Nothing is known of their limits: they are taken to be as fast as any.
+    """
+    times, points = others.paths(end)
+    n, d = len(others) + 1, others.dimension
+    robots = robot_table(n, committed, points.shape[1])
+    robots.position[1:, :d], robots.velocity[1:, :d], robots.acceleration[1:, :d] = np.moveaxis(others.states, 1, 0)
+    robots.rounding[1:], robots.radius[1:], robots.max_speed[1:] = others.radii, others.radii, np.inf
+    robots.observed_times[1:], robots.observed_points[1:, ..., :d] = times, points
+    return robots
 
 
 def commit_to(robots: RobotTable, k: int, path: Path) -> None:

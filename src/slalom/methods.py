@@ -207,3 +207,13 @@ def method(name: str) -> Method:
     plain, at, foresight = name.partition("@")
     found = METHODS[known(plain, "method", list(METHODS))]
     return found.with_foresight(foresight) if at else found
+
+
+def margin_among(method: Method, margin: float, max_acceleration: float, time: float, noise: float = 0.0) -> float:
+    """The margin [m] of robots that meet each other.
+
+    With a shared method it is `margin` [m]. Robots that only observe each other add twice a t^2, the largest error of a
+    prediction over t, one period and the delay of sight together, when both accelerate by a at most. They also add
+    three standard deviations, `noise` [m], of what they observe.
+    """
+    return margin if method.shared else margin + 2.0 * max_acceleration * time * time + 3.0 * noise

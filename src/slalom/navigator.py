@@ -17,6 +17,7 @@ from slalom.decision_tables import (
     response_table,
     robot_table,
     target_paths,
+    tracked_robots,
 )
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
@@ -25,7 +26,7 @@ from slalom.horizon import Horizon
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
-from slalom.methods import HOLDS, Method
+from slalom.methods import HOLDS, Method, margin_among
 from slalom.objective import (
     Arrive,
     FollowAcceleration,
@@ -36,11 +37,12 @@ from slalom.objective import (
     preferred_control,
 )
 from slalom.objective_policy import decide_by_objective
-from slalom.obstacle_window import Obstacles, ObstacleWindow
+from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
 from slalom.response import Response
-from slalom.shape import Shape
+from slalom.shape import Shape, round_shape
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE, AIM_LATEST, CONTACT_SLACK
+from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
 OUTCOMES = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
@@ -107,6 +109,7 @@ class Navigator:
         obstacles: Obstacles,
         goal: Goal | None = None,
         *,
+        robots: Tracks | None = None,
         now: float = 0.0,
         previous: Decision | None = None,
         objective: Objective | None = None,
@@ -118,14 +121,20 @@ class Navigator:
                 part of their trajectories is used. Walls and known trajectories belong into an `ObstacleTable` that
                 is made once, others that are observed anew at each step into `Tracks`.
             goal: where to be; not needed to follow a velocity or an acceleration.
+            robots: others that decide by the same method, as they are observed. The method says which part of the
+                avoidance they do, and how soon a lost part of the margin is regained. The margin from all of them grows
+                as in a `Fleet`: they are taken to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
 
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
-                a response that does not set the acceleration at once.
+                a response that does not set the acceleration at once; a method that needs more than one robot observes;
+                other robots for an objective written in Python.
         """
+        self._refuse_method()
         if objective is not None:
-            return replace(self, objective=objective).decide(state, obstacles, goal, now=now, previous=previous)
+            chosen = replace(self, objective=objective)
+            return chosen.decide(state, obstacles, goal, robots=robots, now=now, previous=previous)
         if goal is None:
             if not isinstance(self.objective, FOLLOWING):
                 raise InvalidInput(f"goal: expected one for the objective {self.objective!r}, found none")
@@ -134,29 +143,58 @@ class Navigator:
             raise InvalidInput(
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
-        table = self.predict(obstacles, state, now)
-        for what, dimension in (("robot", self.robot.dimension), ("obstacles", table.dimension)):
+        table, others = self.predict(obstacles, state, now), self._observed(robots)
+        sizes = {"robot": self.robot.dimension, "obstacles": table.dimension}
+        for what, dimension in (*sizes.items(), ("robots", others and others.dimension)):
             if dimension not in (None, state.dimension):
                 raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
         if type(self.objective) in (Arrive, *FOLLOWING):
-            found = self._decide(table, state, goal, now, previous)
-        else:
+            found = self._decide(table, others, state, goal, now, previous)
+        elif others is None:
             found = decide_by_objective(self, table, state, goal, now, previous)
+        else:
+            raise InvalidInput(f"robots: expected none for the objective {self.objective!r}, found {len(others)}")
+        if found is None and others is not None:
+            table = self.predict([*listed(obstacles), others], state, now)
         return found or self._fall_back(table, state, goal, now)
 
+    def _refuse_method(self) -> None:
+        """Raise InvalidInput for a method that a robot cannot follow from what it observes itself."""
+        if self.method.looks_ahead:
+            raise InvalidInput(f"method: expected one without a search, found {self.method.name}; use LookAhead")
+        if self.method.shared:
+            raise InvalidInput(
+                f"method: expected one without published manoeuvres, found {self.method.name}; use Fleet"
+            )
+
+    def _observed(self, robots: Tracks | None) -> Tracks | None:
+        """The other robots as the method predicts them; None if there are none."""
+        if robots is None or not len(robots):
+            return None
+        has(robots, ("with_forecast", "paths"), "Tracks", "robots")
+        return robots.with_forecast(self.method.robot_forecast)
+
     def _decide(
-        self, obstacles: ObstacleWindow, state: State, goal: Goal, now: float, previous: Decision | None
+        self,
+        obstacles: ObstacleWindow,
+        others: Tracks | None,
+        state: State,
+        goal: Goal,
+        now: float,
+        previous: Decision | None,
     ) -> Decision | None:
         """Decision of the compiled policy; None for a robot that overlaps an obstacle or has no safe control."""
-        responses = self.method.responses(self.limits, self.period, self.holds)
+        method = self.method if others is None else self.method.among_robots()
+        responses = method.responses(self.limits, self.period, self.holds)
         path = None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
-        tables = self._tables(responses, obstacles, state, goal, now, 0 if path is None else len(path.points))
+        pieces = 0 if path is None else len(path.points)
+        tables = self._tables(responses, obstacles, others, state, goal, now, pieces)
         if previous is not None and path is not None:
             commit_to(tables.robots, 0, path)
             tables.robots.regret[0] = previous.regret
-        kernels.decide_alone(tables)
+        kernels.decide_one(tables)
         robots, d = tables.robots, state.dimension
         number, path, regret = int(robots.outcome[0]), committed_path(robots, 0, d), float(robots.regret[0])
         if number == FALL_BACK:
@@ -179,19 +217,27 @@ class Navigator:
         self,
         responses: tuple[Response, ...],
         obstacles: ObstacleWindow,
+        others: Tracks | None,
         state: State,
         goal: Goal,
         now: float,
         pieces: int,
     ) -> DecisionTables:
         """The tables of a decision, with this robot in row 0; its committed path may have so many `pieces`."""
-        d, limits = state.dimension, self.limits
+        d, limits, method = state.dimension, self.limits, self.method
         table = response_table((responses,), self.horizon, 2.0 * self.horizon, d)
-        robots = robot_table(1, max(pieces, int(np.diff(table.first).max())), 1)
+        pieces, margin, shapes = max(pieces, int(np.diff(table.first).max())), self.margin, [self.robot]
+        if others is None:
+            robots = robot_table(1, pieces, 1)
+        else:
+            robots = tracked_robots(others, pieces, now + self.horizon)
+            margin = margin_among(method, margin, limits.max_acceleration, self.period)
+            shapes.append(round_shape(0.0, d))
         robots.position[0, :d], robots.velocity[0, :d] = state.position, state.velocity
         robots.acceleration[0, :d] = state.acceleration
         robots.objective[0], robots.wanted[0, :d] = self._wanted(table, state)
-        skeletons = Skeletons([self.robot])
+        skeletons = Skeletons(shapes)
+        robots.skeleton[1:] = skeletons.kind[-1]
         robots.rounding[0], robots.radius[0] = skeletons.rounding[0], self.robot.bounding_radius
         robots.max_speed[0], robots.max_acceleration[0] = limits.max_speed, limits.max_acceleration
         robots.braking[0], robots.tolerance[0], robots.stop[0] = limits.braking, goal.tolerance, goal.stop
@@ -204,10 +250,10 @@ class Navigator:
             now=now,
             period=self.period,
             horizon=self.horizon,
-            margin=self.margin,
-            regain=np.inf,
+            margin=margin,
+            regain=np.inf if method.regain is None or others is None else method.regain,
             patience=self.patience,
-            share=1.0,
+            share=1.0 if others is None else method.share,
             shared=False,
             detours=np.array(self.detours),
         )

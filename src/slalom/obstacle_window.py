@@ -26,14 +26,17 @@ class _Source(Protocol):
     """Obstacles that come together."""
 
     @property
-    def dimension(self) -> int | None: ...
+    def dimension(self) -> int | None:
+        """2 or 3; None if there are none."""
 
     @property
-    def obstacles(self) -> Sequence[Obstacle]: ...
+    def obstacles(self) -> Sequence[Obstacle]:
+        """They, one by one."""
 
     def __len__(self) -> int: ...
 
-    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies: ...
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
+        """Their pieces from `start` on, up to `until` (n,) [s] after it, see `ObstacleTable.bodies`."""
 
 
 class _Listed:

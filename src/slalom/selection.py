@@ -154,7 +154,7 @@ def select_many(
     states: Sequence[State] | npt.ArrayLike,
     response: Response,
     limits: Limits,
-    traffic: ObstacleWindow,
+    obstacles: ObstacleWindow,
     robot: Shape,
     *,
     margin: float = 0.0,
@@ -165,11 +165,11 @@ def select_many(
     Args:
         preferred: (n, d) in units of the control. states: n of them, or numbers (n, 2, d) or (n, 3, d): position,
             velocity and perhaps acceleration of each. response, limits, robot: what all have in common.
-        traffic: the obstacles over the window that begins now. margin: [m] >= 0 to keep from every obstacle.
+        obstacles: the obstacles over the window that begins now. margin: [m] >= 0 to keep from every obstacle.
         threads: how many threads share the work, at least 1.
 
-    Law: row i is `select(preferred[i], limits.admissible(response, states[i], traffic.horizon), blocked)` with
-    `ControlObstacle(response, states[i], traffic, robot, margin)`, to the bit, for any number of threads.
+    Law: row i is `select(preferred[i], limits.admissible(response, states[i], obstacles.horizon), blocked)` with
+    `ControlObstacle(response, states[i], obstacles, robot, margin)`, to the bit, for any number of threads.
 
     Raises:
         InvalidInput: numbers of another shape, different dimensions, not one state for each preferred control, fewer
@@ -183,7 +183,7 @@ def select_many(
             f"states: expected {len(given)} of dimension {dimension}, one for each preferred control, found {count} "
             f"of dimensions {sorted({state.dimension for state in states})}"
         )
-    for what, other in (("robot", robot.dimension), ("obstacles", traffic.dimension)):
+    for what, other in (("robot", robot.dimension), ("obstacles", obstacles.dimension)):
         if other not in (None, dimension):
             raise InvalidInput(f"{what}: expected dimension {dimension} as of the states, found {other}")
     more, parts = not_negative(margin, "margin"), whole(threads, "threads", 1)
@@ -191,7 +191,7 @@ def select_many(
     preferred_rows = np.zeros((count, 3))
     preferred_rows[:, :dimension] = given
     with ThreadPoolExecutor(parts) as pool:
-        for rows, found, scene, hulls in _alike(states, response, limits, traffic, robot, more):
+        for rows, found, scene, hulls in _alike(states, response, limits, obstacles, robot, more):
             shares = [share for share in np.array_split(np.arange(len(rows)), parts) if len(share)]
             running = [
                 pool.submit(_choose, preferred_rows[rows[share]], share, found, scene, hulls) for share in shares
@@ -225,23 +225,23 @@ class _Group(NamedTuple):
 
 
 def _alike(
-    states: Sequence[State], response: Response, limits: Limits, traffic: ObstacleWindow, robot: Shape, margin: float
+    states: Sequence[State], response: Response, limits: Limits, obstacles: ObstacleWindow, robot: Shape, margin: float
 ) -> Iterator[tuple[Indices, States, Scene, MaybeHulls]]:
     """Groups of states whose responses have the same knots: their rows (m,), and the arguments of `_choose`."""
-    bodies = traffic.bodies(robot)
+    bodies = obstacles.bodies(robot)
     scene = Scene(
         Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull),
         BodyTable(bodies.radius + margin, bodies.hull_radius, bodies.owner, bodies.hull),
         response.interpolation_error,
-        traffic.horizon,
+        obstacles.horizon,
     )
     groups: dict[tuple[bytes, bytes], _Group] = {}
     for k, state in enumerate(states):
-        knots, drift, gain = response_pieces(response, state, traffic.horizon)
+        knots, drift, gain = response_pieces(response, state, obstacles.horizon)
         group = groups.setdefault((knots.tobytes(), gain.tobytes()), _Group([], knots, gain, [], []))
         group.rows.append(k)
         group.drifts.append(drift)
-        group.limits.append(limits.admissible(response, state, traffic.horizon).rows())
+        group.limits.append(limits.admissible(response, state, obstacles.horizon).rows())
     for group in groups.values():
         counts = np.array([len(rows) for rows in group.limits])
         table = np.zeros((len(counts), counts.max(), 5))

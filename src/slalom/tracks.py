@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, number
+from slalom.checks import Array, array, array_of, number
 from slalom.errors import InvalidInput
 from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
 from slalom.kernels.arrays import Pieces
@@ -18,7 +18,7 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import NO_TURNS, Bodies, no_bodies, pieces_of_each
 from slalom.path import Path
 from slalom.shape import Shape, round_shape
-from slalom.tolerances import FORECAST_HORIZONS, UNCERTAINTY_PIECES
+from slalom.tolerances import UNCERTAINTY_PIECES
 from slalom.trajectory import ConstantAcceleration
 from slalom.uncertainty import Uncertainty
 
@@ -58,7 +58,7 @@ class Tracks:
         n, self.dimension = places.shape
         given = (places, velocities, np.zeros(places.shape) if accelerations is None else accelerations)
         self.states = np.stack(
-            [_rows(rows, name, n, self.dimension) for rows, name in zip(given, _COLUMNS, strict=True)], axis=1
+            [array_of(rows, name, places.shape) for rows, name in zip(given, _COLUMNS, strict=True)], axis=1
         )
         radius = array(radii, "radii")
         if radius.shape not in ((), (n,)) or np.any(radius < 0.0):
@@ -93,14 +93,32 @@ class Tracks:
             for state, radius, name in zip(self.states, self.radii, self.ids)
         )
 
+    def paths(self, end: float) -> tuple[Array, Array]:
+        """The predicted motion of each up to `end` [s]: knots (n, q + 1) [s], control points (n, q, 4, d) [m]."""
+        rule = self._rule(end)
+        if rule is not None:
+            return np.tile(self.t + rule.times, (len(self), 1)), rule.points(self.states)
+        each = [obstacle.trajectory.path(self.t, end) for obstacle in self.obstacles]
+        q = max((len(path.points) for path in each), default=1)
+        times, points = np.empty((len(self), q + 1)), np.zeros((len(self), q, 4, self.dimension))
+        for k, path in enumerate(each):
+            # Pieces without duration fill the rows of shorter paths.
+            times[k], points[k] = path.times[-1], path.points[-1, 3]
+            times[k, : len(path.times)], points[k, : len(path.points)] = path.times, path.points
+        return times, points
+
+    def _rule(self, end: float) -> LinearForecast | None:
+        """The forecast as a table up to `end` [s] at least: one for many decisions."""
+        span = 2.0 ** np.ceil(np.log2(max(end - self.t, 1.0)))
+        return _tabulated(cast(Hashable, self.forecast), span)
+
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
         """As `ObstacleTable.bodies`. Raises InvalidInput for tracks that are observed after `start`."""
         if self.t > start:
             raise InvalidInput(f"tracks: expected an observation not after {start:g} s, found one at {self.t:g} s")
         if not len(self):
             return no_bodies(self.dimension)
-        span = 2.0 ** np.ceil(np.log2(start - self.t + FORECAST_HORIZONS * horizon))
-        rule = _tabulated(cast(Hashable, self.forecast), span)
+        rule = self._rule(start + horizon)
         if rule is None or np.any(until != horizon):
             return pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
         knots = np.union1d(np.clip(self.t + rule.times, start, start + horizon), [start, start + horizon])
@@ -144,13 +162,6 @@ class Tracks:
 _COLUMNS = ("positions", "velocities", "accelerations")
 
 
-def _rows(value: npt.ArrayLike, name: str, n: int, d: int) -> Array:
-    rows = array(value, name)
-    if rows.shape != (n, d):
-        raise InvalidInput(f"{name}: expected an array of shape ({n}, {d}), found shape {rows.shape}")
-    return rows
-
-
 def _usable(forecast: Forecast) -> Forecast:
     if isinstance(forecast, FromPast) or forecast.includes_future:
         raise InvalidInput(f"tracks: expected a forecast from what is observed at one time, found {forecast}")
@@ -159,5 +170,5 @@ def _usable(forecast: Forecast) -> Forecast:
 
 @lru_cache(maxsize=64)
 def _tabulated(forecast: Hashable, span: float) -> LinearForecast | None:
-    """The forecast as a table over `span` [s]: one for all decisions with a horizon."""
+    """The forecast as a table over `span` [s]."""
     return linear_forecast(cast(Forecast, forecast), span)

@@ -24,7 +24,7 @@ from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, Gro
 from slalom.limits import Limits
 from slalom.linear_forecast import linear_forecast, piecewise_polynomial
 from slalom.manoeuvre import Manoeuvre
-from slalom.methods import HOLDS, Method
+from slalom.methods import HOLDS, Method, margin_among
 from slalom.navigator import ARRIVE, FALL_BACK, OUTCOMES, Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
@@ -284,16 +284,6 @@ def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> 
     speed = float(np.linalg.norm(state.velocity))
     brake = max(period, np.ceil(speed / limits.braking / period - WHOLE_PERIODS) * period)
     return Manoeuvre(AccelerateThenBrake(period, brake), state, np.zeros(state.dimension), now)
-
-
-def margin_among(method: Method, margin: float, max_acceleration: float, time: float, noise: float = 0.0) -> float:
-    """The margin [m] of robots that meet each other.
-
-    With a shared method it is `margin` [m]. Robots that only observe each other add twice a t^2, the largest error of a
-    prediction over t, one period and the delay of sight together, when both accelerate by a at most. They also add
-    three standard deviations, `noise` [m], of what they observe.
-    """
-    return margin if method.shared else margin + 2.0 * max_acceleration * time * time + 3.0 * noise
 
 
 def _rest(dimension: int) -> State:

@@ -5,12 +5,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array
+from slalom.checks import Array, array, array_of
 from slalom.decision import Outcome
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet, first_manoeuvre
 from slalom.navigator import ARRIVE, FOLLOW_VELOCITY
+from slalom.obstacle_window import Obstacles
 from slalom.state import State
+from slalom.tracks import Tracks
 
 
 class FleetDecision(NamedTuple):
@@ -60,6 +62,7 @@ class Fleet(CommittedFleet):
         tolerances: npt.ArrayLike = 0.2,
         stop: npt.ArrayLike = True,
         present: npt.ArrayLike | None = None,
+        others: Tracks | None = None,
     ) -> FleetDecision:
         """Decide for all robots at `now` [s], one period after the last step.
 
@@ -70,6 +73,7 @@ class Fleet(CommittedFleet):
             accelerations: (n, d) [m/s^2] applied up to now; None: those of the last decision.
             tolerances: (n,) or one number [m], see `Goal`. stop: (n,) or one, whether to stop at the target.
             present: (n,) whether a robot is in the scene; None: all. A robot joins at its first step in the scene.
+            others: robots and people that are observed and are not expected to avoid this fleet.
 
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, neither targets nor desired velocities or
@@ -82,23 +86,28 @@ class Fleet(CommittedFleet):
         if (targets is None) == (desired_velocities is None):
             found = "neither" if targets is None else "both"
             raise InvalidInput(f"targets: expected either targets or desired_velocities, found {found}")
-        table.position[:, :d] = _rows(positions, "positions", n, d)
-        table.velocity[:, :d] = _rows(velocities, "velocities", n, d)
+        table.position[:, :d] = array_of(positions, "positions", (n, d))
+        table.velocity[:, :d] = array_of(velocities, "velocities", (n, d))
         if accelerations is not None:
-            table.acceleration[:, :d] = _rows(accelerations, "accelerations", n, d)
+            table.acceleration[:, :d] = array_of(accelerations, "accelerations", (n, d))
         if targets is not None:
-            table.target[:, :d], table.final[:], table.objective[:] = _rows(targets, "targets", n, d), True, ARRIVE
-        else:
-            table.wanted[:, :d] = _rows(desired_velocities, "desired_velocities", n, d)
+            table.target[:, :d], table.final[:], table.objective[:] = array_of(targets, "targets", (n, d)), True, ARRIVE
+        elif desired_velocities is not None:
+            table.wanted[:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
             table.objective[:] = FOLLOW_VELOCITY
         table.tolerance[:], table.stop[:], table.present[:] = array(tolerances, "tolerances"), stop, there
         for k in np.flatnonzero(there & ~self._known):
             self._join(int(k), now)
         self._known[:] = there
         self.observe(now)
+        around: Obstacles = self.obstacles if others is None else [self.obstacles, others]
+
+        def fall_back(k: int) -> Outcome:
+            return self.fall_back(k, around, now)
+
         order = np.roll(np.arange(n), -(self._steps % n))
         self._steps += 1
-        outcomes = self.decide(order[there[order]], self.settings(now), self.grown_bodies(self.obstacles, now))
+        outcomes = self.decide(order[there[order]], self.settings(now), self.grown_bodies(around, now), fall_back)
         velocity, position = self.planned(now + self.period)
         acceleration = (velocity - table.velocity) / self.period
         table.acceleration[:] = np.where(there[:, None], acceleration, 0.0)
@@ -115,11 +124,3 @@ class Fleet(CommittedFleet):
         self.commit(k, first_manoeuvre(state, self.limits[k], self.period, now), now)
         # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
         table.regret[k] = 0.0 if self.method.shared else np.inf
-
-
-def _rows(value: npt.ArrayLike | None, name: str, n: int, d: int) -> Array:
-    """Vectors (n, d). Raises InvalidInput for another shape or values that are not finite."""
-    rows = array(value, name)  # type: ignore[arg-type]
-    if rows.shape != (n, d):
-        raise InvalidInput(f"{name}: expected an array of shape ({n}, {d}), found shape {rows.shape}")
-    return rows

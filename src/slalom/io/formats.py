@@ -10,7 +10,7 @@ from typing import Any, Final
 from slalom.checks import known
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.io import commonroad, geographic, pedestrians, tracks, vehicles, writers
-from slalom.io.recorded import Rows, Tracks
+from slalom.io.recorded import RecordedTracks, Rows
 from slalom.io.repair import tracks_of
 
 RECOGNITION_BYTES: Final = 4096
@@ -174,7 +174,7 @@ def read_recording(
     max_speed: float | None = None,
     interpolation: str = "smooth",
     **settings: Any,
-) -> Tracks:
+) -> RecordedTracks:
     """Read the tracks of a file, with notes on all that was repaired, left out or assumed.
 
     Args:
@@ -200,7 +200,7 @@ FORMAT_OF_SUFFIX: Final[dict[str, str]] = {row.suffix: row.name for row in FORMA
 """Name of the format that is written, by suffix of the file."""
 
 
-def write_recording(path: Path | str, tracks: Tracks, format: str, **settings: Any) -> None:
+def write_recording(path: Path | str, tracks: RecordedTracks, format: str, **settings: Any) -> None:
     """Write tracks to a file of a format that has a writer.
 
     Raises:

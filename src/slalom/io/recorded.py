@@ -44,7 +44,7 @@ class Agent:
 
 
 @dataclass(frozen=True, eq=False)
-class Tracks:
+class RecordedTracks:
     """Recorded agents by id, numeric ids first and in increasing order, with notes on repairs.
 
     An id is the text in the file; a whole number is written without leading zeros or decimals, except for ships and
@@ -113,7 +113,7 @@ def named(labels: Iterable[str], noun: str = "agent") -> str:
 
 def tracks_at(
     times: Array, motions: Mapping[str, Trajectory | Array], radii: Mapping[str, float] | None = None
-) -> Tracks:
+) -> RecordedTracks:
     """Sample agents (robots and obstacles of a simulated run) at `times` (T,) [s], for files of frames.
 
     An agent that exists at fewer than two of the times is left out, with a note.
@@ -137,4 +137,4 @@ def tracks_at(
             motion = motion.position(stamps)
         agents[label] = Agent(Sampled(stamps, motion), radius=(radii or {}).get(label))
     notes = [f"{counted(len(short), 'agent')} at fewer than two of the times left out: {named(short, 'id')}"]
-    return Tracks(agents, tuple(notes) if short else ())
+    return RecordedTracks(agents, tuple(notes) if short else ())

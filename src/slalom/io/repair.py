@@ -10,14 +10,14 @@ import numpy as np
 
 from slalom.checks import Array, positive
 from slalom.errors import InvalidFile
-from slalom.io.recorded import Agent, Indices, Mistake, Rows, Tracks, counted, named, natural, refuse
+from slalom.io.recorded import Agent, Indices, Mistake, RecordedTracks, Rows, counted, named, natural, refuse
 from slalom.tolerances import LONG_GAP, STAMP_ROUNDING
 from slalom.trajectory import Sampled
 
 
 def tracks_of(
     rows: Rows, *, gap: float | None = None, max_speed: float | None = None, interpolation: str = "smooth"
-) -> Tracks:
+) -> RecordedTracks:
     """Convert rows to tracks, one per agent and gap-free part.
 
     Args:
@@ -62,7 +62,7 @@ def tracks_of(
     notes += [*splits, *varying]
     if single:
         notes.append(f"{counted(len(single), 'track')} with a single row left out: {named(single, 'id')}")
-    return Tracks({label: tracks[label] for label in sorted(tracks, key=natural)}, tuple(notes), parts=parts)
+    return RecordedTracks({label: tracks[label] for label in sorted(tracks, key=natural)}, tuple(notes), parts=parts)
 
 
 def _below_zero(rows: Rows) -> Iterator[Mistake]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from slalom.checks import Array, positive
 from slalom.errors import InvalidFile, InvalidInput
-from slalom.io.recorded import Agent, Indices, Tracks
+from slalom.io.recorded import Agent, Indices, RecordedTracks
 from slalom.tolerances import FRAME_ROUNDING, REST
 
 MARGIN: Final = 1.0
@@ -36,7 +36,7 @@ TABLES: Final = (
 """SQL statements that create the tables of a JuPedSim database, version 2."""
 
 
-def write_csv(path: Path | str, tracks: Tracks) -> None:
+def write_csv(path: Path | str, tracks: RecordedTracks) -> None:
     """Write CSV: t,id,x,y[,z] and, if any agent has them, radius, length, width and kind; by time, then agent.
 
     Raises:
@@ -60,7 +60,7 @@ def write_csv(path: Path | str, tracks: Tracks) -> None:
         writer.writerows((t, *rest) for t, _, *rest in sorted(rows, key=lambda row: row[:2]))
 
 
-def write_jupedsim(path: Path | str, tracks: Tracks, *, frame_rate: float) -> None:
+def write_jupedsim(path: Path | str, tracks: RecordedTracks, *, frame_rate: float) -> None:
     """Write a JuPedSim SQLite database, version 2, as read by PedPy and JuPedSim.
 
     The orientation is the direction of the velocity; while an agent rests, the last direction before or, at the start,
@@ -100,7 +100,7 @@ def write_jupedsim(path: Path | str, tracks: Tracks, *, frame_rate: float) -> No
             database.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?, ?, ?)", sorted(rows))
 
 
-def write_trajnet(path: Path | str, tracks: Tracks, *, frame_rate: float) -> None:
+def write_trajnet(path: Path | str, tracks: RecordedTracks, *, frame_rate: float) -> None:
     """Write TrajNet++: one scene over all frames, whose primary pedestrian is the first agent, then the rows by frame.
 
     The format has no extents and kinds. The fps of the scene is the number of rows per second, as the format defines.
@@ -130,13 +130,13 @@ def _writing(path: Path | str) -> Iterator[None]:
         raise InvalidFile([f"{path}: expected a file that can be written, found {error}"]) from None
 
 
-def _agents_of(tracks: Tracks) -> dict[str, Agent]:
+def _agents_of(tracks: RecordedTracks) -> dict[str, Agent]:
     if not tracks.agents:
         raise InvalidInput("tracks: expected at least one agent, found none")
     return dict(tracks.agents)
 
 
-def _frames_of(tracks: Tracks, frame_rate: float) -> dict[int, tuple[Any, Indices]]:
+def _frames_of(tracks: RecordedTracks, frame_rate: float) -> dict[int, tuple[Any, Indices]]:
     """Return the trajectory and the frame numbers (n,) of each agent, by agent number."""
     rate = positive(frame_rate, "frame_rate")
     found = {}

@@ -128,7 +128,10 @@ class LookAhead:
         table = self._prediction(listed, now, self.prepared if before is None else before.search.obstacles)
         scene = _Scene(state, goal, now, listed, table, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
-        return planned or self.navigator.decide(state, obstacles, goal, now=now, previous=previous)
+        if planned is not None:
+            return planned
+        alone = replace(self.navigator, method=replace(self.navigator.method, looks_ahead=False))
+        return alone.decide(state, obstacles, goal, now=now, previous=previous)
 
     def _prediction(
         self, obstacles: Sequence[Obstacle], now: float, previous: PredictedObstacles | None

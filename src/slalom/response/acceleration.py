@@ -81,7 +81,7 @@ class AccelerateThenCoast(TimeInvariant):
         return self.hold
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity_at(state, min(self.hold, horizon)),)
+        return (self.velocity_at(state, self.hold),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return (self.acceleration_at(state, 0.0),)

@@ -52,14 +52,15 @@ class Response(Protocol):
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         """Maps of u that bound the speed.
 
-        It stays below a limit up to the horizon if all images have norms below the limit. Assumes that the present
-        speed is below the limit.
+        It stays below a limit if all images have norms below the limit, and so does the present speed. For ever where
+        the control comes to an end, also after the horizon, since a manoeuvre is kept beyond it; otherwise up to the
+        horizon.
         """
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         """Maps of u that bound the acceleration.
 
-        It stays below a limit up to the horizon if all images have norms below the limit.
+        It stays below a limit, as long as for `speed_peaks`, if all images have norms below the limit.
         """
 
 

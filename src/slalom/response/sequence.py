@@ -95,8 +95,8 @@ class AccelerationSequence:
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         # The speed is convex while an acceleration is held: its maximum is at an end.
-        return tuple(self.velocity(state, min(float(end), horizon)) for end in self.ends)
+        return tuple(self.velocity(state, float(end)) for end in self.ends)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         starts = np.concatenate([[0.0], self.ends[:-1]])
-        return tuple(self.acceleration(state, float(at)) for at in starts if at < horizon)
+        return tuple(self.acceleration(state, float(at)) for at in starts)

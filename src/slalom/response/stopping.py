@@ -44,11 +44,10 @@ class _Stopping(TimeInvariant):
         return self.hold
 
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity_at(state, min(self.hold, horizon)),)
+        return (self.velocity_at(state, self.hold),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        first = self.acceleration_at(state, 0.0)
-        return (first,) if horizon <= self.hold else (first, self.acceleration_at(state, self.hold))
+        return self.acceleration_at(state, 0.0), self.acceleration_at(state, self.hold)
 
 
 @dataclass(frozen=True)

@@ -201,9 +201,9 @@ class Scenario:
         return ahead.prepared_for(self.obstacles, self.start)
 
     def navigator(self, method: Method, robot: int = 0) -> Navigator:
-        """The navigator of a robot."""
+        """The navigator of a robot among obstacles, which publishes nothing and does not look ahead."""
         return Navigator(
-            method,
+            replace(method, shared=False, looks_ahead=False),
             self.robots[robot].shape,
             self.robots[robot].limits,
             period=self.dt * self.steps_per_decision,

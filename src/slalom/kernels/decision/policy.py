@@ -302,10 +302,13 @@ def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
 
 
 @kernel
-def decide_alone(tables: DecisionTables) -> None:
-    """Decide for the only robot of the tables, among passive bodies."""
+def decide_one(tables: DecisionTables) -> None:
+    """Decide for the first robot of the tables, among passive bodies and all other robots of the tables."""
     robots, settings = tables.robots, tables.settings
+    for k in range(1, len(robots.present)):
+        predict(k, robots, settings)
     centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
     continue_from_state(0, robots, settings, np.empty(settings.dimension), np.empty(settings.dimension))
     reachable_balls(0, robots, tables.responses, settings, centers, radii)
-    robots.outcome[0] = decide(0, np.empty(0, np.int64), centers, radii, tables)
+    near = in_reach(0, np.arange(1, len(robots.present)), robots, settings)
+    robots.outcome[0] = decide(0, near, centers, radii, tables)

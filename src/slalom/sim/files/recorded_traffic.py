@@ -12,7 +12,7 @@ from slalom.checks import number, positive, vector
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.io.formats import FORMATS, read_recording
-from slalom.io.recorded import Agent, Tracks, named
+from slalom.io.recorded import Agent, RecordedTracks, named
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import round_shape
@@ -103,7 +103,7 @@ def read_recorded(path: Path | str, selection: AgentSelection | None = None, **r
     return Recorded(path.stem, tuple(obstacles), (float(spans[:, 0].min()), float(spans[:, 1].max())), d, noted)
 
 
-def chosen(tracks: Tracks, selection: AgentSelection, name: str) -> Tracks:
+def chosen(tracks: RecordedTracks, selection: AgentSelection, name: str) -> RecordedTracks:
     """Return the selected agents of the tracks of the file `name`, with all parts of a split track.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slalom.errors import InvalidInput
-from slalom.io.recorded import MAX_LISTED, Agent, Tracks, tracks_at
+from slalom.io.recorded import MAX_LISTED, Agent, RecordedTracks, tracks_at
 from slalom.shape import Ball, Disc, Rectangle, Shape
 from slalom.sim.measure.closest_approach import last_step
 from slalom.sim.measure.recording import Recording
@@ -28,7 +28,7 @@ class _Body(NamedTuple):
     kind: str
 
 
-def as_tracks(recording: Recording, *, frames: bool = False) -> Tracks:
+def as_tracks(recording: Recording, *, frames: bool = False) -> RecordedTracks:
     """Convert a run to tracks of its robots and obstacles, sampled at its steps.
 
     Times are those of the run; with `frames` they start at 0. A recorded agent keeps its id, which must be a whole
@@ -56,7 +56,7 @@ def as_tracks(recording: Recording, *, frames: bool = False) -> Tracks:
     agents = {label: _agent(by_label[label], agent.trajectory, first) for label, agent in found.agents.items()}
     if left_out:
         notes.append(f"neither round nor a rectangle, left out: {', '.join(left_out)}")
-    return Tracks(agents, (*notes, *found.notes, *(_lost_properties(agents.values()) if frames else ())))
+    return RecordedTracks(agents, (*notes, *found.notes, *(_lost_properties(agents.values()) if frames else ())))
 
 
 def _exists_during(motion: Trajectory, recording: Recording) -> bool:
@@ -95,7 +95,7 @@ def _labels(names: Sequence[str], whole: bool) -> tuple[list[str], list[str]]:
     return labels, [f"ids: {', '.join(assigned[:MAX_LISTED])}{more}"] if assigned else []
 
 
-def with_numeric_ids(tracks: Tracks) -> Tracks:
+def with_numeric_ids(tracks: RecordedTracks) -> RecordedTracks:
     """Return the tracks with whole numbers as ids, as files of frames require, and notes on lost properties."""
     labels, notes = _labels([f"agent {label}" for label in tracks.agents], True)
     lost = (*tracks.notes, *notes, *_lost_properties(tracks.agents.values()))

@@ -8,11 +8,11 @@ import numpy as np
 from slalom.checks import Array
 from slalom.decision import Outcome
 from slalom.decision_tables import moved_bodies, target_paths
-from slalom.fleet.committed import CommittedFleet, first_manoeuvre, margin_among
+from slalom.fleet.committed import CommittedFleet, first_manoeuvre
 from slalom.forecast import predicted
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, RobotTable
-from slalom.methods import Method
+from slalom.methods import Method, margin_among
 from slalom.obstacle import Obstacle
 from slalom.obstacle_window import Obstacles, ObstacleWindow
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
@@ -25,7 +25,7 @@ from slalom.state import State
 
 
 def margin_of(scenario: Scenario, method: Method) -> float:
-    """The margin [m] of the robots of a scenario that meet each other, see `fleet.margin_among`."""
+    """The margin [m] of the robots of a scenario that meet each other, see `methods.margin_among`."""
     time = scenario.dt * scenario.steps_per_decision + scenario.sight_delay
     most = max(robot.limits.max_acceleration for robot in scenario.robots)
     return margin_among(method, scenario.margin, most, time, scenario.sight_noise)
