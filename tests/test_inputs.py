@@ -69,6 +69,7 @@ from slalom import (
     ObstacleTable,
     ObstacleWindow,
     OutsideSpan,
+    PathGoal,
     Polygon,
     Polyline,
     Present,
@@ -177,6 +178,14 @@ def in_turn(*later: tuple[float, tuple[float, ...]]) -> AccelerationSequence:
 def scenario(**settings) -> Scenario:
     """A scenario in the plane."""
     return Scenario("test", (Robot(Disc(1), LIMITS, FLAT, GOAL),), (ROCK,), **settings)
+
+
+def route(speeds=None, **settings) -> PathGoal:
+    """A path of one segment."""
+    return PathGoal([(0, 0), (9, 0)], speeds, **settings)
+
+
+ROUTE = PathGoal([(0, 0), (9, 0)])
 
 
 def decision(obstacles=(), **settings) -> object:
@@ -581,9 +590,38 @@ CASES = [
         lambda _: pair().step(0.0, PLACES, PLACES, PLACES, present=[True] * 3),
     ),
     Case(
-        "Fleet.step",
+        "Fleet._head_for",
         InvalidInput,
-        r"targets: expected either targets or desired_velocities, found neither",
+        r"paths: expected 2, found 1",
+        lambda _: pair().step(0.0, PLACES, PLACES, paths=[ROUTE]),
+    ),
+    Case(
+        "PathGoal.__init__",
+        InvalidInput,
+        r"points: expected an array \(n, 2\) or \(n, 3\) with n >= 2, found shape \(1, 2\)",
+        lambda _: PathGoal([(0, 0)]),
+    ),
+    Case(
+        "PathGoal.__init__",
+        InvalidInput,
+        r"points: expected different ones, found points 1 and 2 both at \[1. 1.\]",
+        lambda _: PathGoal([(0, 0), (1, 1), (1, 1)]),
+    ),
+    Case("_profile", InvalidInput, r"speeds: expected one or 2, found .* \(3,\)", lambda _: route([1, 2, 3])),
+    Case("_profile", InvalidInput, r"speeds: expected values above 0, .* found -1 m/s", lambda _: route([1, -1])),
+    Case("_profile", InvalidInput, r"speeds: expected values above 0, .* found 0 m/s", lambda _: route(0.0)),
+    Case("_profile", InvalidInput, r"stop: expected True for speeds .* at 0", lambda _: route([1, 0], stop=False)),
+    Case("positive", InvalidInput, r"lookahead: expected a number above 0, found 0", lambda _: route(lookahead=0)),
+    Case(
+        "LookAhead.decide",
+        InvalidInput,
+        r"goal: expected one without a path to look ahead, found a PathGoal",
+        lambda _: look_ahead().decide(FLAT, [], ROUTE),
+    ),
+    Case(
+        "Fleet._head_for",
+        InvalidInput,
+        r"targets: expected one of targets, desired_velocities, paths, found none",
         lambda _: pair().step(0.0, PLACES, PLACES),
     ),
     Case(
@@ -1177,7 +1215,7 @@ CASES = [
         lambda _: decide(goal=None),
     ),
     Case(
-        "Navigator._wanted",
+        "_wanted",
         InvalidInput,
         r"objective: expected one for responses that set no acceleration at once, found FollowAcceleration",
         lambda _: replace(navigator(), method=METHOD_OF_JERKS, objective=FollowAcceleration((1, 0))).decide(FLAT, ()),
@@ -1487,7 +1525,7 @@ CASES = [
     Case(
         "read_scenario",
         InvalidFile,
-        r"robot\.goal: expected either position or trajectory, found neither",
+        r"robot\.goal: expected one of position, trajectory, path, found none",
         reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "stop: true")),
     ),
     Case(
@@ -1523,13 +1561,13 @@ CASES = [
     Case(
         "read_scenario",
         InvalidFile,
-        r"robot\.goal: expected either",
+        r"robot\.goal: expected one of",
         reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "tolerance: 1")),
     ),
     Case(
         "GoalSpec.build",
         InvalidInput,
-        r"expected either position or trajectory, found neither",
+        r"expected one of position, trajectory, path, found none",
         lambda _: GoalSpec.model_construct().build(),
     ),
     Case(

@@ -348,7 +348,7 @@ replan: @0.25
 """,
         "robot.velocity: expected 2 numbers, found [1, 0, 0] of shape (3,)",
         "robot.velocity_bounds.1: normal: expected a direction, found the zero vector",
-        "robot.goal: expected either position or trajectory, found both",
+        "robot.goal: expected one of position, trajectory, path, found position and trajectory",
         "obstacles.0.trajectory: obstacle 'obstacle 0': expected shape and trajectory of one dimension, found 2 and 3",
         "obstacles.1.trajectory: times: expected increasing times, found 2 followed by 1 at index 2",
         "obstacles.2.trajectory: times: expected increasing times, found 1 followed by 1 at index 2",

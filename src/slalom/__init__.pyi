@@ -80,6 +80,7 @@ from .objective import (
 from .obstacle import Obstacle as Obstacle
 from .obstacle_table import ObstacleTable as ObstacleTable
 from .obstacle_window import ObstacleWindow as ObstacleWindow
+from .path_goal import PathGoal as PathGoal
 from .response import (
     AccelerateThenBrake as AccelerateThenBrake,
     AccelerateThenCoast as AccelerateThenCoast,

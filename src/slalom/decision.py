@@ -50,6 +50,7 @@ class Decision:
         regret: upper bound [s] on the arrival time lost by keeping the manoeuvre; alternatives count at their
             optimistic cost.
         path: the manoeuvre as pieces from where the robot was at its last decision; None: as it was planned.
+        progress: [m] along the path of a `PathGoal`; None for other goals.
     """
 
     manoeuvre: Manoeuvre
@@ -58,6 +59,7 @@ class Decision:
     control_obstacle: Callable[[], ControlObstacle]
     regret: float = 0.0
     path: Path | None = None
+    progress: float | None = None
 
     @cached_property
     def blocked(self) -> ControlObstacle:

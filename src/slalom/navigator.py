@@ -6,27 +6,21 @@ from functools import partial
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import Array, has, not_negative, positive, vector
+from slalom.checks import has, not_negative, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision_tables import (
-    Skeletons,
-    bounds_of,
     commit_to,
     committed_path,
-    response_table,
-    robot_table,
-    target_paths,
-    tracked_robots,
 )
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
 from slalom.horizon import Horizon
-from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
-from slalom.methods import HOLDS, Method, margin_among
+from slalom.methods import HOLDS, Method
+from slalom.navigator_tables import tables_of
 from slalom.objective import (
     Arrive,
     FollowAcceleration,
@@ -38,17 +32,16 @@ from slalom.objective import (
 )
 from slalom.objective_policy import decide_by_objective
 from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
+from slalom.path_goal import PathGoal, PathStep
 from slalom.response import Response
-from slalom.shape import Shape, round_shape
+from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import ADMISSIBLE, AIM_LATEST, CONTACT_SLACK
+from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING
 from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
 OUTCOMES = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
 """The outcomes of the compiled policy by number."""
-ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
-"""The objectives of the compiled policy by number."""
 FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
 """Objectives that need no goal."""
 FALL_BACK = -1
@@ -120,7 +113,7 @@ class Navigator:
             obstacles: a list of obstacles, tables and tracks, or one of these. The method's forecast determines which
                 part of their trajectories is used. Walls and known trajectories belong into an `ObstacleTable` that
                 is made once, others that are observed anew at each step into `Tracks`.
-            goal: where to be; not needed to follow a velocity or an acceleration.
+            goal: where to be, and with a `PathGoal` along which path; not needed to follow a velocity or acceleration.
             robots: others that decide by the same method, as they are observed. The method says which part of the
                 avoidance they do, and how soon a lost part of the margin is regained. The margin from all of them grows
                 as in a `Fleet`: they are taken to accelerate no more than this robot.
@@ -143,20 +136,35 @@ class Navigator:
             raise InvalidInput(
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
-        table, others = self.predict(obstacles, state, now), self._observed(robots)
-        sizes = {"robot": self.robot.dimension, "obstacles": table.dimension}
+        window, others = self.predict(obstacles, state, now), self._observed(robots)
+        sizes = {"robot": self.robot.dimension, "obstacles": window.dimension}
         for what, dimension in (*sizes.items(), ("robots", others and others.dimension)):
             if dimension not in (None, state.dimension):
                 raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
+        step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
         if type(self.objective) in (Arrive, *FOLLOWING):
-            found = self._decide(table, others, state, goal, now, previous)
+            found = self._decide(window, others, state, goal, step, now, previous)
         elif others is None:
-            found = decide_by_objective(self, table, state, goal, now, previous)
+            slower = self if step is None else replace(self, limits=replace(self.limits, max_speed=step.max_speed))
+            found = decide_by_objective(slower, window, state, goal if step is None else step.goal, now, previous)
         else:
             raise InvalidInput(f"robots: expected none for the objective {self.objective!r}, found {len(others)}")
         if found is None and others is not None:
-            table = self.predict([*listed(obstacles), others], state, now)
-        return found or self._fall_back(table, state, goal, now)
+            window = self.predict([*listed(obstacles), others], state, now)
+        decision = found or self._fall_back(window, state, goal, now)
+        return decision if step is None else replace(decision, progress=step.progress)
+
+    def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
+        """Where a robot on a path heads for, at most as fast as is allowed there."""
+        return goal.step(
+            state.position,
+            None if previous is None else previous.progress,
+            self.limits.max_speed,
+            PATH_BRAKING * self.limits.braking,
+            self.period,
+            self.robot.bounding_radius,
+            lambda point: window.covers(point, self.robot, self.margin),
+        )
 
     def _refuse_method(self) -> None:
         """Raise InvalidInput for a method that a robot cannot follow from what it observes itself."""
@@ -180,6 +188,7 @@ class Navigator:
         others: Tracks | None,
         state: State,
         goal: Goal,
+        step: PathStep | None,
         now: float,
         previous: Decision | None,
     ) -> Decision | None:
@@ -190,7 +199,9 @@ class Navigator:
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
         pieces = 0 if path is None else len(path.points)
-        tables = self._tables(responses, obstacles, others, state, goal, now, pieces)
+        tables = tables_of(self, responses, obstacles, others, state, goal if step is None else step.goal, now, pieces)
+        if step is not None:
+            tables.robots.max_speed[0], tables.robots.final[0] = step.max_speed, step.final
         if previous is not None and path is not None:
             commit_to(tables.robots, 0, path)
             tables.robots.regret[0] = previous.regret
@@ -212,68 +223,6 @@ class Navigator:
             partial(self._control_obstacle, response, obstacles, state, margin),
             path=path,
         )
-
-    def _tables(
-        self,
-        responses: tuple[Response, ...],
-        obstacles: ObstacleWindow,
-        others: Tracks | None,
-        state: State,
-        goal: Goal,
-        now: float,
-        pieces: int,
-    ) -> DecisionTables:
-        """The tables of a decision, with this robot in row 0; its committed path may have so many `pieces`."""
-        d, limits, method = state.dimension, self.limits, self.method
-        table = response_table((responses,), self.horizon, 2.0 * self.horizon, d)
-        pieces, margin, shapes = max(pieces, int(np.diff(table.first).max())), self.margin, [self.robot]
-        if others is None:
-            robots = robot_table(1, pieces, 1)
-        else:
-            robots = tracked_robots(others, pieces, now + self.horizon)
-            margin = margin_among(method, margin, limits.max_acceleration, self.period)
-            shapes.append(round_shape(0.0, d))
-        robots.position[0, :d], robots.velocity[0, :d] = state.position, state.velocity
-        robots.acceleration[0, :d] = state.acceleration
-        robots.objective[0], robots.wanted[0, :d] = self._wanted(table, state)
-        skeletons = Skeletons(shapes)
-        robots.skeleton[1:] = skeletons.kind[-1]
-        robots.rounding[0], robots.radius[0] = skeletons.rounding[0], self.robot.bounding_radius
-        robots.max_speed[0], robots.max_acceleration[0] = limits.max_speed, limits.max_acceleration
-        robots.braking[0], robots.tolerance[0], robots.stop[0] = limits.braking, goal.tolerance, goal.stop
-        robots.target[0, :d], robots.final[0] = goal.position(now), True
-        distance = float(np.linalg.norm(robots.target[0, :d] - state.position))
-        latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
-        targets, robots.moving[:] = target_paths([goal], now, now + self.horizon + latest)
-        settings = DecisionSettings(
-            dimension=d,
-            now=now,
-            period=self.period,
-            horizon=self.horizon,
-            margin=margin,
-            regain=np.inf if method.regain is None or others is None else method.regain,
-            patience=self.patience,
-            share=1.0 if others is None else method.share,
-            shared=False,
-            detours=np.array(self.detours),
-        )
-        bodies = skeletons.grown_bodies(0, obstacles, detours=bool(self.detours))
-        return DecisionTables(robots, bodies, table, bounds_of([limits], [state]), targets, settings)
-
-    def _wanted(self, table: ResponseTable, state: State) -> tuple[int, Array]:
-        """The number of the objective, and the velocity or acceleration (d,) to follow."""
-        objective = self.objective
-        if isinstance(objective, FollowVelocity):
-            return FOLLOW_VELOCITY, vector(objective.velocity, "velocity to follow", state.dimension)
-        if isinstance(objective, (FollowAcceleration, KeepAcceleration)):
-            if not table.initial_acceleration[:, 2].all():
-                raise InvalidInput(
-                    f"objective: expected one for responses that set no acceleration at once, found {objective!r}"
-                )
-            if isinstance(objective, KeepAcceleration):
-                return FOLLOW_ACCELERATION, state.acceleration
-            return FOLLOW_ACCELERATION, vector(objective.acceleration, "acceleration to follow", state.dimension)
-        return ARRIVE, np.zeros(state.dimension)
 
     def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:
         """Decision of a robot that overlaps an obstacle or has no safe control."""

@@ -109,6 +109,15 @@ class ObstacleWindow:
         known = self.until > 0.0
         return [o for o, yes in zip(self.obstacles, known) if yes and len(o.shape.parts) == 1 and o.exists(t)]
 
+    def covers(self, point: Array, robot: Shape, margin: float) -> bool:
+        """Whether a robot at a point (d,) [m] would be closer than the margin [m] to an obstacle at rest."""
+        bodies = self.bodies(robot)
+        near = np.flatnonzero(self._measure(robot, point)[0] < bodies.radius + margin)
+        of_near = np.isin(bodies.pieces.body, near)
+        points, moves = bodies.pieces.points[of_near], np.zeros(len(bodies.owner), np.bool_)
+        moves[bodies.pieces.body[of_near]] |= np.any(points != points[:, :1], axis=(1, 2))
+        return not moves[near].all()
+
     def within(self, horizons: npt.ArrayLike) -> "ObstacleWindow":
         """The same obstacles with other horizons (n,) [s]; each counts for the shorter of both."""
         window = ObstacleWindow((), self.start, self.horizon)

@@ -825,6 +825,30 @@ STRETCH_HORIZONS: Final = 4.0
 Larger: pieces take longer to make, more seldom, and more memory. Smaller: more decisions wait until they are made.
 """
 
+PATH_BRAKING: Final = 0.5
+"""[1] Share of the braking with which a robot slows down for a lower speed further on along its path.
+
+Larger: it brakes later, and has less left to avoid obstacles. Smaller: it slows down earlier.
+"""
+
+PATH_SAMPLES: Final = 4
+"""[1] Points of a path up to the lookahead that are examined for obstacles at rest.
+
+Larger: decisions take longer. Smaller: thin obstacles across the path are found late.
+"""
+
+PATH_OFFSETS: Final = 20
+"""[1] Points on either side of a covered path that are examined until one is free, a radius of the robot apart.
+
+Larger: robots pass wider obstacles on their path. Smaller: decisions take less time.
+"""
+
+PATH_TOLERANCE: Final = 0.25
+"""[1] Tolerance of the point ahead on a path, as a share of its distance.
+
+Larger: robots aim less exactly. Smaller: they turn late to pass the point.
+"""
+
 LONGEST_FORECAST: Final = 10000.0
 """[s] Length of a predicted path; it exceeds every horizon.
 

@@ -1,6 +1,7 @@
 """Robots with committed manoeuvres: what each knows of the others, and the decisions that change the manoeuvres."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -25,14 +26,16 @@ from slalom.limits import Limits
 from slalom.linear_forecast import linear_forecast, piecewise_polynomial
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method, margin_among
-from slalom.navigator import ARRIVE, FALL_BACK, OUTCOMES, Navigator
+from slalom.navigator import FALL_BACK, OUTCOMES, Navigator
+from slalom.navigator_tables import ARRIVE
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
 from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
+from slalom.path_goal import PathGoal
 from slalom.response import AccelerateThenBrake
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import DETOURS, FORECAST_HORIZONS, REST_DURATION, WHOLE_PERIODS
+from slalom.tolerances import DETOURS, FORECAST_HORIZONS, PATH_BRAKING, REST_DURATION, WHOLE_PERIODS
 from slalom.trajectory import ConstantAcceleration, Stationary
 
 T = TypeVar("T")
@@ -43,6 +46,7 @@ class CommittedFleet:
 
     Attributes:
         table: the robots, see `kernels.decision.tables.RobotTable`. responses: of all kinds of robots, as tables.
+        progress: [m] of each robot along its path; None where it follows none.
         skeletons: kinds of shapes. targets: motion of targets that move. margin_among: [m] between robots.
     """
 
@@ -89,6 +93,7 @@ class CommittedFleet:
         # The response of each robot whose manoeuvre is not in the tables.
         self.other_texts, self._steps = [""] * n, 0
         self._known = np.zeros(n, np.bool_)
+        self.progress: list[float | None] = [None] * n
 
     def _tables(self) -> tuple[RobotTable, list[str]]:
         """The table of robots, and the responses as text."""
@@ -144,6 +149,24 @@ class CommittedFleet:
             shared=method.shared,
             detours=np.array(self.detours),
         )
+
+    def follow(self, paths: Mapping[int, PathGoal], window: ObstacleWindow) -> None:
+        """Give the robots with paths, by row, the targets and largest speeds of their next step on them."""
+        table, d = self.table, self.dimension
+        for k, path in paths.items():
+            limits, shape = self.limits[k], self.shapes[k]
+            step = path.step(
+                table.position[k, :d],
+                self.progress[k],
+                limits.max_speed,
+                PATH_BRAKING * limits.braking,
+                self.period,
+                shape.bounding_radius,
+                partial(window.covers, robot=shape, margin=self.margin),
+            )
+            self.progress[k], table.max_speed[k], table.final[k] = step.progress, step.max_speed, step.final
+            table.target[k, :d] = step.goal.position(0.0)
+            table.tolerance[k], table.stop[k] = step.goal.tolerance, step.goal.stop
 
     def observe(self, now: float, states: Array | None = None, times: Array | None = None) -> None:
         """Predict the paths of all robots from `states` (n, 3, 3), observed at `times` (n,) [s]; None: as they are now.

@@ -1,5 +1,6 @@
 """Robots that decide together in a loop that belongs to the caller: arrays in, arrays out."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +10,9 @@ from slalom.checks import Array, array, array_of
 from slalom.decision import Outcome
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet, first_manoeuvre
-from slalom.navigator import ARRIVE, FOLLOW_VELOCITY
-from slalom.obstacle_window import Obstacles
+from slalom.navigator_tables import ARRIVE, FOLLOW_VELOCITY
+from slalom.obstacle_window import Obstacles, ObstacleWindow
+from slalom.path_goal import PathGoal
 from slalom.state import State
 from slalom.tracks import Tracks
 
@@ -61,6 +63,7 @@ class Fleet(CommittedFleet):
         accelerations: npt.ArrayLike | None = None,
         tolerances: npt.ArrayLike = 0.2,
         stop: npt.ArrayLike = True,
+        paths: Sequence[PathGoal] | None = None,
         present: npt.ArrayLike | None = None,
         others: Tracks | None = None,
     ) -> FleetDecision:
@@ -70,44 +73,39 @@ class Fleet(CommittedFleet):
             positions, velocities: (n, d) [m], [m/s] as they are now.
             targets: (n, d) [m], positions to be at.
             desired_velocities: (n, d) [m/s], velocities to have, in place of targets.
+            paths: n paths to follow, in place of targets. Tolerances and stops are theirs.
             accelerations: (n, d) [m/s^2] applied up to now; None: those of the last decision.
             tolerances: (n,) or one number [m], see `Goal`. stop: (n,) or one, whether to stop at the target.
             present: (n,) whether a robot is in the scene; None: all. A robot joins at its first step in the scene.
             others: robots and people that are observed and are not expected to avoid this fleet.
 
         Raises:
-            InvalidInput: arrays of other shapes, values that are not finite, neither targets nor desired velocities or
-                both.
+            InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
+                paths.
         """
         table, n, d = self.table, len(self.limits), self.dimension
         there = np.ones(n, np.bool_) if present is None else np.asarray(present, dtype=np.bool_)
         if there.shape != (n,):
             raise InvalidInput(f"present: expected {n} flags, found an array of shape {there.shape}")
-        if (targets is None) == (desired_velocities is None):
-            found = "neither" if targets is None else "both"
-            raise InvalidInput(f"targets: expected either targets or desired_velocities, found {found}")
         table.position[:, :d] = array_of(positions, "positions", (n, d))
         table.velocity[:, :d] = array_of(velocities, "velocities", (n, d))
         if accelerations is not None:
             table.acceleration[:, :d] = array_of(accelerations, "accelerations", (n, d))
-        if targets is not None:
-            table.target[:, :d], table.final[:], table.objective[:] = array_of(targets, "targets", (n, d)), True, ARRIVE
-        elif desired_velocities is not None:
-            table.wanted[:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
-            table.objective[:] = FOLLOW_VELOCITY
         table.tolerance[:], table.stop[:], table.present[:] = array(tolerances, "tolerances"), stop, there
+        around: Obstacles = self.obstacles if others is None else [self.obstacles, others]
+        window = ObstacleWindow.predicted(around, self.method.forecast, now, self.horizon)
+        self._head_for(targets, desired_velocities, paths, window)
         for k in np.flatnonzero(there & ~self._known):
             self._join(int(k), now)
         self._known[:] = there
         self.observe(now)
-        around: Obstacles = self.obstacles if others is None else [self.obstacles, others]
 
         def fall_back(k: int) -> Outcome:
             return self.fall_back(k, around, now)
 
         order = np.roll(np.arange(n), -(self._steps % n))
         self._steps += 1
-        outcomes = self.decide(order[there[order]], self.settings(now), self.grown_bodies(around, now), fall_back)
+        outcomes = self.decide(order[there[order]], self.settings(now), self.grown_bodies_of(window), fall_back)
         velocity, position = self.planned(now + self.period)
         acceleration = (velocity - table.velocity) / self.period
         table.acceleration[:] = np.where(there[:, None], acceleration, 0.0)
@@ -115,6 +113,32 @@ class Fleet(CommittedFleet):
             np.where(there[:, None], each, 0.0)[:, :d] for each in (acceleration, velocity, position)
         )
         return FleetDecision(acceleration, velocity, position, tuple(outcomes.get(k) for k in range(n)))
+
+    def _head_for(
+        self,
+        targets: npt.ArrayLike | None,
+        desired_velocities: npt.ArrayLike | None,
+        paths: Sequence[PathGoal] | None,
+        window: ObstacleWindow,
+    ) -> None:
+        """Set what the robots are to do, see `step`."""
+        table, n, d = self.table, len(self.limits), self.dimension
+        given = {"targets": targets, "desired_velocities": desired_velocities, "paths": paths}
+        found = [name for name, value in given.items() if value is not None]
+        if len(found) != 1:
+            raise InvalidInput(f"targets: expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+        table.objective[:] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY
+        table.max_speed[:] = [limits.max_speed for limits in self.limits]
+        if targets is not None:
+            table.target[:, :d], table.final[:] = array_of(targets, "targets", (n, d)), True
+        elif desired_velocities is not None:
+            table.wanted[:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
+        elif paths is not None:
+            if len(paths) != n:
+                raise InvalidInput(f"paths: expected {n}, found {len(paths)}")
+            # A robot that comes back begins anew.
+            self.progress = [at if there else None for at, there in zip(self.progress, table.present)]
+            self.follow(dict(enumerate(paths)), window)
 
     def _join(self, k: int, now: float) -> None:
         """Commit a robot that comes into the scene to its first manoeuvre."""

@@ -18,6 +18,7 @@ from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
 from slalom.obstacle_window import ObstacleWindow
+from slalom.path_goal import PathGoal
 from slalom.state import State
 from slalom.tolerances import (
     COMMITTED_SLACK,
@@ -115,8 +116,10 @@ class LookAhead:
             obstacles: passing the same object at every decision avoids building its table again.
 
         Raises:
-            InvalidInput: dimensions that differ, a goal that moves.
+            InvalidInput: dimensions that differ, a goal that moves or has a path.
         """
+        if isinstance(goal, PathGoal):
+            raise InvalidInput("goal: expected one without a path to look ahead, found a PathGoal")
         if not isinstance(goal.trajectory, Stationary):
             raise InvalidInput("goal: expected one at rest to look ahead, found one that moves")
         if goal.trajectory.dimension != state.dimension:

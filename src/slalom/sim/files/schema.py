@@ -8,6 +8,7 @@ from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import HalfSpace
 from slalom.methods import HOLDS
+from slalom.path_goal import PathGoal
 from slalom.shape import Shape, round_shape
 from slalom.sim.files.schema_base import Built, Model, NotNegative, Positive, Vector
 from slalom.sim.files.schema_parts import BoundModel, ShapeModel, TrajectoryModel, UncertaintyModel
@@ -39,21 +40,36 @@ class Shaped(Model):
         return shape
 
 
+class PathSpec(Model):
+    """A polyline with speeds, see `PathGoal`."""
+
+    points: list[Vector]
+    speeds: FiniteFloat | list[FiniteFloat] | None = None
+    lookahead: Positive = 1.0
+
+
 class GoalSpec(Built):
-    """The goal of a robot: a position or a trajectory."""
+    """The goal of a robot: a position, a trajectory, or the end of a path that is followed there."""
 
     position: Vector | None = None
     trajectory: TrajectoryModel | None = None
+    path: PathSpec | None = None
     tolerance: Positive = 0.5
     stop: bool = False
 
     def build(self) -> Goal:
-        if self.trajectory is not None and self.position is None:
+        given = {"position": self.position, "trajectory": self.trajectory, "path": self.path}
+        found = [name for name, value in given.items() if value is not None]
+        if len(found) != 1:
+            raise InvalidInput(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+        if self.path is not None:
+            return PathGoal(
+                self.path.points, self.path.speeds, self.tolerance, self.stop, lookahead=self.path.lookahead
+            )
+        if self.trajectory is not None:
             return Goal(self.trajectory.build(), self.tolerance, self.stop)
-        if self.position is not None and self.trajectory is None:
-            return Goal(Stationary(self.position), self.tolerance, self.stop)
-        found = "neither" if self.position is None else "both"
-        raise InvalidInput(f"expected either position or trajectory, found {found}")
+        assert self.position is not None
+        return Goal(Stationary(self.position), self.tolerance, self.stop)
 
 
 class HalfSpaceSpec(Built):

@@ -15,6 +15,7 @@ from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, RobotT
 from slalom.methods import Method, margin_among
 from slalom.obstacle import Obstacle
 from slalom.obstacle_window import Obstacles, ObstacleWindow
+from slalom.path_goal import PathGoal
 from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.guidance import Guidance
@@ -77,6 +78,7 @@ class FleetDecider:
         self._robot_of = np.arange(len(robots))
         self._sent: dict[int, tuple[Array, Array]] = {}
         self._sensing_time = 0.0
+        self._paths = {k: robot.goal for k, robot in enumerate(robots) if isinstance(robot.goal, PathGoal)}
         self._no_obstacles = None if scenario.obstacles else fleet.grown_bodies((), scenario.start)
         for k, robot in enumerate(robots):
             fleet.commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
@@ -99,6 +101,8 @@ class FleetDecider:
     def guide(self, now: float) -> None:
         self.guidance.update(now, self.period)
         table = self.fleet.table
+        if self._paths:
+            self.fleet.follow(self._paths, self._window(now))
         table.final[:] = (table.target == self.guidance.guide.goal).all(axis=1)
         table.moving[:] = table.final & self._goal_moves
 
@@ -185,15 +189,18 @@ class FleetDecider:
         return self.fleet.fall_back(k, passive, now, self._robot_of)
 
     def _grown_bodies(self, now: float) -> list[GrownBodies]:
-        """All bodies that robots can meet; in a periodic world for robots in the cell about the origin."""
+        """All bodies that robots can meet, see `_window`."""
+        return self.fleet.grown_bodies_of(self._window(now))
+
+    def _window(self, now: float) -> ObstacleWindow:
+        """The predicted obstacles; in a periodic world for robots in the cell about the origin."""
         s, forecast, table = self.scenario, self.method.forecast, self.fleet.table
         if s.period is None:
-            return self.fleet.grown_bodies(self.fleet.obstacles, now)
+            return ObstacleWindow.predicted(self.fleet.obstacles, forecast, now, s.horizon)
         existing = [o for o in s.obstacles if forecast.includes_future or o.exists(now)]
         obstacles: list[Obstacle] = [predicted(obstacle, forecast, now) for obstacle in existing]
         # No response makes a robot faster that exceeds its largest speed.
         speed = max(table.max_speed.max(), np.linalg.norm(table.velocity, axis=1).max())
         reach = 0.5 * np.array(s.period) + speed * s.horizon + table.radius.max() + self.margin
         images = in_box(obstacles, s.period, now, s.horizon, -reach, reach)
-        window = ObstacleWindow([displaced(obstacles[k], by) for k, by in images], now, s.horizon)
-        return self.fleet.grown_bodies_of(window)
+        return ObstacleWindow([displaced(obstacles[k], by) for k, by in images], now, s.horizon)

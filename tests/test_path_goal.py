@@ -1,0 +1,180 @@
+"""Paths to follow: where a robot is on them, how fast it may be, and robots that follow them."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+from strategies import numbers
+
+from slalom import (
+    METHODS,
+    ConstantVelocity,
+    Disc,
+    Fleet,
+    Limits,
+    Navigator,
+    Obstacle,
+    ObstacleTable,
+    PathGoal,
+    Polyline,
+    Rectangle,
+    State,
+    Stationary,
+)
+from slalom.sim import Robot, Scenario, read_scenario, simulate
+from slalom.sim.measure.metrics import min_clearance
+from slalom.sim.run.robot_states import integrate
+from slalom.tolerances import PATH_BRAKING
+
+DT = 0.1
+CORNERS = np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (20.0, 8.0), (20.0, 0.0), (30.0, 0.0)])
+SPEEDS = (2.0, 2.0, 1.0, 2.0, 0.6, 0.0)
+LIMITS = Limits(2.5, 2.0)
+
+
+@st.composite
+def paths(draw: st.DrawFn) -> PathGoal:
+    """Polylines in the plane and in space."""
+    d, n = draw(st.sampled_from([2, 3])), draw(st.integers(2, 7))
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    points = np.cumsum(rng.uniform(0.2, 3.0, (n, 1)) * rng.normal(size=(n, d)), axis=0)
+    return PathGoal(points, rng.uniform(0.2, 3.0, n))
+
+
+@given(goal=paths(), seed=st.integers(0, 10**6))
+def test_the_nearest_point_is_the_nearest_of_many(goal: PathGoal, seed: int) -> None:
+    """Within the stretch that is asked for."""
+    rng = np.random.default_rng(seed)
+    position = goal.points[0] + rng.normal(size=goal.points.shape[1]) * 4.0
+    since, until = np.sort(rng.uniform(0.0, goal.length, 2))
+    found = goal.nearest(position, since, until)
+    assert since <= found <= until
+    samples = np.linspace(since, until, 400)
+    distances = [np.linalg.norm(goal.point(at) - position) for at in samples]
+    assert np.linalg.norm(goal.point(found) - position) <= min(distances) + 1e-9
+
+
+@given(goal=paths(), braking=numbers(0.1, 3.0), share=numbers(0.0, 1.0))
+def test_the_allowed_speed_can_be_kept(goal: PathGoal, braking: float, share: float) -> None:
+    """It is at most the profile, and braking leads from any point to what is allowed further on."""
+    at = share * goal.length
+    speed = goal.allowed_speed(at, 9.0, braking)
+    assert 0.0 < speed <= max(goal.speeds)
+    for further in np.linspace(at, goal.length, 50):
+        assert speed**2 <= goal.allowed_speed(further, 9.0, braking) ** 2 + 2.0 * braking * (further - at) + 1e-9
+    on_points = np.cumsum([0.0, *np.linalg.norm(np.diff(goal.points, axis=0), axis=1)])
+    for place, limit in zip(on_points, goal.speeds):
+        assert goal.allowed_speed(place, 9.0, braking) <= limit + 1e-9
+    assert goal.allowed_speed(at, 0.1, braking) == 0.1
+
+
+def follow(goal: PathGoal, obstacles: ObstacleTable, method: str = "nao") -> tuple[np.ndarray, np.ndarray, list[float]]:
+    """Positions and velocities of a robot on a path until it has arrived, and its progress."""
+    navigator, previous = Navigator(METHODS[method], Disc(0.4), LIMITS), None
+    state, track, progress = State(goal.points[0], (0.0, 0.0)), [], []
+    for k in range(700):
+        if goal.reached(state.position, state.velocity, k * DT):
+            return *np.moveaxis(np.array(track), 1, 0), progress
+        previous = navigator.decide(state, obstacles, goal, now=k * DT, previous=previous)
+        acceleration = previous.manoeuvre.mean_acceleration(k * DT, DT)
+        state = State(*integrate(state.position, state.velocity, acceleration, DT), acceleration)
+        track.append((state.position, state.velocity))
+        progress.append(previous.progress)
+    raise AssertionError(f"not arrived at {state.position}")
+
+
+@pytest.mark.parametrize("method", ["nao", "ao", "vo"])
+def test_a_robot_follows_a_path_with_its_speeds(method: str) -> None:
+    goal = PathGoal(CORNERS, SPEEDS, 0.3)
+    places, velocities, progress = follow(goal, ObstacleTable([]), method)
+    assert np.all(np.diff(progress) >= 0.0)
+    off = [np.linalg.norm(goal.point(goal.nearest(place, 0.0, goal.length)) - place) for place in places]
+    # Corners are cut by less than half of the lookahead.
+    assert max(off) <= 1.0
+    speeds = np.linalg.norm(velocities, axis=1)
+    allowed = np.array([goal.allowed_speed(at, 9.0, PATH_BRAKING * LIMITS.braking) for at in progress])
+    assert np.all(speeds <= allowed + 0.05)
+    assert speeds.mean() >= 0.7 * allowed.mean()
+
+
+OBSTACLES = {
+    "parked": [Obstacle(Rectangle(4.0, 1.8), Stationary((5.0, 0.0)))],
+    "wall": [Obstacle(Polyline([(8.0, 4.0), (12.0, 4.0)]), Stationary((0.0, 0.0)))],
+    "crossing": [Obstacle(Disc(0.5), ConstantVelocity((5.0, -6.0), (0.0, 1.0)))],
+    "oncoming": [Obstacle(Disc(0.5), ConstantVelocity((10.0, 20.0), (0.0, -1.0)))],
+}
+
+
+@pytest.mark.parametrize("name", OBSTACLES)
+def test_a_robot_passes_what_is_on_its_path(name: str) -> None:
+    """Without contact: it follows the path around it."""
+    obstacles = OBSTACLES[name]
+    scenario = Scenario(
+        name,
+        (Robot(Disc(0.4), LIMITS, State((0.0, 0.0), (0.0, 0.0)), PathGoal(CORNERS, SPEEDS, 0.3)),),
+        tuple(obstacles),
+        duration=70.0,
+    )
+    run = simulate(scenario, METHODS["nao"])
+    assert np.isfinite(run.arrived[0])
+    assert min_clearance(run) >= 0.0
+
+
+def test_a_path_that_crosses_itself_is_followed_in_order() -> None:
+    loop = PathGoal([(0, 0), (8, 0), (8, 6), (4, 6), (4, -5)], 1.5, 0.3)
+    places, _, progress = follow(loop, ObstacleTable([]))
+    assert max(np.diff(progress)) <= 1.0
+    assert places[:, 0].max() >= 7.0
+
+
+def test_a_fleet_follows_paths_as_a_navigator_and_goes_on_from_a_copy() -> None:
+    """Alone as the navigator; two that cross keep apart; a copy remembers how far each has come."""
+    goal = PathGoal(CORNERS, SPEEDS, 0.3)
+    alone = Fleet(METHODS["vo"], Disc(0.4), LIMITS, robots=1, period=DT, detours=())
+    navigator, previous = Navigator(METHODS["vo"], Disc(0.4), LIMITS), None
+    positions, velocities = CORNERS[:1], np.zeros((1, 2))
+    for k in range(60):
+        decided = alone.step(k * DT, positions, velocities, paths=[goal])
+        previous = navigator.decide(State(positions[0], velocities[0]), [], goal, now=k * DT, previous=previous)
+        assert previous.outcome is decided.outcomes[0]
+        np.testing.assert_allclose(
+            previous.manoeuvre.mean_acceleration(k * DT, DT), decided.accelerations[0], atol=1e-9
+        )
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+
+    routes = [PathGoal([(0, 0), (10, 0)], 1.5, 0.3), PathGoal([(5, -5), (5, 5)], [1.0, 0.0], 0.3)]
+    fleet, nearest = Fleet(METHODS["nao"], Disc(0.4), LIMITS, robots=2, period=DT), np.inf
+    positions, velocities = np.array([route.points[0] for route in routes]), np.zeros((2, 2))
+    for k in range(160):
+        if k == 40:
+            fleet = pickle.loads(pickle.dumps(fleet))
+        decided = fleet.step(k * DT, positions, velocities, paths=routes)
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+        nearest = min(nearest, float(np.linalg.norm(positions[0] - positions[1])))
+    assert nearest >= 0.8
+    assert all(route.reached(p, v, 0.0) for route, p, v in zip(routes, positions, velocities))
+
+
+FILE = """\
+robot:
+  shape: {kind: disc, radius: 0.4}
+  position: [0, 0]
+  max_speed: 2.5
+  max_acceleration: 2
+  goal: {path: {points: [[0, 0], [6, 0], [6, 5]], speeds: [1.5, 1, 0]}, tolerance: 0.3, stop: true}
+obstacles:
+  - {shape: {kind: disc, radius: 0.5}, trajectory: {kind: stationary, position: [3, 0.1]}}
+"""
+
+
+def test_a_scenario_file_has_a_path(tmp_path: Path) -> None:
+    file = tmp_path / "path.yaml"
+    file.write_text(FILE)
+    scenario = read_scenario(file)
+    assert isinstance(scenario.robot.goal, PathGoal)
+    run = simulate(scenario, METHODS["nao"])
+    assert np.isfinite(run.arrived[0])
+    assert min_clearance(run) >= 0.0
+    assert np.linalg.norm(run.velocities, axis=-1).max() <= 1.55
