@@ -38,7 +38,7 @@ lint: .venv/test.stamp
 
 # Kernels are compiled once, before the workers of the tests begin, which would each compile them.
 kernels: .venv/test.stamp
-	@$(BIN)/python tools/compile_kernels.py
+	@$(BIN)/slalom compile
 
 # The first draws of every law. DRAWS=commit adds slow tests and the quarter of the other draws that is this commit's turn.
 test: lint kernels

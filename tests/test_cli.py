@@ -658,19 +658,31 @@ def test_the_program_and_the_module_are_the_command_line() -> None:
     assert failed.json["arrived"] == 0
 
 
+@pytest.mark.parametrize("terminal", [True, False])
 @pytest.mark.parametrize("kept", [True, False])
-def test_a_terminal_is_told_that_kernels_compile(
-    kept: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_users_are_told_that_kernels_compile(
+    kept: bool, terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    """Also where the output goes into a file."""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     assert call(["list"]) == 0
     (tell,) = kernels.when_compiling
     capsys.readouterr()
     tell(kept)
     assert capsys.readouterr().err == kernels.compiling(kept) + "\n"
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
-    call(["list"])
-    assert kernels.when_compiling == []
+
+
+def test_compile_says_what_it_has_done(say: Say) -> None:
+    """One line for each use; the second time it takes seconds."""
+    said = say("compile", "figures", "space", "--jobs", "1")
+    assert said.code == 0
+    assert said.out == ""
+    first, *lines = said.err.splitlines()
+    assert first.startswith("slalom: compiling")
+    assert [line.partition(":")[0] for line in lines] == ["figures", "space"]
+    said = say("compile", "everything")
+    assert said.code == 2
+    assert "uses: expected one of robot, polygons, fleets, space, ahead, figures; found 'everything'" in said.err
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:

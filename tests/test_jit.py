@@ -1,5 +1,6 @@
 """Compilation of kernels where numba, the cache or the names of modules are not as usual."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -50,3 +51,39 @@ print(earliest_arrival(np.array([3.0, 0.0]), np.zeros(2), 1.0, 1.0, 0.1) > 0.0)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout == "True\n", done.stderr
     assert done.stderr == kernels.compiling(kept=False) + "\n"
+
+
+@pytest.mark.slow
+def test_nothing_is_compiled_after_compile(tmp_path: Path) -> None:
+    """No scenario of the gallery, no method, no figure needs a kernel that `slalom.compile` did not make."""
+    program = """
+from numba.core.event import Listener, register
+
+import slalom
+from slalom.sim import gallery, simulate
+
+if __name__ == "__main__":
+    slalom.compile(jobs=2)
+
+    class Noted(Listener):
+        def on_start(self, event):
+            print(event.data["dispatcher"].__name__)
+
+        def on_end(self, event):
+            pass
+
+    register("numba:compile", Noted())
+    for name in gallery.GALLERY:
+        for method in ("nao", "vo", "nao_shared", "avo", "rvo", "nao_ahead"):
+            try:
+                simulate(gallery.build(name, {"duration": 0.3}), slalom.METHODS[method])
+            except slalom.InvalidInput:
+                # Not every method is for every scenario.
+                continue
+"""
+    script = tmp_path / "program.py"
+    script.write_text(program)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""

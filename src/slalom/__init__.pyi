@@ -81,6 +81,7 @@ from .obstacle import Obstacle as Obstacle
 from .obstacle_table import ObstacleTable as ObstacleTable
 from .obstacle_window import ObstacleWindow as ObstacleWindow
 from .path_goal import PathGoal as PathGoal
+from .precompile import compile as compile
 from .response import (
     AccelerateThenBrake as AccelerateThenBrake,
     AccelerateThenCoast as AccelerateThenCoast,

@@ -1,4 +1,4 @@
-"""Command line: run, list, decide, compare, convert, reproduce. Results on stdout, everything else on stderr.
+"""Command line: run, list, decide, compare, convert, reproduce, compile. Results on stdout, everything else on stderr.
 
 Each module holds one or two commands. Heavy imports are inside the commands, so that `slalom --help` starts fast.
 """
@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError
 
 from slalom import __version__, kernels
 from slalom.cli.comparing import compare
+from slalom.cli.compiling import compile_
 from slalom.cli.console import BAD_INPUT, DONE, FAILED, print_message
 from slalom.cli.converting import convert
 from slalom.cli.listing import list_
@@ -34,6 +35,7 @@ app.command(decide, help_format="markdown")
 app.command(compare, help_format="markdown")
 app.command(convert, help_format="markdown")
 app.command(reproduce, help_format="markdown")
+app.command(compile_, name="compile", help_format="markdown")
 
 
 def main(tokens: Sequence[str] | None = None) -> None:
@@ -43,7 +45,7 @@ def main(tokens: Sequence[str] | None = None) -> None:
 
 def call(tokens: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    kernels.when_compiling[:] = [lambda kept: print_message(kernels.compiling(kept))] if sys.stderr.isatty() else []
+    kernels.when_compiling[:] = [lambda kept: print_message(kernels.compiling(kept))]
     try:
         code = app(tokens, exit_on_error=False, print_error=False)
     except CycloptsError as error:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 def compiling(kept: bool) -> str:
     """The sentence for the user while kernels compile; `kept`: whether the result is cached on disk."""
     if kept:
-        return "slalom: compiling, once after an installation: up to a minute"
+        return "slalom: compiling, once after an installation: up to a minute (`slalom compile` does it beforehand)"
     return "slalom: compiling, in every process, since no cache folder can be written: NUMBA_CACHE_DIR names one"
 
 

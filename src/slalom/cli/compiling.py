@@ -1,0 +1,21 @@
+"""`slalom compile`: make everything that a use needs ready."""
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from slalom.cli.console import print_message
+
+
+def compile_(
+    *uses: Annotated[str, Parameter(help="robot, polygons, fleets, space, ahead, figures; all by default.")],
+    jobs: Annotated[int, Parameter(help="Processes.")] = 2,
+) -> None:
+    """Compile what decisions need, once after an installation; no decision after it compiles anything.
+
+    Without it, the first use compiles what it needs. The result is kept on disk for this user.
+    """
+    from slalom.precompile import compile as compile_uses
+
+    print_message("slalom: compiling, up to two minutes after an installation, seconds later on")
+    compile_uses(*uses, jobs=jobs, progress=lambda name, seconds: print_message(f"{name}: {seconds:.1f} s"))

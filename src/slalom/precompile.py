@@ -1,0 +1,169 @@
+"""Compilation on request: everything that a use of slalom needs, before the first decision needs it."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from multiprocessing import get_context
+from time import perf_counter
+from typing import Final
+
+import numpy as np
+
+from slalom import kernels
+from slalom.checks import known, whole
+from slalom.control_obstacle import ControlObstacle
+from slalom.decision import Decision
+from slalom.fleet.fleet import Fleet
+from slalom.goal import Goal
+from slalom.limits import Limits
+from slalom.lookahead.navigator import LookAhead
+from slalom.methods import METHODS
+from slalom.navigator import Navigator
+from slalom.objective import Arrive, MostClearance
+from slalom.obstacle import Obstacle
+from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle_window import Obstacles, ObstacleWindow
+from slalom.response import Acceleration
+from slalom.selection import select_many
+from slalom.shape import Disc, Polyline, Rectangle, Shape, round_shape
+from slalom.state import State
+from slalom.tracks import Tracks
+from slalom.trajectory import Circular, ConstantVelocity, Stationary
+
+LIMITS = Limits(2.0, 2.0)
+
+
+def _vector(x: float, y: float, d: int) -> np.ndarray:
+    return np.array([x, y, 0.0][:d])
+
+
+def _decide(robot: Shape, obstacles: Sequence[Obstacle], d: int = 2) -> None:
+    """Decisions among obstacles, tables, tracks and robots; of all kinds of responses; where nothing is safe."""
+    state, goal = State(_vector(0.0, 0.0, d), _vector(1.0, 0.0, d)), Goal(Stationary(_vector(9.0, 0.0, d)), 0.5, True)
+    tracks = Tracks([_vector(0.0, -4.0, d)], [_vector(0.0, 0.5, d)], 0.3)
+    for name in ("nao", "vo", "avo"):
+        navigator, previous = Navigator(METHODS[name], robot, LIMITS), list[Decision]()
+        some: list[Obstacles] = [list(obstacles), ObstacleTable(obstacles), [*obstacles, tracks], []]
+        for around in some:
+            for now in (0.0, 0.1):
+                last = previous[-1] if previous else None
+                previous.append(navigator.decide(state, around, goal, now=now, previous=last))
+        navigator.decide(state, obstacles, goal, robots=tracks)
+        previous[0].blocked.clearance(_vector(0.1, 0.0, d))
+        previous[0].blocked.time_to_collision(_vector(0.1, 0.0, d))
+    # Inside an obstacle, and before one that can no longer be avoided.
+    for gap in (-0.1, 0.3):
+        place = _vector(obstacles[0].shape.bounding_radius + robot.bounding_radius + gap, 0.0, d)
+        wall = Obstacle(obstacles[0].shape, Stationary(place))
+        navigator.decide(State(_vector(0.0, 0.0, d), _vector(2.0, 0.0, d)), [wall, *obstacles], goal)
+    window = ObstacleWindow(obstacles, 0.0, 6.0)
+    for stop in (False, True):
+        goal = replace(goal, stop=stop)
+        navigator.decide(state, obstacles, goal, objective=MostClearance(1.0, Arrive()))
+        goal.desired_velocity(state.position, state.velocity, 0.0, LIMITS)
+        goal.time_to_go(state.position, state.velocity, 0.0, LIMITS)
+    LIMITS.admissible(Acceleration(), state, 6.0).contains(_vector(1.0, 0.0, d))
+    select_many([_vector(1.0, 0.0, d)], [state], Acceleration(), LIMITS, window, robot)
+
+
+def one_robot() -> None:
+    """One disc among discs."""
+    _decide(Disc(0.4), [Obstacle(Disc(0.5), ConstantVelocity((5.0, 0.2), (-0.5, 0.0)))])
+
+
+def polygons() -> None:
+    """One robot among polygons, or of that shape, that turn or rest."""
+    car = Obstacle(Rectangle(2.0, 1.0), Circular((6.0, 0.0), 2.0, 1.0), heading="motion")
+    walls = Obstacle(Polyline([(0.0, 3.0), (9.0, 3.0)]), Stationary((0.0, 0.0)))
+    _decide(Disc(0.4), [car, walls])
+    _decide(Rectangle(0.8, 0.5), [car, walls])
+    _decide(Rectangle(0.8, 0.5), [walls])
+
+
+def space() -> None:
+    """One ball among balls."""
+    body = Obstacle(round_shape(0.5, 3), ConstantVelocity((5.0, 0.2, 0.1), (-0.5, 0.0, 0.0)))
+    _decide(round_shape(0.4, 3), [body], 3)
+
+
+def fleets() -> None:
+    """Fleets of discs, rectangles and balls that observe each other or publish their manoeuvres; their guidance."""
+    from slalom.sim import gallery, simulate
+
+    walls = Obstacle(Polyline([(-9.0, 5.0), (9.0, 5.0)]), Stationary((0.0, 0.0)))
+    pillar = Obstacle(Disc(0.5), Stationary((0.3, 0.2)))
+    places = np.array([(-3.0, 0.0), (3.0, 0.0)])
+    for name in ("nao", "nao_shared"):
+        for shape, around in ((Disc(0.3), []), (Disc(0.3), [pillar]), (Rectangle(0.6, 0.4), [walls])):
+            fleet, places = (
+                Fleet(METHODS[name], shape, LIMITS, robots=2, obstacles=around),
+                np.array([(-3.0, 0), (3, 0)]),
+            )
+            for k in range(2):
+                fleet.step(0.1 * k, places, 0.0 * places, -places)
+    short = {"robots": 3.0, "duration": 0.2}
+    simulate(gallery.build("navground_cross_torus", {"duration": 0.2}), METHODS["nao"])
+    for scenario in ("circle", "doorway"):
+        simulate(gallery.build(scenario, short), METHODS["nao_shared"])
+    simulate(gallery.build("corridor", {"duration": 0.2}), METHODS["nao"])
+
+
+def look_ahead() -> None:
+    """The search over sequences of accelerations, among discs and among polygons."""
+    state, goal = State((0.0, 0.0), (1.0, 0.0)), Goal(Stationary((9.0, 0.0)), 0.5)
+    for body in (Disc(0.5), Rectangle(1.0, 0.5)):
+        robot = LookAhead(Navigator(METHODS["nao_ahead"], Disc(0.4), LIMITS))
+        robot.decide(state, [Obstacle(body, ConstantVelocity((5.0, 0.2), (-0.5, 0.0)))], goal)
+
+
+def figures() -> None:
+    """Exact borders of control obstacles."""
+    for body in (Disc(1.0), Rectangle(2.0, 1.0)):
+        window = ObstacleWindow([Obstacle(body, Stationary((5.0, 0.0)))], 0.0, 5.0)
+        blocked = ControlObstacle(Acceleration(), State((0.0, 0.0), (1.0, 0.0)), window, Disc(0.5))
+        blocked.boundary((0.0, 0.0), 2.0)
+
+
+USES: Final[dict[str, Callable[[], None]]] = {
+    "robot": one_robot,
+    "polygons": polygons,
+    "fleets": fleets,
+    "space": space,
+    "ahead": look_ahead,
+    "figures": figures,
+}
+"""Uses of slalom by name. Each calls what it compiles."""
+
+
+def compile(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | None = None) -> None:
+    """Compile everything that some uses need, all of them by default; afterwards no decision compiles anything.
+
+    What is compiled is kept on disk, for this user and until slalom or numba changes: a later call takes seconds.
+
+    Args:
+        uses: names of `USES`. jobs: processes. progress: called with the name of a use and how long it took [s].
+
+    Raises:
+        InvalidInput: an unknown use, jobs below 1.
+    """
+    names = [known(name, "uses", list(USES)) for name in uses] or list(USES)
+    if whole(jobs, "jobs", 1) == 1 or len(names) == 1:
+        for name in names:
+            seconds = _timed(name)
+            if progress:
+                progress(name, seconds)
+        return
+    with ProcessPoolExecutor(min(jobs, len(names)), mp_context=get_context("spawn")) as pool:
+        named = {pool.submit(_timed, name): name for name in names}
+        for done in as_completed(named):
+            if progress:
+                progress(named[done], done.result())
+
+
+def _timed(name: str) -> float:
+    """How long [s] a use took to compile."""
+    told, before = list(kernels.when_compiling), perf_counter()
+    kernels.when_compiling.clear()
+    USES[name]()
+    kernels.when_compiling[:] = told
+    return perf_counter() - before
