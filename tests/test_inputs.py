@@ -185,6 +185,7 @@ def route(speeds=None, **settings) -> PathGoal:
     return PathGoal([(0, 0), (9, 0)], speeds, **settings)
 
 
+HERE = Robot(Disc(1), LIMITS, FLAT, GOAL)
 ROUTE = PathGoal([(0, 0), (9, 0)])
 
 
@@ -230,6 +231,17 @@ def reading(reader: Callable, name: str, content: str | bytes) -> Callable[[Path
     """A call that reads a file of this content."""
     write = written(name, content)
     return lambda folder: reader(write(folder))
+
+
+def refused_yaml(where: str, message: str, content: str) -> Case:
+    """A scenario file that cannot be taken for one."""
+    return Case(where, InvalidFile, message, reading(read_scenario, "a.yaml", content))
+
+
+def aliases(levels: int) -> str:
+    """A short text that stands for 9 to the power of `levels` values."""
+    first = "l0: &l0 [x,x,x,x,x,x,x,x,x]"
+    return "\n".join([first, *(f"l{k}: &l{k} [{','.join([f'*l{k - 1}'] * 9)}]" for k in range(1, levels))])
 
 
 @dataclasses.dataclass
@@ -1182,6 +1194,46 @@ CASES = [
         InvalidInput,
         r"robots: expected dimension 2 as of the state, found 3",
         lambda _: decision(robots=seen(positions=[(4, 0, 0)], velocities=[(0, 0, 0)])),
+    ),
+    Case(
+        "even_knots",
+        InvalidInput,
+        r"trajectory: expected at most 1000000 pieces in 30 s, found pieces of .* s",
+        lambda _: Circular((0, 0), 1e-9, 300.0).path(0.0, 30.0),
+    ),
+    Case(
+        "Scenario.__post_init__",
+        InvalidInput,
+        r"duration: expected at most 10000000 steps of dt = 1e-09 s, found 60 s",
+        lambda _: Scenario("fine", (HERE,), dt=1e-9),
+    ),
+    Case(
+        "Scenario.__post_init__",
+        InvalidInput,
+        r"horizon: expected at most 5000 s, found 1e\+300 s",
+        lambda _: Scenario("far", (HERE,), horizon=1e300),
+    ),
+    Case(
+        "Scenario.__post_init__",
+        InvalidInput,
+        r"holds: expected at most 5000 s, found 1e\+300 s",
+        lambda _: Scenario("long", (HERE,), holds=(1.0, 1e300)),
+    ),
+    refused_yaml("_refuse_size", r"a\.yaml: expected at most 1000000 values, found more by aliases", aliases(8)),
+    refused_yaml("_refuse_size", r"a\.yaml: expected at most 1000000 values, found more by aliases", "a: &a [*a]"),
+    *(
+        refused_yaml(
+            "_refuse_values", rf"a\.yaml:1:11: expected a value that can be read, found {found}", f"duration: {text}"
+        )
+        for text, found in (
+            ("2001-99-99", "'2001-99-99' as timestamp"),
+            ("!!int abc", "'abc' as int"),
+            ("!!float abc", "'abc' as float"),
+            ("!!bool abc", "'abc' as bool"),
+            ("9" * 5000, r"'9{199}\.\.\. as int"),
+            (r'"\ud800"', r"'\\ud800' as str"),
+            (r'"a\0"', r"'a\\x00' as str"),
+        )
     ),
     Case("has", InvalidInput, r"robots: expected Tracks, found \[", lambda _: decision(robots=[ROCK])),
     Case(

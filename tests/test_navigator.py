@@ -58,7 +58,8 @@ def vector(d: int, *values: float) -> np.ndarray:
 
 def navigator(d: int = 2, method: str = "nao", **settings) -> Navigator:
     """A robot of radius 1 m, at most 5 m/s and 1 m/s^2."""
-    return Navigator(METHODS[method], **{"robot": disc_or_ball(1.0, d), "limits": Limits(5.0, 1.0), **settings})
+    alone = replace(METHODS[method], shared=False, looks_ahead=False)
+    return Navigator(alone, **{"robot": disc_or_ball(1.0, d), "limits": Limits(5.0, 1.0), **settings})
 
 
 def at(d: int, speed: float) -> State:

@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.checks import Array
+from slalom.errors import InvalidInput
+from slalom.tolerances import MAX_PIECES
 
 
 class Path(NamedTuple):
@@ -65,7 +67,11 @@ def hermite_pieces(
 
 
 def even_knots(start: float, end: float, max_step: float) -> Array:
-    """Evenly spaced times (k + 1,) [s] from start to end, at most `max_step` apart."""
+    """Evenly spaced times (k + 1,) [s] from start to end, at most `max_step` apart; too many: InvalidInput."""
+    if end - start > MAX_PIECES * max_step:
+        raise InvalidInput(
+            f"trajectory: expected at most {MAX_PIECES} pieces in {end - start:g} s, found pieces of {max_step:g} s"
+        )
     count = max(1, int(np.ceil((end - start) / max_step))) if np.isfinite(max_step) else 1
     return np.linspace(start, end, count + 1)
 

@@ -825,6 +825,33 @@ STRETCH_HORIZONS: Final = 4.0
 Larger: pieces take longer to make, more seldom, and more memory. Smaller: more decisions wait until they are made.
 """
 
+YAML_VALUES: Final = 1_000_000
+"""[1] Values of a YAML file, those behind aliases counted wherever they stand.
+
+Larger: a file of a few lines can take minutes and gigabytes. Smaller: large scenarios are refused.
+"""
+
+SHOWN: Final = 200
+"""[1] Characters of a value that a message about a file shows.
+
+Larger: messages flood the terminal. Smaller: a mistake may lie in what is not shown.
+"""
+
+MAX_STEPS: Final = 10_000_000
+"""[1] Steps of a scenario. Larger: a slip in dt runs for days. Smaller: long studies are refused."""
+
+MAX_HORIZON: Final = 5000.0
+"""[s] Horizons, and durations for which accelerations are held; below LONGEST_FORECAST.
+
+Larger: predicted obstacles vanish within the horizon. Smaller: long horizons are refused.
+"""
+
+MAX_PIECES: Final = 1_000_000
+"""[1] Pieces of a curve over one stretch of time.
+
+Larger: a slip in a radius takes gigabytes. Smaller: fine curves are refused.
+"""
+
 PATH_BRAKING: Final = 0.5
 """[1] Share of the braking with which a robot slows down for a lower speed further on along its path.
 

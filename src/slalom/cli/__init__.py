@@ -3,6 +3,7 @@
 Each module holds one or two commands. Heavy imports are inside the commands, so that `slalom --help` starts fast.
 """
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -45,6 +46,10 @@ def main(tokens: Sequence[str] | None = None) -> None:
 
 def call(tokens: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # Names in files may hold what the encoding of the terminal does not.
+            stream.reconfigure(errors="backslashreplace")
     kernels.when_compiling[:] = [lambda kept: print_message(kernels.compiling(kept))]
     try:
         code = app(tokens, exit_on_error=False, print_error=False)

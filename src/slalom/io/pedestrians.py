@@ -167,7 +167,7 @@ def jupedsim(path: Path) -> Rows:
         with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
             metadata = dict(database.execute("SELECT key, value FROM metadata").fetchall())
             rows = database.execute(query).fetchall()
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         raise InvalidFile([f"{path}: expected a JuPedSim database, found {error}"]) from None
     try:
         version, rate = int(metadata.get("version", 1)), float(metadata.get("fps", "none"))

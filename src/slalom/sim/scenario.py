@@ -1,6 +1,6 @@
 """A scenario: robots, obstacles and the settings of a run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from slalom.shape import Shape
 from slalom.sim.periodic import Period, displaced, in_box, refuse_no_period
 from slalom.sim.shape_distance import clearances
 from slalom.state import State
-from slalom.tolerances import DETOURS, WHOLE_PERIODS
+from slalom.tolerances import DETOURS, MAX_HORIZON, MAX_STEPS, WHOLE_PERIODS
 from slalom.trajectory import Stationary
 
 
@@ -100,6 +100,8 @@ class Scenario:
         number(self.start, "start")
         for name in ("duration", "dt", "horizon"):
             positive(getattr(self, name), name)
+        for name, mistake in too_long(self.duration, self.dt, self.horizon, self.holds):
+            raise InvalidInput(f"{name}: {mistake}")
         not_negative(self.replan, "replan")
         whole_periods(self.replan, self.dt)
         if self.guided not in (0.0, 1.0):
@@ -213,6 +215,15 @@ class Scenario:
             patience=self.patience,
             detours=DETOURS if len(self.robots) > 1 else (),
         )
+
+
+def too_long(duration: float, dt: float, horizon: float, holds: Sequence[float]) -> Iterator[tuple[str, str]]:
+    """The names of times [s] that no run can be that long, each with what was expected and found."""
+    if duration > MAX_STEPS * dt:
+        yield "duration", f"expected at most {MAX_STEPS} steps of dt = {dt:g} s, found {duration:g} s"
+    for name, value in (("horizon", horizon), ("holds", max(holds, default=0.0))):
+        if value > MAX_HORIZON:
+            yield name, f"expected at most {MAX_HORIZON:g} s, found {value:g} s"
 
 
 def whole_periods(interval: float, dt: float, name: str = "replan") -> int:

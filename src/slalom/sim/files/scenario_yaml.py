@@ -19,7 +19,7 @@ from slalom.sim.files.schema_base import Place
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.files.yaml_errors import compose, dotted, messages, where
 from slalom.sim.periodic import refuse_no_period
-from slalom.sim.scenario import SETTINGS, Robot, Scenario, whole_periods
+from slalom.sim.scenario import SETTINGS, Robot, Scenario, too_long, whole_periods
 from slalom.state import State
 
 T = TypeVar("T")
@@ -97,6 +97,8 @@ class _Parts:
         if spec and spec.period is not None and d:
             settings["period"] = period = tuple(spec.period)
             self.attempt(("period",), lambda: refuse_no_period(period, d, 0.0))
+        for name, mistake in too_long(spec.duration, spec.dt, spec.horizon, spec.holds) if spec else ():
+            self.note((name,), mistake)
         if spec is None or robot is None or self.mistakes:
             return None
         some = tuple(obstacle for obstacle in obstacles if obstacle is not None)

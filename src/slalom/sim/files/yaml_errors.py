@@ -1,9 +1,11 @@
 """Mistakes in a YAML file as `file:line:column: KEY: expected ..., found ...`."""
 
+from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
@@ -11,6 +13,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from slalom.errors import InvalidFile
 from slalom.sim.files.schema_base import Model, Place, keys_at
+from slalom.tolerances import SHOWN, YAML_VALUES
 
 
 def compose(path: Path) -> tuple[Node | None, Any]:
@@ -20,7 +23,10 @@ def compose(path: Path) -> tuple[Node | None, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidFile([f"{path}: expected a readable YAML file, found {error}"]) from None
     try:
-        return YAML(typ="safe").compose(text), YAML(typ="safe").load(text)
+        root = YAML(typ="safe").compose(text)
+        _refuse_size(path, root)
+        _refuse_values(path, root)
+        return root, YAML(typ="safe").load(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
@@ -29,6 +35,68 @@ def compose(path: Path) -> tuple[Node | None, Any]:
         raise InvalidFile([f"{path}: expected YAML, found {' '.join(str(error).split())}"]) from None
     except RecursionError:
         raise InvalidFile([f"{path}: expected YAML that can be read, found one nested too deeply"]) from None
+
+
+def _refuse_size(path: Path, root: Node | None) -> None:
+    """Raise InvalidFile for a file whose aliases make it larger than YAML_VALUES, or contain themselves."""
+    sizes: dict[int, float] = {}
+    stack = [root] if root is not None else []
+    while stack:
+        node = stack[-1]
+        # Until it is known: that of a node that contains itself stays infinite.
+        sizes.setdefault(id(node), np.inf)
+        inside = _inside(node)
+        unseen = [one for one in inside if id(one) not in sizes]
+        if unseen:
+            stack += unseen
+        else:
+            sizes[id(node)] = 1.0 + sum(sizes[id(one)] for one in inside)
+            stack.pop()
+    if root is not None and sizes[id(root)] > YAML_VALUES:
+        raise InvalidFile([f"{path}: expected at most {YAML_VALUES} values, found more by aliases"])
+
+
+def _refuse_values(path: Path, root: Node | None) -> None:
+    """Raise InvalidFile with all values that are not of the kind that their tag or form says, or that are no text."""
+    constructor, mistakes = YAML(typ="safe").constructor, []
+    for node in _scalars(root):
+        try:
+            constructor.construct_object(node)
+            node.value.encode()
+            fits = "\0" not in node.value
+        except (ValueError, KeyError, OverflowError):
+            fits = False
+        if not fits:
+            place = f"{path}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
+            kind = str(node.tag).rpartition(":")[2]
+            mistakes.append(f"{place}: expected a value that can be read, found {shown(node.value)} as {kind}")
+    if mistakes:
+        raise InvalidFile(mistakes)
+
+
+def _inside(node: Node) -> list[Node]:
+    """The nodes of which a node consists."""
+    if isinstance(node, MappingNode):
+        return [part for pair in node.value for part in pair]
+    return list(node.value) if isinstance(node, SequenceNode) else []
+
+
+def _scalars(root: Node | None) -> Iterator[ScalarNode]:
+    """The values of a file, each once."""
+    stack, seen = [root] if root is not None else [], set[int]()
+    while stack:
+        node = stack.pop()
+        if id(node) not in seen:
+            seen.add(id(node))
+            stack += reversed(_inside(node))
+            if isinstance(node, ScalarNode):
+                yield node
+
+
+def shown(value: Any) -> str:
+    """A value as text for a message, of at most SHOWN characters."""
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
 def dotted(place: Place) -> str:
@@ -102,6 +170,6 @@ def _message(path: Path, root: Node | None, content: Any, model: type[Model], mi
         text = f"expected one of {', '.join(allowed)}; found {place[-1]!r}{hint}"
         return f"{where(path, root, place, at_key=True)}: {dotted(place)}{text}"
     template = _EXPECTED.get(kind)
-    shown = "a mapping" if isinstance(found, dict) else repr(found)
-    text = template.format(input=shown, **mistake.get("ctx", {})) if template else f"{mistake['msg']}, found {shown}"
+    what = "a mapping" if isinstance(found, dict) else shown(found)
+    text = template.format(input=what, **mistake.get("ctx", {})) if template else f"{mistake['msg']}, found {what}"
     return f"{where(path, root, place)}: {dotted(place)}{text}"
