@@ -180,6 +180,12 @@ def scenario(**settings) -> Scenario:
     return Scenario("test", (Robot(Disc(1), LIMITS, FLAT, GOAL),), (ROCK,), **settings)
 
 
+def backwards(fleet: slalom.Fleet) -> object:
+    """A step before the last one."""
+    fleet.step(1.0, PLACES, PLACES, PLACES)
+    return fleet.step(0.0, PLACES, PLACES, PLACES)
+
+
 def route(speeds=None, **settings) -> PathGoal:
     """A path of one segment."""
     return PathGoal([(0, 0), (9, 0)], speeds, **settings)
@@ -1234,6 +1240,23 @@ CASES = [
             (r'"\ud800"', r"'\\ud800' as str"),
             (r'"a\0"', r"'a\\x00' as str"),
         )
+    ),
+    Case(
+        "has", InvalidInput, r"state: expected a State, found \(0, 0\)", lambda _: navigator().decide((0, 0), [], GOAL)
+    ),
+    Case("has", InvalidInput, r"goal: expected a Goal, found \(9, 0\)", lambda _: navigator().decide(FLAT, [], (9, 0))),
+    Case("has", InvalidInput, r"previous: expected a Decision, found 3", lambda _: decision(previous=3)),
+    Case(
+        "Navigator.decide",
+        InvalidInput,
+        r"now: expected a time that does not run backwards, found 1.9 s after a decision at 2 s",
+        lambda _: decision(now=1.9, previous=decision(now=2.0)),
+    ),
+    Case(
+        "Fleet.step",
+        InvalidInput,
+        r"now: expected a time that does not run backwards, found 0 s after a step at 1 s",
+        lambda _: backwards(pair()),
     ),
     Case("has", InvalidInput, r"robots: expected Tracks, found \[", lambda _: decision(robots=[ROCK])),
     Case(

@@ -61,6 +61,11 @@ class Decision:
     path: Path | None = None
     progress: float | None = None
 
+    @property
+    def decided_at(self) -> float:
+        """Absolute time [s] of the decision, or before it where a kept manoeuvre has no path."""
+        return self.manoeuvre.start if self.path is None else float(self.path.times[0])
+
     @cached_property
     def blocked(self) -> ControlObstacle:
         """The control obstacle of the manoeuvre's response, for figures and queries; computed on demand."""

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import has, not_negative, positive
+from slalom.checks import has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision_tables import (
@@ -122,9 +122,16 @@ class Navigator:
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
                 a response that does not set the acceleration at once; a method that needs more than one robot observes;
-                other robots for an objective written in Python.
+                other robots for an objective written in Python; a time before
+                that of the previous decision.
         """
         self._refuse_method()
+        has(state, ("position", "velocity", "acceleration"), "a State", "state")
+        if previous is not None:
+            has(previous, ("manoeuvre", "regret", "decided_at"), "a Decision", "previous")
+            if number(now, "now") < previous.decided_at:
+                order = f"{now:g} s after a decision at {previous.decided_at:g} s"
+                raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
         if objective is not None:
             chosen = replace(self, objective=objective)
             return chosen.decide(state, obstacles, goal, robots=robots, now=now, previous=previous)
@@ -132,6 +139,7 @@ class Navigator:
             if not isinstance(self.objective, FOLLOWING):
                 raise InvalidInput(f"goal: expected one for the objective {self.objective!r}, found none")
             goal = Goal(Stationary(state.position))
+        has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
         if goal.trajectory.dimension != state.dimension:
             raise InvalidInput(
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"

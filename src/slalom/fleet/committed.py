@@ -94,6 +94,7 @@ class CommittedFleet:
         self.other_texts, self._steps = [""] * n, 0
         self._known = np.zeros(n, np.bool_)
         self.progress: list[float | None] = [None] * n
+        self._last = -np.inf
 
     def _tables(self) -> tuple[RobotTable, list[str]]:
         """The table of robots, and the responses as text."""

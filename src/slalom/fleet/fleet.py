@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, array_of
+from slalom.checks import Array, array, array_of, number
 from slalom.decision import Outcome
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet, first_manoeuvre
@@ -81,8 +81,13 @@ class Fleet(CommittedFleet):
 
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
-                paths.
+                paths, a time before that of the last step.
         """
+        if number(now, "now") < self._last:
+            raise InvalidInput(
+                f"now: expected a time that does not run backwards, found {now:g} s after a step at {self._last:g} s"
+            )
+        self._last = now
         table, n, d = self.table, len(self.limits), self.dimension
         there = np.ones(n, np.bool_) if present is None else np.asarray(present, dtype=np.bool_)
         if there.shape != (n,):
