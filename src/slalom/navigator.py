@@ -1,7 +1,7 @@
 """Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape."""
 
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -95,6 +95,14 @@ class Navigator:
         not_negative(self.patience, "patience")
         if not self.holds:
             raise InvalidInput("holds: expected at least one, found none")
+
+    @cached_property
+    def _responses(self) -> tuple[Response, ...]:
+        return self.method.responses(self.limits, self.period, self.holds)
+
+    @cached_property
+    def _responses_among(self) -> tuple[Response, ...]:
+        return self.method.among_robots().responses(self.limits, self.period, self.holds)
 
     def decide(
         self,
@@ -201,8 +209,7 @@ class Navigator:
         previous: Decision | None,
     ) -> Decision | None:
         """Decision of the compiled policy; None for a robot that overlaps an obstacle or has no safe control."""
-        method = self.method if others is None else self.method.among_robots()
-        responses = method.responses(self.limits, self.period, self.holds)
+        responses = self._responses if others is None else self._responses_among
         path = None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
@@ -264,7 +271,7 @@ class Navigator:
 
     def situations(self, state: State, goal: Goal, now: float) -> list[Situation]:
         """The input of the objective for each response; for those that slow down soonest if the robot is too fast."""
-        responses = self.method.responses(self.limits, self.period, self.holds)
+        responses = self._responses
         if self.is_too_fast(state):
             # A small acceleration held for long would obey the limit only at its end; the speed must fall now.
             shortest = min(response.settled(self.horizon) for response in responses)

@@ -37,6 +37,7 @@ class ObstacleTable:
         self.dimension = one_dimension(obstacle.dimension for obstacle in self.obstacles)
         spans = [obstacle.trajectory.span for obstacle in self.obstacles]
         self._spans = np.array(spans, dtype=np.float64).reshape(-1, 2)
+        self._uncertain = any(obstacle.uncertainty is not None for obstacle in self.obstacles)
         self._bodies: dict[tuple[Shape, int, float], tuple[Bodies, Indices]] = {}
         self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
 
@@ -79,7 +80,7 @@ class ObstacleTable:
         Raises:
             InvalidInput: an obstacle with an uncertainty.
         """
-        if any(obstacle.uncertainty is not None for obstacle in self.obstacles):
+        if self._uncertain:
             raise InvalidInput("obstacles: expected a table of obstacles without uncertainty, found one with it")
         if not self.obstacles:
             return no_bodies(robot.dimension)
