@@ -42,15 +42,16 @@ def _decide(robot: Shape, obstacles: Sequence[Obstacle], d: int = 2) -> None:
     state, goal = State(_vector(0.0, 0.0, d), _vector(1.0, 0.0, d)), Goal(Stationary(_vector(9.0, 0.0, d)), 0.5, True)
     tracks = Tracks([_vector(0.0, -4.0, d)], [_vector(0.0, 0.5, d)], 0.3)
     for name in ("nao", "vo", "avo"):
-        navigator, previous = Navigator(METHODS[name], robot, LIMITS), list[Decision]()
+        navigator = Navigator(METHODS[name], robot, LIMITS)
         some: list[Obstacles] = [list(obstacles), ObstacleTable(obstacles), [*obstacles, tracks], []]
         for around in some:
+            decision: Decision | None = None
             for now in (0.0, 0.1):
-                last = previous[-1] if previous else None
-                previous.append(navigator.decide(state, around, goal, now=now, previous=last))
+                decision = navigator.decide(state, around, goal, now=now, previous=decision)
         navigator.decide(state, obstacles, goal, robots=tracks)
-        previous[0].blocked.clearance(_vector(0.1, 0.0, d))
-        previous[0].blocked.time_to_collision(_vector(0.1, 0.0, d))
+        blocked = navigator.decide(state, obstacles, goal).blocked
+        blocked.clearance(_vector(0.1, 0.0, d))
+        blocked.time_to_collision(_vector(0.1, 0.0, d))
     # Inside an obstacle, and before one that can no longer be avoided.
     for gap in (-0.1, 0.3):
         place = _vector(obstacles[0].shape.bounding_radius + robot.bounding_radius + gap, 0.0, d)
