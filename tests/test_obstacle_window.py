@@ -28,6 +28,7 @@ from slalom import (
     Obstacle,
     ObstacleTable,
     ObstacleWindow,
+    PiecewisePolynomial,
     Polyline,
     Rectangle,
     State,
@@ -237,3 +238,13 @@ def test_shorter_horizons_hold_for_tracks() -> None:
     pieces = [window.bodies(ROBOT).pieces for window in some]
     np.testing.assert_allclose(pieces[0].times, pieces[1].times)
     assert pieces[0].times[:, 1].max() <= 4.0
+
+
+def test_what_covers_a_point_is_at_rest_throughout() -> None:
+    """A car that stops within the window moves, whatever its last piece does."""
+    stops = PiecewisePolynomial([1.0, 9.0], [[(4.0, 0.0), (1.0, 0.0)], [(5.0, 0.0), (0.0, 0.0)]])
+    moving, resting = Obstacle(Disc(2.0), stops), Obstacle(Disc(2.0), Stationary((4.5, 0.0)))
+    point = np.array([4.5, 0.0])
+    assert not ObstacleWindow([moving], 0.0, 6.0).covers(point, Disc(0.3), 0.1)
+    assert ObstacleWindow([moving, resting], 0.0, 6.0).covers(point, Disc(0.3), 0.1)
+    assert not ObstacleWindow([moving, resting], 0.0, 6.0).covers(np.array([9.0, 0.0]), Disc(0.3), 0.1)

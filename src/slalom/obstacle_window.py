@@ -1,6 +1,7 @@
 """Obstacles over a window of time: what all control obstacles of a decision are made of."""
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from functools import cached_property
 from typing import Protocol, TypeAlias
 
@@ -115,14 +116,13 @@ class ObstacleWindow:
         near = np.flatnonzero(self._measure(robot, point)[0] < bodies.radius + margin)
         of_near = np.isin(bodies.pieces.body, near)
         points, moves = bodies.pieces.points[of_near], np.zeros(len(bodies.owner), np.bool_)
-        moves[bodies.pieces.body[of_near]] |= np.any(points != points[:, :1], axis=(1, 2))
+        np.logical_or.at(moves, bodies.pieces.body[of_near], np.any(points != points[:, :1], axis=(1, 2)))
         return not moves[near].all()
 
     def within(self, horizons: npt.ArrayLike) -> "ObstacleWindow":
         """The same obstacles with other horizons (n,) [s]; each counts for the shorter of both."""
-        window = ObstacleWindow((), self.start, self.horizon)
-        window._sources, window._counts, window.dimension = self._sources, self._counts, self.dimension
-        window.until = np.minimum(self.until, window._each(horizons, len(self.until)))
+        window = copy(self)
+        window.until, window._bodies, window._distances = np.minimum(self.until, self._each(horizons)), {}, None
         return window
 
     def without(self, some: Indices | Flags | slice) -> "ObstacleWindow":
@@ -131,8 +131,8 @@ class ObstacleWindow:
         until[some] = 0.0
         return self.within(until)
 
-    def _each(self, horizons: npt.ArrayLike, count: int | None = None) -> Array:
-        each, n = np.asarray(horizons, dtype=np.float64).reshape(-1), sum(self._counts) if count is None else count
+    def _each(self, horizons: npt.ArrayLike) -> Array:
+        each, n = np.asarray(horizons, dtype=np.float64).reshape(-1), sum(self._counts)
         if len(each) != n or not np.all((each >= 0.0) & (each <= self.horizon)):
             raise InvalidInput(
                 f"horizons: expected {n} from 0 to {self.horizon:g} s, found {len(each)} from "
