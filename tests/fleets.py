@@ -10,8 +10,9 @@ from slalom import METHODS, ConstantAcceleration, Decision, Method, Obstacle, Ob
 from slalom.fleet.committed import first_manoeuvre
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionTables
+from slalom.methods import margin_among
 from slalom.sim import Scenario, gallery
-from slalom.sim.run.fleet_decider import FleetDecider, margin_of
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
 
@@ -19,9 +20,10 @@ from slalom.sim.run.robot_states import RobotStates
 class Watched(FleetDecider):
     """A decider of a fleet that keeps the arguments of its last decision."""
 
-    def _turns(self, due, terms):
-        for some, settings in super()._turns(due, terms):
-            fleet, bodies = self.fleet, self._grown_bodies(0.0)[0]
+    def _turns(self, policy, due, now):
+        for some, settings in super()._turns(policy, due, now):
+            fleet = self.fleet
+            bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, 0.0))[0]
             tables = DecisionTables(fleet.table, bodies, fleet.responses, fleet._bounds, fleet.targets, settings)
             self.last = some, tables
             yield some, settings
@@ -36,8 +38,9 @@ class OneByOne:
     def __init__(self, scenario: Scenario, method: Method, states: RobotStates) -> None:
         self.scenario, self.method, self.states = scenario, method, states
         self.table = ObstacleTable(scenario.obstacles)
-        margin, period = margin_of(scenario, method), scenario.dt * scenario.steps_per_decision
-        rows = range(len(scenario.robots))
+        period, rows = scenario.dt * scenario.steps_per_decision, range(len(scenario.robots))
+        most = max(robot.limits.max_acceleration for robot in scenario.robots)
+        margin = margin_among(method, scenario.margin, most, period)
         self.navigators = [replace(scenario.navigator(method, k), margin=margin) for k in rows]
         first = [first_manoeuvre(r.state, r.limits, period, scenario.start) for r in scenario.robots]
         self.committed: list[Trajectory] = list(first)
@@ -97,3 +100,10 @@ def last_decision(name: str, scenario: str, settings: dict[str, float]) -> tuple
         if step < 7:
             guidance.states.integrate(fleet.accelerations(now, built.dt), built.dt)
     return fleet.last
+
+
+def swap(n: int, radius: float = 5.0) -> tuple[np.ndarray, np.ndarray]:
+    """Starts on a circle, and targets opposite (n, 2) [m]."""
+    angles = 2.0 * np.pi * np.arange(n) / n + 0.05 * np.sin(np.arange(n))
+    starts = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return starts, -starts

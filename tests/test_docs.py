@@ -53,8 +53,9 @@ def test_commands_parse(command):
     assert bound[0] is not None
 
 
-def test_example_scenario_runs(capsys):
-    assert call(["run", str(ROOT / "examples" / "crossing.yaml"), "--json"]) == DONE
+@pytest.mark.parametrize("example", ["crossing.yaml", "mixed.yaml"])
+def test_example_scenario_runs(example, capsys):
+    assert call(["run", str(ROOT / "examples" / example), "--json"]) == DONE
     assert '"collisions": 0' in capsys.readouterr().out
 
 

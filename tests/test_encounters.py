@@ -7,8 +7,9 @@ import pytest
 from fleets import OneByOne
 
 from slalom import METHODS, Disc, Goal, Limits, State, Stationary
+from slalom.methods import margin_among
 from slalom.sim import Robot, Scenario, gallery, simulate
-from slalom.sim.run.fleet_decider import FleetDecider, margin_of
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
 
@@ -78,7 +79,8 @@ def gap_after(seconds: float, within: float | None) -> tuple[float, float]:
     method = replace(METHODS["nao"], regain=within)
     run = simulate(scenario, method)
     apart = run.positions[-1, 0] - run.positions[-1, 1]
-    return float(np.linalg.norm(apart)) - 1.0, margin_of(scenario, method)
+    margin = margin_among(method, scenario.margin, limits.max_acceleration, scenario.dt)
+    return float(np.linalg.norm(apart)) - 1.0, margin
 
 
 def test_robots_side_by_side_restore_the_margin_between_them() -> None:

@@ -244,7 +244,7 @@ class TestRefused:
             simulate(replace(two(True), robots=(robot, robot)), SHARED)
 
     def test_a_horizon_that_is_too_short(self):
-        with pytest.raises(InvalidInput, match=r"horizon: expected at least 2 s, the longest manoeuvre of 'first'"):
+        with pytest.raises(InvalidInput, match=r"horizon: expected at least 2.5 s, the longest manoeuvre of 'first'"):
             simulate(replace(two(True), horizon=1.5), SHARED)
 
 

@@ -100,7 +100,7 @@ from slalom.io.formats import read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
-from slalom.sim.files.schema import GoalSpec, Shaped
+from slalom.sim.files.schema import GoalSpec, ScenarioSpec, Shaped, _known_method
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.gallery import build
@@ -157,9 +157,20 @@ def curved() -> Method:
 PLACES = np.array([(0.0, 0.0), (5.0, 0.0)])
 
 
-def pair() -> slalom.Fleet:
+def pair(**settings) -> slalom.Fleet:
     """A fleet of two discs."""
-    return slalom.Fleet(METHODS["nao"], Disc(0.5), LIMITS, robots=2)
+    return slalom.Fleet(METHODS["nao"], Disc(0.5), LIMITS, robots=2, **settings)
+
+
+def robot(**settings) -> Robot:
+    """A disc with settings of its own."""
+    return Robot(Disc(1), LIMITS, FLAT, GOAL, **settings)
+
+
+def with_methods(**settings) -> Scenario:
+    """Two robots with two methods."""
+    methods = {"one": None, "two": METHODS["nao"]}
+    return Scenario("mixed", tuple(robot(name=name, method=each) for name, each in methods.items()), **settings)
 
 
 METHOD_OF_JERKS = replace(METHODS["nao"], responses=lambda limits, period, holds: (Jerk(),))
@@ -547,6 +558,13 @@ CASES = [
         r"expected either this key or shape, found both",
         lambda _: Shaped._one_of_them(1.0, SimpleNamespace(data={"shape": DISC})),
     ),
+    Case("_known_method", InvalidInput, r"expected one of vo, .*; found 'novo'", lambda _: _known_method("novo")),
+    Case(
+        "ScenarioSpec._one_of_both",
+        InvalidInput,
+        r"expected either this key or robot, found neither",
+        lambda _: ScenarioSpec._one_of_both(None, SimpleNamespace(data={"robot": None})),
+    ),
     Case(
         "Shaped.whole_shape",
         InvalidInput,
@@ -592,7 +610,7 @@ CASES = [
     Case(
         "_count",
         InvalidInput,
-        r"robots: expected one number above 0, by shapes, limits or robots, found \[2, 3\]",
+        r"robots: expected one number above 0, by methods, shapes, limits or robots, found \[2, 3\]",
         lambda _: slalom.Fleet(METHODS["nao"], [Disc(1), Disc(1)], LIMITS, robots=3),
     ),
     Case(
@@ -601,6 +619,63 @@ CASES = [
         r"shapes: expected those of robots and obstacles in one dimension, found \[2, 3\]",
         lambda _: slalom.Fleet(METHODS["nao"], [Disc(1), Ball(1)], LIMITS),
     ),
+    Case("members_of", InvalidInput, r"margin: expected 0 m or more, found -1 m", lambda _: pair(margin=[0.1, -1.0])),
+    Case(
+        "members_of",
+        InvalidInput,
+        r"priority: expected numbers above 0 with a ratio of at most 10, found 1 to 11",
+        lambda _: pair(priority=[1.0, 11.0]),
+    ),
+    Case(
+        "members_of",
+        InvalidInput,
+        r"priority: expected a method that shares the avoidance, found vo",
+        lambda _: slalom.Fleet(METHODS["vo"], Disc(1), LIMITS, priority=[1.0, 2.0], robots=2),
+    ),
+    Case(
+        "_each_number",
+        InvalidInput,
+        r"margin: expected one number or 2, found an array of shape \(3,\)",
+        lambda _: pair(margin=[0.1] * 3),
+    ),
+    Case(
+        "whole_numbers",
+        InvalidInput,
+        r"worlds: expected whole numbers of 0 or more, found \[0, 0.5\]",
+        lambda _: pair(worlds=[0, 0.5]),
+    ),
+    Case(
+        "refuse_no_period",
+        InvalidInput,
+        r"period: expected at least 1.05 m, a robot's width and the margin, found 1 m",
+        lambda _: pair(world_period=(1.0, 9.0)),
+    ),
+    Case(
+        "Fleet.manoeuvres",
+        InvalidInput,
+        r"worlds: expected one world to publish manoeuvres of, found several",
+        lambda _: pair(worlds=[0, 1]).manoeuvres(),
+    ),
+    Case(
+        "Navigator.predict",
+        InvalidInput,
+        r"obstacles: expected tracks without worlds, which only a fleet has, found some with",
+        lambda _: navigator().decide(FLAT, Tracks([(9, 9)], [(0, 0)], 1.0, worlds=[0]), GOAL),
+    ),
+    Case(
+        "FleetDecider.__init__",
+        InvalidInput,
+        r"message_delay: expected messages without delay and loss for methods nao_shared and nao",
+        lambda _: simulate(with_methods(message_delay=0.5), METHODS["nao_shared"]),
+    ),
+    Case(
+        "_refuse_robot",
+        InvalidInput,
+        r"robot.method: expected none of its own among robots that decide by orca, found nao",
+        lambda _: simulate(Scenario("own", (robot(method=METHODS["nao"]),)), PEERS["orca"]),
+    ),
+    Case("positive", InvalidInput, r"robot.priority: expected a number above 0, found 0", lambda _: robot(priority=0)),
+    Case("not_negative", InvalidInput, r"robot.margin: expected 0 or more, found -1", lambda _: robot(margin=-1.0)),
     Case(
         "Fleet.step",
         InvalidInput,
@@ -651,14 +726,14 @@ CASES = [
     Case(
         "CommittedFleet._refuse_short_horizon",
         InvalidInput,
-        r"horizon: expected at least 8 s, the longest manoeuvre of 'circle 0', found 6 s",
+        r"horizon: expected at least 10 s, the longest manoeuvre of 'circle 0', found 6 s",
         lambda _: simulate(
             Scenario("long", tuple(Robot(Disc(1), LIMITS, FLAT, GOAL, f"circle {k}") for k in range(2)), holds=(6.0,)),
             METHODS["nao_shared"],
         ),
     ),
     Case(
-        "CommittedFleet.__init__",
+        "_methods",
         InvalidInput,
         r"method: expected one for several robots, found nao_ahead, which is for one",
         lambda _: simulate(load("circle"), METHODS["nao_ahead"]),
@@ -1630,7 +1705,7 @@ CASES = [
     Case(
         "read_scenario",
         InvalidFile,
-        r"a\.yaml:1:1: robot: expected this key, found none",
+        r"a\.yaml:1:1: robots: expected either this key or robot, found neither",
         reading(read_scenario, "a.yaml", "name: x"),
     ),
     Case(

@@ -36,16 +36,16 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
     """Three bodies of two pieces each, and two paths of three pieces."""
     times = np.repeat([[[-rng.uniform(0.1, 2.0), 2.0], [2.0, 8.0]]], 3, axis=0).reshape(6, 2)
     positions = rng.uniform(-6.0, 6.0, (6, 4, d)) + np.repeat(rng.uniform(-3.0, 3.0, (3, 1, d)), 2, axis=0)
-    body, cooperates = np.repeat(np.arange(3), 2), rng.random(3) < 0.5
+    body, share = np.repeat(np.arange(3), 2), np.where(rng.random(3) < 0.5, 0.5, 1.0)
     radius, growth = rng.uniform(0.2, 1.0, 6), rng.uniform(-0.1, 0.5, 6)
     pieces = Pieces(times, positions, radius, growth, np.empty((0, 4, 2)), body)
     begin = 5.0 + np.array([[0.0, 1.5, 4.0, 9.0], [0.0, 0.5, 9.0, 9.0]])
     points = np.zeros((2, 3, 4, 3))
     points[..., :d] = rng.uniform(-3.0, 3.0, (2, 3, 4, d))
     none = np.full(3, -1)
-    return ObstaclePieces(
-        pieces, np.zeros((6, 2)), none, np.zeros(3), none, np.full((6, 4), np.inf), cooperates
-    ), Paths(begin, points)
+    return ObstaclePieces(pieces, np.zeros((6, 2)), none, np.zeros(3), none, np.full((6, 4), np.inf), share), Paths(
+        begin, points
+    )
 
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:
@@ -69,7 +69,7 @@ def test_clear_motions_keep_the_distance(d):
             for t in np.linspace(max(first, 0.0), min(last, horizon), 40):
                 x = (t - first) / (last - first)
                 body = [value(*pieces.points[s, :, axis], x) for axis in range(d)]
-                state_on_path(paths, int(rows.cooperates[pieces.body[s]]), now + t, position, velocity)
+                state_on_path(paths, int(rows.share[pieces.body[s]] < 1.0), now + t, position, velocity)
                 assert np.linalg.norm(position[:d] - body) >= pieces.radius[s] + x * pieces.growth[s] - 1e-9
     assert 100 < passed < 380
 

@@ -9,11 +9,11 @@ from draws import draws
 from slalom import METHODS, Circular, Disc, Goal, InvalidFile, Limits, Obstacle, Rectangle, State, Stationary
 from slalom.kernels.guidance.periodic_images import is_free
 from slalom.path import Path
+from slalom.periodic import between, displaced, images_about, images_within, neighbours, to_nearest
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
 from slalom.sim.measure.oscillation import flips_between, side_flips
 from slalom.sim.measure.single_robot_view import single_robot_view
-from slalom.sim.periodic import between, displaced, images_about, images_within, neighbours, to_nearest
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
 from slalom.tolerances import COLLISION, METRIC

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fleets import swap
 
 from slalom import (
     METHODS,
@@ -27,13 +28,6 @@ from slalom.sim.run.robot_states import integrate
 from slalom.tolerances import ADMISSIBLE, METRIC
 
 DT = 0.1
-
-
-def swap(n: int, radius: float = 5.0) -> tuple[np.ndarray, np.ndarray]:
-    """Starts on a circle, and targets opposite (n, 2) [m]."""
-    angles = 2.0 * np.pi * np.arange(n) / n + 0.05 * np.sin(np.arange(n))
-    starts = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return starts, -starts
 
 
 def drive(fleet: Fleet, positions: np.ndarray, targets: np.ndarray, steps: int, begin: int = 0, velocities=None):
@@ -168,7 +162,7 @@ def test_a_robot_among_moving_obstacles_has_the_bits_of_the_navigator() -> None:
     run = simulate(replace(scenario, obstacles=(car,)), METHODS["ao"])
     chosen = replace(METHODS["ao"], responses_among=None)
     fleet = Fleet(chosen, robot.shape, robot.limits, robots=1, obstacles=[car], horizon=scenario.horizon, detours=())
-    fleet.margin_among = scenario.margin
+    fleet.table.margin[:] = scenario.margin
     positions, velocities = robot.state.position[None], robot.state.velocity[None]
     for k in range(len(run.times) - 1):
         np.testing.assert_allclose(positions, run.positions[k], atol=1e-9)

@@ -1,6 +1,7 @@
 """Scenario files: what they say is what is run, and every mistake is named at once with its place."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -274,9 +275,12 @@ holds: @[]
 @durration: 5
 """
 IN_ROBOT = (
-    "shape, radius, position, velocity, max_speed, max_acceleration, velocity_bounds, acceleration_bounds, bounds, goal"
+    "shape, radius, name, method, margin, priority, position, velocity, max_speed, max_acceleration, velocity_bounds, "
+    "acceleration_bounds, bounds, goal"
 )
-AT_TOP = "name, robot, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, period"
+AT_TOP = (
+    "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, period"
+)
 KINDS = ", ".join(f"{name!r}" for name in TRAJECTORIES)
 
 
@@ -399,6 +403,48 @@ def test_a_goal_inside_an_obstacle(tmp_path: Path) -> None:
     )
     assert "scenario.yaml:1:79: robot.goal: expected a position that the robot can reach" in one
     assert "'lid'" in one
+
+
+CROWD = """\
+margin: 0.1
+robots:
+  - {name: first, position: [0, 0], velocity: [1, 0], radius: 0.4, max_speed: 2, max_acceleration: 1,
+     goal: {position: [9, 0]}, method: rvo, margin: 0.3, priority: 2}
+  - {position: [9, 0.2], radius: 0.3, max_speed: 1, max_acceleration: 2, goal: {position: [0, 0.2], stop: true}}
+"""
+
+
+def test_robots_with_methods_of_their_own(tmp_path: Path) -> None:
+    """Each decides by its method; the others by that of the run."""
+    scenario = read_scenario(write(tmp_path, CROWD))
+    first, second = scenario.robots
+    assert (first.name, first.method, first.margin, first.priority) == ("first", METHODS["rvo"], 0.3, 2.0)
+    assert (second.name, second.method, second.margin, second.priority) == ("robot 1", None, None, 1.0)
+    run = simulate(replace(scenario, duration=3.0), METHODS["nao"])
+    assert run.method == "rvo+nao"
+    assert {responses[0].partition("(")[0] for responses in run.responses[1:]} == {"Velocity"}
+    assert {responses[1].partition("(")[0] for responses in run.responses[1:]} <= {
+        "AccelerateThenCoast",
+        "AccelerateThenBrake",
+    }
+
+
+def test_mistakes_in_a_list_of_robots(tmp_path: Path) -> None:
+    one = "position: [0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {position: [20, 0]}"
+    check(
+        tmp_path,
+        f"robots:\n- {{{one}, method: @novo}}\n- {{name: robot 0, margin: @-1, {one}}}\n".replace("name: r", "name: @r")
+        + "- {position: @[0, 0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {position: [2, 0, 0]}}\n",
+        f"robots.0.method: expected one of {', '.join(METHODS)}; found 'novo'",
+        "robots.1.name: expected a name for each robot, found 'robot 0' again",
+        "robots.1.margin: expected 0 or more, found -1",
+        "robots.2.position: expected 2 numbers, found [0, 0, 0] of shape (3,)",
+    )
+
+
+def test_either_a_robot_or_robots(tmp_path: Path) -> None:
+    (one,) = mistakes(tmp_path, ROBOT + CROWD)
+    assert "robots: expected either this key or robot, found both" in one
 
 
 def test_a_start_inside_an_obstacle_is_run(tmp_path: Path) -> None:

@@ -99,6 +99,14 @@ def whole(value: float, name: str, minimum: int = 0) -> int:
     return int(result)
 
 
+def whole_numbers(value: npt.ArrayLike, name: str, n: int) -> npt.NDArray[np.int64]:
+    """Convert `value` to n whole numbers of 0 or more (n,); no rounding."""
+    result = array_of(value, name, (n,))
+    if np.any((result < 0.0) | (result != np.round(result))):
+        raise InvalidInput(f"{name}: expected whole numbers of 0 or more, found {short(result)}")
+    return result.astype(np.int64)
+
+
 def known(name: str, what: str, names: Sequence[str]) -> str:
     """Return `name` if it is one of `names`; otherwise raise InvalidInput with all of them."""
     if name not in names:

@@ -1,4 +1,4 @@
-"""Tables from which the compiled policy decides: responses, grown bodies, targets, bounds."""
+"""Tables from which the compiled policy decides: responses, and bodies grown by robots."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -6,21 +6,17 @@ from functools import lru_cache
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import Array, vector
+from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.kernels.arrays import Corners, Flags, Indices
-from slalom.kernels.decision.tables import Bounds, GrownBodies, ResponseTable, RobotTable, TargetPaths
-from slalom.limits import Limits
+from slalom.kernels.arrays import Corners, Indices
+from slalom.kernels.decision.tables import GrownBodies, ResponseTable
 from slalom.minkowski import sum_of_shapes
 from slalom.obstacle_window import ObstacleWindow
-from slalom.path import Path, hermite
+from slalom.path import hermite
 from slalom.response import Response
 from slalom.shape import Shape, round_shape
 from slalom.state import State
 from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, RESPONSE_WINDOWS, TABLE_SPEED
-from slalom.tracks import Tracks
-from slalom.trajectory import Stationary
 
 
 @lru_cache(maxsize=64)
@@ -167,7 +163,7 @@ class Skeletons:
         shape, d = self.shapes[kind], self.dimension
         bodies, end = obstacles.bodies(shape), obstacles.start + obstacles.horizon
         # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
-        staying = obstacles.staying(end) if detours else []
+        staying, worlds = obstacles.staying(end) if detours else ([], np.empty(0, np.int64))
         skeletons = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes]
         # A robot that is alone meets no robot: two of its shape may have no sum.
         met = skeletons if len(self.kind) > 1 else []
@@ -189,10 +185,12 @@ class Skeletons:
             hull_radius=bodies.hull_radius,
             hull=bodies.hull,
             uncertain=bodies.uncertain,
+            world=obstacles.worlds[bodies.owner],
             corners=corners if bodies.has_hulls or not point.all() else (),
             heads=bodies.heads,
             end_positions=np.array([o.trajectory.position(end) for o in staying]).reshape(-1, d),
             end_radii=np.array([o.shape.bounding_radius for o in staying]),
+            end_world=worlds,
             robot_rounding=float(shape.parts[0].radius if is_round(shape) else 0.0),
             robot_first=np.cumsum([0, *(len(each.counts) for each in sums)]),
             robot_offset=offset,
@@ -213,116 +211,3 @@ def moved_bodies(bodies: GrownBodies, by: Array) -> GrownBodies:
 def is_round(shape: Shape) -> bool:
     """Whether a shape is one disc or ball about its position."""
     return len(shape.parts) == 1 and len(shape.parts[0].corners) == 1 and not shape.parts[0].corners.any()
-
-
-def target_paths(goals: Sequence[Goal], start: float, end: float) -> tuple[TargetPaths, Flags]:
-    """The motion of goals from `start` to `end` [s]; and which of them move then (n,)."""
-    first, times, points = [0], [], []
-    for goal in goals:
-        begin, last = max(start, goal.trajectory.span[0]), min(end, goal.trajectory.span[1])
-        if isinstance(goal.trajectory, Stationary) or not begin < last:
-            first.append(first[-1])
-            times.append(np.zeros(1))
-            continue
-        path = goal.trajectory.path(begin, last)
-        wide = np.zeros((len(path.points), 4, 3))
-        wide[..., : path.points.shape[2]] = path.points
-        first.append(first[-1] + len(wide))
-        times.append(path.times)
-        points.append(wide)
-    none = np.empty((0, 4, 3))
-    paths = TargetPaths(np.array(first), np.concatenate([np.empty(0), *times]), np.concatenate([none, *points]))
-    return paths, np.diff(paths.first) > 0
-
-
-def bounds_of(limits: Sequence[Limits], states: Sequence[State]) -> Bounds:
-    """The half-spaces of robots with these limits in these states, as they stand now.
-
-    Raises:
-        InvalidInput: a bound of another dimension than the states.
-    """
-    first, rows = [0], list[Array]()
-    for each, state in zip(limits, states, strict=True):
-        count = first[-1]
-        for of, flats in enumerate((each.velocity_bounds, each.acceleration_bounds)):
-            for flat in flats:
-                normal = vector(flat.normal, "normal of a bound", state.dimension)
-                rows.append(_rows(of, 0, normal[None], np.array([flat.offset])))
-                count += 1
-        for bound in each.bounds:
-            rows.append(_rows(int(bound.of == "acceleration"), 1, *bound.half_spaces(state)))
-            count += len(rows[-1])
-        first.append(count)
-    return Bounds(np.array(first), np.concatenate([np.empty((0, 6)), *rows]))
-
-
-def _rows(of: int, turns: int, normals: Array, offsets: Array) -> Array:
-    rows = np.zeros((len(offsets), 6))
-    rows[:, 0], rows[:, 1], rows[:, 5] = of, turns, offsets
-    rows[:, 2 : 2 + normals.shape[1]] = normals
-    return rows
-
-
-def robot_table(n: int, committed: int, observed: int) -> RobotTable:
-    """A table of n robots whose paths have up to that many pieces; all values 0, no robot committed."""
-    return RobotTable(
-        position=np.zeros((n, 3)),
-        velocity=np.zeros((n, 3)),
-        acceleration=np.zeros((n, 3)),
-        kind=np.zeros(n, np.int64),
-        skeleton=np.zeros(n, np.int64),
-        rounding=np.zeros(n),
-        radius=np.zeros(n),
-        max_speed=np.zeros(n),
-        max_acceleration=np.zeros(n),
-        braking=np.zeros(n),
-        target=np.zeros((n, 3)),
-        tolerance=np.zeros(n),
-        stop=np.zeros(n, np.bool_),
-        moving=np.zeros(n, np.bool_),
-        final=np.zeros(n, np.bool_),
-        objective=np.zeros(n, np.int64),
-        wanted=np.zeros((n, 3)),
-        present=np.ones(n, np.bool_),
-        committed_times=np.zeros((n, committed + 1)),
-        committed_points=np.zeros((n, committed, 4, 3)),
-        observed_times=np.zeros((n, observed + 1)),
-        observed_points=np.zeros((n, observed, 4, 3)),
-        ball_centers=np.zeros((n, BALL_WINDOWS, 3)),
-        ball_radii=np.zeros((n, BALL_WINDOWS)),
-        end_position=np.zeros((n, 3)),
-        regret=np.full(n, np.inf),
-        response=np.full(n, -1),
-        control=np.zeros((n, 3)),
-        preferred=np.zeros((n, 3)),
-        outcome=np.zeros(n, np.int64),
-    )
-
-
-def tracked_robots(others: Tracks, committed: int, end: float) -> RobotTable:
-    """A table of one robot, whose path may have so many pieces, and of others on their predicted paths up to `end` [s].
-
-    Nothing is known of their limits: they are taken to be as fast as any.
-    """
-    times, points = others.paths(end)
-    n, d = len(others) + 1, others.dimension
-    robots = robot_table(n, committed, points.shape[1])
-    robots.position[1:, :d], robots.velocity[1:, :d], robots.acceleration[1:, :d] = np.moveaxis(others.states, 1, 0)
-    robots.rounding[1:], robots.radius[1:], robots.max_speed[1:] = others.radii, others.radii, np.inf
-    robots.observed_times[1:], robots.observed_points[1:, ..., :d] = times, points
-    return robots
-
-
-def commit_to(robots: RobotTable, k: int, path: Path) -> None:
-    """Commit the robot in row k to a path that has no more pieces than the table."""
-    count, d = path.points.shape[0], path.points.shape[2]
-    robots.committed_times[k] = path.times[-1]
-    robots.committed_times[k, :count] = path.times[:-1]
-    robots.committed_points[k, :count, :, :d] = path.points
-
-
-def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
-    """The committed path of the robot in row k."""
-    times = robots.committed_times[k]
-    count = int((np.diff(times) > 0.0).sum())
-    return Path(times[: count + 1], robots.committed_points[k, :count, :, :dimension], np.zeros(count))

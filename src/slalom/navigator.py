@@ -9,14 +9,11 @@ from slalom import kernels
 from slalom.checks import has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
-from slalom.decision_tables import (
-    commit_to,
-    committed_path,
-)
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
 from slalom.horizon import Horizon
+from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
@@ -34,6 +31,7 @@ from slalom.objective_policy import decide_by_objective
 from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
 from slalom.path_goal import PathGoal, PathStep
 from slalom.response import Response
+from slalom.robot_tables import commit_to, committed_path
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING
@@ -265,6 +263,8 @@ class Navigator:
         Obstacles that appear later are included only if the forecast knows them.
         """
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, now, self.horizon)
+        if np.any(window.worlds != EVERY_WORLD):
+            raise InvalidInput("obstacles: expected tracks without worlds, which only a fleet has, found some with")
         if self.horizons is None:
             return window
         return window.within(np.minimum(self.horizons(state, window.obstacles, self.limits, now), self.horizon))

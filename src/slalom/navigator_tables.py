@@ -5,14 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slalom.checks import Array, vector
-from slalom.decision_tables import (
-    Skeletons,
-    bounds_of,
-    response_table,
-    robot_table,
-    target_paths,
-    tracked_robots,
-)
+from slalom.decision_tables import Skeletons, response_table
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable
@@ -20,6 +13,7 @@ from slalom.methods import margin_among
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
 from slalom.obstacle_window import ObstacleWindow
 from slalom.response import Response
+from slalom.robot_tables import bounds_of, robot_table, target_paths, tracked_robots
 from slalom.shape import round_shape
 from slalom.state import State
 from slalom.tolerances import AIM_LATEST
@@ -61,6 +55,7 @@ def tables_of(
     robots.objective[0], robots.wanted[0, :d] = _wanted(robot.objective, table, state)
     skeletons = Skeletons(shapes)
     robots.skeleton[1:] = skeletons.kind[-1]
+    robots.margin[0] = margin
     robots.rounding[0], robots.radius[0] = skeletons.rounding[0], robot.robot.bounding_radius
     robots.max_speed[0], robots.max_acceleration[0] = limits.max_speed, limits.max_acceleration
     robots.braking[0], robots.tolerance[0], robots.stop[0] = limits.braking, goal.tolerance, goal.stop
@@ -73,10 +68,10 @@ def tables_of(
         now=now,
         period=robot.period,
         horizon=robot.horizon,
-        margin=margin,
         regain=np.inf if method.regain is None or others is None else method.regain,
         patience=robot.patience,
         share=1.0 if others is None else method.share,
+        least_share=1.0 if others is None else method.share,
         shared=False,
         detours=np.array(robot.detours),
     )

@@ -13,6 +13,7 @@ from slalom.checks import Array, has, number, positive
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Forecast, predicted
 from slalom.kernels.arrays import Flags, Indices, Snapshot
+from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import Bodies, merged, no_bodies, pieces_of_each
 from slalom.obstacle_table import ObstacleTable, one_dimension
@@ -105,10 +106,17 @@ class ObstacleWindow:
         """All obstacles, one by one."""
         return tuple(obstacle for source in self._sources for obstacle in source.obstacles)
 
-    def staying(self, t: float) -> list[Obstacle]:
-        """The obstacles that are known and exist at time t [s], of one part."""
+    @cached_property
+    def worlds(self) -> Indices:
+        """The world of each obstacle (n,), see `Tracks`; EVERY_WORLD for those that are in all of them."""
+        each = [s.worlds if isinstance(s, Tracks) else np.full(len(s), EVERY_WORLD) for s in self._sources]
+        return np.concatenate([np.empty(0, np.int64), *each])
+
+    def staying(self, t: float) -> tuple[list[Obstacle], Indices]:
+        """The obstacles that are known and exist at time t [s], of one part; and their worlds (m,)."""
         known = self.until > 0.0
-        return [o for o, yes in zip(self.obstacles, known) if yes and len(o.shape.parts) == 1 and o.exists(t)]
+        found = [k for k, o in enumerate(self.obstacles) if known[k] and len(o.shape.parts) == 1 and o.exists(t)]
+        return [self.obstacles[k] for k in found], self.worlds[found]
 
     def covers(self, point: Array, robot: Shape, margin: float) -> bool:
         """Whether a robot at a point (d,) [m] would be closer than the margin [m] to an obstacle at rest."""

@@ -368,6 +368,13 @@ More values: more choices per decision. Fewer: robots that block each other wait
 with a wall at its right waits.
 """
 
+PRIORITY_RATIO: Final = 10.0
+"""[1] Largest ratio of the priorities of two robots in a fleet.
+
+Larger: a robot may leave almost all of the avoidance to the other, and more bodies are in reach of a decision.
+Smaller: less difference between robots.
+"""
+
 # Guidance and search over sequences
 
 DIVISOR_FLOOR: Final = 1e-9

@@ -8,10 +8,11 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, array_of, number
+from slalom.checks import Array, array, array_of, number, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
 from slalom.kernels.arrays import Pieces
+from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.linear_forecast import LinearForecast, linear_forecast
 from slalom.minkowski import sum_of_shapes
 from slalom.obstacle import Obstacle
@@ -34,6 +35,7 @@ class Tracks:
         forecast: predicts their motion where the method takes trajectories as they are given; by default
             AcceleratingBriefly with accelerations and AtConstantVelocity without. Other methods use their own.
         uncertainty: bound on the distance from the prediction as a function of the time since t; None: exact.
+        worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
 
     Raises:
         InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids of another
@@ -51,6 +53,7 @@ class Tracks:
         ids: Sequence[object] = (),
         forecast: Forecast | None = None,
         uncertainty: Uncertainty | None = None,
+        worlds: npt.ArrayLike | None = None,
     ) -> None:
         places = array(positions, "positions")
         if places.ndim != 2 or places.shape[1] not in (2, 3):
@@ -67,6 +70,7 @@ class Tracks:
             raise InvalidInput(f"ids: expected {n}, found {len(ids)}")
         self.radii, self.t, self.ids = np.broadcast_to(radius, (n,)), number(t, "t"), tuple(ids) or tuple(range(n))
         self.uncertainty = uncertainty
+        self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
         usual = AtConstantVelocity() if accelerations is None else AcceleratingBriefly()
         self.forecast: Forecast = _usable(usual if forecast is None else forecast)
 
@@ -77,6 +81,15 @@ class Tracks:
         """The same tracks with another forecast. Raises InvalidInput for one that needs the past."""
         other = copy(self)
         other.forecast = _usable(forecast)
+        other.__dict__.pop("obstacles", None)
+        return other
+
+    def in_world(self, world: int) -> "Tracks":
+        """Those that are in a world, without worlds."""
+        some = np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD))
+        other = copy(self)
+        other.states, other.radii, other.worlds = self.states[some], self.radii[some], np.full(len(some), EVERY_WORLD)
+        other.ids = tuple(self.ids[k] for k in some)
         other.__dict__.pop("obstacles", None)
         return other
 

@@ -2,28 +2,24 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, has, not_negative, positive
+from slalom.checks import Array, positive
 from slalom.decision import Outcome
-from slalom.decision_tables import (
-    Skeletons,
-    bounds_of,
-    commit_to,
-    response_table,
-    robot_table,
-    target_paths,
-)
+from slalom.decision_tables import Skeletons, response_table
 from slalom.errors import InvalidInput
-from slalom.fleet.rounds import FallBack, at_once, one_by_one
+from slalom.fleet.images import Images
+from slalom.fleet.members import members_of
+from slalom.fleet.policy import Policy
+from slalom.fleet.rounds import at_once, one_by_one
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, GrownBodies, RobotTable
 from slalom.limits import Limits
-from slalom.linear_forecast import linear_forecast, piecewise_polynomial
+from slalom.linear_forecast import piecewise_polynomial
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method, margin_among
 from slalom.navigator import FALL_BACK, OUTCOMES, Navigator
@@ -32,27 +28,29 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
 from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
 from slalom.path_goal import PathGoal
-from slalom.response import AccelerateThenBrake
+from slalom.periodic import Period
+from slalom.response import AccelerateThenBrake, Response
+from slalom.robot_tables import bounds_of, commit_to, robot_table, target_paths
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import DETOURS, FORECAST_HORIZONS, PATH_BRAKING, REST_DURATION, WHOLE_PERIODS
-from slalom.trajectory import ConstantAcceleration, Stationary
-
-T = TypeVar("T")
+from slalom.tolerances import DETOURS, PATH_BRAKING, REST_DURATION, WHOLE_PERIODS
+from slalom.tracks import Tracks
+from slalom.trajectory import Stationary
 
 
 class CommittedFleet:
-    """Robots that decide by one method. `fleet.Fleet` has the loop of a caller, the simulator its own.
+    """Robots that decide by methods of one robot each. `fleet.Fleet` has the loop of a caller, the simulator its own.
 
     Attributes:
+        members: what each robot is. policies: the robots of each method.
         table: the robots, see `kernels.decision.tables.RobotTable`. responses: of all kinds of robots, as tables.
         progress: [m] of each robot along its path; None where it follows none.
-        skeletons: kinds of shapes. targets: motion of targets that move. margin_among: [m] between robots.
+        skeletons: kinds of shapes. targets: motion of targets that move.
     """
 
     def __init__(
         self,
-        method: Method,
+        method: Method | Sequence[Method],
         shapes: Shape | Sequence[Shape],
         limits: Limits | Sequence[Limits],
         *,
@@ -61,59 +59,73 @@ class CommittedFleet:
         obstacles: Sequence[Obstacle] | ObstacleTable = (),
         period: float = 0.1,
         horizon: float = 6.0,
-        margin: float = 0.05,
+        margin: npt.ArrayLike = 0.05,
+        priority: npt.ArrayLike = 1.0,
+        worlds: npt.ArrayLike | None = None,
+        world_period: Period | None = None,
         holds: tuple[float, ...] = HOLDS,
         patience: float = 0.1,
         detours: tuple[float, ...] = DETOURS,
+        observation_delay: float = 0.0,
+        observation_noise: float = 0.0,
         threads: int | None = None,
     ) -> None:
-        has(method, ("responses", "forecast"), "a method, such as method('nao')", "method")
-        if method.looks_ahead:
-            raise InvalidInput(f"method: expected one for several robots, found {method.name}, which is for one")
-        n = _count(shapes, limits, robots)
-        self.shapes, self.limits = _each(shapes, n), _each(limits, n)
-        self.names = [f"robot {k}" for k in range(n)] if names is None else list(names)
-        self.method = method.among_robots()
+        self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
         self.period, self.horizon = positive(period, "period"), positive(horizon, "horizon")
-        self.margin, self.holds, self.patience, self.detours = margin, holds, patience, detours
+        self.holds, self.patience, self.detours = holds, patience, detours
         self.threads = kernels.threads() if threads is None else threads
-        dimensions = sorted({each.dimension for each in (*self.shapes, *self.obstacles)})
+        n, dimensions = len(self.members.shapes), {each.dimension for each in (*self.members.shapes, *self.obstacles)}
         if len(dimensions) != 1:
-            raise InvalidInput(f"shapes: expected those of robots and obstacles in one dimension, found {dimensions}")
-        self.dimension, self.skeletons = dimensions[0], Skeletons(self.shapes)
-        if self.method.shared:
-            self._refuse_short_horizon()
-        most = max(each.max_acceleration for each in self.limits)
-        self.margin_among = margin_among(self.method, not_negative(margin, "margin"), most, self.period)
-        self.table, self.texts = self._tables()
-        self._bounds = bounds_of(self.limits, [_rest(self.dimension)] * n)
-        self._turning = any(each.bounds for each in self.limits)
+            found = sorted(dimensions)
+            raise InvalidInput(f"shapes: expected those of robots and obstacles in one dimension, found {found}")
+        self.dimension, self.skeletons = dimensions.pop(), Skeletons(self.members.shapes)
+        self.policies = self._policies()
+        self.table, self.texts = self._tables(observation_delay, observation_noise)
+        self._bounds = bounds_of(self.members.limits, [_rest(self.dimension)] * n)
+        self._turning = any(each.bounds for each in self.members.limits)
         self.targets, _ = target_paths([], 0.0, 1.0)
         # The response of each robot whose manoeuvre is not in the tables.
-        self.other_texts, self._steps = [""] * n, 0
+        self.other_texts, self._steps, self._last = [""] * n, 0, -np.inf
         self._known = np.zeros(n, np.bool_)
         self.progress: list[float | None] = [None] * n
-        self._last = -np.inf
+        self._images = None if world_period is None else Images(self, tuple(world_period))
 
-    def _tables(self) -> tuple[RobotTable, list[str]]:
+    def _policies(self) -> list[Policy]:
+        rows: dict[Method, list[int]] = {}
+        for k, method in enumerate(self.members.methods):
+            rows.setdefault(method, []).append(k)
+        publishes = np.array([method.shared for method in self.members.methods])
+        return [Policy(method, np.array(some), publishes, self.horizon) for method, some in rows.items()]
+
+    def _tables(self, delay: float, noise: float) -> tuple[RobotTable, list[str]]:
         """The table of robots, and the responses as text."""
-        n, distinct = len(self.limits), dict[Limits, int]()
-        kind = np.array([distinct.setdefault(limits, len(distinct)) for limits in self.limits])
-        kinds = tuple(self.method.responses(limits, self.period, self.holds) for limits in distinct)
+        robots, distinct = self.members, dict[tuple[int, Limits], int]()
+        n, policy_of = len(robots.limits), np.empty(len(robots.limits), np.int64)
+        for p, policy in enumerate(self.policies):
+            policy_of[policy.rows] = p
+        kind = [distinct.setdefault(each, len(distinct)) for each in zip(policy_of.tolist(), robots.limits)]
+        kinds = tuple(self.policies[p].method.responses(limits, self.period, self.holds) for p, limits in distinct)
+        for (p, _), responses, k in zip(distinct, kinds, (kind.index(which) for which in range(len(kinds)))):
+            if self.policies[p].method.shared:
+                self._refuse_short_horizon(responses, robots.names[k])
         self.responses = response_table(kinds, self.horizon, self.span, self.dimension)
-        pieces = max(3, int(np.diff(self.responses.first).max()))
-        self.forecast = (
-            None
-            if self.method.shared
-            else linear_forecast(self.method.robot_forecast, FORECAST_HORIZONS * self.horizon)
-        )
-        table = robot_table(n, pieces, pieces if self.forecast is None else len(self.forecast.shares))
+        committed = max(3, int(np.diff(self.responses.first).max()))
+        predicted = max(policy.pieces for policy in self.policies)
+        published = any(policy.published.any() for policy in self.policies)
+        few = all(policy.tabulated for policy in self.policies) and not published
+        table = robot_table(n, committed, predicted if few else max(predicted, committed))
         table.kind[:], table.skeleton[:], table.rounding[:] = kind, self.skeletons.kind, self.skeletons.rounding
-        table.radius[:] = [shape.bounding_radius for shape in self.shapes]
-        table.max_speed[:] = [limits.max_speed for limits in self.limits]
-        table.max_acceleration[:] = [limits.max_acceleration for limits in self.limits]
-        table.braking[:] = [limits.braking for limits in self.limits]
+        table.radius[:] = [shape.bounding_radius for shape in robots.shapes]
+        table.max_speed[:] = [limits.max_speed for limits in robots.limits]
+        table.max_acceleration[:] = [limits.max_acceleration for limits in robots.limits]
+        table.braking[:] = [limits.braking for limits in robots.limits]
+        table.priority[:], table.world[:] = robots.priorities, robots.worlds
+        most, time = max(each.max_acceleration for each in robots.limits), self.period + delay
+        table.margin[:] = [
+            margin_among(method, margin, most, time, noise)
+            for method, margin in zip(robots.methods, robots.margins.tolist())
+        ]
         return table, [repr(response) for each in kinds for response in each]
 
     @property
@@ -121,41 +133,22 @@ class CommittedFleet:
         """Duration [s] of the committed paths; those that end at rest last for ever."""
         return 2.0 * self.horizon
 
-    def _refuse_short_horizon(self) -> None:
+    def _refuse_short_horizon(self, responses: Sequence[Response], name: str) -> None:
         """Raise InvalidInput for a manoeuvre that lasts longer than the horizon.
 
         Robots can avoid a robot at rest for all time, but not one that still moves after the horizon.
         """
-        for name, limits in zip(self.names, self.limits, strict=True):
-            for response in self.method.responses(limits, self.period, self.holds):
-                end = response.knots(1e6, 1.0)[-2]
-                if end > self.horizon:
-                    raise InvalidInput(
-                        f"horizon: expected at least {end:g} s, the longest manoeuvre of {name!r}, "
-                        f"found {self.horizon:g} s"
-                    )
-
-    def settings(self, now: float, period: float | None = None) -> DecisionSettings:
-        """The settings of the decisions at `now` [s], until the next ones after `period` [s]."""
-        method = self.method
-        return DecisionSettings(
-            dimension=self.dimension,
-            now=now,
-            period=self.period if period is None else period,
-            horizon=self.horizon,
-            margin=self.margin_among,
-            regain=np.inf if method.regain is None else method.regain,
-            patience=self.patience,
-            share=method.share,
-            shared=method.shared,
-            detours=np.array(self.detours),
-        )
+        end = max(response.knots(1e6, 1.0)[-2] for response in responses)
+        if end > self.horizon:
+            raise InvalidInput(
+                f"horizon: expected at least {end:g} s, the longest manoeuvre of {name!r}, found {self.horizon:g} s"
+            )
 
     def follow(self, paths: Mapping[int, PathGoal], window: ObstacleWindow) -> None:
         """Give the robots with paths, by row, the targets and largest speeds of their next step on them."""
         table, d = self.table, self.dimension
         for k, path in paths.items():
-            limits, shape = self.limits[k], self.shapes[k]
+            limits, shape = self.members.limits[k], self.members.shapes[k]
             step = path.step(
                 table.position[k, :d],
                 self.progress[k],
@@ -163,94 +156,101 @@ class CommittedFleet:
                 PATH_BRAKING * limits.braking,
                 self.period,
                 shape.bounding_radius,
-                partial(window.covers, robot=shape, margin=self.margin),
+                partial(window.covers, robot=shape, margin=float(self.members.margins[k])),
             )
             self.progress[k], table.max_speed[k], table.final[k] = step.progress, step.max_speed, step.final
             table.target[k, :d] = step.goal.position(0.0)
             table.tolerance[k], table.stop[k] = step.goal.tolerance, step.goal.stop
 
-    def observe(self, now: float, states: Array | None = None, times: Array | None = None) -> None:
-        """Predict the paths of all robots from `states` (n, 3, 3), observed at `times` (n,) [s]; None: as they are now.
+    def settings(self, policy: Policy, now: float, period: float | None = None) -> DecisionSettings:
+        """The settings of the decisions of a policy at `now` [s], until the next ones after `period` [s]."""
+        next_after = self.period if period is None else period
+        return policy.settings(now, next_after, self.patience, self.detours, self.table, self.dimension)
 
-        Nothing for shared manoeuvres, which are known.
+    def by_policy(self, order: Indices) -> Iterator[tuple[Policy, Indices]]:
+        """The robots in `order` that decide by each policy.
+
+        Those that decide one after the other do so by falling priority.
         """
-        table, d = self.table, self.dimension
-        if self.method.shared:
-            return
-        if states is None:
-            states = np.stack([table.position, table.velocity, table.acceleration], axis=1)
-        time = np.full(len(states), now) if times is None else times
-        if self.forecast is not None and time.min() + self.forecast.times[-1] >= now + self.horizon:
-            table.observed_times[:] = time[:, None] + self.forecast.times
-            table.observed_points[:] = self.forecast.points(states)
-            return
-        for k in np.flatnonzero(table.present):
-            position, velocity, acceleration = states[k, :, :d]
-            observed = ConstantAcceleration(position, velocity, acceleration, float(time[k]))
-            path = self.method.robot_forecast(observed, float(time[k])).path(now, now + self.horizon)
-            count = len(path.points)
-            table.observed_times[k] = path.times[-1]
-            table.observed_times[k, : count + 1] = path.times
-            table.observed_points[k, :count, :, :d] = path.points
+        for policy in self.policies:
+            some = order[np.isin(order, policy.rows)] if len(self.policies) > 1 else order
+            if policy.method.shared:
+                some = some[np.argsort(-self.table.priority[some], kind="stable")]
+            if len(some):
+                yield policy, some
 
-    def grown_bodies(self, obstacles: Obstacles, now: float) -> list[GrownBodies]:
-        """Predicted passive obstacles and the robots, grown by each kind of skeleton."""
-        return self.grown_bodies_of(ObstacleWindow.predicted(obstacles, self.method.forecast, now, self.horizon))
+    def observe(self, policy: Policy, now: float, states: Array | None = None, times: Array | None = None) -> None:
+        """Predict all robots as the robots of a policy do, see `Policy.observe`."""
+        policy.observe(self.table, self.dimension, now, states, times)
 
-    def grown_bodies_of(self, window: ObstacleWindow) -> list[GrownBodies]:
-        """As `grown_bodies`, for obstacles on predicted trajectories."""
+    def window(self, policy: Policy, obstacles: Obstacles, now: float) -> ObstacleWindow:
+        """The obstacles as the robots of a policy predict them; in a periodic world, for the cell about the origin."""
+        forecast = policy.method.forecast
+        if self._images is not None:
+            return self._images.window(self.table, obstacles, forecast, now)
+        return ObstacleWindow.predicted(obstacles, forecast, now, self.horizon)
+
+    def grown_bodies(self, window: ObstacleWindow) -> list[GrownBodies]:
+        """Passive obstacles on predicted trajectories and the robots, grown by each kind of skeleton."""
         kinds, detours = range(len(self.skeletons.shapes)), bool(self.detours)
         return [self.skeletons.grown_bodies(k, window, detours=detours) for k in kinds]
 
     def decide(
-        self,
-        order: Indices,
-        settings: DecisionSettings,
-        bodies: list[GrownBodies],
-        fall_back: FallBack | None = None,
+        self, order: Indices, settings: DecisionSettings, bodies: list[GrownBodies], obstacles: Obstacles
     ) -> dict[int, Outcome]:
-        """Commit the robots (rows) in `order` to new manoeuvres, from what the table holds of the others; by row.
+        """Commit the robots (rows) in `order`, of one policy, to new manoeuvres; their outcomes by row.
 
-        With shared manoeuvres each robot avoids the decisions of those before it. `fall_back` decides where the policy
-        does not; None: `Navigator` among the obstacles of the fleet.
+        The table holds what they know of the others. With shared manoeuvres each robot avoids the decisions of those
+        before it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
         """
         if self._turning:
             table, d = self.table, self.dimension
-            states = [State(table.position[k, :d], table.velocity[k, :d]) for k in range(len(self.limits))]
-            self._bounds = bounds_of(self.limits, states)
-        decide_all = one_by_one if self.method.shared else at_once
-        usual = fall_back or (lambda k: self.fall_back(k, self.obstacles, settings.now))
+            states = [State(table.position[k, :d], table.velocity[k, :d]) for k in range(len(self.members.limits))]
+            self._bounds = bounds_of(self.members.limits, states)
         fallen: dict[int, Outcome] = {}
-        for some in self._by_skeleton(order):
-            own = bodies[self.table.skeleton[some[0]]]
-            tables = DecisionTables(self.table, own, self.responses, self._bounds, self.targets, settings)
-            fallen.update(decide_all(some, tables, usual, self.threads))
+        groups = [(order, bodies)] if self._images is None else self._images.about(self, order, bodies)
+        for together, among in groups:
+            fallen |= self._decide_together(together, settings, among, obstacles)
         found = self.table.outcome.tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
 
-    def _by_skeleton(self, some: Indices) -> Iterator[Indices]:
+    def _decide_together(
+        self, order: Indices, settings: DecisionSettings, bodies: list[GrownBodies], obstacles: Obstacles
+    ) -> dict[int, Outcome]:
+        """The outcomes of the robots in `order` that fell back; the others are in the table."""
+        decide_all, fallen = one_by_one if settings.shared else at_once, dict[int, Outcome]()
+        for some in self._by_skeleton(order, settings.shared):
+            own = bodies[self.table.skeleton[some[0]]]
+            tables = DecisionTables(self.table, own, self.responses, self._bounds, self.targets, settings)
+            fall_back = partial(self.fall_back, obstacles=obstacles, now=settings.now)
+            fallen |= decide_all(some, tables, fall_back, self.threads)
+        return fallen
+
+    def _by_skeleton(self, some: Indices, in_order: bool) -> Iterator[Indices]:
         """Robots with one kind of skeleton each; in their order where each avoids the decisions before its own."""
         kinds = self.table.skeleton[some]
-        if not self.method.shared:
+        if not in_order:
             some = some[np.argsort(kinds, kind="stable")]
             kinds = np.sort(kinds)
         for part in np.split(some, np.flatnonzero(np.diff(kinds)) + 1):
             if len(part):
                 yield part
 
-    def fall_back(self, k: int, obstacles: Obstacles, now: float, rows: Indices | None = None) -> Outcome:
-        """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots.
-
-        `rows`: the number of the robot in each row of the table; None: the rows are the robots.
-        """
-        table, d = self.table, self.dimension
-        number = np.arange(len(self.shapes)) if rows is None else rows
+    def fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
+        """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
+        table, d, world = self.table, self.dimension, int(self.table.world[k])
+        number, method = np.arange(len(table.radius)), self.members.methods[k]
         state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
+        passive = [each.in_world(world) if isinstance(each, Tracks) else each for each in listed(obstacles)]
+        if self._images is not None:
+            number = self._images.robot_of
+            passive = [*self._images.met(table, k, passive, method.forecast, now, d)]
         others = [
             Obstacle(
-                self.shapes[number[j]], piecewise_polynomial(table.observed_times[j], table.observed_points[j, ..., :d])
+                self.members.shapes[number[j]],
+                piecewise_polynomial(table.observed_times[j], table.observed_points[j, ..., :d]),
             )
-            for j in np.flatnonzero(table.present)
+            for j in np.flatnonzero(table.present & (table.world == world))
             if j != k
         ]
         position = (
@@ -258,17 +258,17 @@ class CommittedFleet:
         )
         goal = Goal(Stationary(position), float(max(table.tolerance[k], 1e-9)), bool(table.stop[k]))
         navigator = Navigator(
-            self.method,
-            self.shapes[k],
-            self.limits[k],
+            method,
+            self.members.shapes[k],
+            self.members.limits[k],
             period=self.period,
             horizon=self.horizon,
-            margin=self.margin_among,
+            margin=float(table.margin[k]),
             holds=self.holds,
             patience=self.patience,
             detours=self.detours,
         )
-        decision = navigator.fall_back(state, [*listed(obstacles), *others], goal, now=now)
+        decision = navigator.fall_back(state, [*passive, *others], goal, now=now)
         self.commit(k, decision.manoeuvre, now)
         table.outcome[k], table.regret[k] = FALL_BACK, 0.0
         return decision.outcome
@@ -280,10 +280,19 @@ class CommittedFleet:
         commit_to(table, k, path)
         if isinstance(manoeuvre.response, AccelerateThenBrake):
             table.committed_times[k, len(path.points) :] = now + REST_DURATION
-        if self.method.shared:
-            table.observed_times[k], table.observed_points[k] = table.committed_times[k], table.committed_points[k]
+        if self.members.methods[k].shared:
+            p = table.committed_points.shape[1]
+            table.observed_times[k] = table.committed_times[k, -1]
+            table.observed_times[k, : p + 1] = table.committed_times[k]
+            table.observed_points[k, :p] = table.committed_points[k]
         table.response[k], self.other_texts[k] = -1, repr(manoeuvre.response)
         table.control[k, :d] = manoeuvre.control
+
+    def begin(self, k: int, state: State, now: float) -> None:
+        """Commit the robot in row k to its first manoeuvre."""
+        self.commit(k, first_manoeuvre(state, self.members.limits[k], self.period, now), now)
+        # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
+        self.table.regret[k] = 0.0 if self.members.methods[k].shared else np.inf
 
     def committed_responses(self) -> tuple[str, ...]:
         """The responses of the committed manoeuvres, as text."""
@@ -312,17 +321,3 @@ def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> 
 
 def _rest(dimension: int) -> State:
     return State(np.zeros(dimension), np.zeros(dimension))
-
-
-def _count(shapes: object, limits: object, robots: int | None) -> int:
-    """The number of robots. Raises InvalidInput if it is not given, or given twice and differently."""
-    counts = {len(each) for each in (shapes, limits) if isinstance(each, Sequence)}
-    if robots is not None:
-        counts.add(robots)
-    if len(counts) != 1 or min(counts) < 1:
-        raise InvalidInput(f"robots: expected one number above 0, by shapes, limits or robots, found {sorted(counts)}")
-    return counts.pop()
-
-
-def _each(value: T | Sequence[T], n: int) -> list[T]:
-    return list(value) if isinstance(value, Sequence) else [value] * n

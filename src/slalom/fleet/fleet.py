@@ -9,12 +9,14 @@ import numpy.typing as npt
 from slalom.checks import Array, array, array_of, number
 from slalom.decision import Outcome
 from slalom.errors import InvalidInput
-from slalom.fleet.committed import CommittedFleet, first_manoeuvre
+from slalom.fleet.committed import CommittedFleet
+from slalom.kernels.arrays import Flags
+from slalom.linear_forecast import piecewise_polynomial
 from slalom.navigator_tables import ARRIVE, FOLLOW_VELOCITY
-from slalom.obstacle_window import Obstacles, ObstacleWindow
+from slalom.obstacle import Obstacle
+from slalom.obstacle_window import Obstacles, listed
 from slalom.path_goal import PathGoal
 from slalom.state import State
-from slalom.tracks import Tracks
 
 
 class FleetDecision(NamedTuple):
@@ -31,25 +33,37 @@ class FleetDecision(NamedTuple):
 
 
 class Fleet(CommittedFleet):
-    """Robots that decide by one method, each from what it knows of the others.
+    """Robots that decide together, each from what it knows of the others.
 
     With `nao_shared` robots know each other's committed manoeuvres and decide one after the other; with other methods
-    each predicts the others from their present states. The result depends neither on threads nor on the hash seed. A
+    each predicts the others from their present states. In a fleet of several methods a robot knows the manoeuvres of
+    others only if both have the method `nao_shared`. The result depends neither on threads nor on the hash seed. A
     fleet can be pickled and copied; it goes on equal to the bit.
 
     Args:
-        method: a row of the table of methods.
-        shapes, limits: one for all robots, or a sequence with one for each.
-        robots: their number n, where neither `shapes` nor `limits` is a sequence. names: for messages; None: numbers.
-        obstacles: passive obstacles with their true trajectories; the method's forecast determines what is used.
+        method: a row of the table of methods. shapes, limits, margin, priority: see below.
+            Each is one for all robots, or a sequence with one for each.
+        robots: their number n, where no sequence is given. names: for messages and manoeuvres; None: numbers.
+        obstacles: passive obstacles with their true trajectories, in every world; the method's forecast determines what
+            is used.
         period: [s] between decisions. horizon: [s] up to which collisions count.
-        margin: [m] to keep from obstacles. Between robots that only observe each other twice a period^2 is added, the
-            largest error of a prediction over one period when both accelerate by a at most.
-        holds, patience, detours: see `Navigator`. threads: None: one for each core.
+        margin: [m] to keep from obstacles. Between robots that only observe each other twice a (period + delay)^2 is
+            added, the largest error of a prediction when both accelerate by a at most; and three times the noise.
+        priority: above 0. Of two robots that share the avoidance, robot i does the part s q / (s q + (1 - s) p), where
+            s is the share of its method, p its priority and q that of the other. With published manoeuvres robots
+            decide by falling priority, so that one avoids those before it.
+        worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
+        world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
+            Robots meet all images of robots and obstacles. Positions are not wrapped.
+        holds, patience, detours: see `Navigator`.
+        observation_delay: [s] largest age of what a robot observes of the others. observation_noise: [m] standard
+            deviation of that. Both enter the margin.
+        threads: None: one for each core.
 
     Raises:
         InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions; with
-            shared manoeuvres, a horizon shorter than one of them.
+            shared manoeuvres, a horizon shorter than one of them; priorities where a method does not share the
+            avoidance, or with a ratio above PRIORITY_RATIO; a period of the world below the width of a robot.
     """
 
     def step(
@@ -65,7 +79,7 @@ class Fleet(CommittedFleet):
         stop: npt.ArrayLike = True,
         paths: Sequence[PathGoal] | None = None,
         present: npt.ArrayLike | None = None,
-        others: Tracks | None = None,
+        others: Obstacles = (),
     ) -> FleetDecision:
         """Decide for all robots at `now` [s], one period after the last step.
 
@@ -77,7 +91,7 @@ class Fleet(CommittedFleet):
             accelerations: (n, d) [m/s^2] applied up to now; None: those of the last decision.
             tolerances: (n,) or one number [m], see `Goal`. stop: (n,) or one, whether to stop at the target.
             present: (n,) whether a robot is in the scene; None: all. A robot joins at its first step in the scene.
-            others: robots and people that are observed and are not expected to avoid this fleet.
+            others: what is not expected to avoid this fleet: observed `Tracks`, or the `manoeuvres` of another fleet.
 
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
@@ -88,7 +102,7 @@ class Fleet(CommittedFleet):
                 f"now: expected a time that does not run backwards, found {now:g} s after a step at {self._last:g} s"
             )
         self._last = now
-        table, n, d = self.table, len(self.limits), self.dimension
+        table, n, d = self.table, len(self.members.shapes), self.dimension
         there = np.ones(n, np.bool_) if present is None else np.asarray(present, dtype=np.bool_)
         if there.shape != (n,):
             raise InvalidInput(f"present: expected {n} flags, found an array of shape {there.shape}")
@@ -97,43 +111,71 @@ class Fleet(CommittedFleet):
         if accelerations is not None:
             table.acceleration[:, :d] = array_of(accelerations, "accelerations", (n, d))
         table.tolerance[:], table.stop[:], table.present[:] = array(tolerances, "tolerances"), stop, there
-        around: Obstacles = self.obstacles if others is None else [self.obstacles, others]
-        window = ObstacleWindow.predicted(around, self.method.forecast, now, self.horizon)
-        self._head_for(targets, desired_velocities, paths, window)
+        around = [self.obstacles, *listed(others)]
+        self._head_for(targets, desired_velocities, paths, around, now)
         for k in np.flatnonzero(there & ~self._known):
-            self._join(int(k), now)
+            table.acceleration[k] = 0.0
+            self.begin(int(k), State(table.position[k, :d], table.velocity[k, :d]), now)
         self._known[:] = there
-        self.observe(now)
-
-        def fall_back(k: int) -> Outcome:
-            return self.fall_back(k, around, now)
-
         order = np.roll(np.arange(n), -(self._steps % n))
         self._steps += 1
-        outcomes = self.decide(order[there[order]], self.settings(now), self.grown_bodies_of(window), fall_back)
+        outcomes: dict[int, Outcome] = {}
+        for policy, some in self.by_policy(order[there[order]]):
+            self.observe(policy, now)
+            bodies = self.grown_bodies(self.window(policy, around, now))
+            outcomes |= self.decide(some, self.settings(policy, now), bodies, around)
+        return self._decision(there, outcomes, now)
+
+    def _decision(self, there: Flags, outcomes: dict[int, Outcome], now: float) -> FleetDecision:
+        """What the robots do until the next step."""
+        table, d = self.table, self.dimension
         velocity, position = self.planned(now + self.period)
         acceleration = (velocity - table.velocity) / self.period
         table.acceleration[:] = np.where(there[:, None], acceleration, 0.0)
         acceleration, velocity, position = (
             np.where(there[:, None], each, 0.0)[:, :d] for each in (acceleration, velocity, position)
         )
-        return FleetDecision(acceleration, velocity, position, tuple(outcomes.get(k) for k in range(n)))
+        return FleetDecision(acceleration, velocity, position, tuple(outcomes.get(k) for k in range(len(there))))
+
+    def manoeuvres(self, robots: Sequence[int] | None = None) -> tuple[Obstacle, ...]:
+        """The committed manoeuvres of the robots that are present, or of some of them (rows), as obstacles.
+
+        They can be pickled, and given to another fleet as `others`: fleets in several processes take turns, and each
+        decides with the manoeuvres of all others that were published before. With `nao_shared` in all of them each
+        robot avoids all published manoeuvres, as in one fleet.
+
+        Raises:
+            InvalidInput: a fleet with worlds.
+        """
+        if self.table.world.any():
+            raise InvalidInput("worlds: expected one world to publish manoeuvres of, found several")
+        table, d = self.table, self.dimension
+        rows = np.flatnonzero(self._known) if robots is None else robots
+        return tuple(
+            Obstacle(
+                self.members.shapes[k],
+                piecewise_polynomial(table.committed_times[k], table.committed_points[k, ..., :d]),
+                self.members.names[k],
+            )
+            for k in rows
+        )
 
     def _head_for(
         self,
         targets: npt.ArrayLike | None,
         desired_velocities: npt.ArrayLike | None,
         paths: Sequence[PathGoal] | None,
-        window: ObstacleWindow,
+        around: Obstacles,
+        now: float,
     ) -> None:
         """Set what the robots are to do, see `step`."""
-        table, n, d = self.table, len(self.limits), self.dimension
+        table, n, d = self.table, len(self.members.shapes), self.dimension
         given = {"targets": targets, "desired_velocities": desired_velocities, "paths": paths}
         found = [name for name, value in given.items() if value is not None]
         if len(found) != 1:
             raise InvalidInput(f"targets: expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
         table.objective[:] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY
-        table.max_speed[:] = [limits.max_speed for limits in self.limits]
+        table.max_speed[:] = [limits.max_speed for limits in self.members.limits]
         if targets is not None:
             table.target[:, :d], table.final[:] = array_of(targets, "targets", (n, d)), True
         elif desired_velocities is not None:
@@ -143,13 +185,5 @@ class Fleet(CommittedFleet):
                 raise InvalidInput(f"paths: expected {n}, found {len(paths)}")
             # A robot that comes back begins anew.
             self.progress = [at if there else None for at, there in zip(self.progress, table.present)]
-            self.follow(dict(enumerate(paths)), window)
-
-    def _join(self, k: int, now: float) -> None:
-        """Commit a robot that comes into the scene to its first manoeuvre."""
-        table, d = self.table, self.dimension
-        table.acceleration[k] = 0.0
-        state = State(table.position[k, :d], table.velocity[k, :d])
-        self.commit(k, first_manoeuvre(state, self.limits[k], self.period, now), now)
-        # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
-        table.regret[k] = 0.0 if self.method.shared else np.inf
+            for policy in self.policies:
+                self.follow({k: paths[k] for k in policy.rows.tolist()}, self.window(policy, around, now))

@@ -8,15 +8,14 @@ import numpy as np
 
 from slalom.checks import Array, not_negative, number, positive, share
 from slalom.errors import InvalidInput
-from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
 from slalom.methods import HOLDS, Method
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
+from slalom.periodic import Period, displaced, images_met, in_box, refuse_no_period
 from slalom.shape import Shape
-from slalom.sim.periodic import Period, displaced, in_box, refuse_no_period
 from slalom.sim.shape_distance import clearances
 from slalom.state import State
 from slalom.tolerances import DETOURS, MAX_HORIZON, MAX_STEPS, WHOLE_PERIODS
@@ -27,8 +26,12 @@ from slalom.trajectory import Stationary
 class Robot:
     """A robot: its shape, limits, initial state, goal and name.
 
+    Attributes:
+        method: by which it decides; None: that of the run. margin: [m]; None: that of the scenario.
+        priority: above 0, of a robot among others, see `Fleet`.
+
     Raises:
-        InvalidInput: a shape or a goal of another dimension than the state.
+        InvalidInput: a shape or a goal of another dimension than the state, a negative margin or priority.
     """
 
     shape: Shape
@@ -36,8 +39,14 @@ class Robot:
     state: State
     goal: Goal
     name: str = "robot"
+    method: Method | None = None
+    margin: float | None = None
+    priority: float = 1.0
 
     def __post_init__(self) -> None:
+        positive(self.priority, f"{self.name}.priority")
+        if self.margin is not None:
+            not_negative(self.margin, f"{self.name}.margin")
         for part, dimension in (("shape", self.shape.dimension), ("goal", self.goal.trajectory.dimension)):
             if dimension != self.state.dimension:
                 raise InvalidInput(
@@ -142,26 +151,25 @@ class Scenario:
                     f"{obstacle.name!r} grown by the robot's shape"
                 )
 
+    def _margin(self, robot: Robot) -> float:
+        return self.margin if robot.margin is None else robot.margin
+
     def _images(self, obstacles: Sequence[Obstacle], position: Array, radius: float) -> list[Obstacle]:
         """The images of obstacles that may come within `radius` [m] of a position during the first horizon."""
         assert self.period is not None
         found = in_box(obstacles, self.period, self.start, self.horizon, position - radius, position + radius)
         return [displaced(obstacles[k], by) for k, by in found]
 
-    def around(
-        self, state: State, now: float, method: Method, robot: int = 0, margin: float | None = None
-    ) -> Sequence[Obstacle]:
-        """The passive obstacles; in a periodic world their images that the robot in `state` can meet."""
+    def around(self, state: State, now: float, method: Method) -> Sequence[Obstacle]:
+        """The passive obstacles; in a periodic world their images that the only robot, in `state`, can meet."""
         if self.period is None:
             return self.obstacles
-        own, forecast = self.robots[robot], method.forecast
+        own = self.robot
         speed = max(own.limits.max_speed, float(np.linalg.norm(state.velocity)))
-        reach = speed * self.horizon + own.shape.bounding_radius + (self.margin if margin is None else margin)
-        existing = [o for o in self.obstacles if forecast.includes_future or o.exists(now)]
-        obstacles = [predicted(obstacle, forecast, now) for obstacle in existing]
+        reach = speed * self.horizon + own.shape.bounding_radius + self._margin(own)
         low, high = state.position - reach, state.position + reach
-        images = in_box(obstacles, self.period, now, self.horizon, low, high)
-        return [displaced(existing[k], by) for k, by in images]
+        images = images_met(self.obstacles, method.forecast, self.period, now, self.horizon, low, high)
+        return [displaced(obstacle, by) for obstacle, _, by in images]
 
     @property
     def robot(self) -> Robot:
@@ -204,13 +212,14 @@ class Scenario:
 
     def navigator(self, method: Method, robot: int = 0) -> Navigator:
         """The navigator of a robot among obstacles, which publishes nothing and does not look ahead."""
+        own = self.robots[robot]
         return Navigator(
             replace(method, shared=False, looks_ahead=False),
-            self.robots[robot].shape,
-            self.robots[robot].limits,
+            own.shape,
+            own.limits,
             period=self.dt * self.steps_per_decision,
             horizon=self.horizon,
-            margin=self.margin,
+            margin=self._margin(own),
             holds=self.holds,
             patience=self.patience,
             detours=DETOURS if len(self.robots) > 1 else (),

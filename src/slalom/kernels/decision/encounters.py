@@ -4,7 +4,14 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
 from slalom.kernels.decision.paths import state_on_path
-from slalom.kernels.decision.tables import DecisionSettings, EncounterTables, ObstaclePieces, Paths, RobotTable
+from slalom.kernels.decision.tables import (
+    EVERY_WORLD,
+    DecisionSettings,
+    EncounterTables,
+    ObstaclePieces,
+    Paths,
+    RobotTable,
+)
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
@@ -13,13 +20,26 @@ from slalom.kernels.relative_motion.window import share_of_piece
 from slalom.tolerances import BALL_WINDOWS, CONTACT_SLACK, COOPERATION_RANGE
 
 
+@inlined
+def is_elsewhere(world: int, own: int) -> bool:
+    """Whether a body in `world` is in another one than a robot in its `own`."""
+    return world != own and world != EVERY_WORLD
+
+
+@kernel
+def share_of(i: int, k: int, robots: RobotTable, settings: DecisionSettings) -> float:
+    """The part [1] of the avoidance that robot i does itself, robot k the rest: less with more priority than it."""
+    own, other = settings.share * robots.priority[k], (1.0 - settings.share) * robots.priority[i]
+    return float(own / (own + other))
+
+
 @kernel
 def in_reach(i: int, others: Indices, robots: RobotTable, settings: DecisionSettings) -> Indices:
     """Those of the robots `others` (m,) that robot i can meet within the horizon, both straight at max speed."""
     near, count = np.empty(len(others), np.int64), 0
     for k in others:
         speeds = robots.max_speed[i] + robots.max_speed[k]
-        reach = speeds * settings.horizon + robots.radius[i] + robots.radius[k] + settings.margin
+        reach = speeds * settings.horizon + robots.radius[i] + robots.radius[k] + robots.margin[i]
         square = 0.0
         for axis in range(settings.dimension):
             square += (robots.position[k, axis] - robots.position[i, axis]) ** 2
@@ -46,9 +66,13 @@ def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, sc
     robots, bodies, settings = scene.robots, scene.bodies, scene.settings
     times, balls, body = bodies.pieces.times, bodies.balls, bodies.pieces.body
     rows, count, width = np.empty(len(body), np.int64), 0, settings.horizon / BALL_WINDOWS
-    more = robots.rounding[i] - bodies.robot_rounding + settings.margin + error
+    more = robots.rounding[i] - bodies.robot_rounding + robots.margin[i] + error
     for s in range(len(body)):
-        if times[s, 1] <= 0.0 or times[s, 0] >= settings.horizon:
+        if (
+            times[s, 1] <= 0.0
+            or times[s, 0] >= settings.horizon
+            or is_elsewhere(bodies.world[body[s]], robots.world[i])
+        ):
             continue
         touch = balls[s, 3] + bodies.body_radius[body[s]] + bodies.hull_radius[body[s]] + more
         first = max(int(times[s, 0] / width), 0)
@@ -83,14 +107,14 @@ def obstacle_pieces(
     turns = np.zeros((n if turning else 0, 4, 2))
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
     hull, hull_radius = np.full(total, -1), np.zeros(total)
-    robot, cooperates = np.full(total, -1), np.zeros(total, np.bool_)
+    robot, share = np.full(total, -1), np.ones(total)
     balls = np.full((n if fixed else 0, 4), np.inf)
-    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, cooperates)
+    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, share)
     overlaps_passive = add_passive(i, passive, error, rows, scene) if fixed else False
     overlaps_robot, s = add_robots(i, near, len(passive), error, rows, scene)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
     return ObstaclePieces(
-        used, rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], cooperates
+        used, rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], share
     ), overlaps_passive or overlaps_robot
 
 
@@ -105,7 +129,7 @@ def add_robots(
     robots, bodies, settings, pieces = scene.robots, scene.bodies, scene.settings, rows.pieces
     d, now, q, observed = settings.dimension, settings.now, robots.observed_points.shape[1], robots.observed_points
     position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
-    body, turning = len(bodies.body_radius), len(pieces.turns) > 0
+    body, turning, margin = len(bodies.body_radius), len(pieces.turns) > 0, robots.margin[i]
     for k in near:
         state_on_path(Paths(robots.observed_times, observed), k, now, position, velocity)
         both = robots.rounding[i] + robots.rounding[k]
@@ -120,12 +144,13 @@ def add_robots(
                 distance = distances(place, np.array([[1.0, 0.0]]), bodies.robot_hull[j : j + 1], hulls)[0, 0]
             clearance = distance - (bodies.robot_radius[j] + both)
             overlapping = overlapping or overlaps(clearance)
-            extra = kept_margin(clearance, settings.margin)
+            extra = kept_margin(clearance, margin)
             # No robot relies on the other where both are close: there it is too late for mistakes.
-            rows.cooperates[body] = clearance > COOPERATION_RANGE * (robots.radius[i] + robots.radius[k])
+            if settings.share < 1.0 and clearance > COOPERATION_RANGE * (robots.radius[i] + robots.radius[k]):
+                rows.share[body] = share_of(i, k, robots, settings)
             rows.robot[body], rows.hull[body] = k, bodies.robot_hull[j]
             rows.hull_radius[body] = bodies.robot_hull_radius[j]
-            end, cut = s, settings.regain if extra < settings.margin else np.inf
+            end, cut = s, settings.regain if extra < margin else np.inf
             for p in range(q):
                 first, last = robots.observed_times[k, p], robots.observed_times[k, p + 1]
                 if last <= now or last <= first or first >= now + settings.horizon:
@@ -140,7 +165,7 @@ def add_robots(
                     if turning:
                         pieces.turns[row, c, 0] = 1.0
             if cut < np.inf:
-                grow_margin(settings.margin - max(extra, 0.0), cut, s, end, pieces, rows.margin)
+                grow_margin(margin - max(extra, 0.0), cut, s, end, pieces, rows.margin)
             s, body = end, body + 1
     return overlapping, s
 
@@ -240,13 +265,13 @@ def add_margin(i: int, radius: Array, scene: EncounterTables) -> bool:
         places, directions, bodies.hull[body], hulls_of_bodies(bodies.corners, bodies.hull, np.empty((4, 2, 0)))
     )
     overlapping = False
-    kept = np.full(len(radius), settings.margin)
+    kept = np.full(len(radius), robots.margin[i])
     for h in range(len(near)):
         s, clearance = near[h], found[h, 0] - radius[body[h]]
         if bodies.uncertain[body[h]]:
             clearance -= fixed.radius[s] + fixed.growth[s] * share_of_piece(fixed.times, s)
         overlapping = overlapping or overlaps(clearance)
-        kept[body[h]] = max(kept_margin(clearance, settings.margin), -radius[body[h]])
+        kept[body[h]] = max(kept_margin(clearance, robots.margin[i]), -radius[body[h]])
     radius += kept
     return overlapping
 
@@ -258,9 +283,11 @@ def passive_heads_nearby(i: int, radius: Array, scene: EncounterTables) -> Indic
     near = np.empty(len(bodies.heads), np.int64)
     for s in bodies.heads:
         b, square = bodies.pieces.body[s], 0.0
+        if is_elsewhere(bodies.world[b], robots.world[i]):
+            continue
         for axis in range(3):
             square += (bodies.balls[s, axis] - robots.position[i, axis]) ** 2
-        reach = bodies.balls[s, 3] + radius[b] + bodies.hull_radius[b] + scene.settings.margin + CONTACT_SLACK
+        reach = bodies.balls[s, 3] + radius[b] + bodies.hull_radius[b] + robots.margin[i] + CONTACT_SLACK
         if square <= reach * reach:
             near[count] = s
             count += 1

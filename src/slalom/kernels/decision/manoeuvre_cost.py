@@ -3,6 +3,7 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.decision.encounters import is_elsewhere
 from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
 from slalom.kernels.decision.tables import DecisionTables, Paths, Scratch
@@ -103,11 +104,13 @@ def manoeuvre_cost(
         target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
         longer = 0.0
         for k in near:
-            radius = robots.radius[i] + robots.radius[k] + settings.margin
+            radius = robots.radius[i] + robots.radius[k] + robots.margin[i]
             if may_block(position, goal, robots.end_position[k, 0], robots.end_position[k, 1], radius):
                 longer += detour_length(position, goal, robots.end_position[k, 0], robots.end_position[k, 1], radius)
         for e in range(len(bodies.end_radii)):
-            radius = bodies.end_radii[e] + robots.radius[i] + settings.margin
+            if is_elsewhere(bodies.end_world[e], robots.world[i]):
+                continue
+            radius = bodies.end_radii[e] + robots.radius[i] + robots.margin[i]
             longer += detour_length(position, goal, bodies.end_positions[e, 0], bodies.end_positions[e, 1], radius)
         cost += longer / robots.max_speed[i]
     return float(cost)

@@ -52,7 +52,7 @@ def path_is_clear(
 ) -> bool:
     """Whether row `row` of `paths` is clear of all bodies that are not `ignored` (b,): True is certain.
 
-    Near hulls it is False. `shared_row`: the path that must be clear of the bodies that cooperate.
+    Near hulls it is False. `shared_row`: the path that must be clear of the bodies that avoid the robot too.
     """
     pieces, now, horizon = rows.pieces, settings.now, settings.horizon
     times, points = paths.times, paths.points
@@ -62,7 +62,7 @@ def path_is_clear(
         body = pieces.body[s]
         if ignored[body]:
             continue
-        own, first = shared_row if rows.cooperates[body] else row, pieces.times[s, 0]
+        own, first = shared_row if rows.share[body] < 1.0 else row, pieces.times[s, 0]
         width = pieces.times[s, 1] - pieces.times[s, 0]
         t0, t1, k = max(first, 0.0), min(pieces.times[s, 1], horizon), 0
         while t0 < t1:
@@ -89,6 +89,18 @@ def path_is_clear(
 
 
 @kernel
+def common_share(rows: ObstaclePieces) -> float:
+    """The share [1] of the avoidance of all bodies that do the rest of it; 1 if none does any, 0 if shares differ."""
+    common = 1.0
+    for share in rows.share:
+        if share < 1.0:
+            if common < 1.0 and share != common:
+                return 0.0
+            common = share
+    return common
+
+
+@kernel
 def preferred_is_free(
     i: int, r: int, controls: Controls, met: Indices, rows: ObstaclePieces, tables: DecisionTables, scratch: Scratch
 ) -> bool:
@@ -101,14 +113,17 @@ def preferred_is_free(
     u, tested, unchanged = controls.found, scratch.control, controls.unchanged
     if not nearest_admissible(controls.preferred, admissible_set(i, r, robots, responses, tables.bounds), u)[0]:
         return False
-    ignored, halves = rows.robot >= 0, settings.share < 1.0
+    share = common_share(rows)
+    if share == 0.0:
+        return False
+    ignored, halves = rows.robot >= 0, share < 1.0
     for part in range(2 if halves else 1):
         for axis in range(3):
-            tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / settings.share
+            tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / share
         response_path(i, r, tested, robots, responses, settings, scratch.paths, part)
         bounding_balls(scratch.paths.times[part], scratch.paths.points[part], settings, scratch.centers, scratch.radii)
         b = len(tables.bodies.body_radius)
-        for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots, settings):
+        for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots):
             while rows.robot[b] != k:
                 b += 1
             while b < len(ignored) and rows.robot[b] == k:

@@ -37,7 +37,7 @@ def reachable_balls(
                 low[w, axis], high[w, axis] = centers[w, axis] - radii[w], centers[w, axis] + radii[w]
     for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
         for part in range(2 if settings.share < 1.0 else 1):
-            radius = tested_controls(i, r, 1.0 if part == 0 else 1.0 / settings.share, robots, responses, control)
+            radius = tested_controls(i, r, 1.0 if part == 0 else 1.0 / settings.least_share, robots, responses, control)
             for k in range(2 * BALL_WINDOWS + 1):
                 gains, bend = responses.window_gains[r, k * STRIDE], responses.ball_bends[r, k]
                 before, after = max(k - 1, 0) // 2, min(k, 2 * BALL_WINDOWS - 1) // 2
@@ -109,7 +109,7 @@ def farthest_distance(position: Array, centers: Array, radii: Array) -> float:
 @kernel
 def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> CellList:
     """All robots in cells: none of `order` (m,) can meet a robot outside its own and the neighbouring cells."""
-    n, d = len(robots.radius), settings.dimension
+    n, d, worlds, margin = len(robots.radius), settings.dimension, 1, 0.0
     centers, radii = np.empty((n, BALL_WINDOWS, 3)), np.empty((n, BALL_WINDOWS))
     own, other, size, speed = 0.0, 0.0, 0.0, 0.0
     low, high = np.full(d, np.inf), np.full(d, -np.inf)
@@ -118,6 +118,7 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
             continue
         other = max(other, farthest_distance(robots.position[k], robots.ball_centers[k], robots.ball_radii[k]))
         size, speed = max(size, robots.radius[k]), max(speed, robots.max_speed[k])
+        worlds, margin = max(worlds, robots.world[k] + 1), max(margin, robots.margin[k])
         for axis in range(d):
             low[axis] = min(low[axis], robots.position[k, axis])
             high[axis] = max(high[axis], robots.position[k, axis])
@@ -126,10 +127,10 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
         own = max(own, farthest_distance(robots.position[i], centers[i], radii[i]))
     # With shared manoeuvres a decision is observed at once, so the whole reachable set counts as observed. For the
     # costs straight lines at max speed count.
-    far = max(own + max(own, other), 2.0 * speed * settings.horizon) + 2.0 * size + settings.margin
-    most = int(np.ceil((4.0 * n + 1.0) ** (1.0 / d)))
+    far = max(own + max(own, other), 2.0 * speed * settings.horizon) + 2.0 * size + margin
+    most = int(np.ceil((4.0 * n / worlds + 1.0) ** (1.0 / d)))
     counts, width = np.ones(d, np.int64), np.empty(d)
-    total = 1
+    total = worlds
     for axis in range(d):
         extent = high[axis] - low[axis]
         if extent > far:
@@ -139,7 +140,7 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
     first, member, cell = np.zeros(total + 1, np.int64), np.empty(n, np.int64), np.zeros(n, np.int64)
     for k in range(n):
         if robots.present[k]:
-            cell[k] = cell_at(robots.position[k], low, width, counts)
+            cell[k] = cell_at(k, robots, low, width, counts)
             first[cell[k] + 1] += 1
     for c in range(total):
         first[c + 1] += first[c]
@@ -152,13 +153,13 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
 
 
 @kernel
-def cell_at(position: Array, low: Array, width: Array, counts: Indices) -> int:
-    """The number of the cell that holds a position (d,) [m]; the rest as in `CellList`."""
-    c = 0
+def cell_at(k: int, robots: RobotTable, low: Array, width: Array, counts: Indices) -> int:
+    """The number of the cell that holds robot k; the rest as in `CellList`. Those of one world follow each other."""
+    position, c = robots.position[k], int(robots.world[k])
     for axis in range(len(counts)):
         at = int((position[axis] - low[axis]) / width[axis])
         c = c * counts[axis] + min(max(at, 0), counts[axis] - 1)
-    return c
+    return int(c)
 
 
 @kernel
@@ -175,7 +176,7 @@ def neighbours_in_cells(i: int, robots: RobotTable, cells: CellList) -> Indices:
     for a in range(max(at[0] - 1, 0), min(at[0] + 2, cells.counts[0])):
         for b in range(max(at[1] - 1, 0), min(at[1] + 2, cells.counts[1])):
             for e in range(max(at[2] - deep, 0), min(at[2] + deep + 1, cells.counts[2] if d == 3 else 1)):
-                c = a * cells.counts[1] + b
+                c = (robots.world[i] * cells.counts[0] + a) * cells.counts[1] + b
                 if d == 3:
                     c = c * cells.counts[2] + e
                 for m in range(cells.first[c], cells.first[c + 1]):
@@ -186,9 +187,7 @@ def neighbours_in_cells(i: int, robots: RobotTable, cells: CellList) -> Indices:
 
 
 @kernel
-def reachable_neighbours(
-    i: int, near: Indices, centers: Array, radii: Array, robots: RobotTable, settings: DecisionSettings
-) -> Indices:
+def reachable_neighbours(i: int, near: Indices, centers: Array, radii: Array, robots: RobotTable) -> Indices:
     """Robots in `near` (m,) that robot i can approach closer than the margin within the horizon.
 
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its reachable set in each window.
@@ -197,7 +196,7 @@ def reachable_neighbours(
     # Without slices and calls: this runs for every robot that is near.
     theirs, their_radii = robots.ball_centers, robots.ball_radii
     for k in near:
-        touch = robots.radius[i] + robots.radius[k] + settings.margin
+        touch = robots.radius[i] + robots.radius[k] + robots.margin[i]
         for w in range(BALL_WINDOWS - 1, -1, -1):
             x, y, z = centers[w, 0] - theirs[k, w, 0], centers[w, 1] - theirs[k, w, 1], centers[w, 2] - theirs[k, w, 2]
             reach = radii[w] + their_radii[k, w] + touch
@@ -219,12 +218,13 @@ def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> I
     copy_into(sides, cells.counts)
     for n in range(len(order)):
         # Cells are numbered as if there were three axes, the last ones of length 1.
-        c = cell_at(robots.position[order[n]], cells.low, cells.width, cells.counts)
-        x, y, z = c // (sides[1] * sides[2]), c // sides[2] % sides[1], c % sides[2]
+        c = cell_at(order[n], robots, cells.low, cells.width, cells.counts)
+        x, y, z = c // (sides[1] * sides[2]) % sides[0], c // sides[2] % sides[1], c % sides[2]
+        world = robots.world[order[n]] * sides[0]
         last = -1
         for u in range(max(x - 1, 0), min(x + 2, sides[0])):
             for v in range(max(y - 1, 0), min(y + 2, sides[1])):
                 for w in range(max(z - 1, 0), min(z + 2, sides[2])):
-                    last = max(last, latest[(u * sides[1] + v) * sides[2] + w])
+                    last = max(last, latest[((world + u) * sides[1] + v) * sides[2] + w])
         found[n] = latest[c] = last + 1
     return found

@@ -71,7 +71,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         return CONSTRAINED
     centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
     bounding_balls(times[i], robots.committed_points[i], settings, centers, radii)
-    met = reachable_neighbours(i, near, centers, radii, robots, settings)
+    met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(i, robots, tables.responses)
     rows, overlapping = obstacle_pieces(i, met, error, centers, radii, scene)
@@ -246,7 +246,7 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
         result = keep_committed(i, k, search.costs[k], near, tables, search)
         if result in (KEPT, FALL_BACK):
             return result
-    met = reachable_neighbours(i, near, centers, radii, robots, settings)
+    met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(i, robots, tables.responses)
     rows, overlapping = obstacle_pieces(i, met, error, centers, radii, scene)

@@ -81,7 +81,7 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
             if turning:
                 turns[k, c, 0], turns[k, c, 1] = pieces.turns[s, c, 0], pieces.turns[s, c, 1]
     return ObstaclePieces(
-        kept, rows.margin[:count], rows.hull, rows.hull_radius, rows.robot, rows.balls[:count], rows.cooperates
+        kept, rows.margin[:count], rows.hull, rows.hull_radius, rows.robot, rows.balls[:count], rows.share
     )
 
 
@@ -102,19 +102,19 @@ def relative_motion(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
     near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.body_radius) else rows
     table, hulls, body = relative_table(near_rows, tables.bodies, motion, settings.horizon)
     if settings.share < 1.0:
-        # Half the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) / share
-        # is tested.
-        n, rest = len(body), 1.0 / settings.share - 1.0
-        cooperates = np.empty(n, np.bool_)
+        # A part of the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) /
+        # share is tested.
+        n = len(body)
+        times = np.empty(n)
         for s in range(n):
-            cooperates[s] = rows.cooperates[body[s]]
+            times[s] = 1.0 / rows.share[body[s]]
         for c in range(4):
             for axis in range(d):
                 by = unchanged[axis]
                 for s in range(n):
-                    table.points[c, axis, s] += table.gains[c, s] * by * rest if cooperates[s] else 0.0
+                    table.points[c, axis, s] += table.gains[c, s] * by * (times[s] - 1.0)
             for s in range(n):
-                table.gains[c, s] = table.gains[c, s] / settings.share if cooperates[s] else table.gains[c, s]
+                table.gains[c, s] *= times[s]
     limits = admissible_set(i, r, robots, responses, tables.bounds)
     near, near_hulls = segments_in_reach(limits, table, hulls)
     return RelativeMotion(limits, near, near_hulls)

@@ -4,6 +4,9 @@ from typing import NamedTuple
 
 from slalom.kernels.arrays import Array, Flags, Indices, MaybeCorners, MaybeHulls, Pieces, Segments
 
+EVERY_WORLD = -1
+"""The world of a body that is in all of them."""
+
 
 class ResponseTable(NamedTuple):
     """Responses: position = p + velocity_gain v + acceleration_gain a + gain u, cubic between knots.
@@ -42,6 +45,9 @@ class RobotTable(NamedTuple):
     skeleton: Indices  # (n,) kind of skeleton
     rounding: Array  # (n,) [m] by which the skeleton is rounded
     radius: Array  # (n,) [m] of the bounding ball about the position
+    margin: Array  # (n,) [m] to keep from all bodies
+    priority: Array  # (n,) > 0: of two robots that share the avoidance, the one with more does less of it
+    world: Indices  # (n,) robots meet only robots and bodies of their own world
     max_speed: Array  # (n,) [m/s]
     max_acceleration: Array  # (n,) [m/s^2]
     braking: Array  # (n,) [m/s^2] deceleration that the bounds allow at any velocity
@@ -68,11 +74,11 @@ class RobotTable(NamedTuple):
 
 
 class CellList(NamedTuple):
-    """Robots sorted into cells: a robot can meet only those in its own and the neighbouring cells."""
+    """Robots sorted into cells: a robot can meet only those in its own and the neighbouring cells of its world."""
 
     low: Array  # (d,) [m] corner of the first cell
     width: Array  # (d,) [m]
-    counts: Indices  # (d,) cells along each axis
+    counts: Indices  # (d,) cells along each axis, in every world
     first: Indices  # (cells + 1,) cell c has the members first[c] to first[c + 1]
     member: Indices  # (n,)
     reachable_centers: Array  # (n, BALL_WINDOWS, 3) [m] bounding balls of the reachable set of each deciding robot
@@ -115,10 +121,12 @@ class GrownBodies(NamedTuple):
     hull_radius: Array  # (b,) [m]
     hull: Indices  # (b,) number of the hull, -1 for a point
     uncertain: Flags  # (b,) whether the radius of its pieces holds an uncertainty of its position
+    world: Indices  # (b,) in which the body is; EVERY_WORLD for all
     corners: MaybeCorners  # of passive bodies and of robots
     heads: Indices  # rows with which passive bodies begin that exist now
     end_positions: Array  # (e, d) [m] of the passive obstacles of one part, at the horizon
     end_radii: Array  # (e,) [m] their bounding radii
+    end_world: Indices  # (e,) as `world`
     robot_rounding: float  # [m]
     robot_first: Indices  # (s + 1,)
     robot_offset: Array  # (r, 3) [m] origin of the body from the position of the robot
@@ -134,10 +142,10 @@ class DecisionSettings(NamedTuple):
     now: float  # [s]
     period: float  # [s] until the next decision
     horizon: float  # [s]
-    margin: float  # [m]
     regain: float  # [s] within which a lost margin is to be whole again
     patience: float  # [s]
-    share: float  # [1] part of the avoidance between two robots that a robot does itself
+    share: float  # [1] part of the avoidance between two robots of one priority that a robot does itself
+    least_share: float  # [1] the smallest part that any robot does, by its priority
     shared: bool  # whether robots know each other's committed manoeuvres
     detours: Array  # (k,) [rad] angles by which the desired velocity is turned
 
@@ -177,7 +185,7 @@ class ObstaclePieces(NamedTuple):
     hull_radius: Array  # (b,) [m]
     robot: Indices  # (b,) number of the robot, -1 for a passive body
     balls: Array  # (n, 4) [m] centre and radius of a ball that holds the grown body on a piece; inf: not known
-    cooperates: Flags  # (b,) whether the body is a robot that does its share of the avoidance
+    share: Array  # (b,) [1] part of the avoidance that the robot does itself: 1 where the body does none
 
 
 class RelativeMotion(NamedTuple):

@@ -12,13 +12,14 @@ from ruamel.yaml.nodes import Node
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.io import formats
 from slalom.limits import HalfSpace, Limits
+from slalom.methods import method
 from slalom.obstacle import Obstacle
+from slalom.periodic import refuse_no_period
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec
 from slalom.sim.files.schema_base import Place
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.files.yaml_errors import compose, dotted, messages, where
-from slalom.sim.periodic import refuse_no_period
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, too_long, whole_periods
 from slalom.state import State
 
@@ -76,9 +77,11 @@ class _Parts:
 
     def assemble(self, content: dict[str, Any]) -> Scenario | None:
         """Return the scenario; None if there is a mistake."""
-        given = _valid(RobotSpec, content.get("robot"))
-        d = self.dimension(content.get("robot"))
-        robot = self.robot(given) if given else None
+        raw_robots = self.raw_robots(content)
+        d = self.dimension(raw_robots)
+        robots = [
+            self.robot(place, given, d) for place, raw in raw_robots.items() if d and (given := _valid(RobotSpec, raw))
+        ]
         listed = content.get("obstacles", [])
         obstacles = [
             self.obstacle(k, one, d)
@@ -99,26 +102,39 @@ class _Parts:
             self.attempt(("period",), lambda: refuse_no_period(period, d, 0.0))
         for name, mistake in too_long(spec.duration, spec.dt, spec.horizon, spec.holds) if spec else ():
             self.note((name,), mistake)
-        if spec is None or robot is None or self.mistakes:
+        if spec is None or self.mistakes:
             return None
         some = tuple(obstacle for obstacle in obstacles if obstacle is not None)
+        whole = tuple(robot for robot in robots if robot is not None)
         # The only remaining refusal of a scenario is a goal under an obstacle.
         return self.attempt(
-            ("robot", "goal"),
-            lambda: Scenario(spec.name or self.path.stem, (robot,), some, holds=tuple(spec.holds), **settings),
+            (*next(iter(raw_robots)), "goal"),
+            lambda: Scenario(spec.name or self.path.stem, whole, some, holds=tuple(spec.holds), **settings),
         )
 
-    def dimension(self, robot: object) -> int | None:
-        """Return the dimension of the robot's position, also if other keys of the robot are wrong."""
-        given = robot if isinstance(robot, dict) else {}
-        position, velocity = (_valid_vector(given.get(name)) for name in ("position", "velocity"))
-        if position and velocity and len(position) != len(velocity):
-            shown = "[" + ", ".join(f"{x:g}" for x in velocity) + "]"
-            self.note(
-                ("robot", "velocity"),
-                f"expected {len(position)} numbers, found {shown} of shape ({len(velocity)},)",
-            )
-        return len(position) if position else None
+    def raw_robots(self, content: dict[str, Any]) -> dict[Place, object]:
+        """Return what the file says of each robot, by its place; note names that occur twice."""
+        listed = content.get("robots")
+        if not isinstance(listed, list) or not listed:
+            return {("robot",): content.get("robot")}
+        names = [_name(raw, k) for k, raw in enumerate(listed)]
+        for k, name in enumerate(names):
+            if name in names[:k]:
+                self.note(("robots", k, "name"), f"expected a name for each robot, found {name!r} again")
+        return {("robots", k): raw for k, raw in enumerate(listed)}
+
+    def dimension(self, robots: dict[Place, object]) -> int | None:
+        """Return the dimension of the first robot's position, also if other keys are wrong; note other dimensions."""
+        d = None
+        for place, robot in robots.items():
+            given = robot if isinstance(robot, dict) else {}
+            position, velocity = (_valid_vector(given.get(name)) for name in ("position", "velocity"))
+            d = d or (len(position) if position else None)
+            for name, vector in (("position", position), ("velocity", velocity)):
+                if vector and d and len(vector) != d:
+                    shown = "[" + ", ".join(f"{x:g}" for x in vector) + "]"
+                    self.note((*place, name), f"expected {d} numbers, found {shown} of shape ({len(vector)},)")
+        return d
 
     def periods(self, content: dict[str, Any]) -> None:
         """Note a decision interval that is no multiple of the time step."""
@@ -129,30 +145,33 @@ class _Parts:
             except InvalidInput as error:
                 self.note(("replan",), str(error).removeprefix("replan: "))
 
-    def robot(self, me: RobotSpec) -> Robot | None:
+    def robot(self, place: Place, me: RobotSpec, d: int) -> Robot | None:
         """Return the robot; None if its parts differ in dimension."""
-        d, before = len(me.position), len(self.mistakes)
+        before = len(self.mistakes)
         velocity_bounds, acceleration_bounds = (
-            tuple(self.bound((name, k), spec, d) for k, spec in enumerate(getattr(me, name)))
+            tuple(self.bound((*place, name, k), spec, d) for k, spec in enumerate(getattr(me, name)))
             for name in ("velocity_bounds", "acceleration_bounds")
         )
         velocity = me.velocity or [0.0] * d
-        state = State(me.position, velocity) if len(velocity) == d else None
+        state = State(me.position, velocity) if len(velocity) == len(me.position) == d else None
         bounds = tuple(bound.build() for bound in me.bounds)
         for k, bound in enumerate(bounds):
             # A bound of another dimension raises in any state.
-            self.attempt(("robot", "bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
+            self.attempt((*place, "bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
         limits = Limits(me.max_speed, me.max_acceleration, velocity_bounds, acceleration_bounds, bounds)
-        goal, shape = me.goal.build(), self.attempt(("robot",), lambda: me.whole_shape(d))
+        goal, shape = me.goal.build(), self.attempt(place, lambda: me.whole_shape(d))
         if state is None or shape is None:
             return None
-        robot = self.attempt(("robot", "goal"), lambda: Robot(shape, limits, state, goal))
+        chosen, name = None if me.method is None else method(me.method), me.name or _name({}, place[-1])
+        robot = self.attempt(
+            (*place, "goal"), lambda: Robot(shape, limits, state, goal, name, chosen, me.margin, me.priority)
+        )
         return robot if len(self.mistakes) == before else None
 
-    def bound(self, place: tuple[str, int], spec: HalfSpaceSpec, d: int) -> HalfSpace:
+    def bound(self, place: Place, spec: HalfSpaceSpec, d: int) -> HalfSpace:
         """Return a half-space, and note one of another dimension than the robot."""
         if len(spec.normal) != d:
-            self.note(("robot", *place, "normal"), f"expected {d} numbers, found {len(spec.normal)}")
+            self.note((*place, "normal"), f"expected {d} numbers, found {len(spec.normal)}")
         return spec.build()
 
     def obstacle(self, k: int, spec: ObstacleSpec, d: int) -> Obstacle | None:
@@ -224,6 +243,12 @@ class _Parts:
         elif window and start + duration > end + 1e-9 * abs(end):
             self.note(("duration",), f"expected at most {end - start:g} s, until the window ends, found {duration:g}")
         return {"start": start, "duration": duration, "recorded": (begin, end)}
+
+
+def _name(raw: object, k: str | int) -> str:
+    """Return the name of a robot: as given, else by its number in a list."""
+    given = raw.get("name") if isinstance(raw, dict) else None
+    return str(given) if given else "robot" if isinstance(k, str) else f"robot {k}"
 
 
 def there_in(found: Recorded, window: Sequence[float] | None, horizon: float) -> list[Obstacle]:

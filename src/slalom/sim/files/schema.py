@@ -2,15 +2,15 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, FiniteFloat, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, FiniteFloat, ValidationInfo, field_validator
 
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import HalfSpace
-from slalom.methods import HOLDS
+from slalom.methods import HOLDS, method
 from slalom.path_goal import PathGoal
 from slalom.shape import Shape, round_shape
-from slalom.sim.files.schema_base import Built, Model, NotNegative, Positive, Vector
+from slalom.sim.files.schema_base import Built, Model, NotNegative, Positive, Text, Vector
 from slalom.sim.files.schema_parts import BoundModel, ShapeModel, TrajectoryModel, UncertaintyModel
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.trajectory import Stationary
@@ -82,9 +82,21 @@ class HalfSpaceSpec(Built):
         return HalfSpace(self.normal, self.offset)
 
 
-class RobotSpec(Shaped):
-    """The robot, in SI units. Its orientation is constant."""
+def _known_method(name: str) -> str:
+    try:
+        return method(name).name
+    except InvalidInput as error:
+        # The place names the key.
+        raise InvalidInput(str(error).removeprefix("method: ")) from None
 
+
+class RobotSpec(Shaped):
+    """A robot, in SI units. Its orientation is constant."""
+
+    name: Text = ""
+    method: Annotated[str, AfterValidator(_known_method)] | None = None
+    margin: NotNegative | None = None
+    priority: Positive = 1.0
     position: Vector
     velocity: Vector | None = None
     max_speed: Positive
@@ -108,7 +120,8 @@ class ScenarioSpec(Model):
     """A scenario file."""
 
     name: str = ""
-    robot: RobotSpec
+    robot: RobotSpec | None = None
+    robots: list[RobotSpec] | None = Field(default=None, min_length=1, validate_default=True)
     obstacles: list[ObstacleSpec] = Field(default_factory=list)
     recording: RecordingSpec | None = None
     start: FiniteFloat = 0.0
@@ -120,3 +133,11 @@ class ScenarioSpec(Model):
     patience: NotNegative = 0.1
     holds: list[Positive] = Field(default_factory=lambda: list(HOLDS), min_length=1)
     period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
+
+    @field_validator("robots")
+    @classmethod
+    def _one_of_both(cls, robots: list[RobotSpec] | None, info: ValidationInfo) -> list[RobotSpec] | None:
+        # A robot with mistakes of its own is not in the data.
+        if "robot" in info.data and (robots is None) == (info.data["robot"] is None):
+            raise InvalidInput(f"expected either this key or robot, found {'neither' if robots is None else 'both'}")
+        return robots

@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.decision import Outcome
+from slalom.periodic import between
 from slalom.sim.measure.closest_approach import nearest_images
 from slalom.sim.measure.recording import Recording
-from slalom.sim.periodic import between
 from slalom.tolerances import MOVING_SHARE
 
 Counts = npt.NDArray[np.int64]

@@ -17,9 +17,9 @@ from slalom.goal import Goal
 from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Obstacle
 from slalom.path import Path
+from slalom.periodic import Period
 from slalom.shape import SHAPES, Shape, Union
 from slalom.sim.measure.run_log import RunLog
-from slalom.sim.periodic import Period
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import UNCERTAINTIES
 

@@ -46,6 +46,7 @@ class SingleRobotDecider:
     """One robot that decides by its `Navigator` or `LookAhead`, without guidance."""
 
     def __init__(self, scenario: Scenario, method: Method) -> None:
+        method = scenario.robot.method or method
         self.scenario, self.method, self.states = scenario, method, RobotStates(scenario)
         self.decision: Decision | None = None
         self._navigator = scenario.decider(method)

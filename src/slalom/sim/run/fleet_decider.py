@@ -1,4 +1,4 @@
-"""Decisions of all robots of a run: a fleet with guidance, late or lost messages and sensing, and periodic images."""
+"""Decisions of all robots of a run: a fleet with guidance, and late or lost messages and sensing."""
 
 from collections.abc import Iterator, Sequence
 from time import perf_counter
@@ -7,29 +7,19 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.decision import Outcome
-from slalom.decision_tables import moved_bodies, target_paths
-from slalom.fleet.committed import CommittedFleet, first_manoeuvre
-from slalom.forecast import predicted
+from slalom.errors import InvalidInput
+from slalom.fleet.committed import CommittedFleet
+from slalom.fleet.policy import Policy
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, RobotTable
-from slalom.methods import Method, margin_among
-from slalom.obstacle import Obstacle
-from slalom.obstacle_window import Obstacles, ObstacleWindow
+from slalom.kernels.decision.tables import DecisionSettings
+from slalom.methods import Method
+from slalom.obstacle_window import ObstacleWindow
 from slalom.path_goal import PathGoal
-from slalom.sim.periodic import displaced, images_about, in_box, to_nearest
+from slalom.robot_tables import target_paths
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.sensing import sensing_of
-from slalom.sim.scenario import Scenario
-from slalom.state import State
-
-
-def margin_of(scenario: Scenario, method: Method) -> float:
-    """The margin [m] of the robots of a scenario that meet each other, see `methods.margin_among`."""
-    time = scenario.dt * scenario.steps_per_decision + scenario.sight_delay
-    most = max(robot.limits.max_acceleration for robot in scenario.robots)
-    return margin_among(method, scenario.margin, most, time, scenario.sight_noise)
 
 
 class FleetDecider:
@@ -38,7 +28,7 @@ class FleetDecider:
     Attributes:
         fleet: decides; its table shares the arrays of `states`.
         messages, sensing: None where messages or observations are immediate and exact.
-        margin: [m], see `margin_of`. period: [s] between decisions.
+        period: [s] between decisions.
     """
 
     def __init__(self, method: Method, guidance: Guidance, seed: int = 0, threads: int | None = None) -> None:
@@ -47,21 +37,28 @@ class FleetDecider:
         robots, guide = scenario.robots, guidance.guide
         self.period = scenario.dt * scenario.steps_per_decision
         self.fleet = fleet = CommittedFleet(
-            method,
+            [robot.method or method for robot in robots],
             [robot.shape for robot in robots],
             [robot.limits for robot in robots],
             names=[robot.name for robot in robots],
             obstacles=scenario.obstacles,
             period=self.period,
             horizon=scenario.horizon,
-            margin=scenario.margin,
+            margin=[scenario.margin if robot.margin is None else robot.margin for robot in robots],
+            priority=[robot.priority for robot in robots],
+            world_period=scenario.period,
             holds=scenario.holds,
             patience=scenario.patience,
+            observation_delay=scenario.sight_delay,
+            observation_noise=scenario.sight_noise,
             threads=threads,
         )
-        self.method = method = fleet.method
-        self.messages, self.sensing = messages_of(scenario, method, seed), sensing_of(self.states, method, seed)
-        self.margin = fleet.margin_among = margin_of(scenario, method)
+        methods = [policy.method for policy in fleet.policies]
+        self.messages = next(filter(None, (messages_of(scenario, each, seed) for each in methods)), None)
+        self.sensing = next(filter(None, (sensing_of(self.states, each, seed) for each in methods)), None)
+        if self.messages is not None and len(methods) > 1:
+            names = " and ".join(each.name for each in methods)
+            raise InvalidInput(f"message_delay: expected messages without delay and loss for methods {names}")
         fleet.table = fleet.table._replace(
             position=guide.position,
             velocity=guide.velocity,
@@ -74,16 +71,13 @@ class FleetDecider:
         )
         end = scenario.start + scenario.duration + fleet.span
         fleet.targets, self._goal_moves = target_paths([robot.goal for robot in robots], scenario.start, end)
-        # The robot in each row of the table.
-        self._robot_of = np.arange(len(robots))
         self._sent: dict[int, tuple[Array, Array]] = {}
         self._sensing_time = 0.0
         self._paths = {k: robot.goal for k, robot in enumerate(robots) if isinstance(robot.goal, PathGoal)}
-        self._no_obstacles = None if scenario.obstacles else fleet.grown_bodies((), scenario.start)
+        start, nothing = scenario.start, ObstacleWindow((), scenario.start, scenario.horizon)
+        self._no_obstacles = None if scenario.obstacles else fleet.grown_bodies(nothing)
         for k, robot in enumerate(robots):
-            fleet.commit(k, first_manoeuvre(robot.state, robot.limits, self.period, scenario.start), scenario.start)
-        # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
-        fleet.table.regret[:] = 0.0 if method.shared else np.inf
+            fleet.begin(k, robot.state, start)
 
     def sense(self, now: float) -> None:
         before, states, table = perf_counter(), self.states, self.fleet.table
@@ -94,38 +88,41 @@ class FleetDecider:
             self.messages.deliver(states.position)
         elif self.sensing is not None:
             self.sensing.observe(np.array([states.position, states.velocity, states.acceleration]), now)
-        else:
-            self.fleet.observe(now)
         self._sensing_time = perf_counter() - before
 
     def guide(self, now: float) -> None:
         self.guidance.update(now, self.period)
         table = self.fleet.table
-        if self._paths:
-            self.fleet.follow(self._paths, self._window(now))
+        for policy in self.fleet.policies if self._paths else ():
+            own = {k: path for k, path in self._paths.items() if k in policy.rows}
+            self.fleet.follow(own, self.fleet.window(policy, self.fleet.obstacles, now))
         table.final[:] = (table.target == self.guidance.guide.goal).all(axis=1)
         table.moving[:] = table.final & self._goal_moves
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
-        before, outcomes = perf_counter(), dict[int, Outcome]()
-        everywhere = self._grown_bodies(now) if self._no_obstacles is None else self._no_obstacles
-        for together, settings in self._turns(np.array(order, dtype=np.int64), self.fleet.settings(now)):
-            for some, bodies in self._among_images(together, everywhere):
-                outcomes.update(self.fleet.decide(some, settings, bodies, lambda k: self._fall_back(k, now)))
+        before, outcomes, fleet = perf_counter(), dict[int, Outcome](), self.fleet
+        for policy, due in fleet.by_policy(np.array(order, dtype=np.int64)):
+            bodies = self._no_obstacles
+            if bodies is None:
+                bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, now))
+            for some, settings in self._turns(policy, due, now):
+                outcomes |= fleet.decide(some, settings, bodies, fleet.obstacles)
         each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)
         names = {k: outcomes.get(k, Outcome.WAITING).name for k in order}
         return Decisions(names, dict.fromkeys(order, each))
 
-    def _turns(self, due: Indices, settings: DecisionSettings) -> Iterator[tuple[Indices, DecisionSettings]]:
+    def _turns(self, policy: Policy, due: Indices, now: float) -> Iterator[tuple[Indices, DecisionSettings]]:
         """Groups of robots that decide from the same knowledge of the others, which the table then holds."""
+        settings = self.fleet.settings(policy, now)
         if self.messages is not None:
             yield from self._by_messages(self.messages, due, settings)
-        elif self.sensing is not None:
+        elif self.sensing is not None and not policy.method.shared:
             for k in due:
                 observed = np.moveaxis(self.sensing.observed[k], 0, 1)
-                self.fleet.observe(settings.now, observed, self.sensing.time[k])
+                self.fleet.observe(policy, now, observed, self.sensing.time[k])
                 yield due[due == k], settings
         else:
+            self.fleet.observe(policy, now)
             yield due, settings
 
     def _by_messages(
@@ -148,59 +145,9 @@ class FleetDecider:
         for step in [step for step in self._sent if step < messages.oldest]:
             del self._sent[step]
 
-    def _among_images(self, some: Indices, bodies: list[GrownBodies]) -> Iterator[tuple[Indices, list[GrownBodies]]]:
-        """Robots that decide together, and all bodies grown by each kind of skeleton.
-
-        In a periodic world each robot alone, with all images of the others that it can meet in the table. Its own
-        images move as it does and need not be avoided.
-        """
-        fleet, whole, period, d = self.fleet, self.fleet.table, self.scenario.period, self.scenario.dimension
-        if period is None:
-            yield some, bodies
-            return
-        speed = np.maximum(whole.max_speed, np.linalg.norm(whole.velocity, axis=1))
-        reach = speed * self.scenario.horizon + whole.radius
-        for k in some:
-            self._robot_of, by = images_about(k, whole.position, reach + reach[k] + self.margin, period)
-            # Passive obstacles are those of the cell about the origin, into which `home` brings the robot.
-            home = to_nearest(whole.position[k], period)[:d]
-            fleet.table = own = RobotTable._make(column[self._robot_of] for column in whole)
-            own.position[:] += by
-            own.observed_points[:] += by[:, None, None]
-            yield np.array([k]), [moved_bodies(each, -home) for each in bodies]
-            for column, new in zip(whole, own, strict=True):
-                column[k] = new[k]
-            fleet.table, self._robot_of = whole, np.arange(len(whole.radius))
-
     def accelerations(self, now: float, duration: float) -> Array:
         velocity, _ = self.fleet.planned(now + duration)
         return self.states.stop_departed((velocity - self.fleet.table.velocity) / duration, duration)
 
     def committed(self) -> tuple[Array, tuple[str, ...]]:
         return self.fleet.table.control[:, : self.scenario.dimension].copy(), self.fleet.committed_responses()
-
-    def _fall_back(self, k: int, now: float) -> Outcome:
-        """Commit robot k to the decision of a navigator."""
-        table, d = self.fleet.table, self.scenario.dimension
-        state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
-        passive: Obstacles = self.fleet.obstacles
-        if self.scenario.period is not None:
-            passive = self.scenario.around(state, now, self.method, k, self.margin)
-        return self.fleet.fall_back(k, passive, now, self._robot_of)
-
-    def _grown_bodies(self, now: float) -> list[GrownBodies]:
-        """All bodies that robots can meet, see `_window`."""
-        return self.fleet.grown_bodies_of(self._window(now))
-
-    def _window(self, now: float) -> ObstacleWindow:
-        """The predicted obstacles; in a periodic world for robots in the cell about the origin."""
-        s, forecast, table = self.scenario, self.method.forecast, self.fleet.table
-        if s.period is None:
-            return ObstacleWindow.predicted(self.fleet.obstacles, forecast, now, s.horizon)
-        existing = [o for o in s.obstacles if forecast.includes_future or o.exists(now)]
-        obstacles: list[Obstacle] = [predicted(obstacle, forecast, now) for obstacle in existing]
-        # No response makes a robot faster that exceeds its largest speed.
-        speed = max(table.max_speed.max(), np.linalg.norm(table.velocity, axis=1).max())
-        reach = 0.5 * np.array(s.period) + speed * s.horizon + table.radius.max() + self.margin
-        images = in_box(obstacles, s.period, now, s.horizon, -reach, reach)
-        return ObstacleWindow([displaced(obstacles[k], by) for k, by in images], now, s.horizon)

@@ -108,6 +108,11 @@ def _refuse(scenario: Scenario, peer: Peer) -> None:
 
 def _refuse_robot(robot: Robot, peer: Peer) -> None:
     limits = robot.limits
+    if robot.method is not None:
+        raise InvalidInput(
+            f"{robot.name}.method: expected none of its own among robots that decide by {peer.name}, "
+            f"found {robot.method.name}"
+        )
     more = [name for name in ("velocity_bounds", "acceleration_bounds", "bounds") if getattr(limits, name)]
     if not isinstance(robot.shape, Disc) or more:
         found = more[0] if more else f"a {type(robot.shape).__name__.lower()}"

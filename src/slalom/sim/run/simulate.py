@@ -84,6 +84,7 @@ def simulate(
     lost. It depends neither on the order of `scenario.robots` nor on `threads`.
 
     Args:
+        method: by which all robots decide that have none of their own.
         seed: from which the scenario was built, for the record; it also draws the errors of sensing and messages.
         progress: called with the share of the duration that has passed.
         threads: number of threads in which a fleet decides; None: NUMBA_NUM_THREADS, by default one per core.
@@ -100,7 +101,9 @@ def simulate(
         has(method, ("responses", "forecast"), "a method, such as method('nao')", "method")
     decider, rows = _decider_and_rows(scenario, method, seed, threads)
     several = len(scenario.robots) > 1 and not isinstance(method, Peer)
-    log = RunLog(scenario, method.name, seed, method.foresight_among if several else method.foresight)
+    # A peer refuses robots with methods of their own.
+    names = dict.fromkeys((robot.method or method).name for robot in scenario.robots)
+    log = RunLog(scenario, "+".join(names), seed, method.foresight_among if several else method.foresight)
     _run(scenario, decider, log, rows, record, progress)
     return Recording.of(log) if record else RunSummary.of(log)
 

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
+from slalom.forecast import Forecast, predicted
 from slalom.kernels.arrays import Indices
 from slalom.obstacle import Obstacle
 from slalom.path import Path
@@ -172,3 +173,23 @@ def in_box(
             radius += float(obstacle.uncertainty.radius(horizon, obstacle.dimension))
         for by in between(low - points.max(axis=0) - radius, high - points.min(axis=0) + radius, period):
             yield k, by
+
+
+def images_met(
+    obstacles: Sequence[Obstacle],
+    forecast: Forecast,
+    period: Period,
+    now: float,
+    horizon: float,
+    low: Array,
+    high: Array,
+) -> Iterator[tuple[Obstacle, Obstacle, Array]]:
+    """The obstacles whose images, as a forecast predicts them at `now` [s], can enter a box, see `in_box`.
+
+    Yields the obstacle, the obstacle on its predicted trajectory, and the displacement (d,) [m] of both. Obstacles that
+    appear later are included only if the forecast knows them.
+    """
+    existing = [o for o in obstacles if forecast.includes_future or o.exists(now)]
+    foreseen = [predicted(obstacle, forecast, now) for obstacle in existing]
+    for k, by in in_box(foreseen, period, now, horizon, low, high):
+        yield existing[k], foreseen[k], by

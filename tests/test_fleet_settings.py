@@ -1,0 +1,162 @@
+"""`Fleet`: settings of single robots, worlds, periodic worlds, and fleets in several processes."""
+
+import pickle
+
+import numpy as np
+import pytest
+from fleets import swap
+
+from slalom import METHODS, Disc, Fleet, Limits, Obstacle, Rectangle, Stationary, Tracks
+from slalom.sim import gallery, simulate
+from slalom.sim.run.robot_states import integrate
+from slalom.tolerances import METRIC, PRIORITY_RATIO
+
+DT = 0.1
+LIMITS = Limits(1.5, 2.0)
+
+
+def drive(fleet, positions, targets, steps, others=None):
+    """Positions (steps + 1, n, 2) of robots that follow the accelerations exactly."""
+    velocities, path = np.zeros_like(positions), [positions]
+    for k in range(steps):
+        around = () if others is None else others(k * DT)
+        decided = fleet.step(k * DT, positions, velocities, targets, others=around)
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+        path.append(positions)
+    return np.array(path)
+
+
+def closest(path):
+    """Least distance of two centres at the steps (n, n)."""
+    apart = np.linalg.norm(path[:, :, None] - path[:, None], axis=-1).min(axis=0)
+    return apart + np.diag(np.full(len(apart), np.inf))
+
+
+def walkers(t, worlds=None):
+    """Two people who cross at y = 1 and y = -1."""
+    places = np.array([(-5.0 + t, 1.0), (5.0 - t, -1.0)])
+    return Tracks(places, [(1.0, 0.0), (-1.0, 0.0)], 0.3, t, worlds=worlds)
+
+
+def test_worlds_are_fleets_of_their_own() -> None:
+    """To the bit, with methods and shapes of their own, and with people in one of them."""
+    starts, targets = swap(5)
+    methods, shapes = [METHODS["nao"]] * 5 + [METHODS["rvo"]] * 5, [Disc(0.3)] * 5 + [Rectangle(0.6, 0.4)] * 5
+    rock = Obstacle(Disc(0.5), Stationary((0.3, 0.1)), "rock")
+    settings = {"obstacles": [rock], "threads": 2}
+    both = Fleet(methods, shapes, LIMITS, worlds=[0] * 5 + [1] * 5, **settings)
+    path = drive(both, np.tile(starts, (2, 1)), np.tile(targets, (2, 1)), 80, lambda t: walkers(t, [1, 1]))
+    first = drive(Fleet(METHODS["nao"], Disc(0.3), LIMITS, robots=5, **settings), starts, targets, 80)
+    second = drive(Fleet(METHODS["rvo"], shapes[5:], LIMITS, **settings), starts, targets, 80, walkers)
+    np.testing.assert_array_equal(path[:, :5], first)
+    np.testing.assert_array_equal(path[:, 5:], second)
+
+
+def test_robots_of_one_world_that_publish_avoid_each_other() -> None:
+    """Robots of different worlds drive through each other."""
+    starts, targets = swap(3)
+    fleet = Fleet(METHODS["nao_shared"], Disc(0.4), LIMITS, robots=6, worlds=[0, 0, 0, 2, 2, 2])
+    apart = closest(drive(fleet, np.tile(starts, (2, 1)), np.tile(targets, (2, 1)), 120))
+    assert apart[:3, :3].min() >= 0.8 - METRIC
+    assert apart[3:, 3:].min() >= 0.8 - METRIC
+    assert apart[:3, 3:].min() < 0.4
+
+
+def off_line(path):
+    """How far each of two robots leaves the line y = 0 (2,) [m]."""
+    return np.abs(path[..., 1]).max(axis=0)
+
+
+def test_the_robot_of_lower_priority_avoids() -> None:
+    """Of the change that both make together each does its part, and most is done by the one with less priority."""
+    starts = np.array([(-4.0, 0.0), (4.0, 0.05)])
+    aside = []
+    for priority in ([1.0, PRIORITY_RATIO], [PRIORITY_RATIO, 1.0]):
+        fleet = Fleet(METHODS["nao"], Disc(0.4), LIMITS, robots=2, priority=priority)
+        path = drive(fleet, starts, -starts, 120)
+        assert closest(path).min() >= 0.8
+        assert np.linalg.norm(path[-1] + starts, axis=1).max() < 0.3
+        aside.append(off_line(path))
+    second, first = aside
+    assert second[0] > 2.0 * second[1]
+    assert first[1] > 2.0 * first[0]
+
+
+def test_with_published_manoeuvres_the_first_priority_decides_first() -> None:
+    """It drives as if it were alone as far as the others can get out of its way."""
+    starts = np.array([(-4.0, 0.0), (4.0, 0.05)])
+    for priority in ([1.0, 2.0], [2.0, 1.0]):
+        fleet = Fleet(METHODS["nao_shared"], Disc(0.4), LIMITS, robots=2, priority=priority)
+        path = drive(fleet, starts, -starts, 120)
+        low, high = np.argsort(priority)
+        assert closest(path).min() >= 0.8 - METRIC
+        assert off_line(path)[low] > 2.0 * off_line(path)[high]
+
+
+def test_each_robot_keeps_its_own_margin() -> None:
+    wall = Obstacle(Rectangle(8.0, 0.2), Stationary((0.0, 0.0)), "wall")
+    starts = np.array([(-8.0, 0.5), (-8.0, -0.5)])
+    fleet = Fleet(METHODS["nao_shared"], Disc(0.3), LIMITS, robots=2, margin=[0.02, 0.6], obstacles=[wall])
+    path = drive(fleet, starts, starts + np.array([16.0, 0.0]), 160)
+    beside = np.abs(path[..., 0]) < 3.5
+    gaps = [float(np.abs(path[beside[:, k], k, 1]).min()) - 0.4 for k in range(2)]
+    assert 0.02 - METRIC <= gaps[0] < 0.15
+    assert gaps[1] >= 0.6 - METRIC
+
+
+MIXED = ["nao", "nao_shared", "rvo", "nao_shared", "nao", "rvo"]
+
+
+def test_robots_of_several_methods_swap_places() -> None:
+    """All arrive; robots that publish keep their margin from each other, and no two collide."""
+    starts, targets = swap(6, 6.0)
+    fleet = Fleet([METHODS[name] for name in MIXED], Disc(0.3), LIMITS)
+    path = drive(fleet, starts, targets, 200)
+    assert closest(path).min() >= 0.6
+    assert np.linalg.norm(path[-1] - targets, axis=1).max() < 0.5
+    copy = Fleet([METHODS[name] for name in MIXED], Disc(0.3), LIMITS, threads=1)
+    np.testing.assert_array_equal(drive(copy, starts, targets, 60), path[:61])
+
+
+@pytest.mark.parametrize("name", ["nao", "nao_shared"])
+def test_a_periodic_world_is_the_one_of_the_simulator(name: str) -> None:
+    """Without guidance, to the bit."""
+    scenario = gallery.build("navground_cross_torus", {"duration": 4.0, "guided": 0.0}, seed=1)
+    run = simulate(scenario, METHODS[name])
+    fleet = Fleet(
+        METHODS[name],
+        [robot.shape for robot in scenario.robots],
+        [robot.limits for robot in scenario.robots],
+        period=scenario.dt * scenario.steps_per_decision,
+        horizon=scenario.horizon,
+        margin=scenario.margin,
+        holds=scenario.holds,
+        patience=scenario.patience,
+        world_period=scenario.period,
+    )
+    goal, targets = scenario.robots[0].goal, np.array([robot.goal.position(0.0) for robot in scenario.robots])
+    for k in range(0, len(run.times) - 1, scenario.steps_per_decision):
+        decided = fleet.step(
+            float(run.times[k]), run.positions[k], run.velocities[k], targets, tolerances=goal.tolerance, stop=goal.stop
+        )
+        assert [outcome.name for outcome in decided.outcomes] == list(run.outcomes[k])
+        np.testing.assert_allclose(decided.accelerations, run.accelerations[k], atol=1e-9)
+
+
+def test_fleets_of_two_processes_avoid_what_they_publish() -> None:
+    """They take turns, and send each other manoeuvres as bytes."""
+    starts = np.array([(-5.0, -1.5), (-1.5, 5.0), (-5.0, 0.0), (0.0, 5.0), (-5.0, 1.5), (1.5, 5.0)])
+    targets = starts * (-1.0, 1.0) * (np.abs(starts[:, :1]) > 4.0) + starts * (1.0, -1.0) * (starts[:, 1:] > 4.0)
+    fleets = [Fleet(METHODS["nao_shared"], Disc(0.4), LIMITS, robots=3) for _ in range(2)]
+    positions, velocities, sent, path = starts, np.zeros_like(starts), [b"", b""], [starts]
+    for k in range(150):
+        applied = np.zeros_like(starts)
+        for one, other in ((0, 1), (1, 0)):
+            rows = slice(one, None, 2)
+            published = pickle.loads(sent[other]) if sent[other] else ()
+            decided = fleets[one].step(k * DT, positions[rows], velocities[rows], targets[rows], others=published)
+            applied[rows], sent[one] = decided.accelerations, pickle.dumps(fleets[one].manoeuvres())
+        positions, velocities = integrate(positions, velocities, applied, DT)
+        path.append(positions)
+    assert closest(np.array(path)).min() >= 0.8 - METRIC
+    assert np.linalg.norm(positions - targets, axis=1).max() < 0.3
