@@ -43,6 +43,7 @@ def response_table(
         points.append(path.points)
         settled_velocity.append(then[1, 0])
     whole = np.concatenate(points)
+    peaks = [_peaks(r, each, horizon, dimension) for r, each in enumerate(responses)]
     return ResponseTable(
         kinds=np.cumsum([0, *(len(kind) for kind in kinds)]),
         first=np.cumsum([0, *(len(each) for each in points)]),
@@ -54,7 +55,8 @@ def response_table(
         settled=np.array([response.settled(horizon) for response in responses]),
         settled_velocity=np.array(settled_velocity),
         initial_acceleration=np.array([_initial_acceleration(response, dimension) for response in responses]),
-        peaks=np.array([p for r, each in enumerate(responses) for p in _peaks(r, each, horizon, dimension)]),
+        first_peak=np.cumsum([0, *(len(each) for each in peaks)]),
+        peaks=np.array([peak for each in peaks for peak in each]),
         window_gains=np.array([_shares(response, windows, dimension)[0] for response in responses]),
         window_bends=np.array([_bends(response, windows, dimension) for response in responses]),
         ball_bends=np.array([_on_either_side(_bends(response, ball_windows, dimension)) for response in responses]),

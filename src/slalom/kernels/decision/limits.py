@@ -34,17 +34,15 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
 
     Half-spaces that hold all of the smallest ball are left out.
     """
-    balls, flats, own = 0, 0, range(bounds.first[i], bounds.first[i + 1])
-    for p in range(len(responses.peaks)):
-        if responses.peaks[p, 0] == r:
-            balls += 1
-            for b in own:
-                flats += bounds.rows[b, 0] == responses.peaks[p, 1]
+    flats, own = 0, range(bounds.first[i], bounds.first[i + 1])
+    peaks = range(responses.first_peak[r], responses.first_peak[r + 1])
+    balls = len(peaks)
+    for p in peaks:
+        for b in own:
+            flats += bounds.rows[b, 0] == responses.peaks[p, 1]
     rows = np.zeros((balls + flats, 5))
     k = 0
-    for p in range(len(responses.peaks)):
-        if responses.peaks[p, 0] != r:
-            continue
+    for p in peaks:
         gain = responses.peaks[p, 4]
         rows[k, 0] = -1.0
         for axis in range(3):
@@ -54,9 +52,7 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
     smallest = 0
     for b in range(1, balls):
         smallest = b if rows[b, 4] < rows[smallest, 4] else smallest
-    for p in range(len(responses.peaks)):
-        if flats == 0 or responses.peaks[p, 0] != r:
-            continue
+    for p in peaks:
         gain = responses.peaks[p, 4]
         for b in own:
             if bounds.rows[b, 0] != responses.peaks[p, 1]:
@@ -93,11 +89,10 @@ def smallest_control_ball(i: int, r: int, robots: RobotTable, responses: Respons
     The centre is -`peak_drift` / gain. See `limits.Limits.admissible`.
     """
     least, radius = -1, np.inf
-    for p in range(len(responses.peaks)):
-        if responses.peaks[p, 0] == r:
-            size = largest_norm(i, p, robots, responses) / abs(responses.peaks[p, 4])
-            if size < radius:
-                least, radius = p, size
+    for p in range(responses.first_peak[r], responses.first_peak[r + 1]):
+        size = largest_norm(i, p, robots, responses) / abs(responses.peaks[p, 4])
+        if size < radius:
+            least, radius = p, size
     return least, radius
 
 

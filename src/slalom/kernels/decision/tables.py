@@ -25,6 +25,7 @@ class ResponseTable(NamedTuple):
     settled: Array  # (k,) [s] when the control has been carried out
     settled_velocity: Array  # (k, 3) at that time: velocity = [0] v + [1] a + [2] u
     initial_acceleration: Array  # (k, 3) at the start: acceleration = [0] v + [1] a + [2] u
+    first_peak: Indices  # (k + 1,) response r has the peaks first_peak[r] to first_peak[r + 1]
     peaks: Array  # (p, 5) response, 0 for a velocity or 1 for an acceleration, shares of v and a, gain
     window_gains: Array  # (k, w + 1, 3) gains of v, a and u in the position at the ends of w = RESPONSE_WINDOWS windows
     window_bends: Array  # (k, w, 3) largest difference of these gains from their chord in each window
