@@ -123,3 +123,10 @@ def test_the_written_page_is_of_full_runs() -> None:
     assert "quick runs" not in text
     assert "Not run" not in text
     assert all(f"## {name}: " in text for name in QUICK)
+
+
+def test_random_fleets_are_measured(tmp_path: Path) -> None:
+    """Apart from the page of times."""
+    done = called(FOLDER / "random_fleets.py", "--quick", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads((tmp_path / "random_fleets.json").read_text())["tables"]

@@ -62,6 +62,41 @@ def test_robots_of_one_world_that_publish_avoid_each_other() -> None:
     assert apart[:3, 3:].min() < 0.4
 
 
+def test_two_equal_robots_pass_each_other() -> None:
+    """Head-on and nearly so: both would avoid towards one side, so they agree on one."""
+    rng = np.random.default_rng(3)
+    for shape, radius in ((Disc(0.4), 0.4), (Rectangle(0.8, 0.5), 0.25)):
+        beside = np.concatenate([[0.0, 1e-9], rng.uniform(-0.6, 0.6, 18)])
+        starts = np.stack([[(-4.0, 0.0), (4.0, y)] for y in beside]).reshape(-1, 2)
+        fleet = Fleet(METHODS["nao"], shape, LIMITS, robots=40, worlds=np.arange(40) // 2)
+        path = drive(fleet, starts, -starts, 120)
+        apart = np.linalg.norm(path[:, ::2] - path[:, 1::2], axis=-1).min(axis=0)
+        assert apart.min() >= 2.0 * radius
+        assert np.linalg.norm(path[-1] + starts, axis=1).max() < 0.3
+        # Exactly head-on, both pass on the right.
+        assert path[:, 0, 1].min() < -0.2
+        assert path[:, 1, 1].max() > 0.2
+
+
+def test_random_fleets_that_observe_each_other() -> None:
+    """Radii, speeds and accelerations that differ by up to four; the full figure is that of a benchmark."""
+    rng, starts, targets, radii, worlds = np.random.default_rng(11), [], [], [], []
+    for world in range(12):
+        n = int(rng.integers(3, 13))
+        grid = np.array([(x, y) for x in range(5) for y in range(5)], dtype=float) * 2.2
+        starts.append(grid[rng.permutation(25)[:n]] + rng.uniform(-0.2, 0.2, (n, 2)))
+        targets.append(grid[rng.permutation(25)[:n]])
+        radii += rng.uniform(0.2, 0.8, n).tolist()
+        worlds += [world] * n
+    most = zip(rng.uniform(0.5, 2.0, len(radii)), rng.uniform(1.0, 4.0, len(radii)))
+    limits = [Limits(float(speed), float(acceleration)) for speed, acceleration in most]
+    fleet = Fleet(METHODS["nao"], [Disc(r) for r in radii], limits, worlds=worlds)
+    path = drive(fleet, np.concatenate(starts), np.concatenate(targets), 300)
+    together = np.equal.outer(worlds, worlds)
+    assert (closest(path) - np.add.outer(radii, radii))[together].min() >= -1e-3
+    assert (np.linalg.norm(path[-1] - np.concatenate(targets), axis=1) < 0.25).mean() >= 0.95
+
+
 def off_line(path):
     """How far each of two robots leaves the line y = 0 (2,) [m]."""
     return np.abs(path[..., 1]).max(axis=0)

@@ -50,7 +50,7 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:
     """Settings of which the test of a path needs the time and the horizon."""
-    return DecisionSettings(d, now, 0.1, horizon, 0.0, np.inf, 0.0, 1.0, False, np.empty(0))
+    return DecisionSettings(d, now, 0.1, horizon, np.inf, 0.0, 1.0, 1.0, False, False, np.empty(0))
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -87,8 +87,8 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
     for i in some:
         near = neighbours_in_cells(i, robots, cells)
         centers, radii = cells.reachable_centers[i], cells.reachable_radii[i]
-        met = reachable_neighbours(i, near, centers, radii, robots, terms)
-        rows, overlaps = obstacle_pieces(i, met, 0.0, centers, radii, scene)
+        met = reachable_neighbours(i, near, centers, radii, robots)
+        rows, overlaps = obstacle_pieces(i, met, 0.0, centers, radii, terms.agrees, scene)
         assert not overlaps
         for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
             controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
@@ -96,7 +96,7 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
             limits = admissible_set(i, r, robots, responses, tables.bounds)
             controls.preferred[:d] = limits[0, 1 : 1 + d] + rng.uniform(-1.2, 1.2, d) * limits[0, 4]
             direct = preferred_is_free(i, r, controls, met, rows, tables, scratch)
-            m = relative_motion(i, r, rows, tables, controls.unchanged)
+            m = relative_motion(i, r, rows, tables, controls.unchanged, terms.horizon)
             code, exact, _, _ = nearest_free(controls.preferred, d, *m, ELEMENTS, CANDIDATES)
             if direct:
                 assert code == SAFE

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from draws import draws
 from motion import drive
 from parts import disc_or_ball
 
@@ -33,6 +34,7 @@ from slalom import (
     Obstacle,
     Outcome,
     Polyline,
+    Rectangle,
     SafeTime,
     Sampled,
     SlalomError,
@@ -40,10 +42,11 @@ from slalom import (
     Stationary,
     advance,
 )
-from slalom.objective import Situation
+from slalom.fallback import latest_collision
+from slalom.objective import Situation, preferred_control
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
-from slalom.tolerances import ADJUSTMENT, COMMITTED_SLACK, COST_TIE, MIN_IMPROVEMENT
+from slalom.tolerances import ADJUSTMENT, COMMITTED_SLACK, COST_TIE, LATEST_COLLISION, MIN_IMPROVEMENT
 
 PERIOD = 0.1
 PLANES = (2, 3)
@@ -216,6 +219,27 @@ def test_delayed(d: int, method: str) -> None:
     assert contact >= float(decision.blocked.time_to_collision(decision.preferred)) - robot.period
     at_full_speed = (10.0 - np.sqrt(21.0**2 - 20.5**2)) / 5.0
     assert contact > at_full_speed - 1e-6
+
+
+@pytest.mark.parametrize("seed", draws(range(12)))
+def test_the_latest_collision_is_that_of_the_slow_search(seed: int) -> None:
+    """Rings of discs and rectangles that close around the robot: no response collides more than a period later."""
+    rng = np.random.default_rng(seed)
+    robot, state = navigator(2, "nao"), at(2, 3.0)
+    angles, shapes = np.arange(16) * np.pi / 8.0, (Disc(1.2), Rectangle(2.4, 2.4))
+    ring = []
+    for k, angle in enumerate(angles + rng.uniform(-0.05, 0.05, 16)):
+        outwards = np.array([np.cos(angle), np.sin(angle)])
+        closing = ConstantVelocity(rng.uniform(4.0, 5.0) * outwards, -rng.uniform(0.5, 1.0) * outwards)
+        ring.append(Obstacle(shapes[k % 2], closing, f"{k}"))
+    decision = robot.decide(state, ring, goal(2))
+    assert decision.outcome is Outcome.DELAYED
+    situations = robot.situations(state, goal(2), 0.0)
+    preferred = [preferred_control(robot.objective.aims(each)) for each in situations]
+    window = robot.predict(ring, state, 0.0)
+    slow = latest_collision(situations, preferred, robot.robot, robot.period, window)
+    found, expected = (float(each.blocked.time_to_collision(each.manoeuvre.control)) for each in (decision, slow))
+    assert abs(found - expected) <= (1.0 + 2.0 * LATEST_COLLISION) * robot.period
 
 
 @pytest.mark.parametrize("method", METHODS)

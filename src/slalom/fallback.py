@@ -13,6 +13,7 @@ from slalom.objective import Situation
 from slalom.obstacle_window import ObstacleWindow
 from slalom.selection import select
 from slalom.shape import Shape
+from slalom.tolerances import LATEST_COLLISION
 
 
 def latest_collision(
@@ -36,7 +37,7 @@ def latest_collision(
     for s, preferred in zip(situations, preferred_controls):
         blocked = ControlObstacle(s.response, s.state, obstacle_window, robot)
         low, high, control = 0.0, s.horizon, None
-        while high - low > 0.1 * period:
+        while high - low > LATEST_COLLISION * period:
             middle = 0.5 * (low + high)
             choice = select(preferred, s.admissible, replace(blocked, horizon=middle))
             if choice.control is None:

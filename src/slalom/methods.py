@@ -44,11 +44,12 @@ class Method:
         robot_forecast: the forecast for other robots, of which only the present state is observed.
         responses_among: the responses among other robots, where they differ; None: `responses`.
         share: fraction of the avoidance between robots that each contributes, above 0 and at most 1. The others
-            contribute the rest, so the change of the control u from the present one is tested 1 / share as large. With
-            1/2 and velocities this is the reciprocal velocity obstacle (van den Berg, Lin and Manocha, ICRA 2008).
+            contribute the rest, so the change from a constant velocity is tested 1 / share as large. With 1/2 and
+            velocities this is the reciprocal velocity obstacle (van den Berg, Lin and Manocha, ICRA 2008).
         regain: [s] above 0 within which robots that only observe each other restore a lost part of the margin between
-            them; None: the margin must only not shrink further. `Navigator` decides without share and regain: its
-            obstacles do not avoid it.
+            them; None: the margin must only not shrink further. `Navigator` uses share and regain only for
+            `robots=`: its obstacles do not avoid it.
+        agrees: whether two robots that share the avoidance agree, from what both observe, on the side to pass on.
         shared: robots know the committed manoeuvres of the others, and decide one after the other.
         looks_ahead: whether a single robot searches over sequences of accelerations (`lookahead.LookAhead`).
     """
@@ -62,6 +63,7 @@ class Method:
     responses_among: Responses | None = None
     share: float = 1.0
     regain: float | None = None
+    agrees: bool = False
     shared: bool = False
     looks_ahead: bool = False
 
@@ -175,6 +177,7 @@ METHODS: Final[dict[str, Method]] = {
             responses_among=_braking,
             share=0.5,
             regain=1.0,
+            agrees=True,
         ),
         Method(
             "nao_ahead",

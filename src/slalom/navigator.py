@@ -38,7 +38,14 @@ from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING
 from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
-OUTCOMES = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED, Outcome.SQUEEZED)
+OUTCOMES = (
+    Outcome.CLEAR,
+    Outcome.CONSTRAINED,
+    Outcome.KEPT,
+    Outcome.CONTINUED,
+    Outcome.SQUEEZED,
+    Outcome.DELAYED,
+)
 """The outcomes of the compiled policy by number."""
 FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
 """Objectives that need no goal."""
@@ -206,7 +213,7 @@ class Navigator:
         now: float,
         previous: Decision | None,
     ) -> Decision | None:
-        """Decision of the compiled policy; None for a robot that overlaps an obstacle or has no safe control."""
+        """Decision of the compiled policy; None for a robot that overlaps an obstacle or will at once."""
         responses = self._responses if others is None else self._responses_among
         path = None
         if previous is not None:
@@ -228,7 +235,7 @@ class Navigator:
             blocked = partial(self._control_obstacle, responses[0], obstacles, state)
             return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path)
         response = responses[int(robots.response[0])]
-        margin = 0.0 if outcome is Outcome.SQUEEZED else self.margin
+        margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
         return Decision(
             Manoeuvre(response, state, robots.control[0, :d], now),
             outcome,
@@ -238,7 +245,7 @@ class Navigator:
         )
 
     def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:
-        """Decision of a robot that overlaps an obstacle or has no safe control."""
+        """Decision of a robot that overlaps an obstacle or will at once."""
         return self._fall_back(self.predict(obstacles, state, now), state, goal, now)
 
     def _fall_back(self, obstacles: ObstacleWindow, state: State, goal: Goal, now: float) -> Decision:

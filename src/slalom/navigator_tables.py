@@ -72,6 +72,7 @@ def tables_of(
         patience=robot.patience,
         share=1.0 if others is None else method.share,
         least_share=1.0 if others is None else method.share,
+        agrees=method.agrees and others is not None,
         shared=False,
         detours=np.array(robot.detours),
     )

@@ -368,6 +368,25 @@ More values: more choices per decision. Fewer: robots that block each other wait
 with a wall at its right waits.
 """
 
+AGREED_SIDE: Final = 0.1
+"""[1] Half the width by which a robot counts as wider on the side on which two robots do not pass, in sums of radii.
+
+Larger: robots pass farther from each other and arrive later. Smaller: two robots that avoid towards the same side
+collide.
+"""
+
+SIDE_ROUNDING: Final = 1e-18
+"""[1] Square of the share of the relative velocity across the line between two robots that is a side.
+
+Larger: robots that meet almost head-on pass on the right. Smaller: rounding decides the side.
+"""
+
+LATEST_COLLISION: Final = 0.1
+"""[1] To this part of a period the time of an unavoidable collision is found.
+
+Larger: a robot may choose a manoeuvre that collides that much sooner. Smaller: more choices where nothing is safe.
+"""
+
 PRIORITY_RATIO: Final = 10.0
 """[1] Largest ratio of the priorities of two robots in a fleet.
 

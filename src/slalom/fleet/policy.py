@@ -48,6 +48,7 @@ class Policy:
             patience=patience,
             share=method.share,
             least_share=method.share * lowest / (method.share * lowest + (1.0 - method.share) * own),
+            agrees=method.agrees,
             shared=method.shared,
             detours=np.array(detours),
         )

@@ -4,6 +4,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
 from slalom.kernels.decision.paths import state_on_path
+from slalom.kernels.decision.reciprocity import agreed_side, share_of
 from slalom.kernels.decision.tables import (
     EVERY_WORLD,
     DecisionSettings,
@@ -24,13 +25,6 @@ from slalom.tolerances import BALL_WINDOWS, CONTACT_SLACK, COOPERATION_RANGE
 def is_elsewhere(world: int, own: int) -> bool:
     """Whether a body in `world` is in another one than a robot in its `own`."""
     return world != own and world != EVERY_WORLD
-
-
-@kernel
-def share_of(i: int, k: int, robots: RobotTable, settings: DecisionSettings) -> float:
-    """The part [1] of the avoidance that robot i does itself, robot k the rest: less with more priority than it."""
-    own, other = settings.share * robots.priority[k], (1.0 - settings.share) * robots.priority[i]
-    return float(own / (own + other))
 
 
 @kernel
@@ -89,12 +83,12 @@ def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, sc
 
 @kernel
 def obstacle_pieces(
-    i: int, near: Indices, error: float, centers: Array, radii: Array, scene: EncounterTables
+    i: int, near: Indices, error: float, centers: Array, radii: Array, agrees: bool, scene: EncounterTables
 ) -> tuple[ObstaclePieces, bool]:
     """The pieces of passive bodies and of the robots `near` (m,) that robot i may meet; whether it overlaps one now.
 
     Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near. Bodies are
-    larger by `error` [m], that of the robot's own pieces.
+    larger by `error` [m], that of the robot's own pieces. If the robot `agrees` on sides, see `agreed_side`.
     """
     robots, bodies, fixed = scene.robots, scene.bodies, len(scene.bodies.body_radius)
     d, q = scene.settings.dimension, robots.observed_points.shape[1]
@@ -111,7 +105,7 @@ def obstacle_pieces(
     balls = np.full((n if fixed else 0, 4), np.inf)
     rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, share)
     overlaps_passive = add_passive(i, passive, error, rows, scene) if fixed else False
-    overlaps_robot, s = add_robots(i, near, len(passive), error, rows, scene)
+    overlaps_robot, s = add_robots(i, near, len(passive), error, agrees, rows, scene)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
     return ObstaclePieces(
         used, rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], share
@@ -120,7 +114,7 @@ def obstacle_pieces(
 
 @inlined
 def add_robots(
-    i: int, near: Indices, s: int, error: float, rows: ObstaclePieces, scene: EncounterTables
+    i: int, near: Indices, s: int, error: float, agrees: bool, rows: ObstaclePieces, scene: EncounterTables
 ) -> tuple[bool, int]:
     """Write the bodies of the robots `near` (m,) on their observed paths, grown by robot i and the margin.
 
@@ -129,6 +123,7 @@ def add_robots(
     robots, bodies, settings, pieces = scene.robots, scene.bodies, scene.settings, rows.pieces
     d, now, q, observed = settings.dimension, settings.now, robots.observed_points.shape[1], robots.observed_points
     position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
+    side = np.zeros(d)
     body, turning, margin = len(bodies.body_radius), len(pieces.turns) > 0, robots.margin[i]
     for k in near:
         state_on_path(Paths(robots.observed_times, observed), k, now, position, velocity)
@@ -148,6 +143,9 @@ def add_robots(
             # No robot relies on the other where both are close: there it is too late for mistakes.
             if settings.share < 1.0 and clearance > COOPERATION_RANGE * (robots.radius[i] + robots.radius[k]):
                 rows.share[body] = share_of(i, k, robots, settings)
+            wider = 0.0
+            if agrees and rows.share[body] < 1.0:
+                wider = agreed_side(i, k, position, velocity, clearance - max(extra, 0.0), robots, side)
             rows.robot[body], rows.hull[body] = k, bodies.robot_hull[j]
             rows.hull_radius[body] = bodies.robot_hull_radius[j]
             end, cut = s, settings.regain if extra < margin else np.inf
@@ -157,11 +155,11 @@ def add_robots(
                     continue
                 end = add_piece(first - now, last - now, observed[k, p], cut, end, pieces)
             for row in range(s, end):
-                pieces.radius[row], pieces.body[row] = bodies.robot_radius[j] + both + extra + error, body
+                pieces.radius[row], pieces.body[row] = bodies.robot_radius[j] + both + extra + error + wider, body
                 rows.margin[row, 0] = max(extra, 0.0)
                 for c in range(4):
                     for axis in range(d):
-                        pieces.points[row, c, axis] += bodies.robot_offset[j, axis]
+                        pieces.points[row, c, axis] += bodies.robot_offset[j, axis] + wider * side[axis]
                     if turning:
                         pieces.turns[row, c, 0] = 1.0
             if cut < np.inf:

@@ -51,13 +51,13 @@ def bounding_balls(times: Array, points: Array, settings: DecisionSettings, cent
 
 @inlined
 def unchanged_control(i: int, r: int, robots: RobotTable, responses: ResponseTable, u: Array) -> None:
-    """Write the control of response r that changes nothing now into u (3,): the present acceleration or velocity.
+    """Write the control of response r that changes nothing now into u (3,): the present velocity, or no acceleration.
 
-    It is 0 for a response that continues the present acceleration.
+    The share of the avoidance is a share of the change from it. From the present acceleration a robot would count the
+    end of its own avoidance as a part of the other's, and two robots would avoid and return by turns.
     """
     for axis in range(3):
-        velocity, jerk = responses.settled_velocity[r, 0] == 0.0, responses.settled_velocity[r, 1] != 0.0
-        u[axis] = robots.velocity[i, axis] if velocity else 0.0 if jerk else robots.acceleration[i, axis]
+        u[axis] = robots.velocity[i, axis] if responses.settled_velocity[r, 0] == 0.0 else 0.0
 
 
 @kernel

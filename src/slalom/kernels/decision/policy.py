@@ -1,12 +1,13 @@
 """The policy: one robot, or many one after the other, of any shape, limits and targets.
 
-FALL_BACK is returned where a robot overlaps a body or has no safe control; `slalom.fallback` then decides.
+FALL_BACK is returned where a robot overlaps a body or will at once; `slalom.fallback` then decides.
 """
 
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, PositionMap
 from slalom.kernels.decision.encounters import in_reach, obstacle_pieces, reduce_margin
+from slalom.kernels.decision.latest_collision import latest_collision
 from slalom.kernels.decision.limits import is_too_fast, largest_error, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
@@ -20,7 +21,7 @@ from slalom.kernels.decision.paths import (
     unchanged_control,
 )
 from slalom.kernels.decision.response_controls import first_least, optimistic_costs
-from slalom.kernels.decision.response_motion import relative_motion, relative_table
+from slalom.kernels.decision.response_motion import choose, relative_motion, relative_table
 from slalom.kernels.decision.tables import (
     CellList,
     Controls,
@@ -37,21 +38,18 @@ from slalom.kernels.decision.tables import (
 from slalom.kernels.geometry.cubic import copy_into, new_stack
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.clearance import new_workspace
-from slalom.kernels.selection.exchange import SAFE, nearest_free
 from slalom.kernels.selection.violation import deepest_violation
 from slalom.tolerances import (
     BALL_WINDOWS,
-    CANDIDATES,
     COMMITTED_SLACK,
     CONTACT_SLACK,
     COST_TIE,
     DIRECT_TEST_ROWS,
-    ELEMENTS,
     MARGIN_STEPS,
     MIN_IMPROVEMENT,
 )
 
-CLEAR, CONSTRAINED, KEPT, CONTINUED, SQUEEZED, FALL_BACK, SEARCH = 0, 1, 2, 3, 4, -1, -2
+CLEAR, CONSTRAINED, KEPT, CONTINUED, SQUEEZED, DELAYED, FALL_BACK, SEARCH = 0, 1, 2, 3, 4, 5, -1, -2
 """Outcomes by number; SEARCH is none: responses must be examined."""
 
 
@@ -74,7 +72,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(i, robots, tables.responses)
-    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, scene)
+    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, False, scene)
     if overlapping:
         return FALL_BACK
     bounded = tables.bounds.first[i + 1] > tables.bounds.first[i]
@@ -125,15 +123,6 @@ def keep_committed(i: int, k: int, least: float, near: Indices, tables: Decision
     if result == KEPT:
         robots.regret[i] = regret
     return result
-
-
-@inlined
-def choose(m: RelativeMotion, preferred: Array, settings: DecisionSettings, u: Array) -> bool:
-    """Whether there is a free admissible control; the one nearest to `preferred` (3,) goes into u (3,)."""
-    code, found, _, _ = nearest_free(preferred, settings.dimension, m.limits, m.table, m.hulls, ELEMENTS, CANDIDATES)
-    if code == SAFE:
-        copy_into(u, found)
-    return code == SAFE
 
 
 @inlined
@@ -190,7 +179,7 @@ def best_response(
         if not (direct and preferred_is_free(i, r, controls, met, rows, tables, scratch)):
             if which[k] < 0:
                 which[k] = len(motions)
-                motions.append(relative_motion(i, r, rows, tables, unchanged))
+                motions.append(relative_motion(i, r, rows, tables, unchanged, settings.horizon))
             closed[k] = not choose(motions[which[k]], preferred, settings, u)
             if closed[k]:
                 continue
@@ -249,10 +238,15 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
     met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(i, robots, tables.responses)
-    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, scene)
+    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, settings.agrees, scene)
     if overlapping:
         return FALL_BACK
-    for level in range(MARGIN_STEPS + 1):
+    for step in range(0 if settings.agrees else 1, MARGIN_STEPS + 2):
+        level = max(step - 1, 0)
+        if settings.agrees and step == 1:
+            # Nothing is free on the agreed sides.
+            rows, _ = obstacle_pieces(i, met, error, centers, radii, False, scene)
+            copy_into(search.costs, optimistic)
         if level > 0:
             # With half the margin, then a quarter, at last without.
             reduce_margin(0.5 ** min(level, MARGIN_STEPS - 1), rows)
@@ -266,9 +260,18 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
             copy_into(robots.preferred[i], search.preferred[r - responses.kinds[robots.kind[i]]])
             robots.regret[i] = 0.0
             return outcome if level == 0 else SQUEEZED
-        if level == 0 and committed and committed_is_clear(i, True, near, tables) == KEPT:
+        if step == 1 and committed and committed_is_clear(i, True, near, tables) == KEPT:
             return CONTINUED
-    return FALL_BACK
+    # Nothing is left of the margin, and no body does a part of the avoidance.
+    for b in range(len(rows.share)):
+        rows.share[b] = 1.0
+    k = latest_collision(i, rows, tables, search)
+    if k < 0:
+        return FALL_BACK
+    commit(i, responses.kinds[robots.kind[i]] + k, search.control, robots, responses, settings)
+    copy_into(robots.preferred[i], search.preferred[k])
+    robots.regret[i] = 0.0
+    return DELAYED
 
 
 @kernel

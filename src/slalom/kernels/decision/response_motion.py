@@ -6,11 +6,19 @@ from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, Piec
 from slalom.kernels.decision.encounters import hulls_of_bodies
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import response_balls
-from slalom.kernels.decision.tables import DecisionTables, GrownBodies, ObstaclePieces, RelativeMotion
+from slalom.kernels.decision.tables import (
+    DecisionSettings,
+    DecisionTables,
+    GrownBodies,
+    ObstaclePieces,
+    RelativeMotion,
+)
+from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 from slalom.kernels.selection.admissible import segments_in_reach
-from slalom.tolerances import RESPONSE_WINDOWS
+from slalom.kernels.selection.exchange import SAFE, nearest_free
+from slalom.tolerances import CANDIDATES, ELEMENTS, RESPONSE_WINDOWS
 
 
 @inlined
@@ -86,8 +94,13 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
 
 
 @inlined
-def relative_motion(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables, unchanged: Array) -> RelativeMotion:
-    """The relative motion of robot i under response r; `unchanged` (3,): the control that changes nothing now."""
+def relative_motion(
+    i: int, r: int, rows: ObstaclePieces, tables: DecisionTables, unchanged: Array, horizon: float
+) -> RelativeMotion:
+    """The relative motion of robot i under response r up to `horizon` [s], at most that of the settings.
+
+    `unchanged` (3,): the control that changes nothing now.
+    """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     d, first, last = settings.dimension, responses.first[r], responses.first[r + 1]
     m = last - first
@@ -100,7 +113,7 @@ def relative_motion(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
                 drift[p, c, axis] = own + responses.acceleration_gain[first + p, c] * robots.acceleration[i, axis]
     motion = PositionMap(knots, drift, responses.gain[first:last])
     near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.body_radius) else rows
-    table, hulls, body = relative_table(near_rows, tables.bodies, motion, settings.horizon)
+    table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon)
     if settings.share < 1.0:
         # A part of the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) /
         # share is tested.
@@ -118,3 +131,12 @@ def relative_motion(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
     limits = admissible_set(i, r, robots, responses, tables.bounds)
     near, near_hulls = segments_in_reach(limits, table, hulls)
     return RelativeMotion(limits, near, near_hulls)
+
+
+@inlined
+def choose(m: RelativeMotion, preferred: Array, settings: DecisionSettings, u: Array) -> bool:
+    """Whether there is a free admissible control; the one nearest to `preferred` (3,) goes into u (3,)."""
+    code, found, _, _ = nearest_free(preferred, settings.dimension, m.limits, m.table, m.hulls, ELEMENTS, CANDIDATES)
+    if code == SAFE:
+        copy_into(u, found)
+    return code == SAFE

@@ -147,6 +147,7 @@ class DecisionSettings(NamedTuple):
     patience: float  # [s]
     share: float  # [1] part of the avoidance between two robots of one priority that a robot does itself
     least_share: float  # [1] the smallest part that any robot does, by its priority
+    agrees: bool  # whether two robots that share the avoidance agree on a side to pass on
     shared: bool  # whether robots know each other's committed manoeuvres
     detours: Array  # (k,) [rad] angles by which the desired velocity is turned
 
@@ -228,5 +229,5 @@ class Controls(NamedTuple):
     """Controls of one response."""
 
     preferred: Array  # (3,)
-    unchanged: Array  # (3,) the control that changes nothing now: the present velocity or acceleration
+    unchanged: Array  # (3,) the control that changes nothing now: the present velocity, or no acceleration
     found: Array  # (3,) the free control nearest to the preferred one

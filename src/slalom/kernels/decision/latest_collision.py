@@ -1,0 +1,87 @@
+"""The decision of a robot whose every manoeuvre is predicted to collide: as late as possible, then as slowly."""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array
+from slalom.kernels.decision.encounters import hulls_of_bodies
+from slalom.kernels.decision.paths import response_path, state_on_path
+from slalom.kernels.decision.response_motion import choose, relative_motion
+from slalom.kernels.decision.tables import DecisionTables, ObstaclePieces, ResponseSearch
+from slalom.kernels.geometry.cubic import copy_into, slope, value
+from slalom.kernels.geometry.hulls import distances
+from slalom.kernels.jit import kernel
+from slalom.tolerances import LATEST_COLLISION
+
+
+@kernel
+def latest_collision(i: int, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch) -> int:
+    """The response with the latest collision among `rows`; its control goes into `search.control`.
+
+    Of those within one period of the latest, the one with the least impact speed. -1 if all collide within one period.
+    Collision times are found by bisection, to the part LATEST_COLLISION of a period.
+    """
+    settings, first, count = tables.settings, tables.responses.kinds[tables.robots.kind[i]], len(search.excluded)
+    times, speeds, controls, u = np.zeros(count), np.full(count, np.inf), np.zeros((count, 3)), np.zeros(3)
+    latest = 0.0
+    for k in range(count):
+        low, high = max(latest - settings.period, 0.0), settings.horizon
+        if search.excluded[k] or not free_until(i, first + k, max(low, 1e-9), rows, search.preferred[k], tables, u):
+            continue
+        copy_into(controls[k], u)
+        while high - low > LATEST_COLLISION * settings.period:
+            middle = 0.5 * (low + high)
+            if free_until(i, first + k, middle, rows, search.preferred[k], tables, u):
+                low = middle
+                copy_into(controls[k], u)
+            else:
+                high = middle
+        times[k], latest = low, max(latest, low)
+        speeds[k] = impact_speed(i, first + k, high, controls[k], rows, tables, search)
+    best = -1
+    for k in range(count):
+        if times[k] >= max(latest - settings.period, settings.period) and (best < 0 or speeds[k] < speeds[best]):
+            best = k
+    if best >= 0:
+        copy_into(search.control, controls[best])
+    return best
+
+
+@kernel
+def free_until(
+    i: int, r: int, until: float, rows: ObstaclePieces, preferred: Array, tables: DecisionTables, u: Array
+) -> bool:
+    """Whether a control of response r collides with nothing up to `until` [s].
+
+    The one nearest to `preferred` (3,) goes into u (3,).
+    """
+    motion = relative_motion(i, r, rows, tables, np.zeros(3), until)
+    return choose(motion, preferred, tables.settings, u)
+
+
+@kernel
+def impact_speed(
+    i: int, r: int, t: float, u: Array, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch
+) -> float:
+    """The speed [m/s] relative to the nearest body after t [s], under control u (3,) of response r."""
+    robots, settings, scratch, pieces = tables.robots, tables.settings, search.scratch, rows.pieces
+    hulls = hulls_of_bodies(tables.bodies.corners, rows.hull, np.empty((4, 2, 0)))
+    place, direction, nearest, speed = np.zeros((1, 3)), np.array([[1.0, 0.0]]), np.inf, np.inf
+    response_path(i, r, u, robots, tables.responses, settings, scratch.paths, 0)
+    state_on_path(scratch.paths, 0, settings.now + t, scratch.position, scratch.velocity)
+    for s in range(len(pieces.body)):
+        if t < pieces.times[s, 0] or t > pieces.times[s, 1]:
+            continue
+        width, square = pieces.times[s, 1] - pieces.times[s, 0], 0.0
+        x, body = (t - pieces.times[s, 0]) / width, pieces.body[s]
+        for axis in range(settings.dimension):
+            p = pieces.points[s, :, axis]
+            place[0, axis] = value(p[0], p[1], p[2], p[3], x) - scratch.position[axis]
+            square += (slope(p[0], p[1], p[2], p[3], x) / width - scratch.velocity[axis]) ** 2
+        for axis in range(2 if len(pieces.turns) > 0 else 0):
+            p = pieces.turns[s, :, axis]
+            direction[0, axis] = value(p[0], p[1], p[2], p[3], x)
+        gap = distances(place, direction, rows.hull[body : body + 1], hulls)[0, 0]
+        gap -= pieces.radius[s] + pieces.growth[s] * x
+        if gap < nearest:
+            nearest, speed = gap, np.sqrt(square)
+    return float(speed)
