@@ -2095,6 +2095,12 @@ CASES = [
         lambda _: console.parse_settings(["=3"]),
     ),
     Case(
+        "decide",
+        InvalidInput,
+        r"scenario: expected one with one robot to decide for, found 4 robots; `slalom run` runs them",
+        command("decide", "circle"),
+    ),
+    Case(
         "drawable",
         InvalidInput,
         r"--figure: expected a file that ends in \.svg, \.pdf or \.png, found 'a\.gif'",

@@ -150,6 +150,9 @@ def decide(
     from slalom.sim.measure.metrics import finite
 
     chosen, loaded = method_of(_method_name(method, foresight)), load(scene)
+    if len(loaded.robots) > 1:
+        found = f"{len(loaded.robots)} robots; `slalom run` runs them"
+        raise InvalidInput(f"scenario: expected one with one robot to decide for, found {found}")
     drawable(figure)
     _print_notes(loaded.notes)
     navigator, robot = loaded.navigator(chosen), loaded.robot
