@@ -648,7 +648,7 @@ def test_databases_that_say_something_else(said: list, tmp_path: Path) -> None:
 
 
 def test_reading_makes_no_database(tmp_path: Path) -> None:
-    with pytest.raises(InvalidFile, match="expected a JuPedSim database"):
+    with pytest.raises(InvalidFile, match="expected a readable JuPedSim database"):
         read_recording(tmp_path / "none.sqlite", "jupedsim")
     assert not list(tmp_path.iterdir())
 

@@ -6,6 +6,7 @@ that is not.
 
 import ast
 import dataclasses
+import os
 import pickle
 import re
 from collections.abc import Callable
@@ -18,6 +19,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from hdf5_files import OF_LIBRARY, OF_RECORDING, changed, read_here, read_with
 from matplotlib.figure import Figure
 from pydantic_core import PydanticKnownError
 
@@ -96,7 +98,8 @@ from slalom import (
 )
 from slalom.cli import console
 from slalom.io import polynomials, tracks
-from slalom.io.formats import read_recording, write_recording
+from slalom.io.database import rows_of_queries
+from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
@@ -104,6 +107,7 @@ from slalom.sim.files.schema import GoalSpec, ScenarioSpec, Shaped, _known_metho
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.gallery import build
+from slalom.sim.measure.hdf5_child import Refused
 from slalom.sim.measure.metrics import path_length
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
 from slalom.sim.sweep.store import Store, _Former, _refuse_another
@@ -338,6 +342,35 @@ def silent_database(folder: Path) -> object:
     return read_recording(folder / "silent.sqlite")
 
 
+def endless_database(folder: Path) -> object:
+    """A JuPedSim database of a few kilobytes whose table has rows without end."""
+    import sqlite3
+    from contextlib import closing
+
+    with closing(sqlite3.connect(folder / "endless.sqlite")) as base, base:
+        base.execute("CREATE TABLE metadata (key, value)")
+        base.execute(
+            "CREATE VIEW trajectory_data AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
+            "SELECT i AS rowid, 1 AS id, i AS frame, 1.0 AS pos_x, 1.0 AS pos_y FROM n"
+        )
+        base.execute("CREATE VIEW more AS SELECT * FROM trajectory_data")
+    return rows_of_queries(folder / "endless.sqlite", "database", ("SELECT i FROM (SELECT rowid AS i FROM more)",))
+
+
+def forbidden_file(folder: Path) -> object:
+    """A file that may not be read; the user of the tests may read all."""
+    (folder / "a.csv").write_text(ROW)
+    with patch.object(Path, "open", side_effect=PermissionError("Permission denied")):
+        return read_recording(folder / "a.csv")
+
+
+def long_table(folder: Path) -> object:
+    """A table of more rows than are read."""
+    (folder / "a.csv").write_text(ROW)
+    with patch("slalom.io.table.MAX_ROWS", 1):
+        return read_recording(folder / "a.csv")
+
+
 def without_pyrvo(_: Path) -> object:
     """The people of CrowdNav where the package that moves them is not installed."""
     with patch.dict("sys.modules", {"pyrvo": None}):
@@ -387,7 +420,7 @@ RECORDINGS = [
     ("pedpy_text", r"expected the given unit cm, found m", "a.txt", "# x/m\n1 0 0 0\n", {"unit": "cm"}),
     ("pedpy_text", r"a\.txt:2: expected 4 or more cells .*, found 3", "a.txt", "# \n1 0 0\n", {}),
     ("_rate", r"a\.txt: expected a frame rate above 0, in the file or given, found none", "a.txt", "#\n1 0 0 0\n", {}),
-    ("jupedsim", r"a\.sqlite: expected a JuPedSim database, found ", "a.sqlite", "SQLite format 3", {}),
+    ("rows_of_queries", r"a\.sqlite: expected a JuPedSim database, found ", "a.sqlite", "SQLite format 3", {}),
     (
         "_frame_rate",
         r"a_recordingMeta\.csv: expected one frameRate above 0, found none",
@@ -1081,6 +1114,12 @@ CASES = [
     Case(
         "Sampled.__post_init__",
         InvalidInput,
+        r"positions: expected finite velocities between samples, found \[inf, 0, ",
+        lambda _: Sampled([0, 1e-300], [(0, 0), (1e10, 0)]),
+    ),
+    Case(
+        "Sampled.__post_init__",
+        InvalidInput,
         r"increasing times, found 2 followed by 1 at index 2",
         lambda _: Sampled([0, 2, 1], np.zeros((3, 2))),
     ),
@@ -1662,15 +1701,43 @@ CASES = [
     Case(
         "Recording.load",
         InvalidFile,
-        r"a\.h5: expected a file of format 'slalom recording 2', found 'something else'",
+        r"a\.h5: .*found format: expected 'slalom recording 2', found 'something else'",
         foreign_hdf5,
     ),
     Case("Recording.load", InvalidFile, r"a\.h5: expected .*, found ", empty_recording),
     Case(
-        "Recording.load",
-        InvalidFile,
-        r"a\.h5: expected an HDF5 recording, found ",
-        reading(Recording.load, "a.h5", "text"),
+        "read_tree", InvalidFile, r"a\.h5: expected an HDF5 recording, found ", reading(Recording.load, "a.h5", "text")
+    ),
+    *(
+        Case("read_tree", InvalidFile, rf"a\.h5: expected an HDF5 recording, found {said}", partial(read_with, program))
+        for program, said in (
+            ("while True: pass", "one on which reading takes more than .* s of processor time"),
+            ("import time; time.sleep(1e3)", "one on which reading takes more than .* s$"),
+            ("import os; os.abort()", "one on which the HDF5 library crashes"),
+        )
+    ),
+    *(
+        Case(where, Refused, OF_LIBRARY[what][1], lambda folder, what=what: read_here(changed(what, folder)))
+        for what, where in (
+            ("deep groups", "Content.group"),
+            ("a loop of links", "Content.group"),
+            ("a type", "Content.group"),
+            ("an array twice", "Content.once"),
+            ("values of a device", "Content.dataset"),
+            ("no value", "Content.count"),
+            ("empty terabytes", "Content.count"),
+            ("other values", "Content.value"),
+        )
+    ),
+    Case(
+        "Content.texts",
+        Refused,
+        "content far larger than the file",
+        lambda folder: read_here(changed("no period", folder), 20),
+    ),
+    *(
+        Case("Recording.load", InvalidFile, rf"a\.h5: .*{said}", lambda f, what=what: Recording.load(changed(what, f)))
+        for what, (_, said) in OF_RECORDING.items()
     ),
     Case(
         "read_scenario",
@@ -1679,7 +1746,7 @@ CASES = [
         reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "stop: true")),
     ),
     Case(
-        "compose",
+        "text_of",
         InvalidFile,
         r"a\.yaml: expected a readable YAML file, found ",
         reading(read_scenario, "a.yaml", b"\xff\xfe\x00"),
@@ -1721,7 +1788,7 @@ CASES = [
         lambda _: GoalSpec.model_construct().build(),
     ),
     Case(
-        "read_polynomials",
+        "file_size",
         InvalidFile,
         r"none\.csv: expected a readable CSV file, found ",
         lambda folder: polynomials.read_polynomials(folder / "none.csv"),
@@ -1731,6 +1798,12 @@ CASES = [
         InvalidFile,
         r"a\.csv:1:1: expected a header duration",
         reading(polynomials.read_polynomials, "a.csv", "t,x\n"),
+    ),
+    Case(
+        "read_polynomials",
+        InvalidFile,
+        r"a\.csv: expected a readable CSV file, found field larger than field limit",
+        reading(polynomials.read_polynomials, "a.csv", "duration," + "x" * 200_000),
     ),
     Case(
         "read_polynomials",
@@ -1757,7 +1830,7 @@ CASES = [
         reading(tracks.read_tracks, "a.csv", "t,id,x,y"),
     ),
     Case(
-        "read_tracks",
+        "file_size",
         InvalidFile,
         r"none\.csv: expected a readable CSV file, found ",
         lambda folder: tracks.read_tracks(folder / "none.csv"),
@@ -1797,11 +1870,31 @@ CASES = [
         silent_database,
     ),
     Case(
-        "format_of",
+        "file_size",
         InvalidFile,
-        r"none\.csv: expected a file that can be read, found ",
+        r"none\.csv: expected a readable file, found ",
         lambda folder: read_recording(folder / "none.csv"),
     ),
+    Case(
+        "rows_of_queries",
+        InvalidFile,
+        r"endless\.sqlite: expected at most .* rows in a file of .* bytes, found more",
+        endless_database,
+    ),
+    Case(
+        "file_size",
+        InvalidFile,
+        r"pipe\.csv: expected a readable file, found a pipe",
+        lambda folder: (os.mkfifo(folder / "pipe.csv"), format_of(folder / "pipe.csv")),
+    ),
+    Case(
+        "file_size",
+        InvalidFile,
+        r"a\.csv: expected a file of at most 1000 MB, found 2000 MB",
+        reading(lambda path: (os.truncate(path, 2 * 10**9), format_of(path)), "a.csv", ""),
+    ),
+    Case("_read", InvalidFile, r"a\.csv: expected a readable file, found Permission denied", forbidden_file),
+    Case("Table.__init__", InvalidFile, r"a\.csv: expected at most 1 rows, found more", long_table),
     Case(
         "_check",
         InvalidInput,

@@ -541,7 +541,7 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
 def test_recordings_that_are_not_there_or_do_not_fit(tmp_path: Path) -> None:
     """Beside the scenario file, not where the program runs."""
     (one,) = mistakes(tmp_path, ROBOT + "recording: {file: none.csv, radius: 1}\n")
-    assert "none.csv: expected a file that can be read, found " in one
+    assert "none.csv: expected a readable file, found " in one
     write(tmp_path, "t,id,x,y\n0,1,0,left\n1,1,?,0\n", "bad.csv")
     assert [
         line.split("bad.csv")[1] for line in mistakes(tmp_path, ROBOT + "recording: {file: bad.csv, radius: 1}\n")

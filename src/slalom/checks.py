@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.errors import InvalidInput
-from slalom.tolerances import UNIT
+from slalom.tolerances import SHOWN, UNIT
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -18,7 +18,7 @@ def array(value: npt.ArrayLike, name: str) -> Array:
     try:
         result = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InvalidInput(f"{name}: expected numbers, found {value!r}") from None
+        raise InvalidInput(f"{name}: expected numbers, found {shown(value)}") from None
     if not np.isfinite(result).all():
         raise InvalidInput(f"{name}: expected finite numbers, found {short(result)}")
     result.setflags(write=False)
@@ -88,7 +88,7 @@ def share(value: float, name: str) -> float:
 def has(value: object, attributes: Sequence[str], expected: str, name: str) -> None:
     """Raise InvalidInput unless `value` has these attributes (for example for a point in place of a trajectory)."""
     if not all(hasattr(value, attribute) for attribute in attributes):
-        raise InvalidInput(f"{name}: expected {expected}, found {value!r}")
+        raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
 
 
 def whole(value: float, name: str, minimum: int = 0) -> int:
@@ -110,7 +110,7 @@ def whole_numbers(value: npt.ArrayLike, name: str, n: int) -> npt.NDArray[np.int
 def known(name: str, what: str, names: Sequence[str]) -> str:
     """Return `name` if it is one of `names`; otherwise raise InvalidInput with all of them."""
     if name not in names:
-        raise InvalidInput(f"{what}: expected one of {', '.join(names)}; found {name!r}")
+        raise InvalidInput(f"{what}: expected one of {', '.join(names)}; found {shown(name)}")
     return name
 
 
@@ -129,6 +129,12 @@ def short(values: Array) -> str:
     """At most six of the values as text, for a message."""
     flat = values.ravel()
     return "[" + ", ".join(f"{x:g}" for x in flat[:6]) + (", ...]" if flat.size > 6 else "]")
+
+
+def shown(value: object) -> str:
+    """A value as text for a message, of at most SHOWN characters."""
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
 Positive: TypeAlias = Annotated[float, positive]

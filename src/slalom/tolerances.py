@@ -863,6 +863,74 @@ SHOWN: Final = 200
 Larger: messages flood the terminal. Smaller: a mistake may lie in what is not shown.
 """
 
+MESSAGE_LINE: Final = 1000
+"""[1] Characters of a line about a mistake in a file; a longer line is cut there.
+
+Larger: messages flood the terminal. Smaller: the list of formats, or of the keys of a part, is cut.
+"""
+
+MAX_FILE_SIZE: Final = 1_000_000_000
+"""[B] Size of a file that is read. Texts are read whole, and take up to about ten times as much memory.
+
+Larger: a wrong file takes all memory. Smaller: large recordings are refused.
+"""
+
+MAX_ROWS: Final = 10_000_000
+"""[1] Rows of a recording. Each takes up to about a kilobyte of memory until it is part of a track.
+
+Larger: a wrong file takes all memory. Smaller: large recordings are refused.
+"""
+
+ROW_BYTES: Final = 8
+"""[B] Least size of a row in a database: a file that holds more rows per byte holds the same page many times.
+
+Larger: small databases could be refused. Smaller: malformed ones of some megabytes take longer to refuse.
+"""
+
+DATABASE_VALUE: Final = 100_000
+"""[B] Length of a text in a database. Larger: a generated column takes gigabytes. Smaller: long remarks are refused."""
+
+DATABASE_STEPS: Final = 100
+"""[1] Operations of SQLite per row that a file of its size may hold, and at least as many as for 10000 rows.
+
+A row of a table takes 7.
+
+Larger: a view or a generated column without end is refused later. Smaller: slow queries of valid files are refused.
+"""
+
+HDF5_CONTENT: Final = 50_000_000
+"""[B] Content of an HDF5 file that is larger than the file: one that is compressed or has empty parts.
+
+Larger: a file of a few kilobytes takes gigabytes. Smaller: files that other programs compressed are refused.
+"""
+
+HDF5_MEMORY: Final = 400_000_000
+"""[B] Memory of the process that reads an HDF5 file, in addition to four times the size of the file.
+
+Larger: malformed files take more memory until they are refused. Smaller: valid files are refused.
+"""
+
+HDF5_SECONDS: Final = 0.6
+"""[s] Processor time to read an HDF5 file, in addition to that of HDF5_RATE.
+
+Larger: a malformed file on which reading does not end is refused later. Smaller: slow computers refuse valid files.
+"""
+
+HDF5_RATE: Final = 1e6
+"""[B/s] Least speed of reading HDF5, in processor time; many small groups are read at five times as much.
+
+Larger: slow computers refuse valid files. Smaller: large malformed files are refused later.
+"""
+
+HDF5_WAIT: Final = 20.0
+"""[1] Longest time to read an HDF5 file, as a multiple of the allowed processor time.
+
+Larger: a file on a drive that does not answer is refused later. Smaller: a busy computer refuses valid files.
+"""
+
+HDF5_DEPTH: Final = 32
+"""[1] Groups within groups of an HDF5 file. Larger: recursion may end in an error. Smaller: unions are refused."""
+
 MAX_STEPS: Final = 10_000_000
 """[1] Steps of a scenario. Larger: a slip in dt runs for days. Smaller: long studies are refused."""
 

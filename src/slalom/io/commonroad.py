@@ -14,8 +14,9 @@ from typing import Final
 import numpy as np
 
 from slalom.errors import InvalidFile
+from slalom.io.input_file import text_of
 from slalom.io.recorded import Rows, counted, named, refuse
-from slalom.io.table import Table, text_of
+from slalom.io.table import Table
 
 VERSIONS: Final = ("2018b", "2020a")
 EXTENTS: Final = ("radius", "length", "width")

@@ -10,6 +10,7 @@ from typing import Any, Final
 from slalom.checks import known
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.io import commonroad, geographic, pedestrians, tracks, vehicles, writers
+from slalom.io.input_file import beginning_of
 from slalom.io.recorded import RecordedTracks, Rows
 from slalom.io.repair import tracks_of
 
@@ -236,11 +237,7 @@ def format_of(path: Path) -> str:
     Raises:
         InvalidFile: no such file, or no known format.
     """
-    try:
-        with path.open("rb") as file:
-            text = file.read(RECOGNITION_BYTES).decode("utf-8-sig", errors="replace")
-    except OSError as error:
-        raise InvalidFile([f"{path}: expected a file that can be read, found {error}"]) from None
+    text = beginning_of(path, RECOGNITION_BYTES).decode("utf-8-sig", errors="replace")
     line = next((line for line in text.splitlines() if line.strip()), "")
     found = [row for row in FORMATS.values() if row.recognises(path.suffix.lower(), line)]
     if len(found) != 1:

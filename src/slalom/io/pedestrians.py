@@ -3,9 +3,7 @@
 import json
 import math
 import re
-import sqlite3
 from collections.abc import Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,8 +11,10 @@ import numpy as np
 
 from slalom.checks import Array, known, positive
 from slalom.errors import InvalidFile
+from slalom.io.database import rows_of_queries
+from slalom.io.input_file import text_of
 from slalom.io.recorded import Mistake, Rows, counted, refuse
-from slalom.io.table import LARGEST, Table, spaced_rows, text_of
+from slalom.io.table import LARGEST, Table, spaced_rows
 
 ETH: Final = {4: ("frame", "id", "x", "y"), 8: ("frame", "id", "x", "z", "y", "vx", "vz", "vy")}
 """Columns of ETH/UCY files by their count; 8 columns are those of obsmat.txt, whose z is not used."""
@@ -107,7 +107,7 @@ def _content(line: str) -> dict[str, Any]:
     """Return the JSON object of a line; an empty one for any other content."""
     try:
         content = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}
 
@@ -162,16 +162,11 @@ def jupedsim(path: Path) -> Rows:
         InvalidFile: no such file or database, another version, no fps, cells that are not numbers.
     """
     query = "SELECT rowid, id, frame, pos_x, pos_y FROM trajectory_data ORDER BY rowid"
-    try:
-        # Read only: sqlite3 would create a file that does not exist.
-        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
-            metadata = dict(database.execute("SELECT key, value FROM metadata").fetchall())
-            rows = database.execute(query).fetchall()
-    except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise InvalidFile([f"{path}: expected a JuPedSim database, found {error}"]) from None
+    stated, rows = rows_of_queries(path, "JuPedSim database", ("SELECT key, value FROM metadata", query))
+    metadata = dict(stated)
     try:
         version, rate = int(metadata.get("version", 1)), float(metadata.get("fps", "none"))
-    except ValueError:
+    except (TypeError, ValueError, OverflowError):
         version, rate = 0, 0.0
     if version not in (1, 2) or not 0.0 < rate < np.inf:
         found = f"{metadata.get('version', 'none')} and {metadata.get('fps', 'none')}"

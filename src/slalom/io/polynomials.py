@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from slalom.errors import InvalidFile, SlalomError
+from slalom.io.input_file import text_of
 from slalom.trajectory import PiecewisePolynomial
 
 _POWER = re.compile(r"([xyz])\^(\d+)")
@@ -24,8 +25,8 @@ def read_polynomials(path: Path | str, *, start: float = 0.0) -> PiecewisePolyno
     """
     path = Path(path)
     try:
-        rows = list(csv.reader(path.read_text(encoding="utf-8-sig").splitlines()))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        rows = list(csv.reader(text_of(path, "CSV file").splitlines()))
+    except csv.Error as error:
         raise InvalidFile([f"{path}: expected a readable CSV file, found {error}"]) from None
     header = [cell.strip() for cell in rows[0]] if rows else []
     columns = {(m[1], int(m[2])): k for k, cell in enumerate(header) if (m := _POWER.fullmatch(cell))}

@@ -89,8 +89,13 @@ def refuse(path: Path, mistakes: Iterable[Mistake], location: str = LINE_LOCATIO
     """Raise InvalidFile if there are mistakes: the first MAX_LISTED by line, and the number of further ones."""
     ordered = [f"{location.format(path=path, line=line)}: {text}" for line, text in sorted(mistakes)]
     if ordered:
-        more = [f"{path}: and {len(ordered) - MAX_LISTED} more"] if len(ordered) > MAX_LISTED else []
-        raise InvalidFile(ordered[:MAX_LISTED] + more)
+        raise InvalidFile(first_of(path, ordered))
+
+
+def first_of(path: Path, mistakes: Sequence[str], most: int = MAX_LISTED) -> list[str]:
+    """Return the first `most` mistakes of a file, and a line with the number of further ones."""
+    more = [f"{path}: and {len(mistakes) - most} more"] if len(mistakes) > most else []
+    return [*mistakes[:most], *more]
 
 
 def natural(label: str) -> tuple[int, int, int, str]:

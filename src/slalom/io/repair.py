@@ -11,6 +11,7 @@ import numpy as np
 from slalom.checks import Array, positive
 from slalom.errors import InvalidFile
 from slalom.io.recorded import Agent, Indices, Mistake, RecordedTracks, Rows, counted, named, natural, refuse
+from slalom.io.table import LARGEST
 from slalom.tolerances import LONG_GAP, STAMP_ROUNDING
 from slalom.trajectory import Sampled
 
@@ -22,14 +23,14 @@ def tracks_of(
 
     Args:
         gap: [s] split a track where its agent has no row for longer; never if None.
-        max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; no limit if None.
+        max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; LARGEST if None.
 
     Raises:
         InvalidFile: two positions at one time, a jump, an extent below 0 (all at once); no agent with two rows.
         InvalidInput: `gap` or `max_speed` not above 0, an unknown interpolation.
     """
     longest = np.inf if gap is None else positive(gap, "gap")
-    fastest = np.inf if max_speed is None else positive(max_speed, "max_speed")
+    fastest = LARGEST if max_speed is None else positive(max_speed, "max_speed")
     mistakes = list(_below_zero(rows))
     notes = [*rows.notes, *_unsorted(rows)]
     order, twice = _sorted(rows)
@@ -103,9 +104,10 @@ def _conflicts(rows: Rows, order: Indices, where: Array) -> Iterator[Mistake]:
 
 def _jumps(rows: Rows, order: Indices, where: Array, fastest: float) -> Iterator[Mistake]:
     """Yield a mistake for each row that its agent reaches faster than `fastest` [m/s] from the row before."""
-    k = np.flatnonzero(where) if np.isfinite(fastest) else np.empty(0, dtype=np.int64)
+    k = np.flatnonzero(where)
     distance = np.linalg.norm(rows.positions[order[k + 1]] - rows.positions[order[k]], axis=1)
-    speed = distance / (rows.times[order[k + 1]] - rows.times[order[k]])
+    with np.errstate(over="ignore"):
+        speed = distance / (rows.times[order[k + 1]] - rows.times[order[k]])
     for j in np.flatnonzero(speed > fastest):
         row = order[k[j] + 1]
         yield (

@@ -10,9 +10,11 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array
+from slalom.checks import Array, shown
 from slalom.errors import InvalidFile
+from slalom.io.input_file import text_of
 from slalom.io.recorded import LINE_LOCATION, Indices, Mistake, Rows, refuse
+from slalom.tolerances import MAX_ROWS, SHOWN
 
 EMPTY: Final = ("", "nan", "na", "null", "none")
 """Lower-case texts of cells without a value."""
@@ -56,6 +58,8 @@ class Table:
         self.mistakes: list[Mistake] = []
         if not rows:
             raise InvalidFile([f"{path}: expected rows, found none"])
+        if len(rows) > MAX_ROWS:
+            raise InvalidFile([f"{path}: expected at most {MAX_ROWS} rows, found more"])
         width = len(self.names)
         wrong = [(k, len(row)) for k, row in zip(self.lines.tolist(), rows) if len(row) != width]
         refuse(path, [(line, f"expected {width} cells, found {found}") for line, found in wrong], location)
@@ -85,7 +89,7 @@ class Table:
         if whole:
             wrong |= ~((values == np.round(values)) & (np.abs(values) <= _EXACT))
         for k in np.flatnonzero(wrong):
-            self.wrong(k, name, f"expected a {'whole ' if whole else ''}number, found {cells[k]!r}")
+            self.wrong(k, name, f"expected a {'whole ' if whole else ''}number, found {shown(cells[k])}")
         values[wrong] = np.nan
         return values
 
@@ -120,6 +124,8 @@ class Table:
             label = label_of[cell]
             if not label:
                 self.wrong(k, name, "expected an id, found nothing")
+            elif len(label) > SHOWN or not label.isprintable():
+                self.wrong(k, name, f"expected an id of at most {SHOWN} printable characters, found {shown(cell)}")
             index[k] = labels.setdefault(label, len(labels))
         return list(labels), index
 
@@ -171,14 +177,6 @@ def _number(cell: Any) -> float:
 def _label(text: str, literal: bool) -> str:
     text = text.strip()
     return str(int(text.split(".")[0])) if not literal and _WHOLE.fullmatch(text) else text
-
-
-def text_of(path: Path) -> str:
-    """Read the text of a file. Raises InvalidFile if that is not possible."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidFile([f"{path}: expected a readable text file, found {error}"]) from None
 
 
 def comma_table(path: Path, *needed: Sequence[str]) -> Table:

@@ -12,7 +12,8 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.errors import InvalidFile
-from slalom.io.recorded import Indices, Rows
+from slalom.io.input_file import text_of
+from slalom.io.recorded import Indices, Rows, first_of
 from slalom.io.table import comma_table
 from slalom.trajectory import Sampled
 
@@ -34,10 +35,7 @@ def read_tracks(path: Path | str, *, interpolation: str = "smooth") -> dict[int,
             same time. Every mistake is reported with its line.
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidFile([f"{path}: expected a readable CSV file, found {error}"]) from None
+    lines = text_of(path, "CSV file").splitlines()
     header = [name.strip() for name in lines[0].split(",")] if lines else []
     if tuple(header[:4]) != COLUMNS:
         raise InvalidFile([f"{path}:1:1: expected a header t,id,x,y[,z], found {lines[0] if lines else 'nothing'!r}"])
@@ -55,12 +53,12 @@ def read_tracks(path: Path | str, *, interpolation: str = "smooth") -> dict[int,
     if np.any(wrong) or any("_" in row for row in rows):
         mistakes = _bad_cells(path, lines, numbers, width)
         if mistakes:
-            raise InvalidFile(mistakes)
+            raise InvalidFile(first_of(path, mistakes))
     return _by_agent(path, table, numbers, interpolation)
 
 
 def _bad_cells(path: Path, lines: list[str], numbers: Indices, width: int) -> list[str]:
-    """Return one message for each cell that is not a number, at most ten."""
+    """Return one message for each cell that is not a number."""
     mistakes = []
     for number in numbers:
         cells = lines[number - 1].split(",")
@@ -76,7 +74,7 @@ def _bad_cells(path: Path, lines: list[str], numbers: Indices, width: int) -> li
                 mistakes.append(f"{path}:{number}:{column}: expected a finite number, found {text!r}")
             elif cell == 1 and value != round(value):
                 mistakes.append(f"{path}:{number}:{column}: expected a whole number, found {text!r}")
-    return mistakes[:10] + ([f"{path}: and {len(mistakes) - 10} more"] if len(mistakes) > 10 else [])
+    return mistakes
 
 
 def _number(text: str) -> float | None:
@@ -105,7 +103,7 @@ def _by_agent(path: Path, table: Array, numbers: Indices, interpolation: str) ->
         else:
             tracks[agent] = Sampled(rows[:, 0], rows[:, 2:], interpolation)
     if mistakes:
-        raise InvalidFile(mistakes)
+        raise InvalidFile(first_of(path, mistakes))
     return tracks
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, array, known, vectors
+from slalom.checks import Array, Checked, array, known, short, vectors
 from slalom.errors import InvalidInput, OutsideSpan
 from slalom.path import Path, hermite, hermite_pieces
 
@@ -45,7 +45,11 @@ class Sampled:
                 f"times: expected increasing times, found {times[k]:g} followed by {times[k + 1]:g} at index {k + 1}"
             )
         known(self.interpolation, "interpolation", INTERPOLATIONS)
-        object.__setattr__(self, "_slopes", self._stamp_velocities(times, positions))
+        with np.errstate(over="ignore", invalid="ignore"):
+            slopes = self._stamp_velocities(times, positions)
+        if not np.isfinite(slopes).all():
+            raise InvalidInput(f"positions: expected finite velocities between samples, found {short(slopes)}")
+        object.__setattr__(self, "_slopes", slopes)
 
     @staticmethod
     def _stamp_velocities(times: Array, positions: Array) -> Array:

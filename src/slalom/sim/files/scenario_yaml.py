@@ -11,6 +11,7 @@ from ruamel.yaml.nodes import Node
 
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.io import formats
+from slalom.io.recorded import first_of
 from slalom.limits import HalfSpace, Limits
 from slalom.methods import method
 from slalom.obstacle import Obstacle
@@ -19,7 +20,7 @@ from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_rec
 from slalom.sim.files.schema import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec
 from slalom.sim.files.schema_base import Place
 from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.yaml_errors import compose, dotted, messages, where
+from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, messages, where
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, too_long, whole_periods
 from slalom.state import State
 
@@ -40,7 +41,7 @@ def read_scenario(path: Path | str) -> Scenario:
     scenario = parts.assemble(content) if isinstance(content, dict) else None
     mistakes += parts.mistakes
     if mistakes or scenario is None:
-        raise InvalidFile(mistakes)
+        raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES))
     return scenario
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from pydantic import ValidationError
@@ -11,17 +11,20 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from slalom.checks import shown
 from slalom.errors import InvalidFile
+from slalom.io.input_file import text_of
+from slalom.io.recorded import first_of
 from slalom.sim.files.schema_base import Model, Place, keys_at
-from slalom.tolerances import SHOWN, YAML_VALUES
+from slalom.tolerances import YAML_VALUES
+
+MAX_MISTAKES: Final = 50
+"""Largest number of mistakes of a YAML file in one error; the number of further ones is stated."""
 
 
 def compose(path: Path) -> tuple[Node | None, Any]:
     """Return the nodes of a YAML file with their positions, and its content. Raises InvalidFile if it is not YAML."""
-    try:
-        text = path.read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidFile([f"{path}: expected a readable YAML file, found {error}"]) from None
+    text = text_of(path, "YAML file")
     try:
         root = YAML(typ="safe").compose(text)
         _refuse_size(path, root)
@@ -64,14 +67,14 @@ def _refuse_values(path: Path, root: Node | None) -> None:
             constructor.construct_object(node)
             node.value.encode()
             fits = "\0" not in node.value
-        except (ValueError, KeyError, OverflowError):
+        except (ValueError, LookupError, OverflowError, TypeError, AttributeError):
             fits = False
         if not fits:
             place = f"{path}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
             kind = str(node.tag).rpartition(":")[2]
             mistakes.append(f"{place}: expected a value that can be read, found {shown(node.value)} as {kind}")
     if mistakes:
-        raise InvalidFile(mistakes)
+        raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES))
 
 
 def _inside(node: Node) -> list[Node]:
@@ -91,12 +94,6 @@ def _scalars(root: Node | None) -> Iterator[ScalarNode]:
             stack += reversed(_inside(node))
             if isinstance(node, ScalarNode):
                 yield node
-
-
-def shown(value: Any) -> str:
-    """A value as text for a message, of at most SHOWN characters."""
-    text = repr(value)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
 def dotted(place: Place) -> str:

@@ -1,0 +1,138 @@
+"""Program that reads an HDF5 file and writes its content to stdout; `hdf5_tree` runs it in a process of its own.
+
+The HDF5 library trusts its files: a malformed one can make it hang, crash or take all memory. The output is one line
+of JSON, followed by the bytes of the arrays in the order of the line. The line holds `mistake`, a text, or `tree` and
+`arrays`, the type and shape of each array. A tree has `attributes`, `groups` and `datasets` by name. A value is the
+number of its array, or `texts` and `shape`.
+
+The program imports nothing of slalom, so that it starts fast.
+"""
+
+import json
+import signal
+import sys
+from typing import Any
+
+import h5py
+import numpy as np
+
+NUMERIC = "biuf"
+
+
+class Refused(Exception):
+    """Content that no recording has; the message states what was found."""
+
+
+class Content:
+    """The content of a file: a tree, and the arrays to which its values refer.
+
+    Args:
+        most: [B] largest size of all values together. depth: largest number of groups within groups.
+    """
+
+    def __init__(self, file: Any, most: int, depth: int) -> None:
+        self.left, self.depth = most, depth
+        self.arrays: list[Any] = []
+        self.seen: set[Any] = set()
+        self.tree = self.group(file, 0)
+
+    def group(self, group: Any, level: int) -> dict[str, Any]:
+        """Return the attributes and the members of a group."""
+        self.once(group)
+        if level > self.depth:
+            raise Refused(f"groups nested more than {self.depth} times")
+        attributes = {name: self.attribute(group.attrs, name) for name in group.attrs}
+        found: dict[str, Any] = {"attributes": attributes, "groups": {}, "datasets": {}}
+        for name in group:
+            # Links by name may point to other files, to themselves or to nothing.
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise Refused(f"{name!r} that is a link")
+            member = group[name]
+            if isinstance(member, h5py.Group):
+                found["groups"][name] = self.group(member, level + 1)
+            elif isinstance(member, h5py.Dataset):
+                found["datasets"][name] = self.dataset(member, name)
+            else:
+                raise Refused(f"{name!r} that is neither a group nor an array")
+        return found
+
+    def once(self, thing: Any) -> None:
+        """Refuse an object that has occurred before: a loop never ends, and other repetitions multiply."""
+        address = h5py.h5o.get_info(thing.id).addr
+        if address in self.seen:
+            raise Refused("an object that occurs twice")
+        self.seen.add(address)
+
+    def attribute(self, attributes: Any, name: str) -> Any:
+        """Return the value of an attribute."""
+        handle = attributes.get_id(name)
+        self.count(name, handle.dtype, handle.shape)
+        value = attributes[name]
+        if isinstance(value, str):
+            return self.texts([value], ())
+        return self.value(name, np.asarray(value), handle.dtype)
+
+    def dataset(self, dataset: Any, name: str) -> Any:
+        """Return the value of an array."""
+        self.once(dataset)
+        if dataset.external or dataset.is_virtual:
+            raise Refused(f"{name!r} whose values are in other files")
+        self.count(name, dataset.dtype, dataset.shape)
+        return self.value(name, np.asarray(dataset[()]), dataset.dtype)
+
+    def count(self, name: str, dtype: Any, shape: Any) -> None:
+        """Subtract the size of a value from what is left; it may be much larger than its part of the file."""
+        if shape is None:
+            raise Refused(f"{name!r} without a value")
+        self.left -= int(dtype.itemsize) * int(np.prod(shape, dtype=object))
+        if self.left < 0:
+            raise Refused("content far larger than the file")
+
+    def value(self, name: str, values: Any, dtype: Any) -> Any:
+        """Return the texts, or the number of the array."""
+        if h5py.check_string_dtype(dtype) is not None:
+            flat = values.ravel().tolist()
+            return self.texts([t.decode() if isinstance(t, bytes) else str(t) for t in flat], values.shape)
+        if values.dtype.kind not in NUMERIC:
+            raise Refused(f"{name!r} with values that are neither numbers nor texts")
+        self.arrays.append(np.ascontiguousarray(values).reshape(values.shape))
+        return len(self.arrays) - 1
+
+    def texts(self, texts: list[str], shape: Any) -> dict[str, Any]:
+        """Return texts; their lengths count, since many may refer to the same one."""
+        self.left -= sum(map(len, texts))
+        if self.left < 0:
+            raise Refused("content far larger than the file")
+        return {"texts": texts, "shape": list(shape)}
+
+
+def bound(seconds: float, memory: int) -> None:
+    """Bound the processor time [s] and the memory [B] of this process, where the operating system can."""
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        # The signal ends the process, also inside of the HDF5 library.
+        signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def main(path: str, most: str, depth: str, seconds: str, memory: str) -> None:
+    """Write the content of a file to stdout."""
+    bound(float(seconds), int(memory))
+    content: Content | None = None
+    try:
+        with h5py.File(path, "r") as file:
+            content = Content(file, int(most), int(depth))
+        line = {"tree": content.tree, "arrays": [[a.dtype.str, a.shape] for a in content.arrays]}
+    except Exception as error:
+        # Whatever h5py raises for a malformed file, and MemoryError, says why the file cannot be read.
+        line = {"mistake": " ".join(str(error).split()) or type(error).__name__}
+        content = None
+    sys.stdout.buffer.write(json.dumps(line).encode() + b"\n")
+    for array in content.arrays if content else ():
+        sys.stdout.buffer.write(array.tobytes())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
