@@ -1,9 +1,8 @@
 """The control obstacle: all controls that lead to a collision within the horizon."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,10 +18,9 @@ from slalom.minkowski import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
 from slalom.obstacle_pieces import Bodies
 from slalom.obstacle_window import ObstacleWindow
-from slalom.path import hermite
 from slalom.relative_motion import RelativeMotion
 from slalom.response import Response
-from slalom.response.time_invariant import TimeInvariant
+from slalom.response.pieces import piece_norm, response_pieces
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import BOUNDARY, CONTACT
@@ -81,6 +79,7 @@ class ControlObstacle:
         obstacles: the obstacles over the window that begins now.
         robot: the robot's shape. margin: [m] >= 0 to keep from every obstacle.
         horizon: [s], at most that of the obstacles, which is the default.
+        largest_control: norm up to which the pieces of a response that is not cubic hold, see `for_controls`.
 
     Raises:
         InvalidInput: different dimensions, a horizon that is not above 0 or beyond that of the obstacles.
@@ -92,6 +91,8 @@ class ControlObstacle:
     robot: Shape
     margin: float | Array = 0.0
     horizon: float = 0.0
+    largest_control: float = 0.0
+    _finer: dict[float, "ControlObstacle"] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         horizon = self.horizon or self.obstacles.horizon
@@ -168,11 +169,21 @@ class ControlObstacle:
         nearest = bodies[int(np.argmin(self._distances[bodies] - self._radii[bodies]))]
         return np.asarray(-self.obstacles.distances(self.robot, self.state.position)[1][nearest])
 
+    def for_controls(self, largest: float) -> "ControlObstacle":
+        """The same, with pieces of the response that hold for controls of up to the norm `largest`.
+
+        Itself for usual controls, see `piece_norm`, and for responses whose pieces are exact.
+        """
+        norm = piece_norm(self.response, self.state, self.horizon, largest)
+        if norm > self.largest_control and norm not in self._finer:
+            self._finer[norm] = replace(self, largest_control=norm)
+        return self._finer.get(norm, self)
+
     @cached_property
     def segments(self) -> RelativeMotion:
         """The relative motion from which everything else is computed."""
         bodies = self._bodies
-        motion = PositionMap(*response_pieces(self.response, self.state, self.horizon))
+        motion = PositionMap(*response_pieces(self.response, self.state, self.horizon, self.largest_control))
         table = BodyTable(self._radii, bodies.hull_radius, bodies.owner, bodies.hull)
         error = self.response.interpolation_error
         cut, bounding_radius, owner, hull = kernels.segments_of(bodies.pieces, motion, table, self.horizon, error)
@@ -200,11 +211,14 @@ class ControlObstacle:
         """The segments and their hulls as kernels take them."""
         return self.segments.table, self.segments.hulls if self._bodies.has_hulls else ()
 
-    def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
+    def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...], "ControlObstacle"]:
+        """Controls (n, 3), the shape in which they were given, and the control obstacle that holds for them."""
         u = vectors(controls, "controls", self.dimension)
         flat = np.zeros((u.size // self.dimension, 3))
         flat[:, : self.dimension] = u.reshape(-1, self.dimension)
-        return flat, u.shape[:-1]
+        if self.response.interpolation_error == 0.0:
+            return flat, u.shape[:-1], self
+        return flat, u.shape[:-1], self.for_controls(float(np.linalg.norm(flat, axis=1).max(initial=0.0)))
 
     def clearances(self, controls: npt.ArrayLike) -> Array:
         """Least distance between surfaces over (0, horizon] for controls (..., d) and each obstacle: (..., n) [m].
@@ -212,10 +226,9 @@ class ControlObstacle:
         Negative when overlapping, inf for an obstacle that does not appear. Never above the true minimum by more than
         CLEARANCE, below it by at most CERTIFIED, and by CONTACT_SLACK more where the robot already touches it.
         """
-        flat, shape = self._controls(controls)
-        s, count = self.segments, len(self.obstacles.obstacles)
-        found = kernels.least_clearances(*self.table, s.owner, count, flat)
-        return found.reshape(*shape, len(self.obstacles.obstacles))
+        flat, shape, finer = self._controls(controls)
+        count = len(self.obstacles.obstacles)
+        return kernels.least_clearances(*finer.table, finer.segments.owner, count, flat).reshape(*shape, count)
 
     def clearance(self, controls: npt.ArrayLike) -> Array:
         """The least of `clearances`: (...) [m]; inf without obstacles."""
@@ -227,10 +240,9 @@ class ControlObstacle:
 
     def times_to_collision(self, controls: npt.ArrayLike) -> Array:
         """Time of the first contact for controls (..., d) with each obstacle: (..., n) [s], inf if there is none."""
-        flat, shape = self._controls(controls)
-        s, count = self.segments, len(self.obstacles.obstacles)
-        found = kernels.contact_times(s.begin, s.end, *self.table, s.owner, count, flat)
-        return found.reshape(*shape, len(self.obstacles.obstacles))
+        flat, shape, finer = self._controls(controls)
+        s, count = finer.segments, len(self.obstacles.obstacles)
+        return kernels.contact_times(s.begin, s.end, *finer.table, s.owner, count, flat).reshape(*shape, count)
 
     def time_to_collision(self, controls: npt.ArrayLike) -> Array:
         """The least of `times_to_collision`: (...) [s]."""
@@ -271,9 +283,9 @@ class ControlObstacle:
         Raises:
             InvalidInput: in space; a radius that is not above 0.
         """
-        middle, size = self._window(center, radius)
+        middle, size, segments = self._window(center, radius)
         regions = boundary(
-            self.segments,
+            segments,
             len(self.obstacles.obstacles),
             lambda controls: np.isfinite(self.times_to_collision(controls)),
             middle,
@@ -294,25 +306,14 @@ class ControlObstacle:
         Raises:
             InvalidInput: as `boundary`.
         """
-        middle, size = self._window(center, radius)
-        return grazing_curves(self.segments, middle, size, not_negative(tolerance, "tolerance") or BOUNDARY * size)
+        middle, size, segments = self._window(center, radius)
+        return grazing_curves(segments, middle, size, not_negative(tolerance, "tolerance") or BOUNDARY * size)
 
-    def _window(self, center: npt.ArrayLike, radius: float) -> tuple[Array, float]:
+    def _window(self, center: npt.ArrayLike, radius: float) -> tuple[Array, float, RelativeMotion]:
         if self.dimension != 2:
             raise InvalidInput("boundary: expected a control obstacle in the plane, found one in space")
-        return vector(center, "center", 2), positive(radius, "radius")
-
-
-def response_pieces(response: Response, state: State, horizon: float) -> tuple[Array, Array, Array]:
-    """The position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) and gain (m, 4)."""
-    # Velocities that controls stand for are taken to stay below this: 100 m/s more than twice the speed.
-    reach = 2.0 * sqrt(state.velocity.dot(state.velocity)) + 100.0
-    if isinstance(response, TimeInvariant):
-        return response.pieces(state, horizon, reach)
-    knots = response.knots(horizon, reach)
-    position, velocity = response.position(state, knots), response.velocity(state, knots)
-    drift = hermite(knots, position.drift, velocity.drift).points
-    return knots, drift, hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
+        middle, size = vector(center, "center", 2), positive(radius, "radius")
+        return middle, size, self.for_controls(float(np.linalg.norm(middle)) + size).segments
 
 
 def control_obstacle(

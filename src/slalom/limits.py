@@ -34,6 +34,11 @@ class Admissible:
         """2 or 3."""
         return int(self.centers.shape[1])
 
+    @property
+    def largest(self) -> float:
+        """An upper bound of the norms of all controls in the set; inf without a ball."""
+        return float((np.linalg.norm(self.centers, axis=1) + self.radii).min(initial=np.inf))
+
     def excess(self, controls: npt.ArrayLike) -> Array:
         """By how much controls (..., d) leave the set, (...): the largest signed distance to a boundary."""
         u = vectors(controls, "controls", self.dimension)

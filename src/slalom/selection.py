@@ -12,13 +12,14 @@ import numpy.typing as npt
 
 from slalom import kernels
 from slalom.checks import Array, array, not_negative, vector, vectors, whole
-from slalom.control_obstacle import ControlObstacle, response_pieces
+from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Snapshot
 from slalom.kernels.selection.tables import Scene, States
 from slalom.limits import Admissible, Limits
 from slalom.obstacle_window import ObstacleWindow
 from slalom.response import Response
+from slalom.response.pieces import piece_norm, response_pieces
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import CANDIDATES, ELEMENTS
@@ -88,6 +89,7 @@ def select(
             f"admissible: expected a set of dimension {dimension} bounded by a ball, "
             f"found dimension {admissible.dimension} and {len(admissible.radii)} balls"
         )
+    blocked = blocked.for_controls(admissible.largest)
     if blocked.overlaps:
         return Choice(None, Status.OVERLAPPING, np.inf)
     code, found, elements, candidates = kernels.nearest_free(
@@ -237,11 +239,13 @@ def _alike(
     )
     groups: dict[tuple[bytes, bytes], _Group] = {}
     for k, state in enumerate(states):
-        knots, drift, gain = response_pieces(response, state, obstacles.horizon)
+        allowed = limits.admissible(response, state, obstacles.horizon)
+        norm = piece_norm(response, state, obstacles.horizon, allowed.largest)
+        knots, drift, gain = response_pieces(response, state, obstacles.horizon, norm)
         group = groups.setdefault((knots.tobytes(), gain.tobytes()), _Group([], knots, gain, [], []))
         group.rows.append(k)
         group.drifts.append(drift)
-        group.limits.append(limits.admissible(response, state, obstacles.horizon).rows())
+        group.limits.append(allowed.rows())
     for group in groups.values():
         counts = np.array([len(rows) for rows in group.limits])
         table = np.zeros((len(counts), counts.max(), 5))
