@@ -5,6 +5,8 @@ import pytest
 from oracle import RESPONSES
 
 from slalom import (
+    Acceleration,
+    Circular,
     ConstantAcceleration,
     ConstantVelocity,
     ControlObstacle,
@@ -12,6 +14,7 @@ from slalom import (
     LaggedVelocity,
     Limits,
     Obstacle,
+    ObstacleTable,
     ObstacleWindow,
     State,
     Status,
@@ -81,3 +84,23 @@ def test_large_controls_that_are_chosen_are_clear_of_the_true_motion() -> None:
         least = min(true_clearance(state, choice.control, rock, 40.5) for rock in rocks)
         assert least >= -1e-9
     assert constrained > 3
+
+
+def touching(gap: float, now: float, table: bool, side: float) -> ControlObstacle:
+    """A robot at a true clearance of `gap` [m] to an obstacle on a circle at time `now` [s]; side 1: inside of it."""
+    circle = Circular((0.0, 0.0), 5.0, 2.0, phase=0.3)
+    rock = Obstacle(Disc(0.4), circle)
+    place = circle.position(now) * (1.0 - side * (0.5 + gap) / 5.0)
+    window = ObstacleWindow([ObstacleTable([rock])] if table else [rock], now, HORIZON)
+    return ControlObstacle(Acceleration(), State(place, (0.0, 0.0)), window, Disc(0.1))
+
+
+@pytest.mark.parametrize("table", [False, True], ids=["list", "table"])
+@pytest.mark.parametrize("side", [1.0, -1.0], ids=["inside", "outside"])
+def test_contact_with_an_obstacle_on_a_circle_is_no_overlap(table: bool, side: float) -> None:
+    """The pieces of the circle lie up to INTERPOLATION beside it, and a table is cut in the middle of a piece."""
+    for now in np.linspace(0.0, 3.0, 61):
+        assert not touching(-2e-7, float(now), table, side).overlaps
+        deeper = touching(-5e-6, float(now), table, side)
+        assert deeper.overlaps
+        assert deeper.overlapping.tolist() == [0]

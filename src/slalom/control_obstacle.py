@@ -23,7 +23,7 @@ from slalom.response import Response
 from slalom.response.pieces import piece_norm, response_pieces
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import BOUNDARY, CONTACT
+from slalom.tolerances import BOUNDARY, OVERLAP
 
 
 class Element(NamedTuple):
@@ -153,7 +153,7 @@ class ControlObstacle:
     @cached_property
     def overlapping(self) -> npt.NDArray[np.int64]:
         """Indices of the obstacles that the robot (with its margin) overlaps now."""
-        return np.flatnonzero(self.initial_clearances < -CONTACT)
+        return np.flatnonzero(self.initial_clearances < -OVERLAP)
 
     @property
     def overlaps(self) -> bool:

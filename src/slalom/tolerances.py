@@ -7,9 +7,16 @@ CONTACT: Final = 2.5e-7
 """[m] Elements are grown by this much before a choice is sought outside them.
 
 It makes the exchange end (each new element covers a small ball around the control that it rejects) and
-it absorbs rounding. A safe control that would come nearer to an obstacle than this is not found;
-an initial clearance between -CONTACT and +CONTACT counts as touching, not as overlapping.
+it absorbs rounding. A safe control that would come nearer to an obstacle than this is not found.
 Larger: fewer exchanges, a choice farther from the optimum. Smaller than about 1e-9 m: rounding decides.
+"""
+
+OVERLAP: Final = 2.5e-6
+"""[m] A robot that is deeper in an obstacle than this overlaps it; less deep, it touches it.
+
+More than the sum of CONTACT and of the errors of a piece, in position and in heading, each up to INTERPOLATION:
+a robot that the choice has left in contact may lie that deep in the piece. It must stay below CONTACT_SLACK.
+Larger: deeper overlaps count as contact. Smaller: contact with an obstacle on a circle counts as overlap.
 """
 
 CONTACT_SLACK: Final = 5e-6

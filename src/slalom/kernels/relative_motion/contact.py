@@ -1,17 +1,18 @@
 """The rule of contact, once: when a robot overlaps a body, and how much of a margin it keeps near one.
 
-Contact is not overlap. A robot within CONTACT_SLACK of a body touches it and may still move away: the body is taken as
-smaller by up to that much. Farther away the robot keeps the margin, or as much of it as it has now.
+Contact is not overlap. A robot within CONTACT_SLACK of a body, and at most OVERLAP deep in it, touches the body
+and may still move away: the body is taken as smaller by up to that much. Farther away the robot keeps the margin,
+or as much of it as it has now.
 """
 
 from slalom.kernels.jit import kernel
-from slalom.tolerances import CONTACT, CONTACT_SLACK
+from slalom.tolerances import CONTACT_SLACK, OVERLAP
 
 
 @kernel
 def overlaps(clearance: float) -> bool:
     """Whether a robot with this clearance [m] overlaps a body."""
-    return clearance < -CONTACT
+    return clearance < -OVERLAP
 
 
 @kernel
@@ -28,6 +29,6 @@ def kept_margin(clearance: float, margin: float) -> float:
 @kernel
 def kept_radius(distance: float, radius: float) -> float:
     """The radius [m] of a body at `distance` [m]: `radius`, margin included, or less where the robot touches it."""
-    if distance - radius >= -CONTACT and distance - radius < CONTACT_SLACK:
+    if distance - radius >= -OVERLAP and distance - radius < CONTACT_SLACK:
         return max(distance - CONTACT_SLACK, 0.0)
     return radius
