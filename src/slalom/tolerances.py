@@ -155,6 +155,12 @@ DEPTH_RESOLUTION: Final = 1e-3
 Larger: less depth is found. Smaller: slower metrics of runs with collisions.
 """
 
+BLOCK_STEPS: Final = 16
+"""[1] Steps of a recording that one bounding ball covers in the broad phase of the clearance between robots.
+
+Larger: larger balls, so more steps are examined. Smaller: more balls. The clearance is the same.
+"""
+
 COMMITTED_SLACK: Final = CONTACT + CERTIFIED
 """[m] A committed manoeuvre counts as still safe down to minus this clearance.
 

@@ -50,8 +50,10 @@ def formatted(value: Any) -> str:
 
 def run_text(recording: "Recording", result: dict[str, Any]) -> str:
     """Format the result of a run."""
-    from slalom.sim.measure.metrics import METRICS
+    from slalom.sim.measure.metrics import max_acceleration, max_speed, path_length
 
+    each = [recording.only(k) for k in range(len(recording.names))]
+    paths = [path_length(one) for one in each]
     arrived = "arrived" if result["arrived"] == result["robots"] else "did not arrive"
     collisions = "no collision" if not result["collisions"] else f"{result['collisions']} obstacles hit"
     decision_time, statuses = (
@@ -64,9 +66,9 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
         f"  time               {result['time']:.1f} s",
         f"  least clearance    {formatted(result['min_clearance'])} m",
         f"  adjustments        {result['adjustments']}",
-        f"  path length        {METRICS['path_length'](recording):.1f} m",
-        f"  largest speed      {METRICS['max_speed'](recording):.2f} m/s",
-        f"  largest accel.     {METRICS['max_acceleration'](recording):.2f} m/s^2",
+        f"  path length        {sum(paths) / len(paths):.1f} m{' (mean of the robots)' if len(paths) > 1 else ''}",
+        f"  largest speed      {max(max_speed(one) for one in each):.2f} m/s",
+        f"  largest accel.     {max(max_acceleration(one) for one in each):.2f} m/s^2",
         f"  decision time      {decision_time['p50'] / 1e3:.1f} ms (99 %: {decision_time['p99'] / 1e3:.1f} ms)",
         f"  decisions          {statuses or 'none'}",
     ]

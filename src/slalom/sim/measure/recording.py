@@ -2,7 +2,8 @@
 
 import hashlib
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 
 import h5py
@@ -39,6 +40,8 @@ FORMAT, READABLE_FORMATS = "slalom recording 2", ("slalom recording 1", "slalom 
 """Name of the written format, and of the readable ones."""
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
+Which = int | str | None
+"""A robot of a recording: its number, its name, or None for the only one."""
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""
 
@@ -60,6 +63,7 @@ class Recording:
         foresight: knowledge of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); with several
             robots, knowledge of each other: published or observed. "" if a file states none.
         period: [m] of a periodic world, see `Scenario`; positions are not wrapped.
+        names: N, all different; by default "robot 0", "robot 1", ...
     """
 
     scenario: str
@@ -82,6 +86,11 @@ class Recording:
     obstacles: tuple[Obstacle, ...]
     foresight: str = ""
     period: Period | None = None
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.names:
+            object.__setattr__(self, "names", tuple(f"robot {k}" for k in range(len(self.shapes))))
 
     @classmethod
     def of(cls, log: RunLog) -> "Recording":
@@ -109,12 +118,52 @@ class Recording:
             obstacles=scenario.obstacles,
             foresight=log.foresight,
             period=scenario.period,
+            names=_distinct([robot.name for robot in scenario.robots]),
         )
 
     @property
     def dimension(self) -> int:
         """Dimension of the space, 2 or 3."""
         return int(self.positions.shape[2])
+
+    def row(self, robot: Which = None) -> int:
+        """Return the number of a robot.
+
+        Raises:
+            InvalidInput: an unknown name or number; None, if there are several robots.
+        """
+        n = len(self.names)
+        if robot is None and n == 1:
+            return 0
+        if isinstance(robot, str) and robot in self.names:
+            return self.names.index(robot)
+        if isinstance(robot, int | np.integer) and 0 <= robot < n:
+            return int(robot)
+        some = ", ".join(repr(name) for name in self.names[:3]) + (", ..." if n > 3 else "")
+        found = "none" if robot is None else repr(robot)
+        raise InvalidInput(f"robot: expected the name or number of one of {n} robots ({some}), found {found}")
+
+    def only(self, robot: Which = None) -> "Recording":
+        """Return the recording of one robot without the other robots, see `row`; `single_robot_view` keeps them."""
+        k = self.row(robot)
+        if len(self.names) == 1:
+            return self
+        one = slice(k, k + 1)
+        return replace(
+            self,
+            positions=self.positions[:, one],
+            velocities=self.velocities[:, one],
+            accelerations=self.accelerations[:, one],
+            controls=self.controls[:, one],
+            responses=tuple(row[one] for row in self.responses),
+            outcomes=tuple(row[one] for row in self.outcomes),
+            decision_times=self.decision_times[:, one],
+            shapes=self.shapes[one],
+            limits=self.limits[one],
+            goals=self.goals[one],
+            arrived=self.arrived[one],
+            names=self.names[one],
+        )
 
     def acceleration_before(self, step: int, robot: int = 0) -> Array:
         """Return the acceleration (d,) [m/s^2] applied before `step`; zero before the first."""
@@ -167,6 +216,7 @@ class Recording:
             for k, (shape, limits, goal) in enumerate(zip(self.shapes, self.limits, self.goals)):
                 group = run.create_group(f"robots/{k}")
                 save_shape(group.create_group("shape"), shape)
+                group.attrs["name"] = self.names[k]
                 group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
                 for name in HALF_SPACES:
                     bounds = getattr(limits, name)
@@ -239,6 +289,7 @@ class Recording:
             obstacles=tuple(load_obstacle(obstacle) for obstacle in listed(run, "obstacles")),
             foresight=text(attributes, "foresight") if "foresight" in attributes else "",
             period=tuple(numbers(attributes, "period").tolist()) if "period" in attributes else None,
+            names=_distinct([text(r.attributes, "name") for r in robots if "name" in r.attributes])[: len(robots)],
         )
         recording._refuse_contradictions()
         return recording
@@ -258,6 +309,11 @@ class Recording:
         for name, dimensions in found.items():
             if set(dimensions) - {d}:
                 raise InvalidInput(f"{name}: expected {d} dimensions, found {short(np.array(dimensions))}")
+
+
+def _distinct(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of robots if all differ, else none."""
+    return tuple(names) if len(set(names)) == len(names) else ()
 
 
 def _unbounded(run: Group, name: str, *shape: int) -> Array:
