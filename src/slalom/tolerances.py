@@ -239,6 +239,25 @@ SQUARED_DISTANCE_SLACK: Final = 1e-7
 Larger: more candidates that were rejected already are examined again. Smaller: rounding loses a candidate.
 """
 
+CONTACT_SHARE: Final = 0.25
+"""[1] Share of CONTACT by which a control in space may lie inside an element and count as outside.
+
+Candidates are computed with rounding that grows with the distance and size of elements. Larger than 1: the element that
+rejected a control does not exclude it. Much smaller: rounding excludes free controls.
+"""
+
+WORK_CURVE: Final = 30
+"""[1] Work of a curve in which two boundaries in space meet, in comparisons of a control with a boundary."""
+
+WORK_POINT: Final = 100
+"""[1] Work of a candidate in space besides its comparisons with boundaries, in the same unit."""
+
+MOST_WORK_IN_SPACE: Final = 5_000_000
+"""[1] Most work of one choice in space, in comparisons of a control with a boundary or a segment: about 15 ms.
+
+Reaching it is a status (UNDECIDED), never an answer. Larger: a choice among hundreds of obstacles may take longer.
+"""
+
 # Decisions
 
 ARRIVAL_ROOT: Final = 5e-10
