@@ -247,15 +247,19 @@ rejected a control does not exclude it. Much smaller: rounding excludes free con
 """
 
 WORK_CURVE: Final = 30
-"""[1] Work of a curve in which two boundaries in space meet, in comparisons of a control with a boundary."""
+"""[1] Work of a curve in which two boundaries in space meet, in comparisons of a control with a boundary.
+
+Larger than its true time: choices with many elements end earlier. Smaller: they may take longer than stated.
+"""
 
 WORK_POINT: Final = 100
-"""[1] Work of a candidate in space besides its comparisons with boundaries, in the same unit."""
+"""[1] Work of a candidate in space besides its comparisons with boundaries: see WORK_CURVE."""
 
-MOST_WORK_IN_SPACE: Final = 5_000_000
-"""[1] Most work of one choice in space, in comparisons of a control with a boundary or a segment: about 15 ms.
+MOST_WORK_IN_SPACE: Final = 4_000_000
+"""[1] Most work of one choice in space, in comparisons of a control with a boundary or a segment: 10 to 25 ms.
 
 Reaching it is a status (UNDECIDED), never an answer. Larger: a choice among hundreds of obstacles may take longer.
+Smaller: more choices end undecided.
 """
 
 # Decisions

@@ -24,7 +24,7 @@ from slalom.kernels.geometry.boundaries import (
     meets,
     project,
 )
-from slalom.kernels.geometry.polygons import MaybePolygons, outside_polygons
+from slalom.kernels.geometry.polygons import MaybePolygons, outside_polygons, within_polygon
 from slalom.kernels.jit import inlined, kernel
 
 
@@ -65,6 +65,22 @@ def push(
     if not meets(boundaries, 0, last, u, i, j):
         return queue
     return put(queue, cost, u, i, j, 0.0)
+
+
+@inlined
+def excluded_in_plane(
+    candidate: Array, boundaries: Array, polygons: MaybePolygons, count: int, admissible: int, last: int
+) -> tuple[bool, int]:
+    """Whether one of the first `count` boundaries (m, 9), or a polygon, excludes a row of the heap; its number.
+
+    `last`: of the polygon that excluded another one before. The first `admissible` boundaries bound the admissible set.
+    """
+    rejects = within_polygon(polygons, last, candidate[1], candidate[2])
+    if rejects >= 0:
+        return True, rejects
+    # It was found to meet those before the last of the boundaries that generated it.
+    newest = max(int(max(candidate[4], candidate[5])), admissible - 1)
+    return not meets(boundaries, newest + 1, count, candidate[1:4], -1, -1), last
 
 
 @inlined

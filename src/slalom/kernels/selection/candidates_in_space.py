@@ -39,7 +39,9 @@ def new_view(limits: Array, preferred: Array) -> View:
     """The view from a preferred control (3,) on the admissible set `limits` (n, 5)."""
     smallest = smallest_ball(limits, len(limits))
     farthest = distance_from_center(limits, smallest, preferred) + limits[smallest, 4]
-    return View(preferred.copy(), farthest * farthest * (1.0 + SQUARED_DISTANCE_SLACK), np.zeros((4, 3)), np.empty((1, 3)))
+    return View(
+        preferred.copy(), farthest * farthest * (1.0 + SQUARED_DISTANCE_SLACK), np.zeros((4, 3)), np.empty((1, 3))
+    )
 
 
 @kernel

@@ -3,10 +3,11 @@
 Exchange of elements. The working set holds the boundaries of the admissible set (balls and half-spaces, to stay
 inside) and temporal elements (balls and, in the plane, rounded convex polygons, to stay outside), at first none of
 these. The nearest point of "admissible and outside the working set" is among finitely many critical points: the
-preferred control, its projections on single boundaries, and the nearest points of intersections of two (in space: and
-three) of them. The boundaries of a rounded polygon are circles and lines. They wait in a heap by distance. The nearest
-one that is admissible and outside all elements is tested in the workspace, for all time; if it collides, the element of
-a worst violation joins the working set, which rejects it for good.
+preferred control, its projections on single boundaries, and the nearest points of intersections of two of them, in
+space up to where others exclude them (`candidates_in_space`). The boundaries of a rounded polygon are circles and
+lines. They wait in a heap by distance. The nearest one that is admissible and outside all elements is tested in the
+workspace, for all time; if it collides, the element of a worst violation joins the working set, which rejects it for
+good.
 
 Every answer is at least as near as any control that keeps CONTACT clear, since the working set is always a part of
 the control obstacle; the first candidate that passes the test is therefore the optimum.
@@ -17,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.kernels.arrays import Array, MaybeHulls, Segments, Workspace
-from slalom.kernels.geometry.boundaries import meets
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.geometry.polygons import (
     MaybePolygons,
@@ -27,14 +27,13 @@ from slalom.kernels.geometry.polygons import (
     new_polygons,
     smallest_ball,
     with_capacity,
-    within_polygon,
     without_polygon,
 )
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.broad_phase import Culled, copy_near, cull, distance, is_clear, new_hulls, new_table
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.admissible import distance_from_center, nearest_admissible
-from slalom.kernels.selection.candidates import Reference, new_queue, propose, put, take
+from slalom.kernels.selection.candidates import Reference, excluded_in_plane, new_queue, propose, put, take
 from slalom.kernels.selection.candidates_in_space import (
     exclude_beyond,
     excluded_by,
@@ -81,7 +80,7 @@ def nearest_free(
 
     Args:
         preferred: (3,). limits: (n, 5) the admissible set, see `geometry.boundaries`.
-        most_elements, most_candidates: bounds on the work; reaching one gives UNDECIDED.
+        most_elements, most_candidates: bounds on the work; reaching one, or MOST_WORK_IN_SPACE, gives UNDECIDED.
     """
     u, gaps, center = preferred.copy(), np.empty(len(table.radius)), np.empty(3)
     nearest, allowed = nearest_admissible(u, limits, center)
@@ -143,13 +142,8 @@ def exchanged(
         else:
             # All nearer controls were rejected: a new candidate there lies in some element of the working set.
             floor = queue[n, 0] * (1.0 - SQUARED_DISTANCE_SLACK)
-            rejects = within_polygon(polygons, last, u[0], u[1])
-            if rejects >= 0:
-                last = rejects
-                continue
-            # The candidate was found to meet those before the last of the boundaries that generated it.
-            newest = max(int(max(queue[n, 4], queue[n, 5])), admissible - 1)
-            if not meets(boundaries, newest + 1, count, u, -1, -1):
+            excluded, last = excluded_in_plane(queue[n], boundaries, polygons, count, admissible, last)
+            if excluded:
                 continue
         moved = distance(u, culled.center)
         if moved > limit:
