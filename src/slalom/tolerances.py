@@ -245,6 +245,29 @@ SQUARED_DISTANCE_SLACK: Final = 1e-7
 Larger: more candidates that were rejected already are examined again. Smaller: rounding loses a candidate.
 """
 
+CONTACT_SHARE: Final = 0.25
+"""[1] Share of CONTACT by which a control in space may lie inside an element and count as outside.
+
+Candidates are computed with rounding that grows with the distance and size of elements. Larger than 1: the element that
+rejected a control does not exclude it. Much smaller: rounding excludes free controls.
+"""
+
+WORK_CURVE: Final = 30
+"""[1] Work of a curve in which two boundaries in space meet, in comparisons of a control with a boundary.
+
+Larger than its true time: choices with many elements end earlier. Smaller: they may take longer than stated.
+"""
+
+WORK_POINT: Final = 100
+"""[1] Work of a candidate in space besides its comparisons with boundaries: see WORK_CURVE."""
+
+MOST_WORK_IN_SPACE: Final = 4_000_000
+"""[1] Most work of one choice in space, in comparisons of a control with a boundary or a segment: 10 to 25 ms.
+
+Reaching it is a status (UNDECIDED), never an answer. Larger: a choice among hundreds of obstacles may take longer.
+Smaller: more choices end undecided.
+"""
+
 # Decisions
 
 ARRIVAL_ROOT: Final = 5e-10
