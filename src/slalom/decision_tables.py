@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom import kernels
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Corners, Flags, Indices
@@ -178,7 +177,7 @@ class Skeletons:
         every = np.full(len(bodies.owner), EVERY_WORLD)
         return GrownBodies(
             pieces=bodies.pieces,
-            balls=kernels.piece_balls(bodies.pieces),
+            balls=bodies.balls,
             body_radius=bodies.radius,
             hull_radius=bodies.hull_radius,
             hull=bodies.hull,

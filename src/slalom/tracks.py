@@ -8,6 +8,7 @@ from typing import TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
+from slalom import kernels
 from slalom.checks import Array, array, array_of, number, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
@@ -147,15 +148,17 @@ class Tracks:
             radius, growth = _each(widths[:-1], total), _each(np.diff(widths), total)
         number = np.arange(total)
         hull = np.where(_each((shape.counts == 1) & (shape.hull_radius == 0.0) & plain, n), -1, number)
+        pieces = Pieces(
+            _each(np.stack([window.times[:-1], window.times[1:]], axis=1), total),
+            points.reshape(total * k, 4, d),
+            radius,
+            growth,
+            NO_TURNS,
+            np.repeat(number, k),
+        )
         return Bodies(
-            Pieces(
-                _each(np.stack([window.times[:-1], window.times[1:]], axis=1), total),
-                points.reshape(total * k, 4, d),
-                radius,
-                growth,
-                NO_TURNS,
-                np.repeat(number, k),
-            ),
+            pieces,
+            kernels.piece_balls(pieces),
             turning=False,
             owner=np.repeat(np.arange(n), b),
             radius=np.add.outer(self.radii, shape.radius).reshape(-1),
