@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
-from math import inf
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
@@ -61,8 +60,6 @@ class Decision:
     regret: float = 0.0
     path: Path | None = None
     progress: float | None = None
-    pause: float = 0.0
-    search_at: float = -inf
 
     @property
     def decided_at(self) -> float:

@@ -227,7 +227,6 @@ class Navigator:
         if previous is not None and path is not None:
             commit_to(tables.robots, 0, path)
             tables.robots.regret[0] = previous.regret
-            tables.robots.pause[0], tables.robots.search_at[0] = previous.pause, previous.search_at
         kernels.decide_one(tables)
         robots, d = tables.robots, state.dimension
         number, path, regret = int(robots.outcome[0]), committed_path(robots, 0, d), float(robots.regret[0])
@@ -236,17 +235,7 @@ class Navigator:
         outcome = OUTCOMES[number]
         if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED):
             blocked = partial(self._control_obstacle, policy.responses[0], obstacles, state)
-            pause, search_at = float(robots.pause[0]), float(robots.search_at[0])
-            return Decision(
-                previous.manoeuvre,
-                outcome,
-                previous.manoeuvre.control,
-                blocked,
-                regret,
-                path,
-                pause=pause,
-                search_at=search_at,
-            )
+            return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path)
         response = policy.responses[int(robots.response[0])]
         margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
         return Decision(

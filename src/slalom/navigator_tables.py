@@ -22,8 +22,6 @@ from slalom.trajectory import Stationary
 if TYPE_CHECKING:
     from slalom.navigator import Navigator
 
-import os
-PAUSE=float(os.environ.get("PAUSE","0"))
 ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
 """The objectives of the compiled policy by number."""
 
@@ -60,7 +58,6 @@ class PolicyTables:
             agrees=method.agrees and among,
             shared=False,
             detours=np.array(robot.detours),
-            longest_pause=PAUSE,
         )
         self._alone = self._filled(robot_table(1, self._pieces, 1))
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])

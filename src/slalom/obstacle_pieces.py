@@ -202,6 +202,18 @@ def no_bodies(d: int) -> Bodies:
     pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)
     first = np.zeros(1, np.int64)
     return Bodies(
-        *(pieces, np.empty((0, 4)), False, no, none, none, no, np.empty((0, 5)), first, np.empty(0, np.bool_), np.empty(0, np.bool_)),
+        *(
+            pieces,
+            np.empty((0, 4)),
+            False,
+            no,
+            none,
+            none,
+            no,
+            np.empty((0, 5)),
+            first,
+            np.empty(0, np.bool_),
+            np.empty(0, np.bool_),
+        ),
         *(no, False),
     )

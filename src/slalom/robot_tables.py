@@ -96,8 +96,6 @@ def robot_table(n: int, committed: int, observed: int) -> RobotTable:
         ball_radii=np.zeros((n, BALL_WINDOWS)),
         end_position=np.zeros((n, 3)),
         regret=np.full(n, np.inf),
-        pause=np.zeros(n),
-        search_at=np.full(n, -np.inf),
         response=np.full(n, -1),
         control=np.zeros((n, 3)),
         preferred=np.zeros((n, 3)),

@@ -10,8 +10,6 @@ from slalom.methods import Method
 from slalom.tolerances import FORECAST_HORIZONS
 from slalom.trajectory import ConstantAcceleration
 
-import os
-PAUSE=float(os.environ.get('PAUSE','0'))
 
 class Policy:
     """The robots `rows` (m,) of a fleet, which decide by `method`.
@@ -53,7 +51,6 @@ class Policy:
             agrees=method.agrees,
             shared=method.shared,
             detours=np.array(detours),
-            longest_pause=PAUSE,
         )
 
     def observe(self, table: RobotTable, d: int, now: float, states: Array | None, times: Array | None) -> None:

@@ -79,11 +79,7 @@ def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, sc
     rows, count, horizon = np.empty(len(body), np.int64), 0, settings.horizon
     more = robots.rounding[i] - bodies.robot_rounding + robots.margin[i] + error
     for s in range(len(body)):
-        if (
-            times[s, 1] <= 0.0
-            or times[s, 0] >= horizon
-            or is_elsewhere(bodies.world[body[s]], robots.world[i])
-        ):
+        if times[s, 1] <= 0.0 or times[s, 0] >= horizon or is_elsewhere(bodies.world[body[s]], robots.world[i]):
             continue
         grown = bodies.body_radius[body[s]] + bodies.hull_radius[body[s]] + more
         if meets_balls(balls[s], grown, times[s, 0], times[s, 1], horizon, centers, radii):

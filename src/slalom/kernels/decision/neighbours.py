@@ -76,9 +76,7 @@ def tested_controls(i: int, r: int, scale: float, robots: RobotTable, responses:
 
 
 @kernel
-def response_balls(
-    i: int, r: int, robots: RobotTable, responses: ResponseTable, centers: Array, radii: Array
-) -> None:
+def response_balls(i: int, r: int, robots: RobotTable, responses: ResponseTable, centers: Array, radii: Array) -> None:
     """Write balls that hold robot i under every control of response r: centers (w, 3) [m], radii (w,) [m].
 
     One for each of w = RESPONSE_WINDOWS windows.

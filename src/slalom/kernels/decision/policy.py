@@ -80,7 +80,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         return CONSTRAINED
     if without_margin:
         reduce_margin(1.0, rows)
-    stack, nothing = new_stack(), np.zeros(len(rows.hull), np.bool_)
+    stack, nothing = new_stack(), np.zeros(len(rows.pieces.body), np.bool_)
     committed = Paths(times, robots.committed_points)
     if path_is_clear(rows, nothing, committed, i, i, settings, stack):
         return KEPT
@@ -218,13 +218,6 @@ def new_search(i: int, tables: DecisionTables) -> ResponseSearch:
     return search
 
 
-@inlined
-def rest_from_search(i: int, robots: RobotTable, settings: DecisionSettings) -> None:
-    """Let robot i keep a clear manoeuvre without a search for twice as many decisions as before, at most so many."""
-    robots.pause[i] = min(max(1.0, 2.0 * robots.pause[i]), settings.longest_pause)
-    robots.search_at[i] = settings.now + (robots.pause[i] + 0.5) * settings.period
-
-
 @kernel
 def decide(i: int, near: Indices, centers: Array, radii: Array, tables: DecisionTables) -> int:
     """The outcome of the decision of robot i among the robots `near` (m,); its manoeuvre goes into the robot table.
@@ -232,17 +225,10 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its reachable set in each window of the horizon.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    committed, result = robots.regret[i] < np.inf, SEARCH
-    patient = robots.regret[i] <= settings.patience and not is_too_fast(i, robots)
-    if patient and settings.now < robots.search_at[i]:
-        result = committed_is_clear(i, False, near, tables)
-        if result in (KEPT, FALL_BACK):
-            return result
     search = new_search(i, tables)
-    optimistic = search.costs.copy()
-    patient = patient and result == SEARCH
-    if not patient:
-        result = CONSTRAINED
+    optimistic, result = search.costs.copy(), CONSTRAINED
+    committed = robots.regret[i] < np.inf
+    patient = robots.regret[i] <= settings.patience and not is_too_fast(i, robots)
     if patient:
         # Most robots keep their manoeuvre; that needs fewer of the bodies in reach.
         k = first_least(search.costs)
@@ -268,10 +254,8 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
         keep = level == 0 and result == SEARCH
         r, outcome = best_response(i, rows, met, near, tables, search, keep)
         if outcome == KEPT:
-            rest_from_search(i, robots, settings)
             return KEPT
         if r >= 0:
-            robots.pause[i], robots.search_at[i] = 0.0, -np.inf
             commit(i, r, search.control, robots, responses, settings)
             copy_into(robots.preferred[i], search.preferred[r - responses.kinds[robots.kind[i]]])
             robots.regret[i] = 0.0

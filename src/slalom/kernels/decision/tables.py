@@ -68,8 +68,6 @@ class RobotTable(NamedTuple):
     ball_radii: Array  # (n, BALL_WINDOWS) [m]
     end_position: Array  # (n, 3) [m] observed path at the horizon
     regret: Array  # (n,) [s] lost so far by keeping the manoeuvre
-    pause: Array  # (n,) [decisions] without a search, after the last one found nothing better than the manoeuvre
-    search_at: Array  # (n,) [s] until then a clear manoeuvre is kept without a search
     response: Indices  # (n,) of the committed manoeuvre; -1: none of the tables
     control: Array  # (n, 3) of the committed manoeuvre
     preferred: Array  # (n, 3) the control that its response preferred
@@ -152,7 +150,6 @@ class DecisionSettings(NamedTuple):
     agrees: bool  # whether two robots that share the avoidance agree on a side to pass on
     shared: bool  # whether robots know each other's committed manoeuvres
     detours: Array  # (k,) [rad] angles by which the desired velocity is turned
-    longest_pause: float = 0.0
 
 
 class DecisionTables(NamedTuple):
