@@ -13,11 +13,10 @@ from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
 from slalom.horizon import Horizon
-from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
-from slalom.navigator_tables import tables_of
+from slalom.navigator_tables import PolicyTables
 from slalom.objective import (
     Arrive,
     FollowAcceleration,
@@ -106,8 +105,12 @@ class Navigator:
         return self.method.responses(self.limits, self.period, self.holds)
 
     @cached_property
-    def _responses_among(self) -> tuple[Response, ...]:
-        return self.method.among_robots().responses(self.limits, self.period, self.holds)
+    def _alone(self) -> PolicyTables:
+        return PolicyTables(self, among=False)
+
+    @cached_property
+    def _among(self) -> PolicyTables:
+        return PolicyTables(self, among=True)
 
     def decide(
         self,
@@ -145,12 +148,10 @@ class Navigator:
             if number(now, "now") < previous.decided_at:
                 order = f"{now:g} s after a decision at {previous.decided_at:g} s"
                 raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
-        if objective is not None:
-            chosen = replace(self, objective=objective)
-            return chosen.decide(state, obstacles, goal, robots=robots, now=now, previous=previous)
+        robot = self if objective is None else replace(self, objective=objective)
         if goal is None:
-            if not isinstance(self.objective, FOLLOWING):
-                raise InvalidInput(f"goal: expected one for the objective {self.objective!r}, found none")
+            if not isinstance(robot.objective, FOLLOWING):
+                raise InvalidInput(f"goal: expected one for the objective {robot.objective!r}, found none")
             goal = Goal(Stationary(state.position))
         has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
         if goal.trajectory.dimension != state.dimension:
@@ -163,16 +164,16 @@ class Navigator:
             if dimension not in (None, state.dimension):
                 raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
-        if type(self.objective) in (Arrive, *FOLLOWING):
-            found = self._decide(window, others, state, goal, step, now, previous)
+        if type(robot.objective) in (Arrive, *FOLLOWING):
+            found = self._decide(window, others, state, goal, step, robot.objective, now, previous)
         elif others is None:
-            slower = self if step is None else replace(self, limits=replace(self.limits, max_speed=step.max_speed))
+            slower = robot if step is None else replace(robot, limits=replace(self.limits, max_speed=step.max_speed))
             found = decide_by_objective(slower, window, state, goal if step is None else step.goal, now, previous)
         else:
-            raise InvalidInput(f"robots: expected none for the objective {self.objective!r}, found {len(others)}")
+            raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
         if found is None and others is not None:
             window = self.predict([*listed(obstacles), others], state, now)
-        decision = found or self._fall_back(window, state, goal, now)
+        decision = found or robot._fall_back(window, state, goal, now)
         return decision if step is None else replace(decision, progress=step.progress)
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
@@ -210,16 +211,17 @@ class Navigator:
         state: State,
         goal: Goal,
         step: PathStep | None,
+        objective: Objective,
         now: float,
         previous: Decision | None,
     ) -> Decision | None:
         """Decision of the compiled policy; None for a robot that overlaps an obstacle or will at once."""
-        responses = self._responses if others is None else self._responses_among
-        path = None
+        policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
         pieces = 0 if path is None else len(path.points)
-        tables = tables_of(self, responses, obstacles, others, state, goal if step is None else step.goal, now, pieces)
+        target = goal if step is None else step.goal
+        tables = policy.decision(obstacles, others, state, target, objective, now, pieces)
         if step is not None:
             tables.robots.max_speed[0], tables.robots.final[0] = step.max_speed, step.final
         if previous is not None and path is not None:
@@ -232,9 +234,9 @@ class Navigator:
             return None
         outcome = OUTCOMES[number]
         if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED):
-            blocked = partial(self._control_obstacle, responses[0], obstacles, state)
+            blocked = partial(self._control_obstacle, policy.responses[0], obstacles, state)
             return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path)
-        response = responses[int(robots.response[0])]
+        response = policy.responses[int(robots.response[0])]
         margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
         return Decision(
             Manoeuvre(response, state, robots.control[0, :d], now),
@@ -270,7 +272,7 @@ class Navigator:
         Obstacles that appear later are included only if the forecast knows them.
         """
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, now, self.horizon)
-        if np.any(window.worlds != EVERY_WORLD):
+        if window.has_worlds:
             raise InvalidInput("obstacles: expected tracks without worlds, which only a fleet has, found some with")
         if self.horizons is None:
             return window

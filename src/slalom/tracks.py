@@ -3,11 +3,12 @@
 from collections.abc import Hashable, Sequence
 from copy import copy
 from functools import cached_property, lru_cache
-from typing import cast
+from typing import TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from slalom import kernels
 from slalom.checks import Array, array, array_of, number, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
@@ -122,8 +123,7 @@ class Tracks:
 
     def _rule(self, end: float) -> LinearForecast | None:
         """The forecast as a table up to `end` [s] at least: one for many decisions."""
-        span = 2.0 ** np.ceil(np.log2(max(end - self.t, 1.0)))
-        return _tabulated(cast(Hashable, self.forecast), span)
+        return _tabulated(cast(Hashable, self.forecast), _span(end - self.t))
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
         """As `ObstacleTable.bodies`. Raises InvalidInput for tracks that are observed after `start`."""
@@ -131,47 +131,49 @@ class Tracks:
             raise InvalidInput(f"tracks: expected an observation not after {start:g} s, found one at {self.t:g} s")
         if not len(self):
             return no_bodies(self.dimension)
-        rule = self._rule(start + horizon)
-        if rule is None or np.any(until != horizon):
+        window = _window(
+            cast(Hashable, self.forecast),
+            start - self.t,
+            horizon,
+            1 if self.uncertainty is None else UNCERTAINTY_PIECES,
+        )
+        if window is None or np.any(until != horizon):
             return pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
-        knots = np.union1d(np.clip(self.t + rule.times, start, start + horizon), [start, start + horizon])
+        shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(window.shares)
+        b, d, plain = len(shape.radius), self.dimension, self.uncertainty is None
+        points = np.asarray(window.points(self.states)[:, None] + shape.offsets[:, None, None])
+        radius, growth, total = np.zeros(n * b * k), np.zeros(n * b * k), n * b
         if self.uncertainty is not None:
-            knots = np.union1d(knots, np.linspace(start, start + horizon, UNCERTAINTY_PIECES + 1))
-        part = Path(self.t + rule.times, rule.shares, np.zeros(len(rule.shares))).cut(knots)
-        points = LinearForecast(part.times, part.points).points(self.states)
-        shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(knots) - 1
-        b = len(shape.radius)
-        points = (points[:, None] + shape.offsets[:, None, None]).reshape(n * b * k, 4, self.dimension)
-        widths = np.zeros(k + 1)
-        if self.uncertainty is not None:
-            widths = self.uncertainty.radius(knots - self.t, self.dimension)
-        plain = self.uncertainty is None
-        point = np.tile((shape.counts == 1) & (shape.hull_radius == 0.0) & plain, n)
-        hull = np.where(point, -1, np.arange(n * b))
-        times = np.stack([knots[:-1], knots[1:]], axis=1) - start
+            widths = self.uncertainty.radius(window.times + (start - self.t), d)
+            radius, growth = _each(widths[:-1], total), _each(np.diff(widths), total)
+        number = np.arange(total)
+        hull = np.where(_each((shape.counts == 1) & (shape.hull_radius == 0.0) & plain, n), -1, number)
+        pieces = Pieces(
+            _each(np.stack([window.times[:-1], window.times[1:]], axis=1), total),
+            points.reshape(total * k, 4, d),
+            radius,
+            growth,
+            NO_TURNS,
+            np.repeat(number, k),
+        )
         return Bodies(
-            Pieces(
-                np.tile(times, (n * b, 1)),
-                points,
-                np.tile(widths[:-1], n * b),
-                np.tile(np.diff(widths), n * b),
-                NO_TURNS,
-                np.repeat(np.arange(n * b), k),
-            ),
+            pieces,
+            kernels.piece_balls(pieces),
             turning=False,
             owner=np.repeat(np.arange(n), b),
             radius=np.add.outer(self.radii, shape.radius).reshape(-1),
-            hull_radius=np.tile(shape.hull_radius, n),
+            hull_radius=_each(shape.hull_radius, n),
             hull=hull,
-            corners=np.tile(shape.corners, (n, 1)),
-            first=np.concatenate([[0], np.cumsum(np.tile(shape.counts, n))]),
-            unordered=np.tile(shape.unordered, n),
-            uncertain=np.full(n * b, not plain),
-            heads=np.arange(n * b) * k,
+            corners=_each(shape.corners, n),
+            first=np.append(0, np.cumsum(_each(shape.counts, n))),
+            unordered=_each(shape.unordered, n),
+            uncertain=np.full(total, not plain),
+            heads=number * k,
             has_hulls=bool(hull.max() >= 0),
         )
 
 
+Scalar = TypeVar("Scalar", bound=np.generic)
 _COLUMNS = ("positions", "velocities", "accelerations")
 
 
@@ -185,3 +187,27 @@ def _usable(forecast: Forecast) -> Forecast:
 def _tabulated(forecast: Hashable, span: float) -> LinearForecast | None:
     """The forecast as a table over `span` [s]."""
     return linear_forecast(cast(Forecast, forecast), span)
+
+
+@lru_cache(maxsize=64)
+def _window(forecast: Hashable, since: float, horizon: float, parts: int) -> LinearForecast | None:
+    """The forecast up to `horizon` [s] from a time `since` [s] after the observation, with times from then on.
+
+    In equal `parts` at least. One for many decisions.
+    """
+    rule = _tabulated(forecast, _span(since + horizon))
+    if rule is None:
+        return None
+    knots = np.union1d(np.clip(rule.times, since, since + horizon), np.linspace(since, since + horizon, parts + 1))
+    path = Path(rule.times, rule.shares, np.zeros(len(rule.shares))).cut(knots)
+    return LinearForecast(path.times - since, path.points)
+
+
+def _span(duration: float) -> float:
+    """A power of 2 [s] of at least a duration [s] and 1 s."""
+    return float(2.0 ** np.ceil(np.log2(max(duration, 1.0))))
+
+
+def _each(rows: npt.NDArray[Scalar], n: int) -> npt.NDArray[Scalar]:
+    """The rows (k, ...) n times, one after the other: (n k, ...)."""
+    return np.repeat(rows[None], n, axis=0).reshape(n * len(rows), *rows.shape[1:])

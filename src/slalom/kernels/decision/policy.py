@@ -80,7 +80,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         return CONSTRAINED
     if without_margin:
         reduce_margin(1.0, rows)
-    stack, nothing = new_stack(), np.zeros(len(rows.hull), np.bool_)
+    stack, nothing = new_stack(), np.zeros(len(rows.pieces.body), np.bool_)
     committed = Paths(times, robots.committed_points)
     if path_is_clear(rows, nothing, committed, i, i, settings, stack):
         return KEPT
