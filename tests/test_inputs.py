@@ -103,7 +103,7 @@ from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
-from slalom.sim.files.schema import GoalSpec, ScenarioSpec, Shaped, _known_method
+from slalom.sim.files.schema import GoalSpec, ScenarioSpec, Shaped, known_method
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.gallery import build
@@ -591,7 +591,7 @@ CASES = [
         r"expected either this key or shape, found both",
         lambda _: Shaped._one_of_them(1.0, SimpleNamespace(data={"shape": DISC})),
     ),
-    Case("_known_method", InvalidInput, r"expected one of vo, .*; found 'novo'", lambda _: _known_method("novo")),
+    Case("known_method", InvalidInput, r"expected one of vo, .*; found 'novo'", lambda _: known_method("novo")),
     Case(
         "ScenarioSpec._one_of_both",
         InvalidInput,

@@ -6,9 +6,11 @@ from functools import cached_property, partial
 import numpy as np
 
 from slalom import kernels
+from slalom.approach import approach_of
 from slalom.checks import has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision, DecisionInputs, Outcome
+from slalom.decision_report import log
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
@@ -45,6 +47,7 @@ OUTCOMES = (
     Outcome.CONTINUED,
     Outcome.SQUEEZED,
     Outcome.DELAYED,
+    Outcome.INTERRUPTED,
 )
 """The outcomes of the compiled policy by number."""
 FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
@@ -77,6 +80,7 @@ class Navigator:
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
         detours: angles [rad] by which the desired velocity is turned if it is not collision-free, in the plane; among
             equal ones the first wins. Without detours, a robot blocked by a permanent obstacle never arrives.
+        stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
     """
 
     method: Method
@@ -90,6 +94,7 @@ class Navigator:
     objective: Objective = field(default_factory=Arrive)
     horizons: Horizon | None = None
     detours: tuple[float, ...] = ()
+    stuck_after: float = 10.0
 
     def __post_init__(self) -> None:
         has(self.method, ("responses", "forecast"), "a method, such as method('nao')", "method")
@@ -98,6 +103,7 @@ class Navigator:
         positive(self.horizon, "horizon")
         not_negative(self.margin, "margin")
         not_negative(self.patience, "patience")
+        positive(self.stuck_after, "stuck_after")
         if not self.holds:
             raise InvalidInput("holds: expected at least one, found none")
 
@@ -119,6 +125,7 @@ class Navigator:
         now: float = 0.0,
         previous: Decision | None = None,
         objective: Objective | None = None,
+        budget: float | None = None,
     ) -> Decision:
         """Decision at time `now` [s] of a robot in `state` that is committed to the manoeuvre of `previous`.
 
@@ -131,6 +138,9 @@ class Navigator:
                 avoidance they do, and how soon a lost part of the margin is regained. The margin from all of them grows
                 as in a `Fleet`: they are taken to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
+            budget: [s] of work, counted and not measured, so that equal inputs give equal bits on every machine. When
+                it is used up, the best manoeuvre is taken that was found by then; without any, the committed one goes
+                on if it is safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
 
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
@@ -147,7 +157,9 @@ class Navigator:
                 raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
         if objective is not None:
             chosen = replace(self, objective=objective)
-            return chosen.decide(state, obstacles, goal, robots=robots, now=now, previous=previous)
+            return chosen.decide(state, obstacles, goal, robots=robots, now=now, previous=previous, budget=budget)
+        limit = np.inf if budget is None else not_negative(budget, "budget")
+        given = goal
         if goal is None:
             if not isinstance(self.objective, FOLLOWING):
                 raise InvalidInput(f"goal: expected one for the objective {self.objective!r}, found none")
@@ -164,16 +176,29 @@ class Navigator:
                 raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
         if type(self.objective) in (Arrive, *FOLLOWING):
-            found = self._decide(window, others, state, goal, step, now, previous)
-        elif others is None:
+            found = self._decide(window, others, state, goal, step, now, previous, limit)
+        elif others is None and budget is None:
             slower = self if step is None else replace(self, limits=replace(self.limits, max_speed=step.max_speed))
             found = decide_by_objective(slower, window, state, goal if step is None else step.goal, now, previous)
+        elif others is None:
+            raise InvalidInput(f"budget: expected none for the objective {self.objective!r}, found {budget:g} s")
         else:
             raise InvalidInput(f"robots: expected none for the objective {self.objective!r}, found {len(others)}")
         if found is None and others is not None:
             window = self.predict([*listed(obstacles), others], state, now)
         decision = found or self._fall_back(window, state, goal, now)
-        return decision if step is None else replace(decision, progress=step.progress)
+        progress = None if step is None else step.progress
+        decision = replace(
+            decision,
+            progress=progress,
+            cut=decision.work >= limit,
+            approach=approach_of(given, state, progress, self.limits.max_speed, now, previous and previous.approach),
+            inputs=DecisionInputs(
+                self, state, tuple(listed(obstacles)), given, robots, now, budget, previous and previous.commitment
+            ),
+        )
+        log(decision)
+        return decision
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
         """Where a robot on a path heads for, at most as fast as is allowed there."""
@@ -212,6 +237,7 @@ class Navigator:
         step: PathStep | None,
         now: float,
         previous: Decision | None,
+        budget: float,
     ) -> Decision | None:
         """Decision of the compiled policy; None for a robot that overlaps an obstacle or will at once."""
         responses = self._responses if others is None else self._responses_among
@@ -219,7 +245,7 @@ class Navigator:
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
         pieces = 0 if path is None else len(path.points)
-        tables = tables_of(self, responses, obstacles, others, state, goal if step is None else step.goal, now, pieces)
+        tables = tables_of(self, responses, obstacles, others, state, goal if step is None else step.goal, now, pieces, budget)
         if step is not None:
             tables.robots.max_speed[0], tables.robots.final[0] = step.max_speed, step.final
         if previous is not None and path is not None:
@@ -227,13 +253,14 @@ class Navigator:
             tables.robots.regret[0] = previous.regret
         kernels.decide_one(tables)
         robots, d = tables.robots, state.dimension
+        work = 1e-6 * float(robots.work[0])
         number, path, regret = int(robots.outcome[0]), committed_path(robots, 0, d), float(robots.regret[0])
         if number == FALL_BACK:
             return None
         outcome = OUTCOMES[number]
-        if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED):
+        if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
             blocked = partial(self._control_obstacle, responses[0], obstacles, state)
-            return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path)
+            return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path, work=work)
         response = responses[int(robots.response[0])]
         margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
         return Decision(
@@ -242,6 +269,7 @@ class Navigator:
             robots.preferred[0, :d],
             partial(self._control_obstacle, response, obstacles, state, margin),
             path=path,
+            work=work,
         )
 
     def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:

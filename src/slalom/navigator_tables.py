@@ -35,8 +35,11 @@ def tables_of(
     goal: Goal,
     now: float,
     pieces: int,
+    budget: float,
 ) -> DecisionTables:
     """The tables of a decision, with the robot in row 0; its committed path may have so many `pieces`.
+
+    `budget` [s]: see `Navigator.decide`.
 
     Raises:
         InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
@@ -75,6 +78,7 @@ def tables_of(
         agrees=method.agrees and others is not None,
         shared=False,
         detours=np.array(robot.detours),
+        budget=1e6 * budget,
     )
     bodies = skeletons.grown_bodies(0, obstacles, detours=bool(robot.detours))
     return DecisionTables(robots, bodies, table, bounds_of([limits], [state]), targets, settings)

@@ -977,6 +977,12 @@ PATH_TOLERANCE: Final = 0.25
 Larger: robots aim less exactly. Smaller: they turn late to pass the point.
 """
 
+PROGRESS_TIME: Final = 0.1
+"""[s] A robot has made progress when it is nearer to its goal by what it drives in this time at its largest speed.
+
+Larger: slow robots count as stuck. Smaller: a robot that swings behind an obstacle may count as one that gets on.
+"""
+
 LONGEST_FORECAST: Final = 10000.0
 """[s] Length of a predicted path; it exceeds every horizon.
 
@@ -1004,6 +1010,9 @@ WORK_CANDIDATE: Final = 0.6
 
 WORK_CHOICE: Final = 8.0
 """[us] Counted for an exact selection, and for an attempt to steer to the goal: see WORK_NODE."""
+
+WORK_CONTROL: Final = 1.4
+"""[us] Counted for the test of one control by an exact selection among the obstacles of a decision: see WORK_NODE."""
 
 WORK_STRETCH: Final = 3.0
 """[us] Counted for each stretch of a motion that is tested: see WORK_NODE."""

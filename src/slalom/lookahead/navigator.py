@@ -40,13 +40,11 @@ class SequenceDecision(Decision):
         search: the search that found the sequence.
         better: the search for an earlier arrival, which the next decision continues.
         arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
-        cut: whether the budget ended the search.
     """
 
     search: Search = field(kw_only=True)
     better: Search | None = None
     arrival: float = np.inf
-    cut: bool = False
 
 
 class _Scene(NamedTuple):
