@@ -8,7 +8,7 @@ from slalom.checks import Array
 from slalom.goal import Goal
 from slalom.path_goal import PathGoal
 from slalom.state import State
-from slalom.tolerances import PROGRESS_TIME
+from slalom.tolerances import APPROACH_TIME
 
 
 class Approach(NamedTuple):
@@ -24,7 +24,7 @@ def approach_of(
 ) -> Approach | None:
     """The last progress of a robot in `state`: `last`, or a new one `now` [s]; None without a goal.
 
-    It is new where the distance to the goal, on a path along it, is less than at the last one by PROGRESS_TIME times
+    It is new where the distance to the goal, on a path along it, is less than at the last one by APPROACH_TIME times
     `max_speed` [m/s]; at the goal; and where the goal has moved by more than its tolerance.
 
     Args:
@@ -39,7 +39,7 @@ def approach_of(
     left = max(left - goal.tolerance, 0.0)
     if (
         last is not None
-        and 0.0 < left > last.distance - PROGRESS_TIME * max_speed
+        and 0.0 < left > last.distance - APPROACH_TIME * max_speed
         and float(np.linalg.norm(target - last.target)) <= goal.tolerance
     ):
         return last

@@ -67,7 +67,9 @@ def document(decision: "Decision") -> dict[str, Any]:
     """The inputs and the result of a decision as texts, finite numbers and lists: floats are exact."""
     made = decision.inputs
     if made is None or made.navigator.method.looks_ahead:
-        found = "one without inputs" if made is None else f"one of {made.navigator.method.name}, which goes on searching"
+        found = (
+            "one without inputs" if made is None else f"one of {made.navigator.method.name}, which goes on searching"
+        )
         raise InvalidInput(f"decision: expected one that a navigator made, found {found}")
     return {
         "format": FORMAT,

@@ -188,13 +188,21 @@ class Navigator:
             window = self.predict([*listed(obstacles), others], state, now)
         decision = found or self._fall_back(window, state, goal, now)
         progress = None if step is None else step.progress
+        last = None if previous is None else previous.approach
         decision = replace(
             decision,
             progress=progress,
             cut=decision.work >= limit,
-            approach=approach_of(given, state, progress, self.limits.max_speed, now, previous and previous.approach),
+            approach=approach_of(given, state, progress, self.limits.max_speed, now, last),
             inputs=DecisionInputs(
-                self, state, tuple(listed(obstacles)), given, robots, now, budget, previous and previous.commitment
+                self,
+                state,
+                tuple(listed(obstacles)),
+                given,
+                robots,
+                now,
+                budget,
+                None if previous is None else previous.commitment,
             ),
         )
         log(decision)
@@ -245,7 +253,9 @@ class Navigator:
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
         pieces = 0 if path is None else len(path.points)
-        tables = tables_of(self, responses, obstacles, others, state, goal if step is None else step.goal, now, pieces, budget)
+        tables = tables_of(
+            self, responses, obstacles, others, state, goal if step is None else step.goal, now, pieces, budget
+        )
         if step is not None:
             tables.robots.max_speed[0], tables.robots.final[0] = step.max_speed, step.final
         if previous is not None and path is not None:

@@ -17,7 +17,7 @@ from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 from slalom.kernels.selection.admissible import segments_in_reach
 from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.tolerances import CANDIDATES, ELEMENTS, RESPONSE_WINDOWS, WORK_CHOICE, WORK_CONTROL
+from slalom.tolerances import CANDIDATES, ELEMENTS, RESPONSE_WINDOWS, WORK_CHOICE, WORK_CONTROL, WORK_ELEMENT
 
 
 @inlined
@@ -139,7 +139,8 @@ def choose(m: RelativeMotion, preferred: Array, d: int, most: float, u: Array) -
     The one nearest to `preferred` (3,) goes into u (3,). With `most` [us] of work the answer may be False too early.
     """
     candidates = int(min(max(most, 0.0) / WORK_CONTROL, float(CANDIDATES)))
-    code, found, _, examined = nearest_free(preferred, d, m.limits, m.table, m.hulls, ELEMENTS, candidates)
+    code, found, elements, examined = nearest_free(preferred, d, m.limits, m.table, m.hulls, ELEMENTS, candidates)
     if code == SAFE:
         copy_into(u, found)
-    return code == SAFE, WORK_CHOICE + WORK_CONTROL * examined
+    per_element = WORK_ELEMENT if len(m.hulls) > 0 else 0.0
+    return code == SAFE, WORK_CHOICE + WORK_CONTROL * examined + per_element * elements

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic import ValidationError
 
+from slalom.approach import Approach
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
 from slalom.decision_dump import result
-from slalom.approach import Approach
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.io.input_file import text_of
 from slalom.io.recorded import first_of
@@ -33,9 +34,10 @@ from slalom.sim.files.schema_decision import (
     StateSpec,
     TracksSpec,
 )
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, messages
+from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, messages
 from slalom.sim.scenario import too_long
 from slalom.state import State
+from slalom.tolerances import JSON_LINES
 from slalom.tracks import Tracks
 
 
@@ -44,6 +46,7 @@ class DecisionFile(NamedTuple):
 
     inputs: DecisionInputs
     written: dict[str, Any]
+    versions: str  # of the packages and the machine that wrote it
 
     def repeat(self) -> tuple[Decision, bool]:
         """The decision, made again, and whether its result equals the written one to the bit.
@@ -68,16 +71,19 @@ def read_decision(path: Path | str) -> DecisionFile:
     """Return the content of a file that `Decision.dump` wrote.
 
     Raises:
-        InvalidFile: one line for each mistake, `file: KEY: expected ..., found ...`.
+        InvalidFile: one line for each mistake, `file:line:column: KEY: expected ..., found ...`.
     """
     path = Path(path)
     content = _json(path)
-    mistakes = messages(path, None, content, DecisionSpec)
-    if mistakes:
-        raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES))
-    spec = DecisionSpec.model_validate(content)
     try:
-        return DecisionFile(_inputs(spec), content["decision"])
+        spec = DecisionSpec.model_validate(content)
+    except ValidationError:
+        # JSON is YAML, whose reader is slow and knows the lines.
+        root = compose(path)[0] if path.stat().st_size < JSON_LINES else None
+        raise InvalidFile(first_of(path, messages(path, root, content, DecisionSpec), MAX_MISTAKES)) from None
+    try:
+        versions = ", ".join(f"{name} {version}" for name, version in spec.versions.items())
+        return DecisionFile(_inputs(spec), content["decision"], versions)
     except SlalomError as error:
         raise InvalidFile([f"{path}: {error}"]) from None
 
@@ -125,7 +131,7 @@ def _navigator(spec: NavigatorSpec) -> Navigator:
         holds=tuple(spec.holds),
         patience=spec.patience,
         objective=spec.objective.build(),
-        horizons=spec.horizons and spec.horizons.build(),
+        horizons=None if spec.horizons is None else spec.horizons.build(),
         detours=tuple(spec.detours),
         stuck_after=spec.stuck_after,
     )
@@ -165,7 +171,7 @@ def _tracks(spec: TracksSpec) -> Tracks:
         accelerations=rows(spec.accelerations),
         ids=spec.ids,
         forecast=spec.forecast.build(),
-        uncertainty=spec.uncertainty and spec.uncertainty.build(),
+        uncertainty=None if spec.uncertainty is None else spec.uncertainty.build(),
     )
 
 

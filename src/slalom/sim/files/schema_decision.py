@@ -1,6 +1,6 @@
 """Models of the files of decisions, see `slalom.decision_dump`."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, FiniteFloat
 
@@ -133,7 +133,7 @@ class DecisionSpec(Model):
     """A file of a decision."""
 
     format: Literal[FORMAT]  # type: ignore[valid-type]  # a constant
-    versions: dict[str, Any]
+    versions: dict[str, str]
     navigator: NavigatorSpec
     state: StateSpec
     obstacles: list[SourceSpec]
