@@ -188,22 +188,14 @@ class Navigator:
             window = self.predict([*listed(obstacles), others], state, now)
         decision = found or self._fall_back(window, state, goal, now)
         progress = None if step is None else step.progress
-        last = None if previous is None else previous.approach
+        before = None if previous is None else previous.commitment
+        last = None if before is None else before.approach
         decision = replace(
             decision,
             progress=progress,
             cut=decision.work >= limit,
             approach=approach_of(given, state, progress, self.limits.max_speed, now, last),
-            inputs=DecisionInputs(
-                self,
-                state,
-                tuple(listed(obstacles)),
-                given,
-                robots,
-                now,
-                budget,
-                None if previous is None else previous.commitment,
-            ),
+            inputs=DecisionInputs(self, state, tuple(listed(obstacles)), given, robots, now, budget, before),
         )
         log(decision)
         return decision
