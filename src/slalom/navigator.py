@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.approach import approach_of
-from slalom.checks import has, not_negative, number, positive
+from slalom.checks import has, listing, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, DecisionInputs, Outcome
 from slalom.decision_report import log
@@ -104,6 +104,16 @@ class Navigator:
         not_negative(self.margin, "margin")
         not_negative(self.patience, "patience")
         positive(self.stuck_after, "stuck_after")
+        has(self.limits, ("max_speed", "braking"), "Limits", "limits")
+        has(self.objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+        if self.horizons is not None:
+            has(self.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
+        listing(self.holds, "durations", "holds")
+        listing(self.detours, "angles", "detours")
+        for k, hold in enumerate(self.holds):
+            positive(hold, f"holds[{k}]")
+        for k, angle in enumerate(self.detours):
+            number(angle, f"detours[{k}]")
         if not self.holds:
             raise InvalidInput("holds: expected at least one, found none")
 
@@ -156,6 +166,7 @@ class Navigator:
                 order = f"{now:g} s after a decision at {previous.decided_at:g} s"
                 raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
         if objective is not None:
+            has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
             chosen = replace(self, objective=objective)
             return chosen.decide(state, obstacles, goal, robots=robots, now=now, previous=previous, budget=budget)
         limit = np.inf if budget is None else not_negative(budget, "budget")
@@ -223,9 +234,11 @@ class Navigator:
 
     def _observed(self, robots: Tracks | None) -> Tracks | None:
         """The other robots as the method predicts them; None if there are none."""
-        if robots is None or not len(robots):
+        if robots is None:
             return None
         has(robots, ("with_forecast", "paths"), "Tracks", "robots")
+        if not len(robots):
+            return None
         return robots.with_forecast(self.method.robot_forecast)
 
     def _decide(
