@@ -50,7 +50,7 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:
     """Settings of which the test of a path needs the time and the horizon."""
-    return DecisionSettings(d, now, 0.1, horizon, np.inf, 0.0, 1.0, 1.0, False, False, np.empty(0))
+    return DecisionSettings(d, now, 0.1, horizon, np.inf, 0.0, 1.0, 1.0, False, False, np.empty(0), np.inf)
 
 
 @pytest.mark.parametrize("d", [2, 3])

@@ -58,6 +58,7 @@ class PolicyTables:
             agrees=method.agrees and among,
             shared=False,
             detours=np.array(robot.detours),
+            budget=np.inf,
         )
         self._alone = self._filled(robot_table(1, self._pieces, 1))
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
@@ -93,8 +94,11 @@ class PolicyTables:
         objective: Objective,
         now: float,
         pieces: int,
+        budget: float,
     ) -> DecisionTables:
         """The tables of a decision, with the robot in row 0; its committed path may have so many `pieces`.
+
+        `budget` [s]: see `Navigator.decide`.
 
         Raises:
             InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
@@ -111,7 +115,8 @@ class PolicyTables:
             targets, robots.moving[:1] = target_paths([goal], now, now + self.robot.horizon + latest)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours))
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
-        return DecisionTables(robots, bodies, self._table, bounds, targets, self._settings._replace(now=now))
+        settings = self._settings._replace(now=now, budget=1e6 * budget)
+        return DecisionTables(robots, bodies, self._table, bounds, targets, settings)
 
 
 def _wanted(objective: Objective, table: ResponseTable, state: State) -> tuple[int, Array]:

@@ -31,6 +31,7 @@ class ObstacleTable:
     """
 
     def __init__(self, obstacles: Iterable[Obstacle]) -> None:
+        has(obstacles, ("__iter__",), "a list of obstacles", "obstacles")
         self.obstacles = tuple(obstacles)
         for k, obstacle in enumerate(self.obstacles):
             has(obstacle, ("shape", "trajectory"), "an obstacle", f"obstacles[{k}]")

@@ -99,6 +99,7 @@ def robot_table(n: int, committed: int, observed: int) -> RobotTable:
         response=np.full(n, -1),
         control=np.zeros((n, 3)),
         preferred=np.zeros((n, 3)),
+        work=np.zeros(n),
         outcome=np.zeros(n, np.int64),
     )
 

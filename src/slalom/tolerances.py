@@ -905,6 +905,12 @@ MESSAGE_LINE: Final = 1000
 Larger: messages flood the terminal. Smaller: the list of formats, or of the keys of a part, is cut.
 """
 
+JSON_LINES: Final = 200_000
+"""[B] Size of the file of a decision up to which mistakes are found by line, with a reader of YAML.
+
+Larger: it takes seconds to refuse a large file. Smaller: the mistakes of more files are said to be in line 1.
+"""
+
 MAX_FILE_SIZE: Final = 1_000_000_000
 """[B] Size of a file that is read. Texts are read whole, and take up to about ten times as much memory.
 
@@ -1006,6 +1012,12 @@ PATH_TOLERANCE: Final = 0.25
 Larger: robots aim less exactly. Smaller: they turn late to pass the point.
 """
 
+APPROACH_TIME: Final = 0.1
+"""[s] A robot has made progress when it is nearer to its goal by what it drives in this time at its largest speed.
+
+Larger: slow robots count as stuck. Smaller: a robot that swings behind an obstacle may count as one that gets on.
+"""
+
 LONGEST_FORECAST: Final = 10000.0
 """[s] Length of a predicted path; it exceeds every horizon.
 
@@ -1033,6 +1045,12 @@ WORK_CANDIDATE: Final = 0.6
 
 WORK_CHOICE: Final = 8.0
 """[us] Counted for an exact selection, and for an attempt to steer to the goal: see WORK_NODE."""
+
+WORK_CONTROL: Final = 1.4
+"""[us] Counted for the test of one control by an exact selection among the obstacles of a decision: see WORK_NODE."""
+
+WORK_ELEMENT: Final = 10.0
+"""[us] Counted for an element of such a selection where bodies have corners: see WORK_NODE."""
 
 WORK_STRETCH: Final = 3.0
 """[us] Counted for each stretch of a motion that is tested: see WORK_NODE."""

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, array, array_of, number, whole_numbers
+from slalom.checks import Array, array, array_of, has, listing, number, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
 from slalom.kernels.arrays import Pieces
@@ -67,9 +67,12 @@ class Tracks:
         radius = array(radii, "radii")
         if radius.shape not in ((), (n,)) or np.any(radius < 0.0):
             raise InvalidInput(f"radii: expected one or {n} of at least 0 m, found {np.atleast_1d(radius).tolist()}")
+        listing(ids, "names", "ids")
         if len(ids) not in (0, n):
             raise InvalidInput(f"ids: expected {n}, found {len(ids)}")
         self.radii, self.t, self.ids = np.broadcast_to(radius, (n,)), number(t, "t"), tuple(ids) or tuple(range(n))
+        if uncertainty is not None:
+            has(uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", "uncertainty")
         self.uncertainty = uncertainty
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
         usual = AtConstantVelocity() if accelerations is None else AcceleratingBriefly()
@@ -178,6 +181,7 @@ _COLUMNS = ("positions", "velocities", "accelerations")
 
 
 def _usable(forecast: Forecast) -> Forecast:
+    has(forecast, ("includes_future",), "a forecast, such as AtConstantVelocity()", "forecast")
     if isinstance(forecast, FromPast) or forecast.includes_future:
         raise InvalidInput(f"tracks: expected a forecast from what is observed at one time, found {forecast}")
     return forecast

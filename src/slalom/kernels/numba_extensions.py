@@ -230,7 +230,7 @@ class PartCompiler(VectorCompiler):
     kept_as: type[PartLibrary] = PartLibrary
 
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
-        library = library or self.kept_as(target.codegen(), "part")  # type: ignore[no-untyped-call]
+        library = library or self.kept_as(target.codegen(), "part")
         super().__init__(typing, target, library, *others)  # type: ignore[no-untyped-call]
 
 

@@ -132,7 +132,7 @@ def _drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> _Dr
     response, state, now = blocked.response, blocked.state, blocked.obstacles.start
     admissible = navigator.limits.admissible(response, state, navigator.horizon)
     preferred = decision.preferred
-    if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED):
+    if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
         situation = Situation(response, state, goal, navigator.limits, admissible, now, navigator.horizon)
         preferred = preferred_control(navigator.objective.aims(situation))
     if manoeuvre.response == response and (manoeuvre.start == now or response.restartable):

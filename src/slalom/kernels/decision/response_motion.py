@@ -7,7 +7,6 @@ from slalom.kernels.decision.encounters import hulls_of_bodies, meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import response_balls
 from slalom.kernels.decision.tables import (
-    DecisionSettings,
     DecisionTables,
     GrownBodies,
     ObstaclePieces,
@@ -18,7 +17,7 @@ from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 from slalom.kernels.selection.admissible import segments_in_reach
 from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.tolerances import CANDIDATES, ELEMENTS, RESPONSE_WINDOWS
+from slalom.tolerances import CANDIDATES, ELEMENTS, RESPONSE_WINDOWS, WORK_CHOICE, WORK_CONTROL, WORK_ELEMENT
 
 
 @inlined
@@ -124,9 +123,14 @@ def relative_motion(
 
 
 @inlined
-def choose(m: RelativeMotion, preferred: Array, settings: DecisionSettings, u: Array) -> bool:
-    """Whether there is a free admissible control; the one nearest to `preferred` (3,) goes into u (3,)."""
-    code, found, _, _ = nearest_free(preferred, settings.dimension, m.limits, m.table, m.hulls, ELEMENTS, CANDIDATES)
+def choose(m: RelativeMotion, preferred: Array, d: int, most: float, u: Array) -> tuple[bool, float]:
+    """Whether there is a free admissible control, and the counted work [us].
+
+    The one nearest to `preferred` (3,) goes into u (3,). With `most` [us] of work the answer may be False too early.
+    """
+    candidates = int(min(max(most, 0.0) / WORK_CONTROL, float(CANDIDATES)))
+    code, found, elements, examined = nearest_free(preferred, d, m.limits, m.table, m.hulls, ELEMENTS, candidates)
     if code == SAFE:
         copy_into(u, found)
-    return code == SAFE
+    per_element = WORK_ELEMENT if len(m.hulls) > 0 else 0.0
+    return code == SAFE, WORK_CHOICE + WORK_CONTROL * examined + per_element * elements
