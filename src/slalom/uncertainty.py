@@ -75,6 +75,20 @@ class GaussianError:
         return np.asarray(chi_quantile(self.probability, degrees) * deviation if degrees else 0.0 * time)
 
 
+@dataclass(frozen=True)
+class Aged:
+    """The uncertainty `of` a prediction that was made `age` [s] >= 0 before."""
+
+    of: Uncertainty
+    age: NotNegative
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "age", not_negative(self.age, "age"))
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        return self.of.radius(np.asarray(t, dtype=np.float64) + self.age, dimension)
+
+
 def chi_quantile(probability: float, degrees: int) -> float:
     """Value k that a chi-distributed number with `degrees` degrees of freedom exceeds with `probability`.
 

@@ -116,7 +116,8 @@ class LookAhead:
             obstacles: passing the same object at every decision avoids building its table again.
 
         Raises:
-            InvalidInput: dimensions that differ, a goal that moves or has a path.
+            InvalidInput: dimensions that differ, a goal that moves or has a path; an obstacle whose trajectory ended
+                before.
         """
         if isinstance(goal, PathGoal):
             raise InvalidInput("goal: expected one without a path to look ahead, found a PathGoal")
@@ -127,7 +128,9 @@ class LookAhead:
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
         before = previous if isinstance(previous, SequenceDecision) else None
-        listed = obstacles.obstacles if isinstance(obstacles, ObstacleTable) else obstacles
+        listed = obstacles.given if isinstance(obstacles, ObstacleTable) else obstacles
+        for obstacle in listed:
+            obstacle.known_at(now)
         table = self._prediction(listed, now, self.prepared if before is None else before.search.obstacles)
         scene = _Scene(state, goal, now, listed, table, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
