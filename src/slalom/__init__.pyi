@@ -114,6 +114,13 @@ from .shape import (
     Union as Union,
 )
 from .state import State as State
+from .track_filter import (
+    ConstantVelocityFilter as ConstantVelocityFilter,
+    Estimate as Estimate,
+    Filter as Filter,
+    Measurement as Measurement,
+)
+from .tracker import Tracker as Tracker
 from .tracks import Tracks as Tracks
 from .trajectory import (
     Circular as Circular,
@@ -129,5 +136,6 @@ from .trajectory import (
 from .uncertainty import (
     BoundedError as BoundedError,
     GaussianError as GaussianError,
+    KalmanError as KalmanError,
     Uncertainty as Uncertainty,
 )

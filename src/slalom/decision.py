@@ -1,14 +1,15 @@
 """Decisions and their outcomes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, partial
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
-from slalom.manoeuvre import Manoeuvre
+from slalom.manoeuvre import Manoeuvre, state_after
 from slalom.path import Path
+from slalom.state import State
 
 
 class Outcome(Enum):
@@ -51,6 +52,7 @@ class Decision:
             optimistic cost.
         path: the manoeuvre as pieces from where the robot was at its last decision; None: as it was planned.
         progress: [m] along the path of a `PathGoal`; None for other goals.
+        earlier: the manoeuvres that the robot was committed to before, for a horizon back.
     """
 
     manoeuvre: Manoeuvre
@@ -60,11 +62,25 @@ class Decision:
     regret: float = 0.0
     path: Path | None = None
     progress: float | None = None
+    earlier: tuple[Manoeuvre, ...] = ()
 
     @property
     def decided_at(self) -> float:
         """Absolute time [s] of the decision, or before it where a kept manoeuvre has no path."""
         return self.manoeuvre.start if self.path is None else float(self.path.times[0])
+
+    def state_at(self, now: float, state: State, measured: float) -> State:
+        """The state at `now` [s] of the robot that was in `state` when it was `measured` [s], see `state_after`."""
+        return state_after((*self.earlier, self.manoeuvre), state, measured, now)
+
+    def following(self, previous: "Decision | None", oldest: float) -> "Decision":
+        """The same decision, with the manoeuvres before it since `oldest` [s]."""
+        if previous is None:
+            return self
+        changed = previous.manoeuvre is not self.manoeuvre
+        before = (*previous.earlier, previous.manoeuvre) if changed else previous.earlier
+        ends = [manoeuvre.start for manoeuvre in (*before[1:], self.manoeuvre)]
+        return replace(self, earlier=tuple(one for one, end in zip(before, ends) if end > oldest))
 
     @cached_property
     def blocked(self) -> ControlObstacle:

@@ -15,7 +15,7 @@ from slalom.goal import Goal
 from slalom.horizon import Horizon
 from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre
+from slalom.manoeuvre import Manoeuvre, state_after
 from slalom.methods import HOLDS, Method
 from slalom.navigator_tables import tables_of
 from slalom.objective import (
@@ -119,6 +119,7 @@ class Navigator:
         now: float = 0.0,
         previous: Decision | None = None,
         objective: Objective | None = None,
+        delay: float = 0.0,
     ) -> Decision:
         """Decision at time `now` [s] of a robot in `state` that is committed to the manoeuvre of `previous`.
 
@@ -131,12 +132,14 @@ class Navigator:
                 avoidance they do, and how soon a lost part of the margin is regained. The margin from all of them grows
                 as in a `Fleet`: they are taken to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
+            delay: [s] age of `state` at `now`, the time at which the decision begins to act. The robot is taken to have
+                followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps its velocity.
 
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
                 a response that does not set the acceleration at once; a method that needs more than one robot observes;
-                other robots for an objective written in Python; a time before
-                that of the previous decision.
+                other robots for an objective written in Python; a time before that of the previous decision; a delay
+                above the horizon; an obstacle whose trajectory ended before.
         """
         self._refuse_method()
         has(state, ("position", "velocity", "acceleration"), "a State", "state")
@@ -145,6 +148,15 @@ class Navigator:
             if number(now, "now") < previous.decided_at:
                 order = f"{now:g} s after a decision at {previous.decided_at:g} s"
                 raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
+        if not_negative(delay, "delay") > self.horizon:
+            raise InvalidInput(f"delay: expected at most the horizon, {self.horizon:g} s, found {delay:g} s")
+        if delay > 0.0:
+            measured = now - delay
+            state = (
+                state_after((), state, measured, now)
+                if previous is None
+                else previous.state_at(now, state, measured)
+            )
         if objective is not None:
             chosen = replace(self, objective=objective)
             return chosen.decide(state, obstacles, goal, robots=robots, now=now, previous=previous)
@@ -173,6 +185,7 @@ class Navigator:
         if found is None and others is not None:
             window = self.predict([*listed(obstacles), others], state, now)
         decision = found or self._fall_back(window, state, goal, now)
+        decision = decision.following(previous, now - self.horizon)
         return decision if step is None else replace(decision, progress=step.progress)
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:

@@ -34,12 +34,13 @@ class Tracks:
         ids: names, for messages; none: their numbers.
         forecast: predicts their motion where the method takes trajectories as they are given; by default
             AcceleratingBriefly with accelerations and AtConstantVelocity without. Other methods use their own.
-        uncertainty: bound on the distance from the prediction as a function of the time since t; None: exact.
+        uncertainty: bound on the distance from the prediction as a function of the time since t, one for all or a
+            sequence with one for each; None: exact.
         worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
 
     Raises:
-        InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids of another
-            number, a forecast that needs the past or knows the future.
+        InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids or
+            uncertainties of another number, a forecast that needs the past or knows the future.
     """
 
     def __init__(
@@ -52,7 +53,7 @@ class Tracks:
         accelerations: npt.ArrayLike | None = None,
         ids: Sequence[object] = (),
         forecast: Forecast | None = None,
-        uncertainty: Uncertainty | None = None,
+        uncertainty: Uncertainty | Sequence[Uncertainty | None] | None = None,
         worlds: npt.ArrayLike | None = None,
     ) -> None:
         places = array(positions, "positions")
@@ -69,7 +70,11 @@ class Tracks:
         if len(ids) not in (0, n):
             raise InvalidInput(f"ids: expected {n}, found {len(ids)}")
         self.radii, self.t, self.ids = np.broadcast_to(radius, (n,)), number(t, "t"), tuple(ids) or tuple(range(n))
-        self.uncertainty = uncertainty
+        if uncertainty is None or isinstance(uncertainty, Uncertainty):
+            uncertainty = (uncertainty,) * n
+        self.uncertainties = tuple(uncertainty)
+        if len(self.uncertainties) != n:
+            raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
         usual = AtConstantVelocity() if accelerations is None else AcceleratingBriefly()
         self.forecast: Forecast = _usable(usual if forecast is None else forecast)
@@ -89,7 +94,7 @@ class Tracks:
         some = np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD))
         other = copy(self)
         other.states, other.radii, other.worlds = self.states[some], self.radii[some], np.full(len(some), EVERY_WORLD)
-        other.ids = tuple(self.ids[k] for k in some)
+        other.ids, other.uncertainties = (tuple(each[k] for k in some) for each in (self.ids, self.uncertainties))
         other.__dict__.pop("obstacles", None)
         return other
 
@@ -101,9 +106,9 @@ class Tracks:
                 round_shape(float(radius), self.dimension),
                 self.forecast(ConstantAcceleration(state[0], state[1], state[2], self.t), self.t),
                 str(name),
-                uncertainty=self.uncertainty,
+                uncertainty=uncertainty,
             )
-            for state, radius, name in zip(self.states, self.radii, self.ids)
+            for state, radius, name, uncertainty in zip(self.states, self.radii, self.ids, self.uncertainties)
         )
 
     def paths(self, end: float) -> tuple[Array, Array]:
@@ -135,26 +140,24 @@ class Tracks:
         if rule is None or np.any(until != horizon):
             return pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
         knots = np.union1d(np.clip(self.t + rule.times, start, start + horizon), [start, start + horizon])
-        if self.uncertainty is not None:
+        exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
+        if not exact.all():
             knots = np.union1d(knots, np.linspace(start, start + horizon, UNCERTAINTY_PIECES + 1))
         part = Path(self.t + rule.times, rule.shares, np.zeros(len(rule.shares))).cut(knots)
         points = LinearForecast(part.times, part.points).points(self.states)
         shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(knots) - 1
         b = len(shape.radius)
         points = (points[:, None] + shape.offsets[:, None, None]).reshape(n * b * k, 4, self.dimension)
-        widths = np.zeros(k + 1)
-        if self.uncertainty is not None:
-            widths = self.uncertainty.radius(knots - self.t, self.dimension)
-        plain = self.uncertainty is None
-        point = np.tile((shape.counts == 1) & (shape.hull_radius == 0.0) & plain, n)
+        widths = np.repeat(self._widths(knots - self.t), b, axis=0)
+        point = np.tile((shape.counts == 1) & (shape.hull_radius == 0.0), n) & np.repeat(exact, b)
         hull = np.where(point, -1, np.arange(n * b))
         times = np.stack([knots[:-1], knots[1:]], axis=1) - start
         return Bodies(
             Pieces(
                 np.tile(times, (n * b, 1)),
                 points,
-                np.tile(widths[:-1], n * b),
-                np.tile(np.diff(widths), n * b),
+                widths[:, :-1].reshape(-1),
+                np.diff(widths, axis=1).reshape(-1),
                 NO_TURNS,
                 np.repeat(np.arange(n * b), k),
             ),
@@ -166,10 +169,17 @@ class Tracks:
             corners=np.tile(shape.corners, (n, 1)),
             first=np.concatenate([[0], np.cumsum(np.tile(shape.counts, n))]),
             unordered=np.tile(shape.unordered, n),
-            uncertain=np.full(n * b, not plain),
+            uncertain=np.repeat(~exact, b),
             heads=np.arange(n * b) * k,
             has_hulls=bool(hull.max() >= 0),
         )
+
+    def _widths(self, elapsed: Array) -> Array:
+        """The uncertainty (n, k) [m] of each at times (k,) [s] since the observation."""
+        different = {id(one): one for one in self.uncertainties if one is not None}
+        radii = {key: one.radius(elapsed, self.dimension) for key, one in different.items()}
+        exact = np.zeros(len(elapsed))
+        return np.stack([radii.get(id(one), exact) for one in self.uncertainties])
 
 
 _COLUMNS = ("positions", "velocities", "accelerations")

@@ -135,7 +135,7 @@ class LookAhead:
         scene = _Scene(state, goal, now, listed, table, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
         if planned is not None:
-            return planned
+            return planned.following(previous, now - self.navigator.horizon)
         alone = replace(self.navigator, method=replace(self.navigator.method, looks_ahead=False))
         return alone.decide(state, obstacles, goal, now=now, previous=previous)
 
