@@ -1,0 +1,10 @@
+"""Vehicles with wheels or steering: commands (speed, turn rate) or (speed, steering) that follow decisions.
+
+A vehicle decides for a point of its body ahead of the axle. That point can move in every direction, also from rest. See
+docs/vehicles.md.
+"""
+
+from slalom.vehicle.differential_drive import DifferentialDrive
+from slalom.vehicle.pose import Command, Pose
+
+__all__ = ["Command", "DifferentialDrive", "Pose"]
