@@ -4,7 +4,9 @@ A vehicle decides for a point of its body ahead of the axle. That point can move
 docs/vehicles.md.
 """
 
+from slalom.vehicle.bicycle import Bicycle
 from slalom.vehicle.differential_drive import DifferentialDrive
 from slalom.vehicle.pose import Command, Pose
+from slalom.vehicle.vehicle import Vehicle
 
-__all__ = ["Command", "DifferentialDrive", "Pose"]
+__all__ = ["Bicycle", "Command", "DifferentialDrive", "Pose", "Vehicle"]

@@ -1,4 +1,4 @@
-"""State and command of a vehicle in the plane, and the goal and state of the point that it decides for."""
+"""State and command of a vehicle in the plane, and the goal of the point that it decides for."""
 
 from dataclasses import dataclass
 from math import cos, hypot, sin
@@ -7,11 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.checks import Array, Checked, has, number, vector
-from slalom.decision import Decision
 from slalom.goal import Goal
 from slalom.path_goal import PathGoal
 from slalom.periodic import moved
-from slalom.state import State
 from slalom.tolerances import GOAL_HEADING_BLEND, POINT_TOLERANCE
 
 
@@ -46,30 +44,13 @@ class Pose:
 
 
 class Command(NamedTuple):
-    """What a vehicle is to reach at the end of a period, at constant rates: speed [m/s]; turn rate [rad/s] or steering
-    angle [rad].
+    """What a vehicle is to reach at the end of a period, at constant rates.
+
+    `speed` [m/s], and as `turn` a turn rate [rad/s] (differential drive) or a steering angle [rad] (bicycle).
     """
 
     speed: float
     turn: float
-
-
-def state_of_point(
-    position: Array, velocity: Array, decision: Decision | None, now: float, errors: tuple[float, float]
-) -> State:
-    """State from which a point with this position and velocity decides at `now` [s].
-
-    While the point is within the errors ([m], [m/s]) of the plan, it is the state of the plan. The plan then is what a
-    robot without any error does, and the point stays beside it. Otherwise it is the state of the point.
-    """
-    if decision is not None:
-        has(decision, ("manoeuvre",), "a Decision", "decision")
-        plan = decision.manoeuvre
-        planned = State(plan.position(now), plan.velocity(now), plan.acceleration(now))
-        off, drift = position - planned.position, velocity - planned.velocity
-        if hypot(*off) <= errors[0] and hypot(*drift) <= errors[1]:
-            return planned
-    return State(position, velocity)
 
 
 def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bool) -> Goal:
@@ -78,13 +59,14 @@ def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bo
     The point goes as far beyond the goal as it is ahead of the axle, seen from the axle. Within a distance of two times
     `ahead` a vehicle that `reverses` may also come from the other side. Close to the goal its heading is kept.
     """
+    has(pose, ("position", "heading", "speed", "turn"), "a Pose", "pose")
+    has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
     if isinstance(goal, PathGoal):
         last = goal.points[-1] - goal.points[-2]
         points = np.concatenate([goal.points[:-1], goal.points[-1:] + ahead * last / hypot(*last)])
         return PathGoal(points, goal.speeds, POINT_TOLERANCE * goal.tolerance, goal.stop, lookahead=goal.lookahead)
     direction, displacement = pose.direction, goal.position(now) - pose.position
-    distance = hypot(*displacement)
-    if reverses and distance < 2.0 * ahead and displacement @ direction < 0.0:
+    if reverses and hypot(*displacement) < 2.0 * ahead and displacement @ direction < 0.0:
         displacement = -displacement
     beyond = displacement + (GOAL_HEADING_BLEND * goal.tolerance) * direction
     length = hypot(*beyond)
