@@ -1294,3 +1294,39 @@ CREEPING: Final = 1e-3
 
 Larger: it leaves the place where it stops with the wrong course. Much smaller: rounding of the velocity steers.
 """
+
+STEEPEST_COURSE: Final = 1.4
+"""[rad] Largest angle between the heading of a bicycle and the velocity that its steering aims at, below pi / 2.
+
+Larger: steering angles close to a right angle. Smaller: a very long steered point ahead of the front axle is not used.
+"""
+
+QUADRATURE_STAGES: Final = 5
+"""[1] Nodes of Gauss quadrature for the motion in a period; its error is of the order 10, far below a micrometre.
+
+More: slower plans of vehicles. Fewer: the motion is less exact than the pieces that stand for it.
+"""
+
+FEEDBACK_SHARE: Final = 0.5
+"""[1] Largest share of the acceleration of a vehicle, and of its speed, that the correction of errors may take.
+
+Larger: faster vehicles with slower reactions. Smaller: in long periods vehicles are slower.
+"""
+
+SPEED_STEP: Final = 0.98
+"""[1] Ratio of successive speeds among which the largest permitted one of a vehicle is found.
+
+Closer to 1: a speed that is up to 2 % larger.
+"""
+
+CIRCLE_SLACK: Final = 1.1
+"""[1] Circle on which a bicycle turns towards a goal far to its side, in circles of its smallest turning radius.
+
+Larger: wider turns. With 1 the goal may slip into the circle, and the turn begins anew.
+"""
+
+STEEPEST_BEARING: Final = 1.0
+"""[rad] Angle between the course of a bicycle and its goal beyond which it first turns along a circle.
+
+Larger: accelerations towards the goal that slow it down before it turns. Smaller: wider turns.
+"""

@@ -6,7 +6,8 @@ docs/vehicles.md.
 
 from slalom.vehicle.bicycle import Bicycle
 from slalom.vehicle.differential_drive import DifferentialDrive
+from slalom.vehicle.navigator import VehicleDecision, VehicleNavigator
 from slalom.vehicle.pose import Command, Pose
 from slalom.vehicle.vehicle import Vehicle
 
-__all__ = ["Bicycle", "Command", "DifferentialDrive", "Pose", "Vehicle"]
+__all__ = ["Bicycle", "Command", "DifferentialDrive", "Pose", "Vehicle", "VehicleDecision", "VehicleNavigator"]

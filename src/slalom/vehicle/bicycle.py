@@ -19,14 +19,18 @@ from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.path_goal import PathGoal
-from slalom.tolerances import CREEPING, STEERING_CONE, TURN_STEPS
+from slalom.tolerances import (
+    CIRCLE_SLACK,
+    CREEPING,
+    STEEPEST_BEARING,
+    STEEPEST_COURSE,
+    STEERING_CONE,
+    TURN_STEPS,
+)
 from slalom.trajectory import Stationary
 from slalom.vehicle.motion import Motion, Turning
 from slalom.vehicle.pose import Command, Pose
 from slalom.vehicle.vehicle import Vehicle
-
-CIRCLE_SLACK = 1.1
-STEEPEST_BEARING = 1.0
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,10 @@ class Bicycle(Vehicle):
     def limits(self) -> Limits:
         bounds = TurningRadius(self.turning_radius), HeadingCone(STEERING_CONE)
         return Limits(self.max_speed, self.max_acceleration, bounds=bounds)
+
+    @property
+    def free_limits(self) -> Limits:
+        return self.limits
 
     @cached_property
     def _displacement(self) -> float:
@@ -169,7 +177,7 @@ class Bicycle(Vehicle):
             # Simpson's rule for the change of the heading.
             turned = half / 3.0 * (before + 4.0 * middle + self.turn_rate(speed, steering))
             angle = (course - motion.heading - turned + pi) % (2.0 * pi) - pi
-            last, angle = steering, min(max(angle, -0.45 * pi), 0.45 * pi)
+            last, angle = steering, min(max(angle, -STEEPEST_COURSE), STEEPEST_COURSE)
             steering = min(max(atan(tan(angle) / share), -self.max_steering), self.max_steering)
             speed = max(0.0, size * cos(angle))
             if abs(steering - last) <= 1e-14:

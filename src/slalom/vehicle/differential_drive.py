@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.checks import Array, not_negative, positive
-from slalom.errors import InvalidInput
 from slalom.limits import Limits
-from slalom.tolerances import TURN_STEPS
+from slalom.tolerances import FEEDBACK_SHARE, SPEED_STEP, TURN_STEPS
 from slalom.vehicle.motion import Motion, Turning
 from slalom.vehicle.pose import Command
 from slalom.vehicle.vehicle import Vehicle
@@ -43,13 +42,13 @@ class DifferentialDrive(Vehicle):
 
     Attributes:
         ahead: [m]; half the track by default. A larger one permits a larger speed, and grows the robot.
-        period: [s] between commands.
+        period: [s] between commands. In a long one the largest speed of the point is smaller.
         max_speed, max_acceleration: [m/s], [m/s^2] further limits of the point; None: by the wheels alone.
         disturbance: [m] further distance from the plan at which the drive still counts as on it: slip, localisation. It
             is grown into the robot.
 
     Raises:
-        InvalidInput: a value that is not above 0; a period so long that the bound does not hold.
+        InvalidInput: a value that is not above 0.
     """
 
     track: float
@@ -68,7 +67,6 @@ class DifferentialDrive(Vehicle):
             given = getattr(self, name)
             object.__setattr__(self, name, None if given is None else positive(given, name))
         object.__setattr__(self, "disturbance", not_negative(self.disturbance, "disturbance"))
-        self._bounds  # noqa: B018  # refuses a period that is too long
 
     @property
     def lever(self) -> float:
@@ -87,24 +85,28 @@ class DifferentialDrive(Vehicle):
         speed = min(self.max_wheel_speed / wheel_share, sqrt(0.5 * available * lever))
         if self.max_speed is not None:
             speed = min(speed, self.max_speed)
-        acceleration = available - speed * speed / lever
-        if self.max_acceleration is not None:
-            acceleration = min(acceleration, self.max_acceleration)
-        slow = 1.0 - 1.5 * speed * h / lever
-        jerk = speed / lever * (3.0 * acceleration + speed * speed / lever) / max(slow, 1e-9)
-        bounds = _Bounds(speed, acceleration, jerk * h**3 / 12.0)
-        feedback = 2.0 * bounds.displacement / h**2
-        if slow <= 0.0 or feedback > 0.5 * acceleration or bounds.displacement / h > 0.5 * speed:
-            raise InvalidInput(
-                f"period: expected one within which a drive of {speed:.3g} m/s turns little about a point "
-                f"{lever:g} m ahead, found {h:g} s; a smaller max_speed or a larger ahead permits it"
-            )
-        return bounds
+        while True:
+            acceleration = available - speed * speed / lever
+            if self.max_acceleration is not None:
+                acceleration = min(acceleration, self.max_acceleration)
+            slow = 1.0 - 1.5 * speed * h / lever
+            jerk = speed / lever * (3.0 * acceleration + speed * speed / lever) / max(slow, 1e-9)
+            bounds = _Bounds(speed, acceleration, jerk * h**3 / 12.0)
+            if slow > 0.0 and bounds.displacement <= FEEDBACK_SHARE * h * min(0.5 * h * acceleration, speed):
+                return bounds
+            # In a long period the drive turns far: a slower point keeps the bound.
+            speed *= SPEED_STEP
 
     @property
     def limits(self) -> Limits:
         bounds, h = self._bounds, self.period
         return Limits(bounds.speed - bounds.displacement / h, bounds.acceleration - 2.0 * bounds.displacement / h**2)
+
+    @property
+    def free_limits(self) -> Limits:
+        speed = self.max_wheel_speed if self.max_speed is None else min(self.max_speed, self.max_wheel_speed)
+        most = self.max_wheel_acceleration
+        return Limits(speed, most if self.max_acceleration is None else min(self.max_acceleration, most))
 
     @property
     def tracking_error(self) -> float:

@@ -6,21 +6,20 @@ from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from slalom.affine import Affine
 from slalom.checks import Array
 from slalom.path import Path, hermite
 from slalom.state import State
-
-STAGES = 5
-"""[1] Nodes of the quadrature of a period: its error is of the order 10, far below a micrometre."""
+from slalom.tolerances import QUADRATURE_STAGES
 
 
 def _collocation() -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
     """Nodes, weights and weights of the integrals up to each node of Gauss quadrature on [0, 1]."""
-    nodes, weights = np.polynomial.legendre.leggauss(STAGES)
+    nodes, weights = np.polynomial.legendre.leggauss(QUADRATURE_STAGES)
     nodes, weights = 0.5 * (1.0 + nodes), 0.5 * weights
-    powers = np.arange(STAGES)
+    powers = np.arange(QUADRATURE_STAGES)
     up_to = (nodes[:, None] ** (powers + 1) / (powers + 1)) @ np.linalg.inv(nodes[:, None] ** powers)
     return tuple(nodes.tolist()), tuple(weights.tolist()), tuple(tuple(row) for row in up_to.tolist())
 
@@ -75,23 +74,30 @@ class BodyMotion:
         error: [m] of the cubic pieces between the times.
     """
 
-    restartable = False
-
     def __init__(self, times: Array, path: Array, velocities: Array, error: float) -> None:
-        self.times, self.path, self.velocities, self.interpolation_error = times, path, velocities, error
+        self.times, self._error = times, error
         self._pieces: Path = hermite(times, path, velocities)
 
-    def _affine(self, values: Array, t: Array) -> Affine:
-        return Affine(values, np.zeros(np.shape(t)))
+    @property
+    def restartable(self) -> bool:
+        return False
 
-    def position(self, state: State, t: Array) -> Affine:
-        return self._affine(self._at(np.asarray(t, dtype=np.float64), 0), t)
+    @property
+    def interpolation_error(self) -> float:
+        return self._error
 
-    def velocity(self, state: State, t: Array) -> Affine:
-        return self._affine(self._at(np.asarray(t, dtype=np.float64), 1), t)
+    def _affine(self, t: npt.ArrayLike, derivative: int) -> Affine:
+        time = np.asarray(t, dtype=np.float64)
+        return Affine(self._at(time, derivative), np.zeros_like(time))
 
-    def acceleration(self, state: State, t: Array) -> Affine:
-        return self._affine(self._at(np.asarray(t, dtype=np.float64), 2), t)
+    def position(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 0)
+
+    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 1)
+
+    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 2)
 
     def _at(self, t: Array, derivative: int) -> Array:
         """Values (..., 2) of a derivative of the cubic pieces."""

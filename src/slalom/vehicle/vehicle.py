@@ -44,6 +44,11 @@ class Vehicle(ABC):
 
     @property
     @abstractmethod
+    def free_limits(self) -> Limits:
+        """Limits of the point for which wheels and steering suffice at some headings."""
+
+    @property
+    @abstractmethod
     def tracking_error(self) -> float:
         """Bound [m] on the distance of the point from the plan."""
 
