@@ -22,6 +22,7 @@ from slalom.path_goal import PathGoal
 from slalom.tolerances import (
     CIRCLE_SLACK,
     CREEPING,
+    SPEED_STEP,
     STEEPEST_BEARING,
     STEEPEST_COURSE,
     STEERING_CONE,
@@ -46,8 +47,7 @@ class Bicycle(Vehicle):
         period: [s] between commands.
 
     Raises:
-        InvalidInput: a value that is not above 0; a steering angle of a right angle or more; a steering too slow for
-            `max_speed`.
+        InvalidInput: a value that is not above 0; a steering angle of a right angle or more.
     """
 
     wheelbase: float
@@ -67,12 +67,6 @@ class Bicycle(Vehicle):
         object.__setattr__(self, "disturbance", not_negative(self.disturbance, "disturbance"))
         if self.max_steering >= 0.5 * pi:
             raise InvalidInput(f"max_steering: expected less than pi / 2, found {self.max_steering:g}")
-        needed = self._steering_rate
-        if needed > self.max_steering_rate:
-            raise InvalidInput(
-                f"max_steering_rate: expected at least {needed:.3g} rad/s, which {self.max_speed:g} m/s may need, "
-                f"found {self.max_steering_rate:g}"
-            )
 
     @property
     def lever(self) -> float:
@@ -82,19 +76,26 @@ class Bicycle(Vehicle):
     def reverses(self) -> bool:
         return False
 
+    @cached_property
+    def _turning(self) -> tuple[float, float]:
+        """`turning_radius`, and the steering rate [rad/s] that paths of that radius need."""
+        radius, share = hypot(self.lever, self.wheelbase / tan(self.max_steering)), self.wheelbase / self.lever
+        while True:
+            # |f'| is at most 2 V / r where turning is bounded by the radius, (1 + Q) a / V where by the acceleration.
+            speed = min(self.max_speed, sqrt(self.max_acceleration * radius))
+            tangent = self.lever / sqrt(radius**2 - self.lever**2)
+            rate = speed / radius * (1.0 + sqrt(1.0 + 4.0 * tangent**2)) * max(share, 1.0 / share)
+            if rate <= self.max_steering_rate:
+                return radius, rate
+            radius /= SPEED_STEP
+
     @property
     def turning_radius(self) -> float:
-        """Radius [m] of the circle of the point at the largest steering angle."""
-        return hypot(self.lever, self.wheelbase / tan(self.max_steering))
+        """Least radius [m] of the paths of the point: steering angle and steering rate always suffice.
 
-    @property
-    def _steering_rate(self) -> float:
-        """Largest rate [rad/s] of the steering angle on paths of at least that radius.
-
-        f' is at most 2 V / r, and tan(d) = (L / l) tan(f).
+        At least that of the circle at the largest steering angle.
         """
-        share = self.wheelbase / self.lever
-        return 2.0 * self.max_speed / self.turning_radius * max(share, 1.0 / share)
+        return self._turning[0]
 
     @property
     def limits(self) -> Limits:
@@ -108,11 +109,17 @@ class Bicycle(Vehicle):
     @cached_property
     def _displacement(self) -> float:
         """Bound [m] on the distance from the plan within the period after a decision from the state of the point."""
-        v, a, h, lever, radius = self.max_speed, self.max_acceleration, self.period, self.lever, self.turning_radius
+        v, a, h, lever, (radius, steering) = (
+            self.max_speed,
+            self.max_acceleration,
+            self.period,
+            self.lever,
+            self._turning,
+        )
         curvature = 1.0 / sqrt(radius**2 - lever**2)
-        rate = 2.0 * v * (1.0 + (lever * curvature) ** 2) / (radius * lever)
+        rate = steering * (1.0 / self.wheelbase + self.wheelbase * curvature**2)
         w, w1 = v * curvature, a * curvature + v * rate
-        w2 = 2.0 * a * rate + 2.0 * v * self.wheelbase**2 * curvature * rate**2
+        w2 = 2.0 * a * rate + 2.0 * v * self.wheelbase * curvature * steering * rate
         jerk = hypot(3.0 * lever * w * w1 + v * w * w, 2.0 * a * w + v * w1 + lever * w2 + lever * w**3)
         return jerk * h**3 / 12.0 + v * a * h**3 / radius + 2.0 * a * a * h**4 / radius
 
