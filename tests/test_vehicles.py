@@ -115,7 +115,7 @@ def test_the_point_of_a_drive_stays_within_its_bound_of_the_plan(name: str) -> N
                 off = [np.linalg.norm(point_of(drive, p) - decision.manoeuvre.position(t)) for p, t in zip(path, at)]
                 worst, reversing, pose = max(worst, *off), reversing + (path[-1].speed < 0.0), path[-1]
     assert reversing
-    assert 0.05 * bound <= worst <= bound
+    assert 0.01 * bound <= worst <= bound
 
 
 @pytest.mark.parametrize("name", BICYCLES)

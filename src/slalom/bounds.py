@@ -79,13 +79,9 @@ def ball_sides(radius: float, dimension: int) -> HalfSpaces:
 
 
 def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
-    """Unit axes (d, d) of the body as rows, heading first; None for a robot at rest without any heading.
-
-    The heading is that of the state; without one the direction of its velocity, and at rest `heading` (d,).
-    """
+    """Unit axes (d, d) of the body as rows, heading first; None for a robot at rest without any heading (d,)."""
     if state.heading is not None:
-        c, s = cos(state.heading), sin(state.heading)
-        return np.array([(c, s), (-s, c)])
+        return np.array([(cos(angle := state.heading), sin(angle)), (-sin(angle), cos(angle))])
     faced = None if heading is None else vector(heading, "heading", state.dimension)
     speed = float(np.linalg.norm(state.velocity))
     ahead = state.velocity / speed if speed >= REST else faced
