@@ -39,6 +39,7 @@ from slalom import (
     HalfSpace,
     HeadingCone,
     Jerk,
+    KalmanError,
     KeepAcceleration,
     Known,
     LaggedVelocity,
@@ -298,6 +299,7 @@ UNCERTAINTIES: dict[str, Uncertainty] = {
     "gaussian_error": GaussianError(0.1, 0.2),
     "gaussian_error_constant": GaussianError(0.1, 0.0, 0.05),
     "gaussian_error_none": GaussianError(0.0),
+    "kalman_error": KalmanError(0.1, 0.2, 0.5, 0.3),
 }
 
 OBJECTIVES: dict[str, Callable[[int], Objective]] = {

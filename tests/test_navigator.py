@@ -388,7 +388,8 @@ def test_an_obstacle_that_appears_everywhere_later(method: str) -> None:
 
 
 def test_an_obstacle_that_vanishes_in_time_is_no_obstacle() -> None:
-    gone = Obstacle(disc_or_ball(2.0, 2), Sampled([-1.0, 1.0], [(20.0, 0.0)] * 2), "gone")
+    trajectory = Sampled([-1.0, 1.0], [(20.0, 0.0)] * 2)
+    gone = Obstacle(disc_or_ball(2.0, 2), trajectory, "gone", after_end="leaves")
     robot = navigator(method="nlvo")
     alone, among = (robot.decide(at(2, 4.0), others, goal(2)) for others in ([], [gone]))
     assert np.array_equal(alone.manoeuvre.control, among.manoeuvre.control)

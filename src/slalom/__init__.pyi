@@ -2,7 +2,7 @@
 
 __version__: str
 
-from . import io as io, peers as peers, sim as sim, tracking as tracking, view as view
+from . import io as io, peers as peers, sim as sim, tracking as tracking, vehicle as vehicle, view as view
 from .affine import Affine as Affine
 from .bounds import (
     Bound as Bound,
@@ -115,6 +115,13 @@ from .shape import (
     Union as Union,
 )
 from .state import State as State
+from .track_filter import (
+    ConstantVelocityFilter as ConstantVelocityFilter,
+    Estimate as Estimate,
+    Filter as Filter,
+    Measurement as Measurement,
+)
+from .tracker import Tracker as Tracker
 from .tracks import Tracks as Tracks
 from .trajectory import (
     Circular as Circular,
@@ -130,5 +137,6 @@ from .trajectory import (
 from .uncertainty import (
     BoundedError as BoundedError,
     GaussianError as GaussianError,
+    KalmanError as KalmanError,
     Uncertainty as Uncertainty,
 )

@@ -1,13 +1,15 @@
 """Bounds on velocity and acceleration other than a largest norm, as half-spaces that depend on the state.
 
-In the body frame x points along the velocity; in the plane y points to its left, in space the rest is lateral. A robot
-slower than REST takes the heading given to its bound. Without one, a bound on the acceleration that needs a heading is
-replaced by the largest ball about 0 that fits into it under every heading. `TurningRadius`, `HeadingCone` and
-`LeastSpeed` then bound nothing, because they restrict a moving robot only.
+In the body frame x points along the heading of the state, or along the velocity if the state has none. In the plane y
+points to its left, in space the rest is lateral. A robot slower than REST whose state has no heading takes the one of
+its bound. Without one, a bound on the acceleration that needs a heading is replaced by the largest ball about 0 that
+fits into it under every heading. `TurningRadius`, `HeadingCone` and `LeastSpeed` then bound nothing, because they
+restrict a moving robot only.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import cos, sin
 from typing import Annotated, ClassVar, Final, Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -77,7 +79,9 @@ def ball_sides(radius: float, dimension: int) -> HalfSpaces:
 
 
 def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
-    """Unit axes (d, d) of the body as rows, heading first; None for a robot at rest without `heading` (d,)."""
+    """Unit axes (d, d) of the body as rows, heading first; None for a robot at rest without any heading (d,)."""
+    if state.heading is not None:
+        return np.array([(cos(angle := state.heading), sin(angle)), (-sin(angle), cos(angle))])
     faced = None if heading is None else vector(heading, "heading", state.dimension)
     speed = float(np.linalg.norm(state.velocity))
     ahead = state.velocity / speed if speed >= REST else faced

@@ -1,7 +1,7 @@
 """Decisions and their outcomes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, partial
 from pathlib import Path as FilePath
@@ -12,7 +12,7 @@ from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision_report import Collision, as_dict, collision_of, names_in_the_way
 from slalom.goal import Goal
-from slalom.manoeuvre import Manoeuvre
+from slalom.manoeuvre import Manoeuvre, state_after
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
 from slalom.path import Path
@@ -91,6 +91,7 @@ class Decision:
         cut: whether the budget ended the search: a better manoeuvre may exist.
         approach: the last progress towards the goal; None for an objective that needs no goal.
         inputs: from what the decision was made; None for one that no navigator made.
+        earlier: the manoeuvres that the robot was committed to before, for a horizon back.
     """
 
     manoeuvre: Manoeuvre
@@ -100,6 +101,7 @@ class Decision:
     regret: float = 0.0
     path: Path | None = None
     progress: float | None = None
+    earlier: tuple[Manoeuvre, ...] = ()
     work: float = 0.0
     cut: bool = False
     approach: Approach | None = None
@@ -161,6 +163,19 @@ class Decision:
     def decided_at(self) -> float:
         """Absolute time [s] of the decision, or before it where a kept manoeuvre has no path."""
         return self.manoeuvre.start if self.path is None else float(self.path.times[0])
+
+    def state_at(self, now: float, state: State, measured: float) -> State:
+        """The state at `now` [s] of the robot that was in `state` when it was `measured` [s], see `state_after`."""
+        return state_after((*self.earlier, self.manoeuvre), state, measured, now)
+
+    def following(self, previous: "Decision | None", oldest: float) -> "Decision":
+        """The same decision, with the manoeuvres before it since `oldest` [s]."""
+        if previous is None:
+            return self
+        changed = previous.manoeuvre is not self.manoeuvre
+        before = (*previous.earlier, previous.manoeuvre) if changed else previous.earlier
+        ends = [manoeuvre.start for manoeuvre in (*before[1:], self.manoeuvre)]
+        return replace(self, earlier=tuple(one for one, end in zip(before, ends) if end > oldest))
 
     @cached_property
     def blocked(self) -> ControlObstacle:

@@ -49,7 +49,7 @@ KINDS: Final[dict[str, Mapping[str, type]]] = {
     "response": RESPONSE_KINDS,
 }
 """Parts that files hold, by what they are and by name."""
-TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainty", "worlds")
+TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds")
 """Attributes of `Tracks` in files, besides the states."""
 
 
@@ -157,12 +157,13 @@ def _limits(limits: Limits) -> dict[str, Any]:
 
 
 def _state(state: State) -> dict[str, Any]:
-    return {name: getattr(state, name).tolist() for name in ("position", "velocity", "acceleration")}
+    vectors = {name: getattr(state, name).tolist() for name in ("position", "velocity", "acceleration")}
+    return {**vectors, "heading": state.heading}
 
 
 def _source(one: Obstacle | ObstacleTable | Tracks, where: str) -> dict[str, Any]:
     if isinstance(one, ObstacleTable):
-        return {"table": [_obstacle(each, f"{where}[{k}]") for k, each in enumerate(one)]}
+        return {"table": [_obstacle(each, f"{where}[{k}]") for k, each in enumerate(one.given)]}
     return {"tracks": _tracks(one, where)} if isinstance(one, Tracks) else {"obstacle": _obstacle(one, where)}
 
 
@@ -171,6 +172,7 @@ def _obstacle(obstacle: Obstacle, where: str) -> dict[str, Any]:
     return {
         "name": obstacle.name,
         "heading": obstacle.heading,
+        "after_end": obstacle.after_end,
         "shape": part(obstacle.shape, "shape", f"{where}.shape"),
         "trajectory": part(obstacle.trajectory, "trajectory", f"{where}.trajectory"),
         "uncertainty": None if doubt is None else part(doubt, "uncertainty", f"{where}.uncertainty"),
@@ -178,7 +180,6 @@ def _obstacle(obstacle: Obstacle, where: str) -> dict[str, Any]:
 
 
 def _tracks(tracks: Tracks, where: str) -> dict[str, Any]:
-    doubt = tracks.uncertainty
     return {
         "dimension": tracks.dimension,
         **{name: tracks.states[:, k].tolist() for k, name in enumerate(("positions", "velocities", "accelerations"))},
@@ -186,7 +187,10 @@ def _tracks(tracks: Tracks, where: str) -> dict[str, Any]:
         "t": tracks.t,
         "ids": [str(name) for name in tracks.ids],
         "forecast": part(tracks.forecast, "forecast", f"{where}.forecast"),
-        "uncertainty": None if doubt is None else part(doubt, "uncertainty", f"{where}.uncertainty"),
+        "uncertainties": [
+            None if doubt is None else part(doubt, "uncertainty", f"{where}.uncertainties[{k}]")
+            for k, doubt in enumerate(tracks.uncertainties)
+        ],
     }
 
 

@@ -224,11 +224,14 @@ def foresight_of(forecast: Forecast) -> str:
 def predicted(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
     """The obstacle on its predicted trajectory from `now` [s] on; the same object if the forecast changes nothing.
 
-    An obstacle that is predicted to stay at rest keeps its last heading.
+    An obstacle that is predicted to stay at rest keeps its last heading. After the end of its trajectory see
+    `Obstacle.after_end`.
 
     Raises:
         OutsideSpan: the obstacle does not exist at `now`.
+        InvalidInput: its trajectory ended before, and what follows is unknown.
     """
+    obstacle = obstacle.known_at(now)
     trajectory = forecast(obstacle.trajectory, now)
     if trajectory is obstacle.trajectory:
         return obstacle

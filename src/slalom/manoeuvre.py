@@ -1,5 +1,6 @@
 """Manoeuvres: a response with a control, an initial state and a start time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,3 +140,25 @@ class Continuation:
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return ()
+
+
+def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, now: float) -> State:
+    """The state at `now` [s] of a robot that was in `state` when it was `measured` [s].
+
+    Each of the `manoeuvres`, in the order of their starts, lasts until the next one starts. The robot makes their
+    changes of position and velocity; its deviation from them stays as it is. Before the first one it keeps its
+    velocity.
+    """
+    position, velocity, acceleration, time = state.position, state.velocity, state.acceleration, measured
+    starts = [*(manoeuvre.start for manoeuvre in manoeuvres), np.inf]
+    for manoeuvre, end in zip(manoeuvres, np.minimum(starts[1:], now).tolist()):
+        if end <= time:
+            continue
+        if manoeuvre.start >= time:
+            position, time = position + (manoeuvre.start - time) * velocity, manoeuvre.start
+            error = velocity - manoeuvre.state.velocity
+        else:
+            error = velocity - manoeuvre.velocity(time)
+        position = position + manoeuvre.position(end) - manoeuvre.position(time) + (end - time) * error
+        velocity, acceleration, time = manoeuvre.velocity(end) + error, manoeuvre.acceleration(end), end
+    return State(position + (now - time) * velocity, velocity, acceleration)

@@ -16,7 +16,7 @@ from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
 from slalom.horizon import Horizon
 from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre
+from slalom.manoeuvre import Manoeuvre, state_after
 from slalom.methods import HOLDS, Method
 from slalom.navigator_tables import PolicyTables
 from slalom.objective import (
@@ -138,6 +138,7 @@ class Navigator:
         now: float = 0.0,
         previous: Decision | None = None,
         objective: Objective | None = None,
+        delay: float = 0.0,
         budget: float | None = None,
     ) -> Decision:
         """Decision at time `now` [s] of a robot in `state` that is committed to the manoeuvre of `previous`.
@@ -154,12 +155,14 @@ class Navigator:
             budget: [s] of work, counted and not measured, so that equal inputs give equal bits on every machine. When
                 it is used up, the best manoeuvre is taken that was found by then; without any, the committed one goes
                 on if it is safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
+            delay: [s] age of `state` at `now`, the time at which the decision begins to act. The robot is taken to have
+                followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps its velocity.
 
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
                 a response that does not set the acceleration at once; a method that needs more than one robot observes;
-                other robots for an objective written in Python; a time before
-                that of the previous decision.
+                other robots for an objective written in Python; a time before that of the previous decision; a delay
+                above the horizon; an obstacle whose trajectory ended before.
         """
         self._refuse_method()
         has(state, ("position", "velocity", "acceleration"), "a State", "state")
@@ -168,6 +171,13 @@ class Navigator:
             if number(now, "now") < previous.decided_at:
                 order = f"{now:g} s after a decision at {previous.decided_at:g} s"
                 raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
+        if not_negative(delay, "delay") > self.horizon:
+            raise InvalidInput(f"delay: expected at most the horizon, {self.horizon:g} s, found {delay:g} s")
+        if delay > 0.0:
+            measured = now - delay
+            state = (
+                state_after((), state, measured, now) if previous is None else previous.state_at(now, state, measured)
+            )
         if objective is not None:
             has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
         robot = self if objective is None else replace(self, objective=objective)
@@ -200,6 +210,7 @@ class Navigator:
         if found is None and others is not None:
             window = self.predict([*listed(obstacles), others], state, now)
         decision = found or robot._fall_back(window, state, goal, now)
+        decision = decision.following(previous, now - self.horizon)
         progress = None if step is None else step.progress
         before = None if previous is None else previous.commitment
         last = None if before is None else before.approach

@@ -1,22 +1,23 @@
 """Obstacles: shapes on trajectories."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, has, number
+from slalom.checks import Array, has, known, number
 from slalom.errors import InvalidInput
 from slalom.path import Path
 from slalom.shape import Disc, Shape
 from slalom.tolerances import LOOK_BACK
-from slalom.trajectory import Trajectory
+from slalom.trajectory import Composite, ConstantVelocity, Trajectory
 from slalom.trajectory.direction import direction_path
-from slalom.uncertainty import Uncertainty
+from slalom.uncertainty import Aged, Uncertainty
 
 MOTION: Final = "motion"
+AFTER_END: Final = ("unknown", "continues", "leaves")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +29,13 @@ class Obstacle:
             axis, or "motion": along the velocity. While the velocity is zero the last direction is kept.
         uncertainty: bound on the distance from the trajectory as a function of the time since the decision; None:
             exact.
+        after_end: what follows the end of the trajectory. "unknown": a decision before the end takes the obstacle to
+            continue at its last velocity, and a decision after the end is refused. "continues": it continues at its
+            last velocity at every time, and its uncertainty grows from the end on. "leaves": it exists no more.
 
     Raises:
-        InvalidInput: no shape or trajectory, or two of different dimension; a heading in space, or an invalid one.
+        InvalidInput: no shape or trajectory, or two of different dimension; a heading in space, or an invalid one;
+            another word for `after_end`.
     """
 
     shape: Shape
@@ -38,6 +43,7 @@ class Obstacle:
     name: str = ""
     heading: float | Literal["motion"] = 0.0
     uncertainty: Uncertainty | None = None
+    after_end: Literal["unknown", "continues", "leaves"] = "unknown"
 
     def __post_init__(self) -> None:
         has(self.shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"obstacle {self.name!r}")
@@ -55,6 +61,7 @@ class Obstacle:
                 raise InvalidInput(f"heading: expected an angle [rad] or {MOTION!r}, found {self.heading!r}")
         else:
             object.__setattr__(self, "heading", number(self.heading, "heading"))
+        known(self.after_end, "after_end", AFTER_END)
         if self.dimension == 3 and self.heading != 0.0:
             raise InvalidInput(f"heading: expected 0 in space, where orientation is constant, found {self.heading!r}")
 
@@ -112,6 +119,42 @@ class Obstacle:
         return path._replace(points=points)
 
     def exists(self, t: float) -> bool:
-        """Whether the obstacle exists at time t [s]."""
+        """Whether the obstacle exists at time t [s]; after the end of its trajectory, whether it has not left."""
         first, last = self.trajectory.span
-        return first <= t <= last
+        return first <= t and (t <= last or self.after_end != "leaves")
+
+    @cached_property
+    def continued(self) -> "Obstacle":
+        """The obstacle on a trajectory that continues at its last velocity; the same object if it leaves or has no end.
+
+        Its uncertainty is not changed.
+        """
+        last = self.trajectory.span[1]
+        if self.after_end == "leaves" or last == np.inf:
+            return self
+        rest = ConstantVelocity(self.trajectory.position(last), self.trajectory.velocity(last), last)
+        return replace(self, trajectory=Composite((self.trajectory, rest), (last,)))
+
+    def known_at(self, now: float) -> "Obstacle":
+        """The obstacle as a decision at `now` [s] takes it, see `after_end`; the same object at most calls.
+
+        Raises:
+            InvalidInput: the trajectory ends before `now`, and what follows is unknown.
+        """
+        last = self.trajectory.span[1]
+        if last >= now or self.after_end == "leaves":
+            return self.continued
+        if self.after_end == "unknown":
+            raise InvalidInput(
+                f"obstacle {self.name!r}: expected a trajectory that is known at {now:g} s, found one that ended at "
+                f"{last:g} s; say after_end='continues' or 'leaves', or give a newer observation"
+            )
+        if self.uncertainty is None:
+            return self.continued
+        return replace(self.continued, uncertainty=Aged(self.uncertainty, now - last))
+
+    def of_scenario(self) -> "Obstacle":
+        """The obstacle in a simulated world, where nothing is unknown: there it leaves unless it continues."""
+        if self.after_end == "continues":
+            return self.continued
+        return self if self.trajectory.span[1] == np.inf else replace(self, after_end="leaves")

@@ -26,15 +26,21 @@ class ObstacleTable:
     The pieces are made for each shape of a robot and each stretch of STRETCH_HORIZONS horizons, when first needed.
     Stretches begin at multiples of their length, so a decision does not depend on earlier ones.
 
+    Attributes:
+        given: the obstacles as they were given. obstacles: the same, continued (see `Obstacle.after_end`).
+
     Raises:
         InvalidInput: something else than obstacles, or obstacles of different dimensions.
     """
 
     def __init__(self, obstacles: Iterable[Obstacle]) -> None:
         has(obstacles, ("__iter__",), "a list of obstacles", "obstacles")
-        self.obstacles = tuple(obstacles)
-        for k, obstacle in enumerate(self.obstacles):
+        self.given = tuple(obstacles)
+        for k, obstacle in enumerate(self.given):
             has(obstacle, ("shape", "trajectory"), "an obstacle", f"obstacles[{k}]")
+        self.obstacles = tuple(obstacle.continued for obstacle in self.given)
+        # Those that leave are not among them.
+        self._known_until = min((o.trajectory.span[1] for o in self.given if o.continued is not o), default=np.inf)
         self.dimension = one_dimension(obstacle.dimension for obstacle in self.obstacles)
         spans = [obstacle.trajectory.span for obstacle in self.obstacles]
         self._spans = np.array(spans, dtype=np.float64).reshape(-1, 2)
@@ -63,10 +69,10 @@ class ObstacleTable:
         """
         if at_rest not in self._parts:
             serves = [
-                o.uncertainty is None and (not at_rest or isinstance(o.trajectory, Stationary)) for o in self.obstacles
+                o.uncertainty is None and (not at_rest or isinstance(o.trajectory, Stationary)) for o in self.given
             ]
-            others = tuple(o for o, yes in zip(self.obstacles, serves) if not yes)
-            table = self if not others else ObstacleTable(o for o, yes in zip(self.obstacles, serves) if yes)
+            others = tuple(o for o, yes in zip(self.given, serves) if not yes)
+            table = self if not others else ObstacleTable(o for o, yes in zip(self.given, serves) if yes)
             self._parts[at_rest] = table, others
         return self._parts[at_rest]
 
@@ -79,12 +85,15 @@ class ObstacleTable:
             horizon: [s] the largest value of `until` at this and other decisions.
 
         Raises:
-            InvalidInput: an obstacle with an uncertainty.
+            InvalidInput: an obstacle with an uncertainty, or whose trajectory ended before the start.
         """
         if self._uncertain:
             raise InvalidInput("obstacles: expected a table of obstacles without uncertainty, found one with it")
         if not self.obstacles:
             return no_bodies(robot.dimension)
+        if start > self._known_until:
+            for obstacle in self.given:
+                obstacle.known_at(start)
         length = STRETCH_HORIZONS * horizon
         stretch = int(np.floor(start / length))
         # Rounding of the quotient.

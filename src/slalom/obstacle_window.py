@@ -60,20 +60,22 @@ class ObstacleWindow:
     """Obstacles over a window of time as cubic pieces.
 
     Args:
-        obstacles: all of one dimension; those that do not exist within the window leave no piece.
+        obstacles: all of one dimension; those that do not exist within the window leave no piece. After the end of
+            their trajectories see `Obstacle.after_end`.
         start: absolute time [s] of the decision. horizon: length of the window [s] > 0.
         horizons: (n,) [s] one for each obstacle, from 0 to `horizon`; beyond it that obstacle counts no more.
 
     Raises:
-        InvalidInput: different dimensions, a horizon that is not above 0, something else than obstacles.
+        InvalidInput: different dimensions, a horizon that is not above 0, something else than obstacles; an obstacle
+            whose trajectory ended before the start.
     """
 
     def __init__(
         self, obstacles: Obstacles, start: float, horizon: float, horizons: npt.ArrayLike | None = None
     ) -> None:
-        self._sources = _sources(listed(obstacles))
-        self._counts = [len(source) for source in self._sources]
         self.start = number(start, "start")
+        self._sources = _sources(listed(obstacles), self.start)
+        self._counts = [len(source) for source in self._sources]
         self.horizon = positive(horizon, "horizon")
         self.dimension = one_dimension(source.dimension for source in self._sources)
         self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
@@ -200,13 +202,13 @@ def listed(obstacles: Obstacles) -> Sequence[Obstacle | ObstacleTable | Tracks]:
     return obstacles
 
 
-def _sources(obstacles: Sequence[Obstacle | ObstacleTable | Tracks]) -> list[_Source]:
-    """Tables and tracks as they are, obstacles that follow each other together."""
+def _sources(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float) -> list[_Source]:
+    """Tables and tracks as they are, obstacles that follow each other together, as they are known at `now` [s]."""
     found: list[_Source] = []
     plain: list[Obstacle] = []
     for one in obstacles:
         if isinstance(one, Obstacle):
-            plain.append(one)
+            plain.append(one.known_at(now))
             continue
         if plain:
             found.append(_Listed(plain))

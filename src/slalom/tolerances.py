@@ -161,6 +161,12 @@ BLOCK_STEPS: Final = 16
 Larger: larger balls, so more steps are examined. Smaller: more balls. The clearance is the same.
 """
 
+SYMMETRY: Final = 1e-9
+"""[1] Largest difference of a measured covariance from its transpose, as a share of its largest entry.
+
+Larger: matrices that are no covariances are taken. Smaller: rounding of the sender is refused.
+"""
+
 COMMITTED_SLACK: Final = CONTACT + CERTIFIED
 """[m] A committed manoeuvre counts as still safe down to minus this clearance.
 
@@ -1300,4 +1306,80 @@ FRAME_ROUNDING: Final = 1e-6
 """[1] Largest distance of a time from its frame, in frames, for formats that number frames.
 
 Larger: times are changed by up to this when written. Smaller: rounding refuses tracks at whole frames.
+"""
+
+# Vehicles
+
+GOAL_HEADING_BLEND: Final = 0.25
+"""[1] Distance from its goal, in tolerances of the goal, at which a vehicle keeps its heading rather than turns to it.
+
+Larger: an axle beside its goal is left there. Smaller: the vehicle turns on the spot for errors that do not matter.
+"""
+
+POINT_TOLERANCE: Final = 0.5
+"""[1] Tolerance of the goal of the point ahead of the axle, in tolerances of the goal of the axle.
+
+The rest is left for the heading at the goal. Larger: the axle may stop short of its tolerance. Smaller: slower
+arrivals.
+"""
+
+TURN_STEPS: Final = 20
+"""[1] Most steps of Newton's method for the turn in a period. It converges in 3 to 5.
+
+Larger: never needed. Smaller: the velocity at the end of a period is not the one that was asked for.
+"""
+
+GROWTHS: Final = (0.0, 0.5, 1.0)
+"""[1] Growths of the robot with which a vehicle looks for a manoeuvre, in distances of the point from the axle.
+
+With 0 the body is where the point is, with 1 it is anywhere around it. More: more decisions, better ones in narrow
+places. Fewer: the vehicle keeps its plan more often.
+"""
+
+STEERING_CONE: Final = 1.2
+"""[rad] Largest angle by which a decision for a bicycle turns its course.
+
+Larger: manoeuvres that the steering does not follow are chosen. Smaller: slower avoidance.
+"""
+
+CREEPING: Final = 1e-3
+"""[m/s] A bicycle that is to be slower than this keeps its steering angle.
+
+Larger: it leaves the place where it stops with the wrong course. Much smaller: rounding of the velocity steers.
+"""
+
+STEEPEST_COURSE: Final = 1.4
+"""[rad] Largest angle between the heading of a bicycle and the velocity that its steering aims at, below pi / 2.
+
+Larger: steering angles close to a right angle. Smaller: a very long steered point ahead of the front axle is not used.
+"""
+
+QUADRATURE_STAGES: Final = 5
+"""[1] Nodes of Gauss quadrature for the motion in a period; its error is of the order 10, far below a micrometre.
+
+More: slower plans of vehicles. Fewer: the motion is less exact than the pieces that stand for it.
+"""
+
+FEEDBACK_SHARE: Final = 0.5
+"""[1] Largest share of the acceleration of a vehicle, and of its speed, that the correction of errors may take.
+
+Larger: faster vehicles with slower reactions. Smaller: in long periods vehicles are slower.
+"""
+
+SPEED_STEP: Final = 0.98
+"""[1] Ratio of successive speeds among which the largest permitted one of a vehicle is found.
+
+Closer to 1: a speed that is up to 2 % larger.
+"""
+
+CIRCLE_SLACK: Final = 1.1
+"""[1] Circle on which a bicycle turns towards a goal far to its side, in circles of its smallest turning radius.
+
+Larger: wider turns. With 1 the goal may slip into the circle, and the turn begins anew.
+"""
+
+STEEPEST_BEARING: Final = 1.0
+"""[rad] Angle between the course of a bicycle and its goal beyond which it first turns along a circle.
+
+Larger: accelerations towards the goal that slow it down before it turns. Smaller: wider turns.
 """

@@ -35,12 +35,13 @@ class Tracks:
         ids: names, for messages; none: their numbers.
         forecast: predicts their motion where the method takes trajectories as they are given; by default
             AcceleratingBriefly with accelerations and AtConstantVelocity without. Other methods use their own.
-        uncertainty: bound on the distance from the prediction as a function of the time since t; None: exact.
+        uncertainty: bound on the distance from the prediction as a function of the time since t, one for all or a
+            sequence with one for each; None: exact.
         worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
 
     Raises:
-        InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids of another
-            number, a forecast that needs the past or knows the future.
+        InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids or
+            uncertainties of another number, a forecast that needs the past or knows the future.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class Tracks:
         accelerations: npt.ArrayLike | None = None,
         ids: Sequence[object] = (),
         forecast: Forecast | None = None,
-        uncertainty: Uncertainty | None = None,
+        uncertainty: Uncertainty | Sequence[Uncertainty | None] | None = None,
         worlds: npt.ArrayLike | None = None,
     ) -> None:
         places = array(positions, "positions")
@@ -71,9 +72,17 @@ class Tracks:
         if len(ids) not in (0, n):
             raise InvalidInput(f"ids: expected {n}, found {len(ids)}")
         self.radii, self.t, self.ids = np.broadcast_to(radius, (n,)), number(t, "t"), tuple(ids) or tuple(range(n))
-        if uncertainty is not None:
-            has(uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", "uncertainty")
-        self.uncertainty = uncertainty
+        self.uncertainties: tuple[Uncertainty | None, ...]
+        if uncertainty is None or isinstance(uncertainty, Uncertainty):
+            self.uncertainties = (uncertainty,) * n
+        else:
+            listing(uncertainty, "an uncertainty, such as BoundedError(0.1), or a list of them", "uncertainty")
+            self.uncertainties = tuple(uncertainty)
+        for k, one in enumerate(self.uncertainties):
+            if one is not None:
+                has(one, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"uncertainty[{k}]")
+        if len(self.uncertainties) != n:
+            raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
         usual = AtConstantVelocity() if accelerations is None else AcceleratingBriefly()
         self.forecast: Forecast = _usable(usual if forecast is None else forecast)
@@ -94,6 +103,7 @@ class Tracks:
         other = copy(self)
         other.states, other.radii, other.worlds = self.states[some], self.radii[some], np.full(len(some), EVERY_WORLD)
         other.ids = tuple(self.ids[k] for k in some)
+        other.uncertainties = tuple(self.uncertainties[k] for k in some)
         other.__dict__.pop("obstacles", None)
         return other
 
@@ -105,9 +115,9 @@ class Tracks:
                 round_shape(float(radius), self.dimension),
                 self.forecast(ConstantAcceleration(state[0], state[1], state[2], self.t), self.t),
                 str(name),
-                uncertainty=self.uncertainty,
+                uncertainty=uncertainty,
             )
-            for state, radius, name in zip(self.states, self.radii, self.ids)
+            for state, radius, name, uncertainty in zip(self.states, self.radii, self.ids, self.uncertainties)
         )
 
     def paths(self, end: float) -> tuple[Array, Array]:
@@ -134,28 +144,24 @@ class Tracks:
             raise InvalidInput(f"tracks: expected an observation not after {start:g} s, found one at {self.t:g} s")
         if not len(self):
             return no_bodies(self.dimension)
-        window = _window(
-            cast(Hashable, self.forecast),
-            start - self.t,
-            horizon,
-            1 if self.uncertainty is None else UNCERTAINTY_PIECES,
-        )
+        exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
+        cuts = 1 if exact.all() else UNCERTAINTY_PIECES
+        window = _window(cast(Hashable, self.forecast), start - self.t, horizon, cuts)
         if window is None or np.any(until != horizon):
             return pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
         shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(window.shares)
-        b, d, plain = len(shape.radius), self.dimension, self.uncertainty is None
+        b, d = len(shape.radius), self.dimension
         points = np.asarray(window.points(self.states)[:, None] + shape.offsets[:, None, None])
-        radius, growth, total = np.zeros(n * b * k), np.zeros(n * b * k), n * b
-        if self.uncertainty is not None:
-            widths = self.uncertainty.radius(window.times + (start - self.t), d)
-            radius, growth = _each(widths[:-1], total), _each(np.diff(widths), total)
+        total = n * b
         number = np.arange(total)
-        hull = np.where(_each((shape.counts == 1) & (shape.hull_radius == 0.0) & plain, n), -1, number)
+        widths = np.repeat(self._widths(window.times + (start - self.t)), b, axis=0)
+        point = _each((shape.counts == 1) & (shape.hull_radius == 0.0), n) & np.repeat(exact, b)
+        hull = np.where(point, -1, number)
         pieces = Pieces(
             _each(np.stack([window.times[:-1], window.times[1:]], axis=1), total),
             points.reshape(total * k, 4, d),
-            radius,
-            growth,
+            widths[:, :-1].reshape(-1),
+            np.diff(widths, axis=1).reshape(-1),
             NO_TURNS,
             np.repeat(number, k),
         )
@@ -170,10 +176,17 @@ class Tracks:
             corners=_each(shape.corners, n),
             first=np.append(0, np.cumsum(_each(shape.counts, n))),
             unordered=_each(shape.unordered, n),
-            uncertain=np.full(total, not plain),
+            uncertain=np.repeat(~exact, b),
             heads=number * k,
             has_hulls=bool(hull.max() >= 0),
         )
+
+    def _widths(self, elapsed: Array) -> Array:
+        """The uncertainty (n, k) [m] of each at times (k,) [s] since the observation."""
+        different = {id(one): one for one in self.uncertainties if one is not None}
+        radii = {key: one.radius(elapsed, self.dimension) for key, one in different.items()}
+        exact = np.zeros(len(elapsed))
+        return np.stack([radii.get(id(one), exact) for one in self.uncertainties])
 
 
 Scalar = TypeVar("Scalar", bound=np.generic)

@@ -75,6 +75,55 @@ class GaussianError:
         return np.asarray(chi_quantile(self.probability, degrees) * deviation if degrees else 0.0 * time)
 
 
+@dataclass(frozen=True)
+class KalmanError:
+    """Error of a constant-velocity Kalman filter that predicts: Gaussian, with accelerations that are white noise.
+
+    `position` [m] and `velocity` [m/s] are the largest standard deviations along any axis, `correlation` (0 to 1) is
+    that of both errors, `acceleration` [m/s^2/sqrt(Hz)] the root of the spectral density of the accelerations. At each
+    time the obstacle is outside the radius with a probability of at most `probability`; over all times of a horizon it
+    may be more.
+
+    The standard deviation at time t is sqrt(p^2 + 2 r p v t + v^2 t^2 + a^2 t^3 / 3), see Bar-Shalom, Li and
+    Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2. It is the norm of two
+    convex functions that do not decrease, and therefore convex. A negative correlation counts as 0, an upper bound.
+    """
+
+    position: NotNegative
+    velocity: NotNegative
+    correlation: NotNegative = 0.0
+    acceleration: NotNegative = 0.0
+    probability: Positive = 0.05
+
+    def __post_init__(self) -> None:
+        for name in ("position", "velocity", "correlation", "acceleration"):
+            object.__setattr__(self, name, not_negative(getattr(self, name), name))
+        if self.correlation > 1.0:
+            raise InvalidInput(f"correlation: expected a number from 0 to 1, found {self.correlation:g}")
+        if not 0.0 < self.probability < 1.0:
+            raise InvalidInput(f"probability: expected a number between 0 and 1, found {self.probability:g}")
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        time = np.asarray(t, dtype=np.float64)
+        mixed = 2.0 * self.correlation * self.position * self.velocity
+        variance = self.position**2 + time * (mixed + time * (self.velocity**2 + time * self.acceleration**2 / 3.0))
+        return np.asarray(chi_quantile(self.probability, dimension) * np.sqrt(variance))
+
+
+@dataclass(frozen=True)
+class Aged:
+    """The uncertainty `of` a prediction that was made `age` [s] >= 0 before."""
+
+    of: Uncertainty
+    age: NotNegative
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "age", not_negative(self.age, "age"))
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        return self.of.radius(np.asarray(t, dtype=np.float64) + self.age, dimension)
+
+
 def chi_quantile(probability: float, degrees: int) -> float:
     """Value k that a chi-distributed number with `degrees` degrees of freedom exceeds with `probability`.
 
@@ -104,5 +153,6 @@ def chi_quantile(probability: float, degrees: int) -> float:
 UNCERTAINTIES: Final[dict[str, type[Uncertainty]]] = {
     "bounded_error": BoundedError,
     "gaussian_error": GaussianError,
+    "kalman_error": KalmanError,
 }
 """Every uncertainty by the name that scenario files and recordings use."""

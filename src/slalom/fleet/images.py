@@ -10,6 +10,7 @@ from slalom.forecast import Forecast
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import GrownBodies, RobotTable
 from slalom.obstacle import Obstacle
+from slalom.obstacle_table import ObstacleTable
 from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
 from slalom.periodic import Period, displaced, images_about, images_met, refuse_no_period, to_nearest
 
@@ -77,8 +78,10 @@ class Images:
 
 def one_by_one(obstacles: Obstacles) -> list[Obstacle]:
     """All obstacles of lists, tables and tracks."""
-    return [
-        obstacle
-        for source in listed(obstacles)
-        for obstacle in ([source] if isinstance(source, Obstacle) else source.obstacles)
-    ]
+    found: list[Obstacle] = []
+    for source in listed(obstacles):
+        if isinstance(source, Obstacle):
+            found.append(source)
+        else:
+            found += source.given if isinstance(source, ObstacleTable) else source.obstacles
+    return found

@@ -115,7 +115,8 @@ class LookAhead:
             obstacles: passing the same object at every decision avoids building its table again.
 
         Raises:
-            InvalidInput: dimensions that differ, a goal that moves or has a path.
+            InvalidInput: dimensions that differ, a goal that moves or has a path; an obstacle whose trajectory ended
+                before.
         """
         has(state, ("position", "velocity", "acceleration"), "a State", "state")
         has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
@@ -130,12 +131,14 @@ class LookAhead:
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
         before = previous if isinstance(previous, SequenceDecision) else None
-        listed = obstacles.obstacles if isinstance(obstacles, ObstacleTable) else obstacles
+        listed = obstacles.given if isinstance(obstacles, ObstacleTable) else obstacles
+        for obstacle in listed:
+            obstacle.known_at(now)
         table = self._prediction(listed, now, self.prepared if before is None else before.search.obstacles)
         scene = _Scene(state, goal, now, listed, table, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
         if planned is not None:
-            return planned
+            return planned.following(previous, now - self.navigator.horizon)
         alone = replace(self.navigator, method=replace(self.navigator.method, looks_ahead=False))
         return alone.decide(state, obstacles, goal, now=now, previous=previous)
 

@@ -60,6 +60,7 @@ class Scenario:
 
     Attributes:
         name: of the gallery or the file. robots: one robot, or several that meet each other.
+        obstacles: each exists as long as its trajectory lasts, except those that continue (see `Obstacle.after_end`).
         start: [s] absolute time of the begin. duration: [s] after which a robot that has not arrived has failed.
         dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
             multiple of dt. horizon [s], margin [m], patience [s], holds [s]: see `Navigator`.
@@ -128,6 +129,7 @@ class Scenario:
             raise InvalidInput(
                 f"start: expected a time of the recording, from {first:g} to before {last:g} s, found {self.start:g} s"
             )
+        object.__setattr__(self, "obstacles", tuple(obstacle.of_scenario() for obstacle in self.obstacles))
         for obstacle in self.obstacles:
             if obstacle.dimension != self.dimension:
                 raise InvalidInput(

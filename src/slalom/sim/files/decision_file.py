@@ -138,7 +138,7 @@ def _navigator(spec: NavigatorSpec) -> Navigator:
 
 
 def _state(spec: StateSpec) -> State:
-    return State(spec.position, spec.velocity, spec.acceleration)
+    return State(spec.position, spec.velocity, spec.acceleration, spec.heading)
 
 
 def _source(spec: SourceSpec, where: str) -> Obstacle | ObstacleTable | Tracks:
@@ -158,6 +158,7 @@ def _obstacle(spec: ObstacleSpec) -> Obstacle:
         spec.name,
         spec.heading,
         None if doubt is None else doubt.build(),
+        spec.after_end,
     )
 
 
@@ -171,7 +172,7 @@ def _tracks(spec: TracksSpec) -> Tracks:
         accelerations=rows(spec.accelerations),
         ids=spec.ids,
         forecast=spec.forecast.build(),
-        uncertainty=None if spec.uncertainty is None else spec.uncertainty.build(),
+        uncertainty=[None if doubt is None else doubt.build() for doubt in spec.uncertainties],
     )
 
 

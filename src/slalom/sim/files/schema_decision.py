@@ -54,6 +54,7 @@ class StateSpec(Model):
     position: Vector
     velocity: Vector
     acceleration: Vector
+    heading: FiniteFloat | None
 
 
 class ObstacleSpec(Model):
@@ -61,6 +62,7 @@ class ObstacleSpec(Model):
 
     name: str
     heading: FiniteFloat | Literal["motion"]
+    after_end: Literal["unknown", "continues", "leaves"]
     shape: ShapeModel
     trajectory: TrajectoryModel
     uncertainty: UncertaintyModel | None
@@ -77,7 +79,7 @@ class TracksSpec(Model):
     t: FiniteFloat
     ids: list[str]
     forecast: Annotated[PartModel, OfAnyKind(FORECAST_KINDS)]
-    uncertainty: UncertaintyModel | None
+    uncertainties: list[UncertaintyModel | None]
 
 
 class SourceSpec(Model):

@@ -108,7 +108,7 @@ def listed(group: Group, name: str) -> list[Group]:
 
 
 def load_obstacle(group: Group) -> Obstacle:
-    """Return an obstacle."""
+    """Return an obstacle of a scenario."""
     doubt = group.groups.get("uncertainty")
     return Obstacle(
         load_shape(member(group.groups, "shape")),
@@ -116,7 +116,7 @@ def load_obstacle(group: Group) -> Obstacle:
         text(group.attributes, "name"),
         scalar(group.attributes, "heading"),
         None if doubt is None else load_part(doubt, UNCERTAINTIES),
-    )
+    ).of_scenario()
 
 
 def load_goal(group: Group) -> Goal:

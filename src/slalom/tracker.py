@@ -1,0 +1,223 @@
+"""Tracks of moving obstacles from measurements that come late, rarely, twice or not at all."""
+
+from bisect import bisect_right
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, array, has, number, positive, vector
+from slalom.errors import InvalidInput
+from slalom.obstacle import Obstacle
+from slalom.shape import Disc, Shape
+from slalom.tolerances import SYMMETRY
+from slalom.track_filter import ConstantVelocityFilter, Estimate, Filter, Measurement
+from slalom.tracks import Tracks
+from slalom.trajectory import ConstantAcceleration
+
+
+class _Step(NamedTuple):
+    """A measurement of one obstacle, and what is known after it."""
+
+    key: tuple[float, ...]  # time, then the numbers: the order does not depend on that of arrival
+    seen: Measurement
+    given: tuple[Shape | None, float | None]  # shape and heading as they came with the measurement
+    belief: Any
+    shape: Shape
+    heading: float | None
+
+
+@dataclass
+class Tracker:
+    """Obstacles followed by their ids, for decisions in a loop.
+
+    Measurements may come in any order and at any rate. A late one is put where it belongs, and those after it are
+    replayed: the result is the same to the bit for every order of arrival.
+
+    One rule says what is too old: an obstacle without a measurement in the last `max_age` seconds is dropped, and a
+    measurement more than `max_age` before the last call of `at` is not used. Of an obstacle that comes back after a
+    longer gap the estimate begins anew. Measurements later than the time of a call of `at` are kept for later calls.
+
+    It is not safe to call a tracker from several threads at once.
+
+    Attributes:
+        shape: of obstacles that come without one.
+        filter: estimates the motion.
+        max_age: [s].
+    """
+
+    shape: Shape = field(default_factory=lambda: Disc(0.3))
+    filter: Filter = field(default_factory=ConstantVelocityFilter)
+    max_age: float = 1.0
+    _steps: dict[Hashable, list[_Step]] = field(default_factory=dict, init=False, repr=False)
+    _now: float = field(default=-np.inf, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        has(self.shape, ("parts", "dimension"), "a shape, such as Disc(radius)", "shape")
+        has(self.filter, ("begin", "predict", "correct", "estimate"), "a filter", "filter")
+        positive(self.max_age, "max_age")
+
+    def update(
+        self,
+        t: float,
+        id: Hashable,
+        position: npt.ArrayLike,
+        velocity: npt.ArrayLike | None = None,
+        covariance: npt.ArrayLike | None = None,
+        shape: Shape | None = None,
+        heading: float | None = None,
+    ) -> bool:
+        """Whether a measurement of obstacle `id` at `t` [s] is used: not if it is too old, or came before.
+
+        Args:
+            position: (d,) [m]. velocity: (d,) [m/s]; None: not measured.
+            covariance: of the position (d, d), or of position and velocity (2 d, 2 d); None: that of the filter.
+            shape: None: the last one of this obstacle.
+            heading: [rad] of the shape's x axis in the plane; None: the last one of this obstacle. A shape that is not
+                round counts as the disc about it until a heading is known, and in space as the ball.
+
+        Raises:
+            InvalidInput: values that are not finite, a shape of another dimension, a covariance that is none.
+        """
+        seen, given = self._checked(t, id, position, velocity, covariance, shape, heading)
+        key = (seen.t, *seen.position.tolist(), *([] if seen.velocity is None else seen.velocity.tolist()))
+        steps = self._steps.setdefault(id, [])
+        k = bisect_right(steps, key, key=lambda step: step.key)
+        too_old, again = seen.t < self._now - self.max_age, k > 0 and steps[k - 1].key == key
+        if not (too_old or again):
+            steps[k:] = self._replayed(steps[:k], [(key, seen, given), *((s.key, s.seen, s.given) for s in steps[k:])])
+        if not steps:
+            del self._steps[id]
+        return not (too_old or again)
+
+    def at(self, now: float) -> tuple[Tracks | Obstacle, ...]:
+        """The obstacles as they are predicted at `now` [s], for the next decision.
+
+        Round ones are one `Tracks`, others are obstacles; each has an uncertainty of its own, which has grown since the
+        last measurement.
+
+        Raises:
+            InvalidInput: a time before that of the last call.
+        """
+        if number(now, "now") < self._now:
+            raise InvalidInput(
+                f"now: expected a time that does not run backwards, found {now:g} s after a call at {self._now:g} s"
+            )
+        self._now = now
+        found: list[tuple[Hashable, _Step, Estimate]] = []
+        for id in list(self._steps):
+            known = self._known(id)
+            if known is not None:
+                belief = self.filter.predict(known.belief, now - known.seen.t)
+                found.append((id, known, self.filter.estimate(belief)))
+        round_ones = [one for one in found if one[1].heading is None or _is_round(one[1].shape)]
+        others = [self._obstacle(id, step, estimate) for id, step, estimate in found if _turned(step)]
+        return (*self._tracks(round_ones), *others)
+
+    @property
+    def ids(self) -> tuple[Hashable, ...]:
+        """The obstacles that are followed."""
+        return tuple(self._steps)
+
+    def _known(self, id: Hashable) -> _Step | None:
+        """The last step of an obstacle up to now; forget what is too old. None for one that is not there."""
+        steps, oldest = self._steps[id], self._now - self.max_age
+        # One step from before is kept as the begin of a replay.
+        steps[: max(sum(step.seen.t < oldest for step in steps) - 1, 0)] = []
+        if steps[-1].seen.t < oldest:
+            del self._steps[id]
+            return None
+        until_now = [step for step in steps if step.seen.t <= self._now]
+        return until_now[-1] if until_now and until_now[-1].seen.t >= oldest else None
+
+    def _replayed(
+        self,
+        before: list[_Step],
+        coming: list[tuple[tuple[float, ...], Measurement, tuple[Shape | None, float | None]]],
+    ) -> list[_Step]:
+        """The steps of `coming` measurements after those `before`."""
+        last, made = before[-1] if before else None, []
+        for key, seen, given in coming:
+            if last is None or seen.t - last.seen.t > self.max_age:
+                belief = self.filter.begin(seen)
+            else:
+                belief = self.filter.correct(self.filter.predict(last.belief, seen.t - last.seen.t), seen)
+            shape = given[0] or (self.shape if last is None else last.shape)
+            heading = given[1] if given[1] is not None or last is None else last.heading
+            last = _Step(key, seen, given, belief, shape, heading)
+            made.append(last)
+        return made
+
+    def _tracks(self, found: list[tuple[Hashable, _Step, Estimate]]) -> list[Tracks]:
+        if not found:
+            return []
+        states = np.stack([estimate.state for _, _, estimate in found])
+        return [
+            Tracks(
+                states[:, 0],
+                states[:, 1],
+                np.array([step.shape.bounding_radius for _, step, _ in found]),
+                self._now,
+                accelerations=states[:, 2],
+                ids=tuple(id for id, _, _ in found),
+                forecast=self.filter.forecast,
+                uncertainty=tuple(estimate.uncertainty for _, _, estimate in found),
+            )
+        ]
+
+    def _obstacle(self, id: Hashable, step: _Step, estimate: Estimate) -> Obstacle:
+        assert step.heading is not None
+        position, velocity, acceleration = estimate.state
+        motion = self.filter.forecast(ConstantAcceleration(position, velocity, acceleration, self._now), self._now)
+        return Obstacle(step.shape, motion, str(id), step.heading, estimate.uncertainty)
+
+    def _checked(
+        self,
+        t: float,
+        id: Hashable,
+        position: npt.ArrayLike,
+        velocity: npt.ArrayLike | None,
+        covariance: npt.ArrayLike | None,
+        shape: Shape | None,
+        heading: float | None,
+    ) -> tuple[Measurement, tuple[Shape | None, float | None]]:
+        """A measurement, and the shape and heading that came with it. Raises InvalidInput."""
+        who = f"obstacle {id!r}: "
+        place = vector(position, f"{who}position")
+        d = place.size
+        speed = None if velocity is None else vector(velocity, f"{who}velocity", d)
+        if shape is not None:
+            has(shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"{who}shape")
+        own = shape or self._last_shape(id)
+        if own.dimension != d:
+            raise InvalidInput(f"{who}shape: expected one of dimension {d} as of the position, found {own.dimension}")
+        if heading is not None and (number(heading, f"{who}heading"), d)[1] == 3:
+            raise InvalidInput(f"{who}heading: expected none in space, found {heading:g}")
+        spread = None if covariance is None else _covariance(covariance, who, d, speed is not None)
+        return Measurement(number(t, f"{who}t"), place, speed, spread), (shape, heading)
+
+    def _last_shape(self, id: Hashable) -> Shape:
+        return self._steps[id][-1].shape if id in self._steps else self.shape
+
+
+def _is_round(shape: Shape) -> bool:
+    """Whether a shape is a disc or ball about its reference point."""
+    return len(shape.parts) == 1 and shape.parts[0].radius == shape.bounding_radius
+
+
+def _turned(step: _Step) -> bool:
+    return step.heading is not None and not _is_round(step.shape)
+
+
+def _covariance(given: npt.ArrayLike, who: str, d: int, with_velocity: bool) -> Array:
+    """A covariance (d, d) or (2 d, 2 d). Raises InvalidInput for a matrix that is none."""
+    found = array(given, f"{who}covariance")
+    shapes = ((d, d), (2 * d, 2 * d)) if with_velocity else ((d, d),)
+    if found.shape not in shapes:
+        raise InvalidInput(f"{who}covariance: expected shape {' or '.join(map(str, shapes))}, found {found.shape}")
+    size = float(np.abs(found).max())
+    if np.abs(found - found.T).max() > SYMMETRY * size or np.linalg.eigvalsh(found)[0] < -SYMMETRY * size:
+        raise InvalidInput(f"{who}covariance: expected a symmetric matrix without negative eigenvalues, found another")
+    return found

@@ -1,0 +1,13 @@
+"""Vehicles with wheels or steering: commands (speed, turn rate) or (speed, steering) that follow decisions.
+
+A vehicle decides for a point of its body ahead of the axle. That point can move in every direction, also from rest. See
+docs/vehicles.md.
+"""
+
+from slalom.vehicle.bicycle import Bicycle
+from slalom.vehicle.differential_drive import DifferentialDrive
+from slalom.vehicle.navigator import VehicleDecision, VehicleNavigator
+from slalom.vehicle.pose import Command, Pose
+from slalom.vehicle.vehicle import Vehicle
+
+__all__ = ["Bicycle", "Command", "DifferentialDrive", "Pose", "Vehicle", "VehicleDecision", "VehicleNavigator"]

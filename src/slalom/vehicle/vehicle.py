@@ -1,0 +1,171 @@
+"""What vehicles have in common: they decide for a point ahead of their axle, and their commands follow its plan."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from itertools import pairwise
+from math import cos, hypot, sin
+
+import numpy as np
+
+from slalom.checks import Array, has, not_negative, number, positive
+from slalom.decision import Decision
+from slalom.goal import Goal
+from slalom.limits import Limits
+from slalom.manoeuvre import Manoeuvre
+from slalom.shape import Disc
+from slalom.state import State
+from slalom.vehicle.motion import Motion, Turning, driven
+from slalom.vehicle.pose import Command, Pose, goal_of_point
+
+
+@dataclass(frozen=True)
+class Vehicle(ABC):
+    """A vehicle that reaches a commanded speed and turn at the end of each `period` [s], at constant rates.
+
+    Let v, f be the velocity of the point at the begin of a period and at the end, p(t) and q(t) position and velocity
+    of the plan, and e, d the errors of position and velocity at the begin. The command is the one with
+    f = q(t + h) - e / h - d / 2, which is deadbeat: without limits an error is gone after two periods.
+    """
+
+    @property
+    @abstractmethod
+    def period(self) -> float:
+        """[s] between commands."""
+
+    @property
+    @abstractmethod
+    def lever(self) -> float:
+        """Distance [m] of the point ahead of the axle."""
+
+    @property
+    @abstractmethod
+    def limits(self) -> Limits:
+        """Limits of the point: within them wheels and steering always suffice."""
+
+    @property
+    @abstractmethod
+    def free_limits(self) -> Limits:
+        """Limits of the point for which wheels and steering suffice at some headings."""
+
+    @property
+    @abstractmethod
+    def tracking_error(self) -> float:
+        """Bound [m] on the distance of the point from the plan."""
+
+    @property
+    @abstractmethod
+    def reverses(self) -> bool:
+        """Whether the vehicle drives backwards."""
+
+    @property
+    @abstractmethod
+    def feedback(self) -> float:
+        """Largest acceleration [m/s^2] that corrects errors."""
+
+    @property
+    @abstractmethod
+    def errors(self) -> tuple[float, float]:
+        """Largest distance [m] and speed [m/s] relative to the plan with which the vehicle is on it."""
+
+    @abstractmethod
+    def turn_rate(self, speed: float, turn: float) -> float:
+        """Rate [rad/s] of the heading."""
+
+    @abstractmethod
+    def turning(self, speeds: Array, turns: Array) -> Turning:
+        """Bounds on the turn rate and its derivatives between successive speeds and turns (m + 1,)."""
+
+    @abstractmethod
+    def _reaching(self, motion: Motion, x: float, y: float) -> Command:
+        """Command after which the velocity of the point is (x, y) [m/s], or as near to it as the vehicle can be."""
+
+    @abstractmethod
+    def within_limits(self, motion: Motion, wanted: Command) -> Command:
+        """The command within the limits that turns most nearly, and then is most nearly as fast, as the wanted one."""
+
+    def shape(self, radius: float, center: float = 0.0) -> Disc:
+        """Robot of the navigator for a body within `radius` [m] of a point `center` [m] ahead of the axle.
+
+        It is grown by the distance between that point and the one decided for, and by `tracking_error`.
+        """
+        off = abs(self.lever - number(center, "center"))
+        return Disc(positive(radius, "radius") + off + self.tracking_error)
+
+    def point(self, pose: Pose) -> tuple[Array, Array]:
+        """Position (2,) [m] and velocity (2,) [m/s] of the point ahead of the axle."""
+        has(pose, ("position", "heading", "speed", "turn"), "a Pose", "pose")
+        e, sideways = pose.direction, self.lever * self.turn_rate(pose.speed, pose.turn)
+        return pose.position + self.lever * e, pose.speed * e + sideways * np.array([-e[1], e[0]])
+
+    def state(self, pose: Pose, decision: Decision | None = None, now: float = 0.0) -> State:
+        """State from which to decide at `now` [s]: of the plan if the vehicle is on it, else of the point.
+
+        While the vehicle is on its plan, the plan then is what a robot without any error does.
+        """
+        position, velocity = self.point(pose)
+        if decision is not None:
+            has(decision, ("manoeuvre",), "a Decision", "decision")
+            plan = decision.manoeuvre
+            planned = State(plan.position(now), plan.velocity(now), plan.acceleration(now), self._course(pose))
+            off, drift = position - planned.position, velocity - planned.velocity
+            if hypot(*off) <= self.errors[0] and hypot(*drift) <= self.errors[1]:
+                return planned
+        return State(position, velocity, heading=self._course(pose))
+
+    def _course(self, pose: Pose) -> float | None:
+        """Direction [rad] in which the point starts to move; None if it may start in any."""
+        return None
+
+    def goal(self, pose: Pose, goal: Goal, now: float = 0.0) -> Goal:
+        """Goal of the point that brings the middle of the axle to `goal`."""
+        return goal_of_point(pose, goal, self.lever, now, self.reverses)
+
+    def command(self, pose: Pose, decision: Decision, now: float) -> Command:
+        """Command for the period from `now` [s], to be reached at its end: it follows the manoeuvre of `decision`.
+
+        It obeys all limits of the vehicle from every pose that obeys them. If the plan needs more, the command goes as
+        far towards it as they permit.
+        """
+        has(pose, ("position", "heading", "speed", "turn"), "a Pose", "pose")
+        has(decision, ("manoeuvre",), "a Decision", "decision")
+        plan = decision.manoeuvre
+        times = number(now, "now") + self.period * np.arange(2)
+        planned = np.concatenate([plan.position(times), plan.velocity(times)], axis=1).tolist()
+        return self._following(motion_of(pose), planned[0], planned[1])
+
+    def _following(self, motion: Motion, here: list[float], there: list[float]) -> Command:
+        """Command that follows a plan whose positions and velocities at both ends of the period are given."""
+        h, lever, c, s = self.period, self.lever, cos(motion.heading), sin(motion.heading)
+        sideways = lever * self.turn_rate(motion.speed, motion.turn)
+        x = (motion.x + lever * c - here[0]) / h + 0.5 * (motion.speed * c - sideways * s - here[2])
+        y = (motion.y + lever * s - here[1]) / h + 0.5 * (motion.speed * s + sideways * c - here[3])
+        share = min(1.0, self.feedback * h / max(hypot(x, y), 1e-300))
+        return self.within_limits(motion, self._reaching(motion, there[2] - share * x, there[3] - share * y))
+
+    def drive(self, pose: Pose, command: Command, duration: float | None = None) -> Pose:
+        """Pose after `duration` [s], by default the period, on the way to a command: exact to rounding."""
+        h = self.period if duration is None else not_negative(duration, "duration")
+        speed = pose.speed + h / self.period * (command.speed - pose.speed)
+        turn = pose.turn + h / self.period * (command.turn - pose.turn)
+        m = driven(motion_of(pose), speed, turn, h, self.turn_rate)
+        return Pose((m.x, m.y), m.heading, m.speed, m.turn)
+
+    def follow(self, pose: Pose, plan: Manoeuvre, now: float, periods: int) -> Array:
+        """Motions (periods + 1, 5) at the ends of all periods of a vehicle that follows a plan from `now` [s] on.
+
+        Columns: position [m], heading [rad], speed [m/s], turn. It is what `command` and `drive` do.
+        """
+        times = now + self.period * np.arange(periods + 1)
+        planned = np.concatenate([plan.position(times), plan.velocity(times)], axis=1).tolist()
+        motion, motions = motion_of(pose), [motion_of(pose)]
+        for here, there in pairwise(planned):
+            command = self._following(motion, here, there)
+            motion = driven(motion, command.speed, command.turn, self.period, self.turn_rate)
+            motions.append(motion)
+        return np.array(motions)
+
+
+def motion_of(pose: Pose) -> Motion:
+    """The numbers of a pose."""
+    x, y = pose.position.tolist()
+    return Motion(x, y, pose.heading, pose.speed, pose.turn)
