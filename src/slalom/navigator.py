@@ -6,7 +6,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import has, not_negative, number, positive
+from slalom.checks import Array, has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidInput
@@ -232,7 +232,7 @@ class Navigator:
             return None
         outcome = OUTCOMES[number]
         if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED):
-            blocked = partial(self._control_obstacle, responses[0], obstacles, state)
+            blocked = partial(self.control_obstacle, responses[0], obstacles, state)
             return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path)
         response = responses[int(robots.response[0])]
         margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
@@ -240,7 +240,7 @@ class Navigator:
             Manoeuvre(response, state, robots.control[0, :d], now),
             outcome,
             robots.preferred[0, :d],
-            partial(self._control_obstacle, response, obstacles, state, margin),
+            partial(self.control_obstacle, response, obstacles, state, margin),
             path=path,
         )
 
@@ -256,10 +256,10 @@ class Navigator:
         preferred = [preferred_control(self.objective.aims(s)) for s in situations]
         return latest_collision(situations, preferred, self.robot, self.period, obstacles)
 
-    def _control_obstacle(
-        self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | None = None
+    def control_obstacle(
+        self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | Array | None = None
     ) -> ControlObstacle:
-        """The control obstacle of a response with the margin, or what the robot can keep of it."""
+        """The control obstacle of a response with a margin [m], the own if None, or what the robot can keep of it."""
         clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
         return ControlObstacle(response, state, obstacles, self.robot, kept)

@@ -2,7 +2,8 @@
 
 import hashlib
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 
 import h5py
@@ -39,6 +40,8 @@ FORMAT, READABLE_FORMATS = "slalom recording 2", ("slalom recording 1", "slalom 
 """Name of the written format, and of the readable ones."""
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
+DECIDING = ("dt", "replan", "horizon", "margin", "patience", "guided")
+"""Names of the settings of a scenario on which decisions depend."""
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""
 
@@ -60,6 +63,7 @@ class Recording:
         foresight: knowledge of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); with several
             robots, knowledge of each other: published or observed. "" if a file states none.
         period: [m] of a periodic world, see `Scenario`; positions are not wrapped.
+        settings: the settings of `Scenario` with which the robots decided; empty if a file states none. holds: [s].
     """
 
     scenario: str
@@ -82,6 +86,8 @@ class Recording:
     obstacles: tuple[Obstacle, ...]
     foresight: str = ""
     period: Period | None = None
+    settings: Mapping[str, float] = field(default_factory=dict)
+    holds: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, log: RunLog) -> "Recording":
@@ -109,6 +115,8 @@ class Recording:
             obstacles=scenario.obstacles,
             foresight=log.foresight,
             period=scenario.period,
+            settings={name: float(getattr(scenario, name)) for name in DECIDING},
+            holds=tuple(scenario.holds),
         )
 
     @property
@@ -154,6 +162,8 @@ class Recording:
             if self.period is not None:
                 run.attrs["period"] = self.period
             run.create_group("parameters").attrs.update(self.parameters)
+            run.create_group("settings").attrs.update(self.settings)
+            run["holds"] = np.array(self.holds)
             heading = np.arctan2(self.velocities[..., 1], self.velocities[..., 0])[..., None]
             run["times"] = self.times
             run["poses"] = np.concatenate([self.positions, heading], axis=-1)
@@ -219,11 +229,7 @@ class Recording:
             method=text(attributes, "method"),
             seed=whole(scalar(attributes, "seed"), "seed"),
             dt=positive(scalar(attributes, "time_step"), "time_step"),
-            parameters={
-                name: number(scalar(found, name), name)
-                for found in [member(run.groups, "parameters").attributes]
-                for name in found
-            },
+            parameters=_named_numbers(member(run.groups, "parameters")),
             times=stored("times", steps + 1),
             positions=stored("poses", steps + 1, n, d + 1)[..., :-1],
             velocities=stored("twists", steps + 1, n, d + 1)[..., :-1],
@@ -239,6 +245,8 @@ class Recording:
             obstacles=tuple(load_obstacle(obstacle) for obstacle in listed(run, "obstacles")),
             foresight=text(attributes, "foresight") if "foresight" in attributes else "",
             period=tuple(numbers(attributes, "period").tolist()) if "period" in attributes else None,
+            settings=_named_numbers(run.groups["settings"]) if "settings" in run.groups else {},
+            holds=_holds(run),
         )
         recording._refuse_contradictions()
         return recording
@@ -258,6 +266,18 @@ class Recording:
         for name, dimensions in found.items():
             if set(dimensions) - {d}:
                 raise InvalidInput(f"{name}: expected {d} dimensions, found {short(np.array(dimensions))}")
+
+
+def _named_numbers(group: Group) -> dict[str, float]:
+    """Return the attributes of a group, each of which is a number."""
+    return {name: number(scalar(group.attributes, name), name) for name in group.attributes}
+
+
+def _holds(run: Group) -> tuple[float, ...]:
+    """Return the holds [s]; none if the file states none."""
+    if "holds" not in run.datasets:
+        return ()
+    return tuple(positive(hold, "holds") for hold in array(numbers(run.datasets, "holds"), "holds").ravel().tolist())
 
 
 def _unbounded(run: Group, name: str, *shape: int) -> Array:
