@@ -51,7 +51,8 @@ export class App {
       (messages) => this.receive(messages),
       (sentence) => (parts.note.textContent = sentence),
     );
-    new ResizeObserver(() => (this.drawn = "")).observe(root);
+    const resized = new ResizeObserver(() => (this.drawn = ""));
+    root.querySelectorAll(".frame").forEach((frame) => resized.observe(frame));
     const tick = (now: number): void => {
       this.frame(now);
       requestAnimationFrame(tick);

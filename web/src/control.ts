@@ -287,8 +287,8 @@ function drawAxes(g: Context, control: Control, plane: PlaneInfo, view: Viewport
     g.moveTo(view.left, y);
     g.lineTo(view.left - 4, y);
     g.stroke();
-    text(g, theme, number(value), x, base + 6, { align: "center", baseline: "top", size: 11 });
-    text(g, theme, number(value), view.left - 7, y, { align: "right", baseline: "middle", size: 11 });
+    text(g, theme, number(value), x, base + 6, { align: "center", baseline: "top", size: 11, plain: true });
+    text(g, theme, number(value), view.left - 7, y, { align: "right", baseline: "middle", size: 11, plain: true });
   }
   const name = (axis: number): string => `${letter}${letters[plane.axes[axis]!]} [${unit}]`;
   text(g, theme, name(0), view.left + view.width / 2, base + 22, { align: "center", baseline: "top" });
@@ -309,7 +309,7 @@ function drawBar(g: Context, control: Control, view: Viewport, theme: Theme): vo
   g.strokeRect(x + 0.5, view.top + 0.5, width, view.height);
   for (const value of ticks(0, control.horizon, 6)) {
     const y = view.top + view.height * (1 - value / control.horizon);
-    text(g, theme, number(value), x + width + 4, y, { baseline: "middle", size: 11 });
+    text(g, theme, number(value), x + width + 4, y, { baseline: "middle", size: 11, plain: true });
   }
   g.save();
   g.translate(x + width + 30, view.top + view.height / 2);

@@ -145,7 +145,7 @@ export function text(
   words: string,
   x: number,
   y: number,
-  options: { align?: CanvasTextAlign; baseline?: CanvasTextBaseline; colour?: string; size?: number; bold?: boolean } = {},
+  options: { align?: CanvasTextAlign; baseline?: CanvasTextBaseline; colour?: string; size?: number; bold?: boolean; plain?: boolean } = {},
 ): void {
   g.font = `${options.bold ? "600 " : ""}${options.size ?? 12}px system-ui, sans-serif`;
   g.textAlign = options.align ?? "left";
@@ -153,7 +153,7 @@ export function text(
   g.lineJoin = "round";
   g.strokeStyle = theme.halo;
   g.lineWidth = 3;
-  g.strokeText(words, x, y);
+  if (!options.plain) g.strokeText(words, x, y);
   g.fillStyle = options.colour ?? theme.ink;
   g.fillText(words, x, y);
 }
