@@ -1,4 +1,4 @@
-"""Command line: run, list, decide, compare, convert, view, export, animate,
+"""Command line: run, list, decide, compare, convert, view, export,
 reproduce, compile. Results on stdout, everything else on stderr.
 
 Each module holds one or two commands. Heavy imports are inside the commands, so that `slalom --help` starts fast.
@@ -19,7 +19,7 @@ from slalom.cli.converting import convert
 from slalom.cli.listing import list_
 from slalom.cli.reproducing import reproduce
 from slalom.cli.running import decide, run
-from slalom.cli.viewing import animate, export, view
+from slalom.cli.viewing import export, view
 from slalom.errors import SlalomError
 
 __all__ = ["BAD_INPUT", "DONE", "FAILED", "app", "call", "main"]
@@ -39,7 +39,6 @@ app.command(compare, help_format="markdown")
 app.command(convert, help_format="markdown")
 app.command(view, help_format="markdown")
 app.command(export, help_format="markdown")
-app.command(animate, help_format="markdown")
 app.command(reproduce, help_format="markdown")
 app.command(compile_, name="compile", help_format="markdown")
 

@@ -1,4 +1,4 @@
-"""`slalom view`, `slalom export` and `slalom animate`."""
+"""`slalom view` and `slalom export`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -91,39 +91,6 @@ def export(run: Path, page: Path, /, *, robot: int = 0, every: float | None = No
     with progress("exporting") as advance, writing(page):
         write(recording, page, robot=robot, interval=every, progress=advance)
     print(page)
-    return DONE
-
-
-def animate(
-    run: Path, video: Path, /, *, robot: int = 0, rate: float = 25.0, speed: float = 1.0, width: int = 1280
-) -> int:
-    """Write a run as a video (.mp4) or a moving picture (.gif).
-
-    Parameters
-    ----------
-    run
-        A file that `slalom run --out run.h5` wrote.
-    video
-        The file to write, .mp4 or .gif.
-    robot
-        The robot whose control space is shown, from 0.
-    rate
-        Frames per second.
-    speed
-        Seconds of the run per second of the video.
-    width
-        Width of the picture in pixels.
-    """
-    try:
-        from slalom.live.animation import animate as write
-    except ModuleNotFoundError as error:
-        raise InvalidInput(f"animate: {NEEDED.format(extra='video', name=error.name)}") from None
-
-    writable(video)
-    recording = _recording(run)
-    with progress("animating") as advance, writing(video):
-        write(recording, video, robot=robot, rate=rate, speed=speed, width=width, progress=advance)
-    print(video)
     return DONE
 
 

@@ -1,5 +1,5 @@
-"""Views of runs that move: in a browser, as one file, in a notebook, as a video.
+"""Views of runs that move: in a browser, and as one file.
 
-One renderer (`renderer/view.js`, from `web/`) draws all of them but the video, fed by the messages of `messages.py`.
-They are described in docs/view.md.
+One renderer (`renderer/view.js`, from `web/`) draws both, fed by the messages of `messages.py`. docs/view.md describes
+them.
 """

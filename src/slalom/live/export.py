@@ -10,7 +10,7 @@ from slalom.live.fields import Fields
 from slalom.live.page import file_page
 from slalom.live.recorded import Recorded, recorded
 from slalom.live.scene import Scene, series
-from slalom.live.seen import Seen, decisions, seen_alone, seen_among
+from slalom.live.seen import Seen, decisions, seen_alone, seen_among, state_at
 from slalom.sim.measure.recording import Recording
 from slalom.tolerances import VIEW_EXPORT_INTERVAL, VIEW_EXPORTED
 
@@ -84,4 +84,4 @@ def looked_at(found: Recorded, robot: int, interval: float | None = None) -> Ite
         return
     for k, decision in enumerate(decisions(scenario, method, steps)):
         if k % stride == 0:
-            yield seen_alone(scenario, method, decision, k, scenario.start + scenario.dt * k)
+            yield seen_alone(scenario, method, decision, k, state_at(steps, k, 0))

@@ -22,6 +22,7 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle_window import ObstacleWindow
 from slalom.periodic import displaced, to_nearest
 from slalom.response import RESPONSES, Response
+from slalom.response.sequence import AccelerationSequence
 from slalom.sim.measure.run_log import Step
 from slalom.sim.run.deciders import SingleRobotDecider
 from slalom.sim.scenario import Scenario
@@ -114,17 +115,21 @@ def committed(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> 
     return Manoeuvre(response, state_at(steps, begin, robot), control, scenario.start + scenario.dt * begin)
 
 
-def seen_alone(scenario: Scenario, method: Method, decision: Decision, step: int, now: float) -> Seen:
-    """Return the decision of the only robot of a scenario, as it was made."""
+def seen_alone(scenario: Scenario, method: Method, decision: Decision, step: int, state: State) -> Seen:
+    """Return the decision of the only robot of a scenario, as it was made at a step in a state.
+
+    A sequence that is kept has no control space of its own: that of the first response is drawn.
+    """
+    now = scenario.start + scenario.dt * step
     navigator = scenario.navigator(scenario.robot.method or method)
-    state = decision.blocked.state
+    made = decision if decision.blocked.obstacles.start == now else None
     margin = scenario.margin_of(0)
     if decision.outcome in (Outcome.SQUEEZED, Outcome.DELAYED):
         margin = 0.0
     if isinstance(decision, SequenceDecision):
         margin = decision.search.problem.margin
     others = tuple(other._replace(margin=margin) for other in _obstacles(scenario, navigator.method, state, now))
-    return _seen(scenario, navigator, 0, state, step, now, others, decision.outcome.name, decision.manoeuvre, decision)
+    return _seen(scenario, navigator, 0, state, step, now, others, decision.outcome.name, decision.manoeuvre, made)
 
 
 def seen_among(scenario: Scenario, method: Method, steps: Sequence[Step], k: int, robot: int) -> Seen:
@@ -178,7 +183,12 @@ def _seen(
     among = len(scenario.robots) > 1
     method = navigator.method.among_robots() if among else navigator.method
     responses = method.responses(navigator.limits, navigator.period, navigator.holds)
-    response = shown or (manoeuvre.response if manoeuvre is not None else responses[0])
+    if decision is not None:
+        response = decision.blocked.response
+    elif manoeuvre is not None and not isinstance(manoeuvre.response, AccelerationSequence):
+        response = shown or manoeuvre.response
+    else:
+        response = shown or responses[0]
     window = ObstacleWindow([other.obstacle for other in others], now, navigator.horizon)
     blocked = navigator.control_obstacle(response, window, state, np.array([other.margin for other in others]))
     limits, horizon = navigator.limits, navigator.horizon

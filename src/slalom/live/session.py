@@ -14,7 +14,7 @@ from slalom.live.fields import Fields
 from slalom.live.messages import pack
 from slalom.live.recorded import last_state
 from slalom.live.scene import Scene, series
-from slalom.live.seen import Seen, seen_alone, seen_among, with_response
+from slalom.live.seen import Seen, seen_alone, seen_among, state_at, with_response
 from slalom.methods import Method, method as method_of
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.run.deciders import SingleRobotDecider
@@ -144,7 +144,7 @@ class Session:
         k = max(0, min(k, len(steps) - 1))
         if len(self.scenario.robots) > 1:
             return seen_among(self.scenario, self.method, steps, k, self.robot)
-        return seen_alone(self.scenario, self.method, self._decisions[k], k, self.scenario.start + self.scenario.dt * k)
+        return seen_alone(self.scenario, self.method, self._decisions[k], k, state_at(steps, k, 0))
 
     def _seen_by(self, method: Method, k: int) -> Seen:
         """The decision that another method would make in the state of step k."""
@@ -154,7 +154,7 @@ class Session:
         next(run.steps())
         if isinstance(run.decider, SingleRobotDecider):
             assert run.decider.decision is not None
-            return seen_alone(here, method, run.decider.decision, 0, here.start)
+            return seen_alone(here, method, run.decider.decision, 0, here.robot.state)
         return seen_among(here, method, run.log.steps, 0, min(self.robot, len(here.robots) - 1))
 
     def _look(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
