@@ -205,7 +205,9 @@ export class App {
       };
       canvas.onpointermove = seek;
     });
-    this.root.addEventListener("keydown", (event) => onKey(this, event));
+    // On a page of its own the view takes every key, in a notebook only those of its elements.
+    const keys: HTMLElement | Document = this.root.parentElement?.id === "slalom" ? document : this.root;
+    keys.addEventListener("keydown", (event) => onKey(this, event as KeyboardEvent));
     this.root.tabIndex = -1;
   }
 
