@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slalom.cli.console import DONE, Settings, parse_settings, print_message, progress, writable, writing
+from slalom.cli.console import DONE, Settings, parse_settings, print_line, print_message, progress, writable, writing
 from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
 from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD
 from slalom.errors import InvalidInput
@@ -59,7 +59,7 @@ def view(
     server = Server(lambda: Session(loaded, chosen), loaded.name)
 
     def started() -> None:
-        print(server.address, flush=True)
+        print_line(server.address)
         print_message("Ctrl-C stops the view.")
         if browser:
             import webbrowser
@@ -90,7 +90,7 @@ def export(run: Path, page: Path, /, *, robot: int = 0, every: float | None = No
     recording = _recording(run)
     with progress("exporting") as advance, writing(page):
         write(recording, page, robot=robot, interval=every, progress=advance)
-    print(page)
+    print_line(str(page))
     return DONE
 
 

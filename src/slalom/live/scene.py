@@ -30,10 +30,10 @@ class Scene:
         low, high: (d,) [m] of the box that is drawn. moving: indices of the obstacles that move.
     """
 
-    def __init__(self, scenario: Scenario, steps: Sequence[Step] = ()) -> None:
+    def __init__(self, scenario: Scenario, steps: Sequence[Step] = (), box: tuple[Array, Array] | None = None) -> None:
         self.scenario = scenario
         self.moving = [k for k, o in enumerate(scenario.obstacles) if not isinstance(o.trajectory, Stationary)]
-        self.low, self.high = _box(scenario, steps)
+        self.low, self.high = box or _box(scenario, steps)
 
     def message(self, method: str, *, live: bool, notes: Sequence[str] = (), extra: dict[str, Any]) -> bytes:
         """Return the `scene` message. `extra` are further fields, such as the number of undoable changes."""

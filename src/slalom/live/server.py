@@ -25,6 +25,8 @@ LARGEST: Final = 16384
 """[byte] Largest command that is accepted."""
 SLOWEST: Final = 10.0
 """[s] A client that takes no message for this long is disconnected."""
+QUIET: Final = 0.15
+"""[s] After a command the run goes on only if no other command follows for this long, so that drags are not held up."""
 REFUSED, TOO_LARGE = 1008, 1009
 
 
@@ -45,6 +47,12 @@ class Mailbox:
     def empty(self) -> bool:
         """Whether no command waits."""
         return not self._waiting
+
+    async def wait(self, seconds: float) -> bool:
+        """Wait for a command for some seconds; return whether there is one."""
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._arrived.wait(), seconds)
+        return not self.empty()
 
     async def get(self) -> Mapping[str, Any]:
         """Wait for a command, and return the oldest."""
@@ -122,11 +130,13 @@ async def _read(websocket: WebSocket, mailbox: Mailbox) -> None:
 async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox) -> None:
     """Send the opening, then the answers, and between them further steps of the run."""
     await _send(websocket, await asyncio.to_thread(session.opening))
+    quiet = 0.0
     while True:
-        if mailbox.empty() and not session.complete:
+        if not session.complete and not await mailbox.wait(quiet):
+            quiet = 0.0
             await _send(websocket, await asyncio.to_thread(session.more))
             continue
-        command = await mailbox.get()
+        command, quiet = await mailbox.get(), QUIET
         try:
             answer = await asyncio.to_thread(session.answer, command)
         except InvalidInput as error:

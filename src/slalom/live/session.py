@@ -22,7 +22,7 @@ from slalom.sim.run.simulate import Run
 from slalom.sim.scenario import Scenario
 from slalom.tolerances import VIEW_SAMPLES
 
-CHUNK: Final = 10
+CHUNK: Final = 5
 """[1] Steps of a run in one message."""
 MAX_UNDO: Final = 100
 
@@ -49,8 +49,7 @@ class Session:
 
     def _begin(self) -> None:
         """Begin the run of the present scenario."""
-        self._scene = Scene(self.scenario)
-        self._scene.low, self._scene.high = self._box.low, self._box.high
+        self._scene = Scene(self.scenario, box=(self._box.low, self._box.high))
         self.robot = min(self.robot, len(self.scenario.robots) - 1)
         self._run = Run(self.scenario, self.method)
         self._steps = self._run.steps()
