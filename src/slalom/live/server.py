@@ -158,7 +158,8 @@ class Server:
 
     def __init__(self, begin: Callable[[], Session], title: str) -> None:
         self.token = secrets.token_urlsafe(24)
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        # asyncio sends without delay (TCP_NODELAY) only on sockets that name their protocol; a drag waits 40 ms else.
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._socket.bind((HOST, 0))
         self.port = int(self._socket.getsockname()[1])
         self.address = f"http://{HOST}:{self.port}/?token={self.token}"
@@ -174,6 +175,7 @@ class Server:
             ws="websockets-sansio",
             ws_max_size=4 * LARGEST,
             ws_max_queue=8,
+            ws_per_message_deflate=False,
             timeout_graceful_shutdown=1,
             lifespan="off",
         )
