@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.approach import approach_of
-from slalom.checks import has, listing, not_negative, number, positive
+from slalom.checks import Array, has, listing, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, DecisionInputs, Outcome
 from slalom.decision_report import log
@@ -286,7 +286,7 @@ class Navigator:
             return None
         outcome = OUTCOMES[number]
         if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
-            blocked = partial(self._control_obstacle, policy.responses[0], obstacles, state)
+            blocked = partial(self.control_obstacle, policy.responses[0], obstacles, state)
             return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path, work=work)
         response = policy.responses[int(robots.response[0])]
         margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
@@ -294,7 +294,7 @@ class Navigator:
             Manoeuvre(response, state, robots.control[0, :d], now),
             outcome,
             robots.preferred[0, :d],
-            partial(self._control_obstacle, response, obstacles, state, margin),
+            partial(self.control_obstacle, response, obstacles, state, margin),
             path=path,
             work=work,
         )
@@ -311,10 +311,10 @@ class Navigator:
         preferred = [preferred_control(self.objective.aims(s)) for s in situations]
         return latest_collision(situations, preferred, self.robot, self.period, obstacles)
 
-    def _control_obstacle(
-        self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | None = None
+    def control_obstacle(
+        self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | Array | None = None
     ) -> ControlObstacle:
-        """The control obstacle of a response with the margin, or what the robot can keep of it."""
+        """The control obstacle of a response with a margin [m], the own if None, or what the robot can keep of it."""
         clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
         return ControlObstacle(response, state, obstacles, self.robot, kept)

@@ -1383,3 +1383,59 @@ STEEPEST_BEARING: Final = 1.0
 
 Larger: accelerations towards the goal that slow it down before it turns. Smaller: wider turns.
 """
+
+# Live views
+
+VIEW_GRID: Final = 61
+"""[1] Grid points along each axis on which the renderer colours times to collision, inside exact outlines.
+
+Larger: finer shades, and more time for each obstacle that is dragged. Smaller: coarser shades.
+"""
+
+VIEW_SLICE_GRID: Final = 72
+"""[1] Grid points along each axis of a slice of the control space of a robot in space, whose outline they determine.
+
+Larger: a finer outline and more time. Smaller: a coarser outline.
+"""
+
+VIEW_CONTEXTS: Final = 24
+"""[1] States and responses of which a view keeps control obstacles of single obstacles.
+
+Larger: more memory, about 30 kB for each obstacle of each. Smaller: more is computed again after a change of response.
+"""
+
+VIEW_SAMPLES: Final = 33
+"""[1] Times at which a view samples predicted paths over the horizon.
+
+Larger: smoother curves and larger files. Smaller: corners become visible in curved paths.
+"""
+
+VIEW_PREDICTED: Final = 60
+"""[1] Most obstacles and robots whose predicted paths a view shows, the nearest ones.
+
+Larger: larger files and slower drawing. Smaller: fewer predicted paths in crowds; the control obstacle counts all.
+"""
+
+VIEW_BINDING: Final = 0.02
+"""[m] A chosen manoeuvre is said to pass an obstacle closely up to this clearance beyond the margin.
+
+Larger: more obstacles are named as reasons of a choice. Smaller: one that limits the choice may be left out.
+"""
+
+VIEW_APPROACH_SAMPLES: Final = 241
+"""[1] Times at which the closest approach of a manoeuvre to an obstacle is sought, for a sentence of a view.
+
+Larger: a more exact time in the sentence. Smaller: a less exact one.
+"""
+
+VIEW_EXPORT_INTERVAL: Final = 0.5
+"""[s] Longest time between two control spaces of an exported run.
+
+Larger: smaller files that show fewer decisions. Smaller: larger files.
+"""
+
+VIEW_EXPORTED: Final = 150
+"""[1] Control spaces of an exported run, up to the rate of its decisions; more where VIEW_EXPORT_INTERVAL asks for it.
+
+Larger: larger files, about 6 kB for each among 30 obstacles. Smaller: longer steps between them in short runs.
+"""

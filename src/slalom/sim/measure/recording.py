@@ -2,8 +2,8 @@
 
 import hashlib
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 
 import h5py
@@ -42,6 +42,8 @@ CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
 Which = int | str | None
 """A robot of a recording: its number, its name, or None for the only one."""
+DECIDING = ("dt", "replan", "horizon", "margin", "patience", "guided")
+"""Names of the settings of a scenario on which decisions depend."""
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""
 
@@ -64,6 +66,7 @@ class Recording:
             robots, knowledge of each other: published or observed. "" if a file states none.
         period: [m] of a periodic world, see `Scenario`; positions are not wrapped.
         names: N, all different; by default "robot 0", "robot 1", ...
+        settings: the settings of `Scenario` with which the robots decided; empty if a file states none. holds: [s].
     """
 
     scenario: str
@@ -86,6 +89,8 @@ class Recording:
     obstacles: tuple[Obstacle, ...]
     foresight: str = ""
     period: Period | None = None
+    settings: Mapping[str, float] = field(default_factory=dict)
+    holds: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -119,6 +124,8 @@ class Recording:
             foresight=log.foresight,
             period=scenario.period,
             names=_distinct([robot.name for robot in scenario.robots]),
+            settings={name: float(getattr(scenario, name)) for name in DECIDING},
+            holds=tuple(scenario.holds),
         )
 
     @property
@@ -203,6 +210,8 @@ class Recording:
             if self.period is not None:
                 run.attrs["period"] = self.period
             run.create_group("parameters").attrs.update(self.parameters)
+            run.create_group("settings").attrs.update(self.settings)
+            run["holds"] = np.array(self.holds)
             heading = np.arctan2(self.velocities[..., 1], self.velocities[..., 0])[..., None]
             run["times"] = self.times
             run["poses"] = np.concatenate([self.positions, heading], axis=-1)
@@ -269,11 +278,7 @@ class Recording:
             method=text(attributes, "method"),
             seed=whole(scalar(attributes, "seed"), "seed"),
             dt=positive(scalar(attributes, "time_step"), "time_step"),
-            parameters={
-                name: number(scalar(found, name), name)
-                for found in [member(run.groups, "parameters").attributes]
-                for name in found
-            },
+            parameters=_named_numbers(member(run.groups, "parameters")),
             times=stored("times", steps + 1),
             positions=stored("poses", steps + 1, n, d + 1)[..., :-1],
             velocities=stored("twists", steps + 1, n, d + 1)[..., :-1],
@@ -290,6 +295,8 @@ class Recording:
             foresight=text(attributes, "foresight") if "foresight" in attributes else "",
             period=tuple(numbers(attributes, "period").tolist()) if "period" in attributes else None,
             names=_distinct([text(r.attributes, "name") for r in robots if "name" in r.attributes])[: len(robots)],
+            settings=_named_numbers(run.groups["settings"]) if "settings" in run.groups else {},
+            holds=_holds(run),
         )
         recording._refuse_contradictions()
         return recording
@@ -314,6 +321,18 @@ class Recording:
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of robots if all differ, else none."""
     return tuple(names) if len(set(names)) == len(names) else ()
+
+
+def _named_numbers(group: Group) -> dict[str, float]:
+    """Return the attributes of a group, each of which is a number."""
+    return {name: number(scalar(group.attributes, name), name) for name in group.attributes}
+
+
+def _holds(run: Group) -> tuple[float, ...]:
+    """Return the holds [s]; none if the file states none."""
+    if "holds" not in run.datasets:
+        return ()
+    return tuple(positive(hold, "holds") for hold in array(numbers(run.datasets, "holds"), "holds").ravel().tolist())
 
 
 def _unbounded(run: Group, name: str, *shape: int) -> Array:
