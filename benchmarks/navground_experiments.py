@@ -1,6 +1,6 @@
 """navground's four experiments by its own runner and measures; writes the tables of docs/navground.md.
 
-    .venv/bin/python benchmarks/navground_experiments.py --seeds 10 --page docs/navground_tables.md
+.venv/bin/python benchmarks/navground_experiments.py --seeds 10 --page docs/navground_tables.md
 """
 
 import argparse
@@ -29,10 +29,21 @@ class Setting(NamedTuple):
 
 
 SETTINGS = {
-    "Cross": Setting("agent_margin: 0.1, side: 4, target_margin: 0.1, tolerance: 0.5", *(0.08, 0.12), 5.0, 0.02, 3000, 0.04, "[0, 0]"),
-    "Antipodal": Setting("position_noise: 0.005, orientation_noise: 0.01, radius: 2, tolerance: 0.2", *(0.1, 0.08), 10.0, 0.01, 1000, 0.1, "[0, 0]"),
-    "Corridor": Setting("length: 8.0, width: 0.6", *(0.08, 0.12), 5.0, 0.02, 1000, 0.1, "[8, 0]"),
-    "CrossTorus": Setting("agent_margin: 0.1, side: 4", *(0.08, 0.12), 5.0, 0.02, 1000, 0.1, "[4, 4]"),
+    "Cross": Setting(
+        "agent_margin: 0.1, side: 4, target_margin: 0.1, tolerance: 0.5", 0.08, 0.12, 5.0, 0.02, 3000, 0.04, "[0, 0]"
+    ),
+    "Antipodal": Setting(
+        "position_noise: 0.005, orientation_noise: 0.01, radius: 2, tolerance: 0.2",
+        0.1,
+        0.08,
+        10.0,
+        0.01,
+        1000,
+        0.1,
+        "[0, 0]",
+    ),
+    "Corridor": Setting("length: 8.0, width: 0.6", 0.08, 0.12, 5.0, 0.02, 1000, 0.1, "[8, 0]"),
+    "CrossTorus": Setting("agent_margin: 0.1, side: 4", 0.08, 0.12, 5.0, 0.02, 1000, 0.1, "[4, 4]"),
 }
 KINEMATICS = {
     "omnidirectional": "{type: Omni, max_speed: 0.166}",
@@ -117,7 +128,7 @@ def main() -> None:
     lines = [
         f"# navground: {arguments.seeds} seeds of each experiment",
         "",
-        "Written by `benchmarks/navground_experiments.py`. Collisions are rows of navground's record, of all seeds together.",
+        "Written by `benchmarks/navground_experiments.py`. Collisions are rows of navground's record, of all seeds.",
         "",
         "| experiment | kinematics | behaviour of all 20 | collisions | efficacy | time per agent and step, us |",
         "|---|---|---|---|---|---|",

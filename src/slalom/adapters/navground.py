@@ -1,9 +1,9 @@
 """Behaviours of navground: `Slalom` for one agent among others, `SlalomFleet` for agents that decide together.
 
-navground finds both by the entry point group `navground_behaviors`; their properties can be set in YAML. The kinematics
-are omnidirectional or of two driven wheels. The latter are controlled at a point `lead` [m] ahead of the axle, which can
-move in every direction (input-output linearisation; Siciliano, Sciavicco, Villani and Oriolo, *Robotics*, Springer 2009,
-section 11.6). The margin of the disc about that point is larger by twice `lead`, once for each of two agents.
+navground finds both by the entry point group `navground_behaviors`; their properties can be set in YAML. Kinematics are
+omnidirectional or of two driven wheels. The latter are controlled at a point `lead` [m] ahead of the axle, which can
+move in every direction (input-output linearisation; Siciliano, Sciavicco, Villani and Oriolo, *Robotics*, Springer
+2009, section 11.6). The margin of the disc about that point is larger by twice `lead`, once for each of two agents.
 
 Neighbours have no identity in navground. A neighbour is a member of the fleet if its centre is within its radius of the
 centre of a member: discs that do not overlap are farther apart. All others are not expected to avoid the fleet.
@@ -34,12 +34,13 @@ REST = 1e-3
 
 
 class _Group:
-    """The agents of a fleet. Their points are unwrapped: they move on where navground moves agents to the other side."""
+    """Agents of a fleet. Their points are unwrapped: they do not jump to the other side of a periodic world."""
 
     def __init__(self) -> None:
         self.members: list[SlalomFleet] = []
         self._commands: list[core.Twist2] = []
-        self._now, self._settings, self._seen = 0.0, [()], frozenset[Any]()
+        self._now, self._seen = 0.0, frozenset[Any]()
+        self._settings: list[tuple[Any, ...]] = []
         self._fleet: Fleet | None = None
         self._planned = self._velocities = self._shift = np.empty((0, 2))
         self._walls = ObstacleTable([])
@@ -52,7 +53,9 @@ class _Group:
 
     def _decide(self, members: list["SlalomFleet"], dt: float) -> list[core.Twist2]:
         points = np.array([_point(m) for m in members])
-        settings = [(m, dt, _speed(m), float(m.radius), float(m.safety_margin), str(m.values)) for m in members]
+        settings: list[tuple[Any, ...]] = [
+            (m, dt, _speed(m), float(m.radius), float(m.safety_margin), str(m.values)) for m in members
+        ]
         if self._fleet is None or settings != self._settings:
             self._settings, self._planned, self._shift = settings, points, np.zeros_like(points)
             self._velocities = np.array([m.velocity for m in members], dtype=np.float64)
@@ -61,7 +64,7 @@ class _Group:
         points = points + self._shift
         others = self._others(members, dt)
         desired = np.array([_desired_velocity(m) for m in members])
-        around = [*self._around(members), others]
+        around: list[ObstacleTable | Tracks | Obstacle] = [*self._around(members), others]
         decided = self._fleet.step(self._now, points, self._velocities, desired_velocities=desired, others=around)
         self._now += dt
         self._planned, self._velocities = decided.positions, decided.velocities
@@ -88,7 +91,7 @@ class _Group:
 
     def _around(self, members: list["SlalomFleet"]) -> tuple[ObstacleTable, ...]:
         """Walls and discs at rest that members know."""
-        states = [m.environment_state for m in members]
+        states = [m.get_environment_state() for m in members]
         alone = self._shift[0] if len(members) == 1 else np.zeros(2)
         lines = {(*line.p1, *line.p2) for state in states for line in state.line_obstacles}
         discs = {(*disc.position, disc.radius) for state in states for disc in state.static_obstacles}
@@ -104,7 +107,7 @@ class _Group:
         period, alone = np.asarray(members[0].world_period, np.float64), len(members) == 1
         centers = np.array([m.position for m in members], np.float64)
         # navground renews what an agent observes just before it decides: the first one's is of this step.
-        seen = [(bool(k), each) for k, m in enumerate(members) for each in m.environment_state.neighbors]
+        seen = [(bool(k), each) for k, m in enumerate(members) for each in m.get_environment_state().neighbors]
         places = np.array([each.position for _, each in seen], np.float64).reshape(-1, 2)
         offsets = places[:, None] - centers
         distances = np.linalg.norm(offsets - _periods(offsets, period), axis=2)
@@ -151,7 +154,7 @@ class SlalomFleet(core.Behavior, name="SlalomFleet"):
         self._state, self._group = core.GeometricState(), _Group()
         super().__init__(kinematics, radius)
 
-    def get_environment_state(self) -> core.EnvironmentState:
+    def get_environment_state(self) -> core.GeometricState:
         return self._state
 
     def prepare(self) -> None:
@@ -212,12 +215,12 @@ def _lead(member: SlalomFleet) -> float:
     if member.kinematics.type != TWO_WHEELS:
         expected = f"omnidirectional ones or {TWO_WHEELS}"
         raise InvalidInput(f"kinematics: expected {expected}, found {member.kinematics.type}")
-    return member.lead
+    return float(member.lead)
 
 
 def _point(member: SlalomFleet) -> Array:
     """Controlled point (2,) [m]."""
-    return np.asarray(member.position, dtype=np.float64) + _lead(member) * _axes(member)[0]
+    return np.asarray(np.asarray(member.position, np.float64) + _lead(member) * _axes(member)[0])
 
 
 def _axes(member: SlalomFleet) -> Array:
@@ -254,7 +257,7 @@ def _turn(member: SlalomFleet, dt: float) -> core.Twist2:
     """Twist of an agent at rest, which may turn to an orientation."""
     target = member.target
     speed = member.optimal_angular_speed if target.angular_speed is None else target.angular_speed
-    if target.orientation is not None and not target.satisfied(core.Pose2(member.position, member.orientation)):
+    if target.orientation is not None:
         return member.cmd_twist_towards_orientation(target.orientation, speed, dt)
     if target.orientation is None and target.angular_speed is not None:
         return member.cmd_twist_towards_angular_speed(speed, dt)
