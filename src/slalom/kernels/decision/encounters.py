@@ -109,7 +109,7 @@ def obstacle_pieces(
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
     hull, hull_radius = np.full(total, -1), np.zeros(total)
     robot, share = np.full(total, -1), np.ones(total)
-    balls = np.full((n if fixed else 0, 4), np.inf)
+    balls = np.full((n, 4), np.inf)
     rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, share)
     overlaps_passive = add_passive(i, passive, error, rows, scene) if fixed else False
     overlaps_robot, s = add_robots(i, near, len(passive), error, agrees, rows, scene)
