@@ -128,13 +128,13 @@ def end_on_line(boundaries: Array, k: int, curve: Array, t: float, way: float) -
         slope = x * ex + y * ey + z * ez
         if slope >= 0.0:
             return np.inf
-        return (r - (x * curve[0, 0] + y * curve[0, 1] + z * curve[0, 2])) / slope
+        return float((r - (x * curve[0, 0] + y * curve[0, 1] + z * curve[0, 2])) / slope)
     x, y, z = x - curve[0, 0], y - curve[0, 1], z - curve[0, 2]
     middle = x * ex + y * ey + z * ez
     x, y, z = x - middle * ex, y - middle * ey, z - middle * ez
     square = r * r - (x * x + y * y + z * z)
     if boundaries[k, 0] > 0.0:
-        return middle + np.sqrt(max(square, 0.0))
+        return float(middle + np.sqrt(max(square, 0.0)))
     if square < 0.0 or way * t > middle:
         return np.inf
-    return middle - np.sqrt(square)
+    return float(middle - np.sqrt(square))
