@@ -28,7 +28,7 @@ def direction_path(trajectory: Trajectory, start: float, end: float, tolerance: 
 
     While the velocity is zero the last direction is kept (before the first motion: the first). Where it reverses within
     STANDING seconds, the pieces are the zero vector with an error of 1: the body then counts as its smallest disc about
-    the position.
+    the position. So does, all the time, a body that turns at about 100 rad/s or more.
 
     Raises:
         InvalidInput: the trajectory never moves, or neither has a direction nor consists of cubic pieces.
