@@ -300,14 +300,11 @@ class ControlObstacle:
     def grazing(
         self, center: npt.ArrayLike, radius: float, *, tolerance: float = 0.0
     ) -> list[tuple[int, Array, Array]]:
-        """Controls that graze an obstacle, in the same disc: (owner, times (k,) [s], controls (k, 2)) for each curve.
+        """Controls that graze an obstacle in this disc, curve by curve: (owner, times (k,) [s], controls (k, 2)).
 
         At that time the robot touches the obstacle and moves along its surface, relative to it. Not all of them bound
-        the control obstacle: one may collide at another time. For bodies with corners: of the discs around their
-        corners.
-
-        Raises:
-            InvalidInput: as `boundary`.
+        the control obstacle: one may collide at another time. For bodies with corners: of the discs around these.
+        Raises InvalidInput as `boundary`.
         """
         middle, size, segments = self._window(center, radius)
         return grazing_curves(segments, middle, size, not_negative(tolerance, "tolerance") or BOUNDARY * size)

@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.approach import approach_of
-from slalom.checks import Array, has, listing, not_negative, number, positive
+from slalom.checks import Array, has, not_negative
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, DecisionInputs, Outcome
 from slalom.decision_report import log
@@ -18,12 +18,10 @@ from slalom.horizon import Horizon
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre, state_after
 from slalom.methods import HOLDS, Method
+from slalom.navigator_checks import FOLLOWING, check_call, check_dimensions, check_settings, goal_or_place
 from slalom.navigator_tables import PolicyTables
 from slalom.objective import (
     Arrive,
-    FollowAcceleration,
-    FollowVelocity,
-    KeepAcceleration,
     Objective,
     Situation,
     preferred_control,
@@ -37,7 +35,6 @@ from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING
 from slalom.tracks import Tracks
-from slalom.trajectory import Stationary
 
 OUTCOMES = (
     Outcome.CLEAR,
@@ -49,8 +46,6 @@ OUTCOMES = (
     Outcome.INTERRUPTED,
 )
 """The outcomes of the compiled policy by number."""
-FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
-"""Objectives that need no goal."""
 FALL_BACK = -1
 """The number of a robot for which the compiled policy has no decision."""
 
@@ -96,25 +91,7 @@ class Navigator:
     stuck_after: float = 10.0
 
     def __post_init__(self) -> None:
-        has(self.method, ("responses", "forecast"), "a method, such as method('nao')", "method")
-        has(self.robot, ("parts", "dimension"), "a shape, such as Disc(radius)", "robot")
-        positive(self.period, "period")
-        positive(self.horizon, "horizon")
-        not_negative(self.margin, "margin")
-        not_negative(self.patience, "patience")
-        positive(self.stuck_after, "stuck_after")
-        has(self.limits, ("max_speed", "braking"), "Limits", "limits")
-        has(self.objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
-        if self.horizons is not None:
-            has(self.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
-        listing(self.holds, "durations", "holds")
-        listing(self.detours, "angles", "detours")
-        for k, hold in enumerate(self.holds):
-            positive(hold, f"holds[{k}]")
-        for k, angle in enumerate(self.detours):
-            number(angle, f"detours[{k}]")
-        if not self.holds:
-            raise InvalidInput("holds: expected at least one, found none")
+        check_settings(self)
 
     @cached_property
     def _responses(self) -> tuple[Response, ...]:
@@ -164,15 +141,7 @@ class Navigator:
                 other robots for an objective written in Python; a time before that of the previous decision; a delay
                 above the horizon; an obstacle whose trajectory ended before.
         """
-        self._refuse_method()
-        has(state, ("position", "velocity", "acceleration"), "a State", "state")
-        if previous is not None:
-            has(previous, ("manoeuvre", "regret", "decided_at"), "a Decision", "previous")
-            if number(now, "now") < previous.decided_at:
-                order = f"{now:g} s after a decision at {previous.decided_at:g} s"
-                raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
-        if not_negative(delay, "delay") > self.horizon:
-            raise InvalidInput(f"delay: expected at most the horizon, {self.horizon:g} s, found {delay:g} s")
+        check_call(self, state, previous, now, delay)
         if delay > 0.0:
             measured = now - delay
             state = (
@@ -182,21 +151,9 @@ class Navigator:
             has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
-        given = goal
-        if goal is None:
-            if not isinstance(robot.objective, FOLLOWING):
-                raise InvalidInput(f"goal: expected one for the objective {robot.objective!r}, found none")
-            goal = Goal(Stationary(state.position))
-        has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
-        if goal.trajectory.dimension != state.dimension:
-            raise InvalidInput(
-                f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
-            )
+        given, goal = goal, goal_or_place(goal, state, robot.objective)
         window, others = self.predict(obstacles, state, now), self._observed(robots)
-        sizes = {"robot": self.robot.dimension, "obstacles": window.dimension}
-        for what, dimension in (*sizes.items(), ("robots", others and others.dimension)):
-            if dimension not in (None, state.dimension):
-                raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
+        check_dimensions(self.robot, state, window, others)
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
         if type(robot.objective) in (Arrive, *FOLLOWING):
             found = self._decide(window, others, state, goal, step, robot.objective, now, previous, limit)
@@ -235,15 +192,6 @@ class Navigator:
             self.robot.bounding_radius,
             lambda point: window.covers(point, self.robot, self.margin),
         )
-
-    def _refuse_method(self) -> None:
-        """Raise InvalidInput for a method that a robot cannot follow from what it observes itself."""
-        if self.method.looks_ahead:
-            raise InvalidInput(f"method: expected one without a search, found {self.method.name}; use LookAhead")
-        if self.method.shared:
-            raise InvalidInput(
-                f"method: expected one without published manoeuvres, found {self.method.name}; use Fleet"
-            )
 
     def _observed(self, robots: Tracks | None) -> Tracks | None:
         """The other robots as the method predicts them; None if there are none."""

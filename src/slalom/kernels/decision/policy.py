@@ -141,13 +141,11 @@ def best_response(
     """The response and outcome of the exact choice that costs least; response -1: none.
 
     Its control goes into `search.control`. Responses are examined in the order of their optimistic costs, until none
-    can be better than the best choice. If that path is not clear, detours of the responses that have a free control
-    follow. With `keep` the outcome is KEPT as soon as no response that is left offers enough to change the committed
-    manoeuvre, if that is clear. When the budget is used up, the best choice is taken that was found by then; with
-    `safe`, which says that the committed manoeuvre may go on, the outcome without any is INTERRUPTED.
+    can be better than the best choice. If that path is not clear, detours of the responses with a free control follow.
+    With `keep` the outcome is KEPT as soon as no response that is left is worth a change. When the budget is used up,
+    the best choice so far is taken; without one, and if the committed manoeuvre is `safe`, it is INTERRUPTED.
 
-    Args:
-        met: (m,) the robots that the bodies of `rows` after the passive ones are. near: (l,) those in reach.
+    Args: met (m,) the robots of the bodies of `rows` after the passive ones. near (l,) those in reach.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     scratch, costs = search.scratch, search.costs

@@ -83,6 +83,7 @@ class HalfSpaceSpec(Built):
 
 
 def known_method(name: str) -> str:
+    """The name of a method, with its foresight. Raises InvalidInput for an unknown one."""
     try:
         return method(name).name
     except InvalidInput as error:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.bounds import BOUNDS
-from slalom.checks import array_of, shown
+from slalom.checks import array, array_of, number, positive, shown
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import HalfSpace, Limits
@@ -168,3 +168,32 @@ def _value(value: Value) -> Any:
     if isinstance(value, Texts):
         return value.texts if value.shape else value.texts[0]
     return value if value.shape else value[()]
+
+
+def named_numbers(group: Group) -> dict[str, float]:
+    """Return the attributes of a group, each of which is a number."""
+    return {name: number(scalar(group.attributes, name), name) for name in group.attributes}
+
+
+def load_holds(run: Group) -> tuple[float, ...]:
+    """Return the holds [s]; none if the file states none."""
+    if "holds" not in run.datasets:
+        return ()
+    return tuple(positive(hold, "holds") for hold in array(numbers(run.datasets, "holds"), "holds").ravel().tolist())
+
+
+def unbounded(run: Group, name: str, *shape: int) -> npt.NDArray[np.float64]:
+    """Return an array of this shape, whose numbers may be infinite or nan: no arrival, no control of a peer."""
+    found = np.asarray(numbers(run.datasets, name), dtype=np.float64)
+    if found.shape != shape:
+        raise InvalidInput(f"{name}: expected an array of shape {shape}, found shape {found.shape}")
+    return found
+
+
+def texts(run: Group, name: str, *shape: int) -> tuple[tuple[str, ...], ...]:
+    """Return the texts (T, N) of each step and robot."""
+    found = member(run.datasets, name)
+    if not isinstance(found, Texts) or found.shape != shape:
+        raise InvalidInput(f"{name}: expected texts of shape {shape}, found {type(found).__name__} of {found.shape}")
+    steps, n = shape
+    return tuple(tuple(found.texts[k * n : (k + 1) * n]) for k in range(steps))

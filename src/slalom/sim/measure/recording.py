@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from slalom.bounds import BOUNDS
-from slalom.checks import Array, array, array_of, number, positive, short, shown, whole
+from slalom.checks import Array, array, array_of, positive, short, shown, whole
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.goal import Goal
 from slalom.limits import Limits
@@ -21,18 +21,22 @@ from slalom.sim.measure.hdf5_parts import (
     HALF_SPACES,
     listed,
     load_goal,
+    load_holds,
     load_limits,
     load_obstacle,
     load_shape,
     member,
+    named_numbers,
     numbers,
     save_part,
     save_shape,
     save_trajectory,
     scalar,
     text,
+    texts,
+    unbounded,
 )
-from slalom.sim.measure.hdf5_tree import Group, Texts, read_tree
+from slalom.sim.measure.hdf5_tree import Group, read_tree
 from slalom.sim.measure.run_log import RunLog
 from slalom.uncertainty import UNCERTAINTIES
 
@@ -278,25 +282,25 @@ class Recording:
             method=text(attributes, "method"),
             seed=whole(scalar(attributes, "seed"), "seed"),
             dt=positive(scalar(attributes, "time_step"), "time_step"),
-            parameters=_named_numbers(member(run.groups, "parameters")),
+            parameters=named_numbers(member(run.groups, "parameters")),
             times=stored("times", steps + 1),
             positions=stored("poses", steps + 1, n, d + 1)[..., :-1],
             velocities=stored("twists", steps + 1, n, d + 1)[..., :-1],
             accelerations=stored("accelerations", steps, n, d),
-            controls=_unbounded(run, "controls", steps, n, d),
-            responses=_texts(run, "responses", steps, n),
-            outcomes=_texts(run, "outcomes", steps, n),
+            controls=unbounded(run, "controls", steps, n, d),
+            responses=texts(run, "responses", steps, n),
+            outcomes=texts(run, "outcomes", steps, n),
             decision_times=stored("decision_times", steps, n),
             shapes=tuple(load_shape(member(robot.groups, "shape")) for robot in robots),
             limits=tuple(load_limits(robot, d) for robot in robots),
             goals=tuple(load_goal(robot) for robot in robots),
-            arrived=_unbounded(run, "arrived", n),
+            arrived=unbounded(run, "arrived", n),
             obstacles=tuple(load_obstacle(obstacle) for obstacle in listed(run, "obstacles")),
             foresight=text(attributes, "foresight") if "foresight" in attributes else "",
             period=tuple(numbers(attributes, "period").tolist()) if "period" in attributes else None,
             names=_distinct([text(r.attributes, "name") for r in robots if "name" in r.attributes])[: len(robots)],
-            settings=_named_numbers(run.groups["settings"]) if "settings" in run.groups else {},
-            holds=_holds(run),
+            settings=named_numbers(run.groups["settings"]) if "settings" in run.groups else {},
+            holds=load_holds(run),
         )
         recording._refuse_contradictions()
         return recording
@@ -321,32 +325,3 @@ class Recording:
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of robots if all differ, else none."""
     return tuple(names) if len(set(names)) == len(names) else ()
-
-
-def _named_numbers(group: Group) -> dict[str, float]:
-    """Return the attributes of a group, each of which is a number."""
-    return {name: number(scalar(group.attributes, name), name) for name in group.attributes}
-
-
-def _holds(run: Group) -> tuple[float, ...]:
-    """Return the holds [s]; none if the file states none."""
-    if "holds" not in run.datasets:
-        return ()
-    return tuple(positive(hold, "holds") for hold in array(numbers(run.datasets, "holds"), "holds").ravel().tolist())
-
-
-def _unbounded(run: Group, name: str, *shape: int) -> Array:
-    """Return an array of this shape, whose numbers may be infinite or nan: no arrival, no control of a peer."""
-    found = np.asarray(numbers(run.datasets, name), dtype=np.float64)
-    if found.shape != shape:
-        raise InvalidInput(f"{name}: expected an array of shape {shape}, found shape {found.shape}")
-    return found
-
-
-def _texts(run: Group, name: str, *shape: int) -> tuple[tuple[str, ...], ...]:
-    """Return the texts (T, N) of each step and robot."""
-    found = member(run.datasets, name)
-    if not isinstance(found, Texts) or found.shape != shape:
-        raise InvalidInput(f"{name}: expected texts of shape {shape}, found {type(found).__name__} of {found.shape}")
-    steps, n = shape
-    return tuple(tuple(found.texts[k * n : (k + 1) * n]) for k in range(steps))
