@@ -1330,3 +1330,11 @@ STEEPEST_BEARING: Final = 1.0
 
 Larger: accelerations towards the goal that slow it down before it turns. Smaller: wider turns.
 """
+
+# Tracks
+
+SYMMETRY: Final = 1e-9
+"""[1] By how much of its largest entry a covariance may differ from a symmetric matrix without negative eigenvalues.
+
+Larger: matrices that are none are taken. Smaller: rounding of a filter refuses its covariances.
+"""

@@ -12,12 +12,10 @@ from slalom.checks import Array, array, has, number, positive, vector
 from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
 from slalom.shape import Disc, Shape
+from slalom.tolerances import SYMMETRY
 from slalom.track_filter import ConstantVelocityFilter, Estimate, Filter, Measurement
 from slalom.tracks import Tracks
 from slalom.trajectory import ConstantAcceleration
-
-
-SYMMETRY = 1e-9
 
 
 class _Step(NamedTuple):
