@@ -8,7 +8,7 @@ PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundari
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all test-paper kernels golden ci lint bench clean
+.PHONY: demo test test-all test-paper kernels golden chromium ci lint bench clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -50,8 +50,15 @@ test-all: lint kernels
 test-paper: kernels
 	$(PYTEST) -m paper
 
+# Chromium opens the pages in the tests of the view. Where it cannot be installed, these tests are skipped.
+chromium:
+	@command -v chromium >/dev/null || { apt-get update -qq && apt-get install -y -qq chromium >/dev/null; } \
+		|| echo "Chromium cannot be installed here: the tests of the view in a browser are skipped."
+	@command -v npm >/dev/null && (cd web && npm ci --silent) \
+		|| echo "Node is not installed: the bundle of the view is not built again."
+
 # What continuous integration runs.
-ci: demo kernels golden
+ci: demo kernels golden chromium
 	$(MAKE) test DRAWS=commit
 	$(MAKE) test-paper
 

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,11 +20,12 @@ ROUTE = [(1.75, 1.5), (26.25, 1.5), (26.25, 7.5), (1.75, 7.5), (1.75, 16.5), (26
 def building() -> slalom.ObstacleTable:
     """The map, 200 segments, made once: four walls of 15 segments each, and the four sides of 35 pillars."""
     corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)]) * HALL
-    walls = [np.linspace(a, b, 16) for a, b in zip(corners, corners[1:])]
+    walls = [np.linspace(a, b, 16) for a, b in pairwise(corners)]
     square = 0.15 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
     lines = [*walls, *(square + pillar for pillar in PILLARS)]
     return slalom.ObstacleTable(
-        slalom.Obstacle(slalom.Polyline(line), slalom.Stationary((0.0, 0.0)), f"line {k}") for k, line in enumerate(lines)
+        slalom.Obstacle(slalom.Polyline(line), slalom.Stationary((0.0, 0.0)), f"line {k}")
+        for k, line in enumerate(lines)
     )
 
 

@@ -86,7 +86,7 @@ def test_fleets(name: str, given: str) -> None:
         fleet = Fleet(METHODS[name], ROBOT, LIMITS, robots=1, obstacles=fixed)
         return fleet.step(5.03, [(0.35, 0.0)], [(1.8, 0.0)], [(12.0, 0.0)], others=others).accelerations[0]
 
-    with pytest.raises(InvalidInput, match="obstacle 'person': expected a trajectory that is known at 5.03 s"):
+    with pytest.raises(InvalidInput, match=r"obstacle 'person': expected a trajectory that is known at 5.03 s"):
         step(person(5.0))
     assert np.abs(step(person(5.0, "continues")) - step()).max() > 0.1
     np.testing.assert_array_equal(step(person(5.0, "leaves")), step())
@@ -94,7 +94,7 @@ def test_fleets(name: str, given: str) -> None:
 
 def test_a_fleet_in_a_periodic_world() -> None:
     fleet = Fleet(METHODS["nao"], ROBOT, LIMITS, robots=1, obstacles=[person(5.0)], world_period=(30.0, 30.0))
-    with pytest.raises(InvalidInput, match="obstacle 'person': expected a trajectory that is known"):
+    with pytest.raises(InvalidInput, match=r"obstacle 'person': expected a trajectory that is known"):
         fleet.step(5.03, [(0.0, 0.0)], [(1.8, 0.0)], [(12.0, 0.0)])
     box = np.array([-10.0, -10.0]), np.array([10.0, 10.0])
     period = np.array([30.0, 30.0])
@@ -106,7 +106,7 @@ def test_a_table_that_looks_ahead_is_refused_when_it_ends() -> None:
     """Also where the table of an earlier decision would serve."""
     robot, obstacles = decider("nao_ahead", ""), ObstacleTable([person(5.0)])
     first = robot.decide(State((0.0, 0.0), (0.5, 0.0)), obstacles, GOAL, now=4.9)
-    with pytest.raises(InvalidInput, match="known at 5.2 s"):
+    with pytest.raises(InvalidInput, match=r"known at 5.2 s"):
         robot.decide(first.manoeuvre.advance(0.3), obstacles, GOAL, now=5.2, previous=first)
 
 
@@ -144,7 +144,7 @@ def test_the_uncertainty_of_a_continued_obstacle_grows_from_the_end() -> None:
 
 
 def test_windows_refuse_what_has_ended() -> None:
-    with pytest.raises(InvalidInput, match="obstacle 'person': expected a trajectory that is known at 6 s"):
+    with pytest.raises(InvalidInput, match=r"obstacle 'person': expected a trajectory that is known at 6 s"):
         ObstacleWindow([person(5.0)], 6.0, 4.0)
 
 

@@ -6,6 +6,7 @@ that is not.
 
 import ast
 import dataclasses
+import json
 import os
 import pickle
 import re
@@ -103,7 +104,8 @@ from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.peers import PEERS, contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
-from slalom.sim.files.schema import GoalSpec, ScenarioSpec, Shaped, _known_method
+from slalom.sim.files.decision_file import _decision, read_decision
+from slalom.sim.files.schema import GoalSpec, ScenarioSpec, Shaped, known_method
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.gallery import build
@@ -456,7 +458,130 @@ def write_tracks(format: str, label: str = "1", times=(0.0, 0.1), positions=((0,
     return lambda folder: write_recording(folder / "a.out", tracks, format, **settings)
 
 
+def dumped(change: Callable[[dict], object] = lambda _: None) -> Callable[[Path], Path]:
+    """A function that writes the file of a decision, changed by `change`."""
+
+    def write(folder: Path) -> Path:
+        path = folder / "d.json"
+        first = decision([ROCK])
+        decision([ROCK], previous=first, now=0.1).dump(path)
+        content = json.loads(path.read_text())
+        change(content)
+        path.write_text(json.dumps(content))
+        return path
+
+    return write
+
+
+def undumped(change: Callable[[dict], object]) -> Callable[[Path], object]:
+    """A call that reads the changed file of a decision."""
+    return lambda folder: read_decision(dumped(change)(folder))
+
+
+CURVE = Obstacle(Disc(1), Function(lambda t: (9.0, t), 1.0, 0.0, 0.0, 99.0))
+DECISIONS = [
+    Case("listing", InvalidInput, r"holds: expected durations, found 3", lambda _: navigator(holds=3)),
+    Case(
+        "Navigator.decide",
+        InvalidInput,
+        r"budget: expected none for the objective MostClearance.*, found 1 s",
+        lambda _: navigator(objective=MostClearance(1.0, Arrive())).decide(FLAT, [], GOAL, budget=1.0),
+    ),
+    Case(
+        "part",
+        InvalidInput,
+        r"obstacles\[0\]\.trajectory: expected one of stationary, .*, found Function",
+        lambda folder: decision([CURVE]).dump(folder / "d.json"),
+    ),
+    Case(
+        "document",
+        InvalidInput,
+        r"decision: expected one that a navigator made, found one without inputs",
+        lambda folder: replace(decision(), inputs=None).dump(folder / "d.json"),
+    ),
+    Case(
+        "_navigator",
+        InvalidInput,
+        r"method: expected one of the table of methods, found another one with the name 'nao'",
+        lambda folder: (
+            Navigator(replace(METHODS["nao"], share=0.9), Disc(1), LIMITS)
+            .decide(FLAT, [], GOAL)
+            .dump(folder / "d.json")
+        ),
+    ),
+    Case(
+        "dump",
+        InvalidFile,
+        r"none/d\.json: expected a file that can be written",
+        lambda f: decision().dump(f / "none/d.json"),
+    ),
+    Case("_json", InvalidFile, r"d\.json: expected JSON, found a mistake", reading(read_decision, "d.json", "[[")),
+    Case(
+        "_json",
+        InvalidFile,
+        r"d\.json: expected JSON .* nested too deeply",
+        reading(read_decision, "d.json", "[" * 10**5),
+    ),
+    Case(
+        "read_decision",
+        InvalidFile,
+        r"d\.json:1:\d+: state\.position\.0: expected a number, found 'x'",
+        undumped(lambda content: content["state"].update(position=["x", 0.0])),
+    ),
+    Case(
+        "read_decision",
+        InvalidFile,
+        r"d\.json: velocity: expected 2 numbers",
+        undumped(lambda content: content["state"].update(velocity=[0.0, 0.0, 0.0])),
+    ),
+    Case(
+        "_navigator",
+        InvalidFile,
+        r"navigator\.period: expected at most",
+        undumped(lambda content: content["navigator"].update(period=1e-12)),
+    ),
+    Case(
+        "_source",
+        InvalidFile,
+        r"obstacles\[0\]: expected one of obstacle, table, tracks; found none",
+        undumped(lambda content: content["obstacles"].append({}) or content["obstacles"].pop(0)),
+    ),
+    Case(
+        "_path",
+        InvalidFile,
+        r"previous\.path: expected increasing times",
+        undumped(lambda content: content["previous"]["path"].update(times=[1.0, 0.0])),
+    ),
+    Case(
+        "_no_control_obstacle",
+        InvalidInput,
+        r"blocked: expected a decision that was made",
+        lambda folder: _decision(read_decision(dumped()(folder)).inputs.previous).blocked,
+    ),
+    Case(
+        "decide",
+        InvalidInput,
+        r"--method: expected none with the file of a decision, found 'vo'",
+        lambda folder: command("decide", str(dumped()(folder)), "--method", "vo")(folder),
+    ),
+    Case(
+        "_repeat",
+        InvalidInput,
+        r"--figure: expected a decision with a goal",
+        lambda folder: command("decide", str(dumped(without_goal)(folder)), "--figure", "{}/a.svg")(folder),
+    ),
+]
+
+
+def without_goal(content: dict) -> None:
+    """A decision that follows a velocity."""
+    wanted = {"kind": "follow_velocity", "velocity": [1.0, 0.0], "enough_clearance": 0.0}
+    content["navigator"].update(objective=wanted)
+    content.update(goal=None)
+
+
 CASES = [
+    *DECISIONS,
     # Shapes, headings, uncertainty, traffic.
     Case(
         "Polygon.__post_init__",
@@ -591,7 +716,7 @@ CASES = [
         r"expected either this key or shape, found both",
         lambda _: Shaped._one_of_them(1.0, SimpleNamespace(data={"shape": DISC})),
     ),
-    Case("_known_method", InvalidInput, r"expected one of vo, .*; found 'novo'", lambda _: _known_method("novo")),
+    Case("known_method", InvalidInput, r"expected one of vo, .*; found 'novo'", lambda _: known_method("novo")),
     Case(
         "ScenarioSpec._one_of_both",
         InvalidInput,

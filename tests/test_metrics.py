@@ -23,10 +23,11 @@ from slalom import (
     Stationary,
     Trajectory,
 )
+from slalom.errors import InvalidInput
 from slalom.shape import round_shape
 from slalom.sim import Recording, metrics, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure.closest_approach import closest_approaches, positions_at
+from slalom.sim.measure.closest_approach import between_robots, closest_approaches, positions_at
 from slalom.sim.measure.metrics import METRICS
 from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC, STALLED_SPEED
 
@@ -448,3 +449,75 @@ def test_metrics_share_nothing_with_the_deciding_kernels() -> None:
     least, count = result.stdout.split()
     assert float(least) == metrics.min_clearance(STRAIGHT)
     assert int(count) == len(METRICS)
+
+
+def pair(first: Recording, second: Recording, names: tuple[str, ...] = ()) -> Recording:
+    """The recording of two robots with equal times."""
+    rows = ("positions", "velocities", "accelerations", "controls", "decision_times")
+    both = zip(first.outcomes, second.outcomes)
+    return replace(
+        first,
+        **{name: np.concatenate([getattr(first, name), getattr(second, name)], axis=1) for name in rows},
+        responses=tuple(row * 2 for row in first.responses),
+        outcomes=tuple((*a, *b) for a, b in both),
+        shapes=first.shapes + second.shapes,
+        limits=first.limits + second.limits,
+        goals=first.goals + second.goals,
+        arrived=np.concatenate([first.arrived, second.arrived]),
+        names=names or ("left", "right"),
+    )
+
+
+def test_metrics_of_all_robots_count_every_robot() -> None:
+    """A collision between two robots, one that hits an obstacle, and one that does not arrive count in the whole."""
+    other = driven([(0, 0)] * 4, position=(1.5, 2.0), radius=0.25, goal=Goal(Stationary((9.0, 2.0)), 0.5))
+    run = pair(STRAIGHT, other)
+    assert metrics.min_clearance(run) == pytest.approx(-1.25)  # the second robot stands in the rock
+    assert metrics.collisions(run) == 1.0
+    assert (metrics.arrived(run), metrics.success(run)) == (0.0, 0.0)
+    assert metrics.success(run.only("left")) == 1.0
+    through = pair(
+        STRAIGHT, driven([(0, 0)] * 4, position=(1.5, 0.0), goal=Goal(Stationary((1.5, 0.0)), 0.5, stop=True))
+    )
+    assert (metrics.collisions(through), metrics.min_clearance(through)) == (1.0, -1.0)
+    assert metrics.summary(through)["collisions"] == 1
+    assert metrics.spl(through, "left") == 0.0  # it collides with the other robot
+
+
+@pytest.mark.parametrize("name", [name for name, f in METRICS.items() if "robot" in inspect.signature(f).parameters])
+def test_a_metric_of_one_robot_of_a_fleet_needs_its_name(name: str) -> None:
+    run = pair(STRAIGHT, driven([(0, 0)] * 4, position=(0.0, 50.0), speed=(1.0, 0.0)))
+    expected = METRICS[name](STRAIGHT)
+    if name not in ("clearing_distance", "min_time_to_collision"):  # the other robot counts there
+        assert METRICS[name](run, "left") == METRICS[name](run, 0) == expected
+    with pytest.raises(
+        InvalidInput, match=r"robot: expected the name or number of one of 2 robots \('left', 'right'\)"
+    ):
+        METRICS[name](run)
+    for wrong in ("middle", 2, -1):
+        with pytest.raises(InvalidInput, match=f"found {wrong!r}"):
+            METRICS[name](run, wrong)
+
+
+def test_recordings_keep_the_names_of_robots(tmp_path) -> None:
+    run = pair(STRAIGHT, CORNER if len(CORNER.times) == len(STRAIGHT.times) else STRAIGHT, ("ann", "bob"))
+    run.save(tmp_path / "run.h5")
+    assert Recording.load(tmp_path / "run.h5").names == ("ann", "bob")
+    assert pair(STRAIGHT, STRAIGHT, ()).only("right").names == ("right",)
+    assert replace(STRAIGHT, names=()).names == ("robot 0",)
+
+
+@pytest.mark.parametrize(("name", "settings", "method"), [("ring", {"robots": 8.0, "radius": 4.0}, "vo")])
+def test_clearances_between_robots_are_those_of_dense_samples(
+    name: str, settings: dict[str, float], method: str
+) -> None:
+    run = simulate(build(name, {**settings, "duration": 8.0}, seed=3), METHODS[method], seed=3)
+    times = np.linspace(run.times[0], run.times[-1], 20001)
+    paths = [positions_at(run, k, times) for k in range(8)]
+    found = between_robots(run)
+    for i in range(8):
+        for j in range(i):
+            radii = run.shapes[i].bounding_radius + run.shapes[j].bounding_radius
+            sampled = float(np.linalg.norm(paths[i] - paths[j], axis=1).min()) - radii
+            assert found[i, j] == found[j, i] <= sampled + METRIC
+            assert found[i, j] >= sampled - 1e-3

@@ -50,21 +50,21 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:
     """Settings of which the test of a path needs the time and the horizon."""
-    return DecisionSettings(d, now, 0.1, horizon, np.inf, 0.0, 1.0, 1.0, False, False, np.empty(0))
+    return DecisionSettings(d, now, 0.1, horizon, np.inf, 0.0, 1.0, 1.0, False, False, np.empty(0), np.inf)
 
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_clear_motions_keep_the_distance(d):
-    """From each body at all times, on the path that counts for it; ignored bodies are not tested."""
+    """From each body at all times, on the path that counts for it; skipped rows are not tested."""
     rng, passed = np.random.default_rng(3), 0
     position, velocity, now, horizon = np.zeros(3), np.zeros(3), 5.0, 6.0
     for _ in range(400):
         rows, paths = scene(rng, d)
-        ignored, pieces = rng.random(3) < 0.2, rows.pieces
-        if not path_is_clear(rows, ignored, paths, 0, 1, settings(d, now, horizon), new_stack()):
+        skipped, pieces = rng.random(6) < 0.2, rows.pieces
+        if not path_is_clear(rows, skipped, paths, 0, 1, settings(d, now, horizon), new_stack()):
             continue
         passed += 1
-        for s in np.flatnonzero(~ignored[pieces.body]):
+        for s in np.flatnonzero(~skipped):
             first, last = pieces.times[s]
             for t in np.linspace(max(first, 0.0), min(last, horizon), 40):
                 x = (t - first) / (last - first)

@@ -207,4 +207,4 @@ def test_changed_choices_are_those_that_are_neither_kept_nor_continued() -> None
     run = drawn(still, still, outcomes=outcomes)
     assert [changed_choices(run, k) for k in range(2)] == [0.75, 0.0]
     peer = replace(run, outcomes=(("CHOSEN", "UNANSWERED"),) * 5)
-    assert changed_choices(peer) == 0.0
+    assert changed_choices(peer, 0) == 0.0

@@ -13,6 +13,7 @@ from slalom.periodic import between, displaced, images_about, images_within, nei
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
 from slalom.sim.measure.oscillation import flips_between, side_flips
+from slalom.sim.measure.robot_metrics import _clearances_at_steps
 from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.robot_states import RobotStates
@@ -205,7 +206,7 @@ def test_a_contact_across_the_seam_counts(period, shape):
     one = single_robot_view(there, 0)
     assert metrics.collisions(one) == float(collided)
     assert metrics.min_clearance(one) == pytest.approx(least, abs=METRIC if shape is None else 1e-3)
-    assert np.min(metrics._clearances_at_steps(one)) >= least - 1e-9
+    assert np.min(_clearances_at_steps(one)) >= least - 1e-9
     assert metrics.min_time_to_collision(one) <= metrics.min_time_to_collision(single_robot_view(run, 0))
 
 

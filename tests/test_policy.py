@@ -148,43 +148,6 @@ def test_a_polygon_of_many_corners_drives_as_the_disc(seed: int) -> None:
         assert np.abs(disc.positions[5] - polygon.positions[5]).max() <= 5.0 * error
 
 
-def drive_inexactly(seed: int, gain: float, lag: float, noise: float) -> tuple[float, float]:
-    """Time of arrival and least clearance of a robot whose acceleration follows with a gain and a lag [s].
-
-    Its sight of its own state has normal errors of `noise` [m, m/s].
-    """
-    scenario, rng = gallery.build("roundabout_crossing", seed=seed), np.random.default_rng(seed)
-    robot, navigator = scenario.robots[0], replace(scenario.navigator(METHODS["nao"]), margin=0.3)
-    position, velocity, acceleration = robot.state.position, robot.state.velocity, np.zeros(2)
-    decision, least, parts = None, np.inf, 10
-    for step in range(300):
-        now = scenario.start + step * scenario.dt
-        if robot.goal.reached(position, velocity, now):
-            return now - scenario.start, least
-        seen = position + noise * rng.standard_normal(2), velocity + noise * rng.standard_normal(2)
-        decision = navigator.decide(
-            State(*seen, acceleration), scenario.obstacles, robot.goal, now=now, previous=decision
-        )
-        command, h = decision.manoeuvre.mean_acceleration(now, scenario.dt), scenario.dt / parts
-        for part in range(1, parts + 1):
-            acceleration = acceleration + (gain * command - acceleration) * (1.0 - np.exp(-h / lag) if lag else 1.0)
-            position, velocity = position + h * velocity + 0.5 * h * h * acceleration, velocity + h * acceleration
-            for car in scenario.obstacles:
-                apart = np.linalg.norm(car.trajectory.position(now + part * h) - position)
-                least = min(least, float(apart) - car.shape.bounding_radius - robot.shape.bounding_radius)
-    return np.inf, least
-
-
-@pytest.mark.parametrize(("gain", "lag", "noise"), [(0.9, 0.0, 0.0), (1.0, 0.15, 0.0), (1.0, 0.0, 0.01)])
-@pytest.mark.parametrize("seed", draws(range(5), 2))
-def test_a_robot_that_follows_inexactly_arrives(seed: int, gain: float, lag: float, noise: float) -> None:
-    """It is judged from where it is: without a collision, within 1.6 times the time of exact execution."""
-    exact, _ = drive_inexactly(seed, 1.0, 0.0, 0.0)
-    arrived, least = drive_inexactly(seed, gain, lag, noise)
-    assert arrived < 1.6 * exact
-    assert least > 0.0
-
-
 BOUNDED = {
     "none": {},
     "half-planes of the velocity": {"velocity_bounds": (HalfSpace((0.6, 0.8), 0.9), HalfSpace((-1.0, 0.2), 0.7))},

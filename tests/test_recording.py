@@ -30,7 +30,20 @@ from slalom.sim.gallery import build
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
-PLAIN = ("scenario", "method", "foresight", "period", "seed", "dt", "parameters", "responses", "outcomes")
+PLAIN = (
+    "scenario",
+    "names",
+    "method",
+    "foresight",
+    "period",
+    "seed",
+    "dt",
+    "parameters",
+    "settings",
+    "holds",
+    "responses",
+    "outcomes",
+)
 
 
 def every_kind(d: int) -> dict[str, Trajectory]:

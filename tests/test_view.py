@@ -15,7 +15,8 @@ from matplotlib.path import Path as Ring
 
 import slalom
 from slalom import view
-from slalom.view.style import NEUTRAL, admissible_region, time_levels, time_scale
+from slalom.view.regions import admissible_region
+from slalom.view.style import NEUTRAL, time_levels, time_scale
 
 
 def scene_in_plane() -> tuple[slalom.State, list[slalom.Obstacle], slalom.Goal]:

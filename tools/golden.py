@@ -49,8 +49,9 @@ def digest(*parts: Any) -> str:
 
 
 def of_run(run: Recording) -> str:
-    """The digest of a recording and of all metrics of its first robot."""
-    return digest(run.digest(), [metric(run) for metric in METRICS.values()])
+    """The digest of a recording and of all metrics of its first robot, without the others."""
+    first = run.only(0)
+    return digest(run.digest(), [metric(first) for metric in METRICS.values()])
 
 
 # ---------------------------------------------------------------------------------------------------------------------

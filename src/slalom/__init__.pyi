@@ -49,6 +49,7 @@ from .horizon import (
     HorizonByName as HorizonByName,
     SafeTime as SafeTime,
 )
+from .lag import AccelerationLag as AccelerationLag
 from .limits import (
     Admissible as Admissible,
     HalfSpace as HalfSpace,

@@ -1,6 +1,6 @@
 """Checks of all numbers from outside: one message per error, no repairs."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from typing import Annotated, Any, TypeAlias
 
@@ -87,7 +87,13 @@ def share(value: float, name: str) -> float:
 
 def has(value: object, attributes: Sequence[str], expected: str, name: str) -> None:
     """Raise InvalidInput unless `value` has these attributes (for example for a point in place of a trajectory)."""
-    if not all(hasattr(value, attribute) for attribute in attributes):
+    if isinstance(value, type) or not all(hasattr(value, attribute) for attribute in attributes):
+        raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
+
+
+def listing(value: object, expected: str, name: str) -> None:
+    """Raise InvalidInput unless `value` is a list, a tuple or another collection, but no text and no mapping."""
+    if isinstance(value, type | str | Mapping) or not (hasattr(value, "__iter__") and hasattr(value, "__len__")):
         raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
 
 

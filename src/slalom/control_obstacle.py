@@ -11,7 +11,7 @@ import shapely
 
 from slalom import kernels
 from slalom.boundary import boundary, grazing_curves
-from slalom.checks import Array, array, not_negative, number, positive, vector, vectors
+from slalom.checks import Array, array, has, not_negative, number, positive, vector, vectors
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments as Table
 from slalom.minkowski import hull_corners, outline_parts
@@ -95,6 +95,9 @@ class ControlObstacle:
     _finer: dict[float, "ControlObstacle"] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
+        has(self.response, ("position", "interpolation_error"), "a response, such as Acceleration()", "response")
+        has(self.state, ("position", "velocity", "acceleration"), "a State", "state")
+        has(self.robot, ("parts", "dimension"), "a shape, such as Disc(radius)", "robot")
         horizon = self.horizon or self.obstacles.horizon
         if positive(horizon, "horizon") > self.obstacles.horizon:
             raise InvalidInput(

@@ -1,15 +1,26 @@
 """Decisions and their outcomes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, partial
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from slalom.approach import Approach
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
+from slalom.decision_report import Collision, as_dict, collision_of, names_in_the_way
+from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre, state_after
+from slalom.obstacle import Obstacle
+from slalom.obstacle_table import ObstacleTable
 from slalom.path import Path
 from slalom.state import State
+from slalom.tracks import Tracks
+
+if TYPE_CHECKING:
+    from slalom.navigator import Navigator
 
 
 class Outcome(Enum):
@@ -19,6 +30,7 @@ class Outcome(Enum):
     CONSTRAINED = "The nearest safe control to the preferred one was chosen."
     KEPT = "The committed manoeuvre is safe and no alternative improves the arrival time enough to change it."
     CONTINUED = "No new safe manoeuvre exists; the committed one continues and is safe."
+    INTERRUPTED = "The budget ended the search; the committed manoeuvre continues and is safe."
     WAITING = "Waiting for messages before changing the manoeuvre; the committed one continues and is safe."
     BEGUN = "No sequence to the goal is known yet; a safe partial sequence that ends at rest was started."
     SQUEEZED = "No manoeuvre keeps the margin; one with a clearance above 0 was chosen."
@@ -35,8 +47,31 @@ class Outcome(Enum):
 
 SAFE = (
     *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED),
-    *(Outcome.WAITING, Outcome.BEGUN, Outcome.SQUEEZED),
+    *(Outcome.INTERRUPTED, Outcome.WAITING, Outcome.BEGUN, Outcome.SQUEEZED),
 )
+
+
+class Commitment(NamedTuple):
+    """The part of the decision before on which a decision depends, see `Decision`."""
+
+    manoeuvre: Manoeuvre
+    regret: float
+    path: Path | None
+    progress: float | None
+    approach: Approach | None
+
+
+class DecisionInputs(NamedTuple):
+    """Everything from which a decision was made, see `Navigator.decide`."""
+
+    navigator: "Navigator"
+    state: State
+    obstacles: Sequence[Obstacle | ObstacleTable | Tracks]
+    goal: Goal | None
+    robots: Tracks | None
+    now: float
+    budget: float | None
+    previous: Commitment | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +87,10 @@ class Decision:
             optimistic cost.
         path: the manoeuvre as pieces from where the robot was at its last decision; None: as it was planned.
         progress: [m] along the path of a `PathGoal`; None for other goals.
+        work: [s] counted for the decision, see `Navigator.decide`; 0 for objectives written in Python.
+        cut: whether the budget ended the search: a better manoeuvre may exist.
+        approach: the last progress towards the goal; None for an objective that needs no goal.
+        inputs: from what the decision was made; None for one that no navigator made.
         earlier: the manoeuvres that the robot was committed to before, for a horizon back.
     """
 
@@ -63,6 +102,62 @@ class Decision:
     path: Path | None = None
     progress: float | None = None
     earlier: tuple[Manoeuvre, ...] = ()
+    work: float = 0.0
+    cut: bool = False
+    approach: Approach | None = None
+    inputs: DecisionInputs | None = None
+
+    @property
+    def safe(self) -> bool:
+        """Whether the robot stays collision-free up to the horizon as long as the forecasts hold."""
+        return self.outcome.safe
+
+    @property
+    def stalled(self) -> float:
+        """Time [s] since the robot last came nearer to its goal; 0 at the goal, and without a goal.
+
+        It begins anew when the goal moves by more than its tolerance.
+        """
+        return 0.0 if self.approach is None or self.inputs is None else self.inputs.now - self.approach.since
+
+    @property
+    def stuck(self) -> bool:
+        """Whether `stalled` has reached `Navigator.stuck_after`: only another goal or path will help."""
+        return self.inputs is not None and self.stalled >= self.inputs.navigator.stuck_after
+
+    @cached_property
+    def in_the_way(self) -> tuple[str, ...]:
+        """Names of the obstacles on the straight way to the goal within the horizon, the first one first.
+
+        An obstacle without a name is named as it was passed: obstacles[2], or obstacles[0][7] in a table.
+        """
+        return names_in_the_way(self)
+
+    @cached_property
+    def collision(self) -> Collision | None:
+        """The first predicted collision of the manoeuvre; None for a safe decision, or if none is predicted."""
+        return None if self.safe else collision_of(self)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The decision as texts, finite numbers and lists, for JSON."""
+        return as_dict(self)
+
+    def dump(self, file: FilePath | str) -> None:
+        """Write everything from which the decision was made to a JSON file; `slalom decide FILE` repeats it.
+
+        Raises:
+            InvalidInput: parts that no file can hold, such as a trajectory or objective that is a Python function; a
+                decision that continues a search.
+            InvalidFile: a file that cannot be written.
+        """
+        from slalom.decision_dump import dump
+
+        dump(self, FilePath(file))
+
+    @property
+    def commitment(self) -> Commitment:
+        """The part of the decision on which the next one depends."""
+        return Commitment(self.manoeuvre, self.regret, self.path, self.progress, self.approach)
 
     @property
     def decided_at(self) -> float:

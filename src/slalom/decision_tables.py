@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from slalom import kernels
 from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.kernels.arrays import Corners, Indices
-from slalom.kernels.decision.tables import GrownBodies, ResponseTable
+from slalom.kernels.arrays import Corners, Flags, Indices
+from slalom.kernels.decision.tables import EVERY_WORLD, GrownBodies, ResponseTable
 from slalom.minkowski import sum_of_shapes
 from slalom.obstacle_window import ObstacleWindow
 from slalom.path import hermite
@@ -152,6 +152,7 @@ class Skeletons:
                 self.shapes.append(shape)
             kind.append(kinds[key])
         self.kind: Indices = np.array(kind)
+        self._bodies: dict[int, _RobotBodies] = {}
 
     def grown_bodies(self, kind: int, obstacles: ObstacleWindow, *, detours: bool) -> GrownBodies:
         """Predicted obstacles and robots of all kinds, grown by robots with one kind of skeleton.
@@ -166,40 +167,69 @@ class Skeletons:
         bodies, end = obstacles.bodies(shape), obstacles.start + obstacles.horizon
         # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
         staying, worlds = obstacles.staying(end) if detours else ([], np.empty(0, np.int64))
-        skeletons = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes]
-        # A robot that is alone meets no robot: two of its shape may have no sum.
-        met = skeletons if len(self.kind) > 1 else []
-        sums = [sum_of_shapes(each, skeletons[kind]) for each in met]
-        counts = np.concatenate([np.empty(0, np.int64), *(each.counts for each in sums)])
-        hull_radius = np.concatenate([np.empty(0), *(each.hull_radius for each in sums)])
-        point = (counts == 1) & (hull_radius == 0.0)
-        corners = Corners(
-            np.concatenate([bodies.corners, *(each.corners for each in sums)]),
-            np.concatenate([bodies.first, bodies.first[-1] + np.cumsum(counts)]),
-            np.concatenate([bodies.unordered, *(each.unordered for each in sums)]),
-        )
-        offset = np.zeros((len(counts), 3))
-        offset[:, :d] = np.concatenate([np.empty((0, d)), *(each.offsets for each in sums)])
+        robots, corners = self._robots(kind), Corners(bodies.corners, bodies.first, bodies.unordered)
+        if len(robots.radius):
+            corners = Corners(
+                np.concatenate([bodies.corners, robots.corners.corners]),
+                np.concatenate([bodies.first, bodies.first[-1] + robots.corners.first[1:]]),
+                np.concatenate([bodies.unordered, robots.corners.unordered]),
+            )
+        every = np.full(len(bodies.owner), EVERY_WORLD)
         return GrownBodies(
             pieces=bodies.pieces,
-            balls=kernels.piece_balls(bodies.pieces),
+            balls=bodies.balls,
             body_radius=bodies.radius,
             hull_radius=bodies.hull_radius,
             hull=bodies.hull,
             uncertain=bodies.uncertain,
-            world=obstacles.worlds[bodies.owner],
-            corners=corners if bodies.has_hulls or not point.all() else (),
+            world=obstacles.worlds[bodies.owner] if obstacles.has_worlds else every,
+            corners=corners if bodies.has_hulls or not robots.point.all() else (),
             heads=bodies.heads,
             end_positions=np.array([o.trajectory.position(end) for o in staying]).reshape(-1, d),
             end_radii=np.array([o.shape.bounding_radius for o in staying]),
             end_world=worlds,
             robot_rounding=float(shape.parts[0].radius if is_round(shape) else 0.0),
-            robot_first=np.cumsum([0, *(len(each.counts) for each in sums)]),
-            robot_offset=offset,
-            robot_radius=np.concatenate([np.empty(0), *(each.radius for each in sums)]),
-            robot_hull_radius=hull_radius,
-            robot_hull=np.where(point, -1, len(bodies.radius) + np.arange(len(counts))),
+            robot_first=robots.first,
+            robot_offset=robots.offset,
+            robot_radius=robots.radius,
+            robot_hull_radius=robots.hull_radius,
+            robot_hull=np.where(robots.point, -1, len(bodies.radius) + np.arange(len(robots.radius))),
         )
+
+    def _robots(self, kind: int) -> "_RobotBodies":
+        """The bodies of robots of all kinds, made once. Raises InvalidInput, see `minkowski.minkowski_sum`."""
+        if kind not in self._bodies:
+            d, none = self.dimension, np.empty(0)
+            # A robot that is alone meets no robot: two of its shape may have no sum.
+            met = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes if len(self.kind) > 1]
+            sums = [sum_of_shapes(each, met[kind]) for each in met]
+            counts = np.concatenate([np.empty(0, np.int64), *(each.counts for each in sums)])
+            hull_radius = np.concatenate([none, *(each.hull_radius for each in sums)])
+            offset = np.zeros((len(counts), 3))
+            offset[:, :d] = np.concatenate([np.empty((0, d)), *(each.offsets for each in sums)])
+            corners = Corners(
+                np.concatenate([np.empty((0, 5)), *(each.corners for each in sums)]),
+                np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)]),
+                np.concatenate([np.empty(0, np.bool_), *(each.unordered for each in sums)]),
+            )
+            first = np.cumsum([0, *(len(each.counts) for each in sums)])
+            radius, point = (
+                np.concatenate([none, *(each.radius for each in sums)]),
+                (counts == 1) & (hull_radius == 0.0),
+            )
+            self._bodies[kind] = _RobotBodies(first, offset, radius, hull_radius, point, corners)
+        return self._bodies[kind]
+
+
+class _RobotBodies(NamedTuple):
+    """The bodies of robots of all kinds, grown by one kind of skeleton, see `GrownBodies`."""
+
+    first: Indices  # (s + 1,)
+    offset: Array  # (r, 3) [m]
+    radius: Array  # (r,) [m]
+    hull_radius: Array  # (r,) [m]
+    point: Flags  # (r,) whether the hull is its origin
+    corners: Corners
 
 
 def moved_bodies(bodies: GrownBodies, by: Array) -> GrownBodies:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -62,3 +62,7 @@ class SafeTime:
             relative = state.velocity - obstacle.trajectory.velocity(time)
             times.append(float(np.linalg.norm(relative)) / limits.braking + self.extra)
         return np.maximum(np.array(times, dtype=np.float64), 1e-3)
+
+
+HORIZONS: Final[dict[str, type[Horizon]]] = {"horizon_by_name": HorizonByName, "safe_time": SafeTime}
+"""Rules by the name that files of decisions use."""

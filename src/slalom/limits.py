@@ -11,7 +11,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.affine import Affine
 from slalom.bounds import Bound, HalfSpaces
-from slalom.checks import Array, Checked, number, positive, unit, vector, vectors
+from slalom.checks import Array, Checked, has, listing, number, positive, unit, vector, vectors
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE
 
@@ -155,6 +155,11 @@ class Limits:
     def __post_init__(self) -> None:
         object.__setattr__(self, "max_speed", positive(self.max_speed, "max_speed"))
         object.__setattr__(self, "max_acceleration", positive(self.max_acceleration, "max_acceleration"))
+        for name, members, expected in _BOUNDS:
+            given = getattr(self, name)
+            listing(given, "a tuple of bounds", name)
+            for k, bound in enumerate(given):
+                has(bound, members, expected, f"{name}[{k}]")
 
     @property
     def braking(self) -> float:
@@ -209,6 +214,13 @@ class Limits:
                     flats.append(_inverse(half_spaces, peak, middles[smallest], sizes[smallest]))
         return Admissible(middles, sizes, *(flats[0] if len(flats) == 1 else map(np.concatenate, zip(*flats))))
 
+
+_BOUNDS = (
+    ("velocity_bounds", ("normal", "offset"), "a HalfSpace"),
+    ("acceleration_bounds", ("normal", "offset"), "a HalfSpace"),
+    ("bounds", ("of", "half_spaces"), "a bound, such as Friction(...)"),
+)
+"""The bounds of `Limits`: name, members of each, and what each is."""
 
 _NONE = {d: (np.empty((0, d)), np.empty(0)) for d in (2, 3)}
 """No half-spaces, by dimension."""

@@ -146,7 +146,8 @@ def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, 
     """The state at `now` [s] of a robot that was in `state` when it was `measured` [s].
 
     Each of the `manoeuvres`, in the order of their starts, lasts until the next one starts. The robot makes their
-    changes of position and velocity; its deviation from them stays as it is. Before the first one it keeps its velocity.
+    changes of position and velocity; its deviation from them stays as it is. Before the first one it keeps its
+    velocity.
     """
     position, velocity, acceleration, time = state.position, state.velocity, state.acceleration, measured
     starts = [*(manoeuvre.start for manoeuvre in manoeuvres), np.inf]

@@ -6,18 +6,19 @@ from functools import cached_property, partial
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import has, not_negative, number, positive
+from slalom.approach import approach_of
+from slalom.checks import Array, has, listing, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision, DecisionInputs, Outcome
+from slalom.decision_report import log
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
 from slalom.horizon import Horizon
-from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre, state_after
 from slalom.methods import HOLDS, Method
-from slalom.navigator_tables import tables_of
+from slalom.navigator_tables import PolicyTables
 from slalom.objective import (
     Arrive,
     FollowAcceleration,
@@ -45,6 +46,7 @@ OUTCOMES = (
     Outcome.CONTINUED,
     Outcome.SQUEEZED,
     Outcome.DELAYED,
+    Outcome.INTERRUPTED,
 )
 """The outcomes of the compiled policy by number."""
 FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
@@ -77,6 +79,7 @@ class Navigator:
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
         detours: angles [rad] by which the desired velocity is turned if it is not collision-free, in the plane; among
             equal ones the first wins. Without detours, a robot blocked by a permanent obstacle never arrives.
+        stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
     """
 
     method: Method
@@ -90,6 +93,7 @@ class Navigator:
     objective: Objective = field(default_factory=Arrive)
     horizons: Horizon | None = None
     detours: tuple[float, ...] = ()
+    stuck_after: float = 10.0
 
     def __post_init__(self) -> None:
         has(self.method, ("responses", "forecast"), "a method, such as method('nao')", "method")
@@ -98,6 +102,17 @@ class Navigator:
         positive(self.horizon, "horizon")
         not_negative(self.margin, "margin")
         not_negative(self.patience, "patience")
+        positive(self.stuck_after, "stuck_after")
+        has(self.limits, ("max_speed", "braking"), "Limits", "limits")
+        has(self.objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+        if self.horizons is not None:
+            has(self.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
+        listing(self.holds, "durations", "holds")
+        listing(self.detours, "angles", "detours")
+        for k, hold in enumerate(self.holds):
+            positive(hold, f"holds[{k}]")
+        for k, angle in enumerate(self.detours):
+            number(angle, f"detours[{k}]")
         if not self.holds:
             raise InvalidInput("holds: expected at least one, found none")
 
@@ -106,8 +121,12 @@ class Navigator:
         return self.method.responses(self.limits, self.period, self.holds)
 
     @cached_property
-    def _responses_among(self) -> tuple[Response, ...]:
-        return self.method.among_robots().responses(self.limits, self.period, self.holds)
+    def _alone(self) -> PolicyTables:
+        return PolicyTables(self, among=False)
+
+    @cached_property
+    def _among(self) -> PolicyTables:
+        return PolicyTables(self, among=True)
 
     def decide(
         self,
@@ -120,6 +139,7 @@ class Navigator:
         previous: Decision | None = None,
         objective: Objective | None = None,
         delay: float = 0.0,
+        budget: float | None = None,
     ) -> Decision:
         """Decision at time `now` [s] of a robot in `state` that is committed to the manoeuvre of `previous`.
 
@@ -132,6 +152,9 @@ class Navigator:
                 avoidance they do, and how soon a lost part of the margin is regained. The margin from all of them grows
                 as in a `Fleet`: they are taken to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
+            budget: [s] of work, counted and not measured, so that equal inputs give equal bits on every machine. When
+                it is used up, the best manoeuvre is taken that was found by then; without any, the committed one goes
+                on if it is safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
             delay: [s] age of `state` at `now`, the time at which the decision begins to act. The robot is taken to have
                 followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps its velocity.
 
@@ -153,16 +176,16 @@ class Navigator:
         if delay > 0.0:
             measured = now - delay
             state = (
-                state_after((), state, measured, now)
-                if previous is None
-                else previous.state_at(now, state, measured)
+                state_after((), state, measured, now) if previous is None else previous.state_at(now, state, measured)
             )
         if objective is not None:
-            chosen = replace(self, objective=objective)
-            return chosen.decide(state, obstacles, goal, robots=robots, now=now, previous=previous)
+            has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+        robot = self if objective is None else replace(self, objective=objective)
+        limit = np.inf if budget is None else not_negative(budget, "budget")
+        given = goal
         if goal is None:
-            if not isinstance(self.objective, FOLLOWING):
-                raise InvalidInput(f"goal: expected one for the objective {self.objective!r}, found none")
+            if not isinstance(robot.objective, FOLLOWING):
+                raise InvalidInput(f"goal: expected one for the objective {robot.objective!r}, found none")
             goal = Goal(Stationary(state.position))
         has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
         if goal.trajectory.dimension != state.dimension:
@@ -175,18 +198,31 @@ class Navigator:
             if dimension not in (None, state.dimension):
                 raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
-        if type(self.objective) in (Arrive, *FOLLOWING):
-            found = self._decide(window, others, state, goal, step, now, previous)
-        elif others is None:
-            slower = self if step is None else replace(self, limits=replace(self.limits, max_speed=step.max_speed))
+        if type(robot.objective) in (Arrive, *FOLLOWING):
+            found = self._decide(window, others, state, goal, step, robot.objective, now, previous, limit)
+        elif others is None and budget is None:
+            slower = robot if step is None else replace(robot, limits=replace(self.limits, max_speed=step.max_speed))
             found = decide_by_objective(slower, window, state, goal if step is None else step.goal, now, previous)
+        elif others is None:
+            raise InvalidInput(f"budget: expected none for the objective {self.objective!r}, found {budget:g} s")
         else:
-            raise InvalidInput(f"robots: expected none for the objective {self.objective!r}, found {len(others)}")
+            raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
         if found is None and others is not None:
             window = self.predict([*listed(obstacles), others], state, now)
-        decision = found or self._fall_back(window, state, goal, now)
+        decision = found or robot._fall_back(window, state, goal, now)
         decision = decision.following(previous, now - self.horizon)
-        return decision if step is None else replace(decision, progress=step.progress)
+        progress = None if step is None else step.progress
+        before = None if previous is None else previous.commitment
+        last = None if before is None else before.approach
+        decision = replace(
+            decision,
+            progress=progress,
+            cut=decision.work >= limit,
+            approach=approach_of(given, state, progress, self.limits.max_speed, now, last),
+            inputs=DecisionInputs(robot, state, tuple(listed(obstacles)), given, robots, now, budget, before),
+        )
+        log(decision)
+        return decision
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
         """Where a robot on a path heads for, at most as fast as is allowed there."""
@@ -211,9 +247,11 @@ class Navigator:
 
     def _observed(self, robots: Tracks | None) -> Tracks | None:
         """The other robots as the method predicts them; None if there are none."""
-        if robots is None or not len(robots):
+        if robots is None:
             return None
         has(robots, ("with_forecast", "paths"), "Tracks", "robots")
+        if not len(robots):
+            return None
         return robots.with_forecast(self.method.robot_forecast)
 
     def _decide(
@@ -223,16 +261,18 @@ class Navigator:
         state: State,
         goal: Goal,
         step: PathStep | None,
+        objective: Objective,
         now: float,
         previous: Decision | None,
+        budget: float,
     ) -> Decision | None:
         """Decision of the compiled policy; None for a robot that overlaps an obstacle or will at once."""
-        responses = self._responses if others is None else self._responses_among
-        path = None
+        policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
         pieces = 0 if path is None else len(path.points)
-        tables = tables_of(self, responses, obstacles, others, state, goal if step is None else step.goal, now, pieces)
+        target = goal if step is None else step.goal
+        tables = policy.decision(obstacles, others, state, target, objective, now, pieces, budget)
         if step is not None:
             tables.robots.max_speed[0], tables.robots.final[0] = step.max_speed, step.final
         if previous is not None and path is not None:
@@ -240,21 +280,23 @@ class Navigator:
             tables.robots.regret[0] = previous.regret
         kernels.decide_one(tables)
         robots, d = tables.robots, state.dimension
+        work = 1e-6 * float(robots.work[0])
         number, path, regret = int(robots.outcome[0]), committed_path(robots, 0, d), float(robots.regret[0])
         if number == FALL_BACK:
             return None
         outcome = OUTCOMES[number]
-        if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED):
-            blocked = partial(self._control_obstacle, responses[0], obstacles, state)
-            return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path)
-        response = responses[int(robots.response[0])]
+        if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
+            blocked = partial(self.control_obstacle, policy.responses[0], obstacles, state)
+            return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path, work=work)
+        response = policy.responses[int(robots.response[0])]
         margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
         return Decision(
             Manoeuvre(response, state, robots.control[0, :d], now),
             outcome,
             robots.preferred[0, :d],
-            partial(self._control_obstacle, response, obstacles, state, margin),
+            partial(self.control_obstacle, response, obstacles, state, margin),
             path=path,
+            work=work,
         )
 
     def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:
@@ -269,10 +311,10 @@ class Navigator:
         preferred = [preferred_control(self.objective.aims(s)) for s in situations]
         return latest_collision(situations, preferred, self.robot, self.period, obstacles)
 
-    def _control_obstacle(
-        self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | None = None
+    def control_obstacle(
+        self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | Array | None = None
     ) -> ControlObstacle:
-        """The control obstacle of a response with the margin, or what the robot can keep of it."""
+        """The control obstacle of a response with a margin [m], the own if None, or what the robot can keep of it."""
         clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
         return ControlObstacle(response, state, obstacles, self.robot, kept)
@@ -283,7 +325,7 @@ class Navigator:
         Obstacles that appear later are included only if the forecast knows them.
         """
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, now, self.horizon)
-        if np.any(window.worlds != EVERY_WORLD):
+        if window.has_worlds:
             raise InvalidInput("obstacles: expected tracks without worlds, which only a fleet has, found some with")
         if self.horizons is None:
             return window

@@ -1,4 +1,4 @@
-"""The tables from which one robot decides."""
+"""The tables from which one robot decides: what all its decisions have in common is made once."""
 
 from typing import TYPE_CHECKING
 
@@ -8,16 +8,16 @@ from slalom.checks import Array, vector
 from slalom.decision_tables import Skeletons, response_table
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable
+from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable, RobotTable
 from slalom.methods import margin_among
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
 from slalom.obstacle_window import ObstacleWindow
-from slalom.response import Response
 from slalom.robot_tables import bounds_of, robot_table, target_paths, tracked_robots
 from slalom.shape import round_shape
 from slalom.state import State
 from slalom.tolerances import AIM_LATEST
 from slalom.tracks import Tracks
+from slalom.trajectory import Stationary
 
 if TYPE_CHECKING:
     from slalom.navigator import Navigator
@@ -26,58 +26,97 @@ ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
 """The objectives of the compiled policy by number."""
 
 
-def tables_of(
-    robot: "Navigator",
-    responses: tuple[Response, ...],
-    obstacles: ObstacleWindow,
-    others: Tracks | None,
-    state: State,
-    goal: Goal,
-    now: float,
-    pieces: int,
-) -> DecisionTables:
-    """The tables of a decision, with the robot in row 0; its committed path may have so many `pieces`.
+class PolicyTables:
+    """What all decisions of one robot have in common, from which the tables of each decision are made.
+
+    Args:
+        among: whether there are other robots that decide by the same method.
 
     Raises:
-        InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
+        InvalidInput: a response that is not linear in the state.
     """
-    d, limits, method = state.dimension, robot.limits, robot.method
-    table = response_table((responses,), robot.horizon, 2.0 * robot.horizon, d)
-    pieces, margin, shapes = max(pieces, int(np.diff(table.first).max())), robot.margin, [robot.robot]
-    if others is None:
-        robots = robot_table(1, pieces, 1)
-    else:
-        robots = tracked_robots(others, pieces, now + robot.horizon)
-        margin = margin_among(method, margin, limits.max_acceleration, robot.period)
-        shapes.append(round_shape(0.0, d))
-    robots.position[0, :d], robots.velocity[0, :d] = state.position, state.velocity
-    robots.acceleration[0, :d] = state.acceleration
-    robots.objective[0], robots.wanted[0, :d] = _wanted(robot.objective, table, state)
-    skeletons = Skeletons(shapes)
-    robots.skeleton[1:] = skeletons.kind[-1]
-    robots.margin[0] = margin
-    robots.rounding[0], robots.radius[0] = skeletons.rounding[0], robot.robot.bounding_radius
-    robots.max_speed[0], robots.max_acceleration[0] = limits.max_speed, limits.max_acceleration
-    robots.braking[0], robots.tolerance[0], robots.stop[0] = limits.braking, goal.tolerance, goal.stop
-    robots.target[0, :d], robots.final[0] = goal.position(now), True
-    distance = float(np.linalg.norm(robots.target[0, :d] - state.position))
-    latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
-    targets, robots.moving[:] = target_paths([goal], now, now + robot.horizon + latest)
-    settings = DecisionSettings(
-        dimension=d,
-        now=now,
-        period=robot.period,
-        horizon=robot.horizon,
-        regain=np.inf if method.regain is None or others is None else method.regain,
-        patience=robot.patience,
-        share=1.0 if others is None else method.share,
-        least_share=1.0 if others is None else method.share,
-        agrees=method.agrees and others is not None,
-        shared=False,
-        detours=np.array(robot.detours),
-    )
-    bodies = skeletons.grown_bodies(0, obstacles, detours=bool(robot.detours))
-    return DecisionTables(robots, bodies, table, bounds_of([limits], [state]), targets, settings)
+
+    def __init__(self, robot: "Navigator", *, among: bool) -> None:
+        method, limits, d = robot.method, robot.limits, robot.robot.dimension
+        self.robot, self.among, self.dimension = robot, among, d
+        rules = method.among_robots() if among else method
+        self.responses = rules.responses(limits, robot.period, robot.holds)
+        self._table = response_table((self.responses,), robot.horizon, 2.0 * robot.horizon, d)
+        self._pieces = int(np.diff(self._table.first).max())
+        self._skeletons = Skeletons([robot.robot, round_shape(0.0, d)] if among else [robot.robot])
+        margin = robot.margin
+        self._margin = margin_among(method, margin, limits.max_acceleration, robot.period) if among else margin
+        self._settings = DecisionSettings(
+            dimension=d,
+            now=0.0,
+            period=robot.period,
+            horizon=robot.horizon,
+            regain=np.inf if method.regain is None or not among else method.regain,
+            patience=robot.patience,
+            share=method.share if among else 1.0,
+            least_share=method.share if among else 1.0,
+            agrees=method.agrees and among,
+            shared=False,
+            detours=np.array(robot.detours),
+            budget=np.inf,
+        )
+        self._alone = self._filled(robot_table(1, self._pieces, 1))
+        self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
+        self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
+
+    def _filled(self, robots: RobotTable) -> RobotTable:
+        """The table with the shape and the limits of the robot in row 0."""
+        robot, limits = self.robot, self.robot.limits
+        robots.skeleton[1:] = self._skeletons.kind[-1]
+        robots.margin[0], robots.rounding[0] = self._margin, self._skeletons.rounding[0]
+        robots.radius[0], robots.braking[0] = robot.robot.bounding_radius, limits.braking
+        robots.max_speed[0], robots.max_acceleration[0], robots.final[0] = (
+            limits.max_speed,
+            limits.max_acceleration,
+            True,
+        )
+        return robots
+
+    def _robots(self, others: Tracks | None, pieces: int, now: float) -> RobotTable:
+        """A new table of the robot and of others; its committed path may have so many pieces."""
+        if others is not None:
+            return self._filled(tracked_robots(others, max(pieces, self._pieces), now + self.robot.horizon))
+        if pieces > self._pieces:
+            return self._filled(robot_table(1, pieces, 1))
+        return RobotTable._make([column.copy() for column in self._alone])
+
+    def decision(
+        self,
+        obstacles: ObstacleWindow,
+        others: Tracks | None,
+        state: State,
+        goal: Goal,
+        objective: Objective,
+        now: float,
+        pieces: int,
+        budget: float,
+    ) -> DecisionTables:
+        """The tables of a decision, with the robot in row 0; its committed path may have so many `pieces`.
+
+        `budget` [s]: see `Navigator.decide`.
+
+        Raises:
+            InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
+        """
+        d, limits, robots = self.dimension, self.robot.limits, self._robots(others, pieces, now)
+        robots.position[0, :d], robots.velocity[0, :d] = state.position, state.velocity
+        robots.acceleration[0, :d] = state.acceleration
+        robots.objective[0], robots.wanted[0, :d] = _wanted(objective, self._table, state)
+        robots.tolerance[0], robots.stop[0], robots.target[0, :d] = goal.tolerance, goal.stop, goal.position(now)
+        targets = self._at_rest
+        if not isinstance(goal.trajectory, Stationary):
+            distance = float(np.linalg.norm(robots.target[0, :d] - state.position))
+            latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
+            targets, robots.moving[:1] = target_paths([goal], now, now + self.robot.horizon + latest)
+        bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours))
+        bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
+        settings = self._settings._replace(now=now, budget=1e6 * budget)
+        return DecisionTables(robots, bodies, self._table, bounds, targets, settings)
 
 
 def _wanted(objective: Objective, table: ResponseTable, state: State) -> tuple[int, Array]:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -249,3 +249,14 @@ class Mix:
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         weights = sum(weight for weight, _ in self.parts)
         return sum(weight * part.cost(motion, situation, until) for weight, part in self.parts) / weights
+
+
+OBJECTIVES: Final[dict[str, type[Objective]]] = {
+    "arrive": Arrive,
+    "keep_acceleration": KeepAcceleration,
+    "follow_acceleration": FollowAcceleration,
+    "follow_velocity": FollowVelocity,
+    "most_clearance": MostClearance,
+    "mix": Mix,
+}
+"""Objectives by the name that files of decisions use."""

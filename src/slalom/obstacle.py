@@ -54,6 +54,8 @@ class Obstacle:
                 f"obstacle {self.name!r}: expected shape and trajectory of one dimension, "
                 f"found {self.shape.dimension} and {self.trajectory.dimension}"
             )
+        if self.uncertainty is not None:
+            has(self.uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"obstacle {self.name!r}")
         if isinstance(self.heading, str):
             if self.heading != MOTION:
                 raise InvalidInput(f"heading: expected an angle [rad] or {MOTION!r}, found {self.heading!r}")

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slalom import kernels
 from slalom.checks import Array
 from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
 from slalom.minkowski import MinkowskiSum, minkowski_sum
@@ -18,6 +19,7 @@ class Bodies(NamedTuple):
     """All pieces of all bodies, and the bodies: what relative motion is made of."""
 
     pieces: Pieces  # times elapsed [s]; radius [m] to add to that of the body: errors and uncertainty
+    balls: Array  # (n, 4) [m] see `kernels.piece_balls`
     turning: bool  # whether any body turns; if not, the pieces have no directions
     owner: Indices  # (b,) the obstacle
     radius: Array  # (b,) [m] of the body itself
@@ -76,6 +78,7 @@ def joined(
     hull = np.where(point, -1, np.arange(count))
     return Bodies(
         pieces,
+        kernels.piece_balls(pieces),
         turning=turning,
         owner=owner,
         radius=np.concatenate([shape.radius for shape in shapes]),
@@ -128,6 +131,7 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
             np.concatenate(turns) if turning else NO_TURNS,
             np.concatenate(body) + np.repeat(from_body[:-1], rows),
         ),
+        np.concatenate([part.balls for part in parts]),
         turning=turning,
         owner=np.concatenate([part.owner for part in parts]) + np.repeat(np.cumsum([0, *counts])[:-1], bodies),
         radius=np.concatenate([part.radius for part in parts]),
@@ -198,6 +202,18 @@ def no_bodies(d: int) -> Bodies:
     pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)
     first = np.zeros(1, np.int64)
     return Bodies(
-        *(pieces, False, no, none, none, no, np.empty((0, 5)), first, np.empty(0, np.bool_), np.empty(0, np.bool_)),
+        *(
+            pieces,
+            np.empty((0, 4)),
+            False,
+            no,
+            none,
+            none,
+            no,
+            np.empty((0, 5)),
+            first,
+            np.empty(0, np.bool_),
+            np.empty(0, np.bool_),
+        ),
         *(no, False),
     )

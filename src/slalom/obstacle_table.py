@@ -34,6 +34,7 @@ class ObstacleTable:
     """
 
     def __init__(self, obstacles: Iterable[Obstacle]) -> None:
+        has(obstacles, ("__iter__",), "a list of obstacles", "obstacles")
         self.given = tuple(obstacles)
         for k, obstacle in enumerate(self.given):
             has(obstacle, ("shape", "trajectory"), "an obstacle", f"obstacles[{k}]")
@@ -103,8 +104,8 @@ class ObstacleTable:
             self._bodies = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
             self._bodies[key] = self._made(robot, stretch * length, (stretch + 1) * length + horizon)
         bodies, first = self._bodies[key]
-        pieces, heads = kernels.pieces_within(bodies.pieces, first, start, until[bodies.owner])
-        return bodies._replace(pieces=pieces, heads=heads)
+        pieces, balls, heads = kernels.pieces_within(bodies.pieces, bodies.balls, first, start, until[bodies.owner])
+        return bodies._replace(pieces=pieces, balls=balls, heads=heads)
 
     def _made(self, robot: Shape, begin: float, end: float) -> tuple[Bodies, Indices]:
         """All bodies with absolute times, from begin to end [s], and the first row of each (b + 1,)."""

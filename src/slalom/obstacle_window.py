@@ -74,7 +74,7 @@ class ObstacleWindow:
         self, obstacles: Obstacles, start: float, horizon: float, horizons: npt.ArrayLike | None = None
     ) -> None:
         self.start = number(start, "start")
-        self._sources = _sources(obstacles, self.start)
+        self._sources = _sources(listed(obstacles), self.start)
         self._counts = [len(source) for source in self._sources]
         self.horizon = positive(horizon, "horizon")
         self.dimension = one_dimension(source.dimension for source in self._sources)
@@ -86,27 +86,38 @@ class ObstacleWindow:
     def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
         """The obstacles as a forecast predicts them at `start` [s]; those that appear later only if it knows them."""
         sources: list[Obstacle | ObstacleTable | Tracks] = []
-        until: list[float] = []
+        unknown: list[tuple[int, Flags]] = []
+        count, exact = 0, isinstance(forecast, EXACT)
         for source in listed(obstacles):
             if isinstance(source, Tracks):
-                sources.append(source if isinstance(forecast, EXACT) else source.with_forecast(forecast))
-                until += [horizon] * len(source)
+                sources.append(source if exact else source.with_forecast(forecast))
+                count += len(source)
                 continue
             others: Iterable[Obstacle] = [source] if isinstance(source, Obstacle) else ()
             if isinstance(source, ObstacleTable):
-                table, others = source.split(at_rest=not isinstance(forecast, EXACT))
+                table, others = source.split(at_rest=not exact)
                 sources.append(table)
-                until += np.where(table.exist(start) | forecast.includes_future, horizon, 0.0).tolist()
+                if not forecast.includes_future:
+                    unknown.append((count, ~table.exist(start)))
+                count += len(table)
             for obstacle in others:
                 if forecast.includes_future or obstacle.exists(start):
                     sources.append(predicted(obstacle, forecast, start))
-                    until.append(horizon)
-        return cls(sources, start, horizon, until)
+                    count += 1
+        window = cls(sources, start, horizon)
+        for first, absent in unknown:
+            window.until[first : first + len(absent)][absent] = 0.0
+        return window
 
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """All obstacles, one by one."""
         return tuple(obstacle for source in self._sources for obstacle in source.obstacles)
+
+    @property
+    def has_worlds(self) -> bool:
+        """Whether some obstacles are not in all worlds."""
+        return any(isinstance(s, Tracks) and bool(np.any(s.worlds != EVERY_WORLD)) for s in self._sources)
 
     @cached_property
     def worlds(self) -> Indices:
@@ -153,8 +164,10 @@ class ObstacleWindow:
     def bodies(self, robot: Shape) -> Bodies:
         """The pieces of all obstacles grown by a robot's shape."""
         if robot not in self._bodies:
-            until = np.split(self.until, np.cumsum(self._counts)[:-1])
-            parts = [source.bodies(robot, self.start, each, self.horizon) for source, each in zip(self._sources, until)]
+            parts, first = list[Bodies](), 0
+            for source, count in zip(self._sources, self._counts):
+                parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon))
+                first += count
             self._bodies[robot] = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
         return self._bodies[robot]
 
@@ -189,11 +202,11 @@ def listed(obstacles: Obstacles) -> Sequence[Obstacle | ObstacleTable | Tracks]:
     return obstacles
 
 
-def _sources(obstacles: Obstacles, now: float) -> list[_Source]:
+def _sources(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float) -> list[_Source]:
     """Tables and tracks as they are, obstacles that follow each other together, as they are known at `now` [s]."""
     found: list[_Source] = []
     plain: list[Obstacle] = []
-    for one in listed(obstacles):
+    for one in obstacles:
         if isinstance(one, Obstacle):
             plain.append(one.known_at(now))
             continue

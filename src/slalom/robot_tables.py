@@ -99,6 +99,7 @@ def robot_table(n: int, committed: int, observed: int) -> RobotTable:
         response=np.full(n, -1),
         control=np.zeros((n, 3)),
         preferred=np.zeros((n, 3)),
+        work=np.zeros(n),
         outcome=np.zeros(n, np.int64),
     )
 
@@ -128,5 +129,5 @@ def commit_to(robots: RobotTable, k: int, path: Path) -> None:
 def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
     """The committed path of the robot in row k."""
     times = robots.committed_times[k]
-    count = int((np.diff(times) > 0.0).sum())
+    count = int(np.count_nonzero(times[1:] > times[:-1]))
     return Path(times[: count + 1], robots.committed_points[k, :count, :, :dimension], np.zeros(count))

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, array, not_negative, vector, vectors, whole
+from slalom.checks import Array, array, has, not_negative, vector, vectors, whole
 from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Snapshot
@@ -81,6 +81,8 @@ def select(
     Raises:
         InvalidInput: different dimensions, or an admissible set that is not bounded by a ball.
     """
+    has(blocked, ("for_controls", "dimension"), "a ControlObstacle", "blocked")
+    has(admissible, ("radii", "dimension"), "an Admissible set", "admissible")
     dimension = blocked.dimension
     target = np.zeros(3)
     target[:dimension] = vector(preferred, "preferred", dimension)

@@ -155,6 +155,18 @@ DEPTH_RESOLUTION: Final = 1e-3
 Larger: less depth is found. Smaller: slower metrics of runs with collisions.
 """
 
+BLOCK_STEPS: Final = 16
+"""[1] Steps of a recording that one bounding ball covers in the broad phase of the clearance between robots.
+
+Larger: larger balls, so more steps are examined. Smaller: more balls. The clearance is the same.
+"""
+
+SYMMETRY: Final = 1e-9
+"""[1] Largest difference of a measured covariance from its transpose, as a share of its largest entry.
+
+Larger: matrices that are no covariances are taken. Smaller: rounding of the sender is refused.
+"""
+
 COMMITTED_SLACK: Final = CONTACT + CERTIFIED
 """[m] A committed manoeuvre counts as still safe down to minus this clearance.
 
@@ -237,6 +249,29 @@ SQUARED_DISTANCE_SLACK: Final = 1e-7
 """[1] Share by which a squared distance may be too small by rounding, as that of a nearly tangent intersection.
 
 Larger: more candidates that were rejected already are examined again. Smaller: rounding loses a candidate.
+"""
+
+CONTACT_SHARE: Final = 0.25
+"""[1] Share of CONTACT by which a control in space may lie inside an element and count as outside.
+
+Candidates are computed with rounding that grows with the distance and size of elements. Larger than 1: the element that
+rejected a control does not exclude it. Much smaller: rounding excludes free controls.
+"""
+
+WORK_CURVE: Final = 30
+"""[1] Work of a curve in which two boundaries in space meet, in comparisons of a control with a boundary.
+
+Larger than its true time: choices with many elements end earlier. Smaller: they may take longer than stated.
+"""
+
+WORK_POINT: Final = 100
+"""[1] Work of a candidate in space besides its comparisons with boundaries: see WORK_CURVE."""
+
+MOST_WORK_IN_SPACE: Final = 4_000_000
+"""[1] Most work of one choice in space, in comparisons of a control with a boundary or a segment: 10 to 25 ms.
+
+Reaching it is a status (UNDECIDED), never an answer. Larger: a choice among hundreds of obstacles may take longer.
+Smaller: more choices end undecided.
 """
 
 # Decisions
@@ -876,6 +911,12 @@ MESSAGE_LINE: Final = 1000
 Larger: messages flood the terminal. Smaller: the list of formats, or of the keys of a part, is cut.
 """
 
+JSON_LINES: Final = 200_000
+"""[B] Size of the file of a decision up to which mistakes are found by line, with a reader of YAML.
+
+Larger: it takes seconds to refuse a large file. Smaller: the mistakes of more files are said to be in line 1.
+"""
+
 MAX_FILE_SIZE: Final = 1_000_000_000
 """[B] Size of a file that is read. Texts are read whole, and take up to about ten times as much memory.
 
@@ -977,6 +1018,12 @@ PATH_TOLERANCE: Final = 0.25
 Larger: robots aim less exactly. Smaller: they turn late to pass the point.
 """
 
+APPROACH_TIME: Final = 0.1
+"""[s] A robot has made progress when it is nearer to its goal by what it drives in this time at its largest speed.
+
+Larger: slow robots count as stuck. Smaller: a robot that swings behind an obstacle may count as one that gets on.
+"""
+
 LONGEST_FORECAST: Final = 10000.0
 """[s] Length of a predicted path; it exceeds every horizon.
 
@@ -1004,6 +1051,12 @@ WORK_CANDIDATE: Final = 0.6
 
 WORK_CHOICE: Final = 8.0
 """[us] Counted for an exact selection, and for an attempt to steer to the goal: see WORK_NODE."""
+
+WORK_CONTROL: Final = 1.4
+"""[us] Counted for the test of one control by an exact selection among the obstacles of a decision: see WORK_NODE."""
+
+WORK_ELEMENT: Final = 10.0
+"""[us] Counted for an element of such a selection where bodies have corners: see WORK_NODE."""
 
 WORK_STRETCH: Final = 3.0
 """[us] Counted for each stretch of a motion that is tested: see WORK_NODE."""
@@ -1331,10 +1384,58 @@ STEEPEST_BEARING: Final = 1.0
 Larger: accelerations towards the goal that slow it down before it turns. Smaller: wider turns.
 """
 
-# Tracks
+# Live views
 
-SYMMETRY: Final = 1e-9
-"""[1] By how much of its largest entry a covariance may differ from a symmetric matrix without negative eigenvalues.
+VIEW_GRID: Final = 61
+"""[1] Grid points along each axis on which the renderer colours times to collision, inside exact outlines.
 
-Larger: matrices that are none are taken. Smaller: rounding of a filter refuses its covariances.
+Larger: finer shades, and more time for each obstacle that is dragged. Smaller: coarser shades.
+"""
+
+VIEW_SLICE_GRID: Final = 72
+"""[1] Grid points along each axis of a slice of the control space of a robot in space, whose outline they determine.
+
+Larger: a finer outline and more time. Smaller: a coarser outline.
+"""
+
+VIEW_CONTEXTS: Final = 24
+"""[1] States and responses of which a view keeps control obstacles of single obstacles.
+
+Larger: more memory, about 30 kB for each obstacle of each. Smaller: more is computed again after a change of response.
+"""
+
+VIEW_SAMPLES: Final = 33
+"""[1] Times at which a view samples predicted paths over the horizon.
+
+Larger: smoother curves and larger files. Smaller: corners become visible in curved paths.
+"""
+
+VIEW_PREDICTED: Final = 60
+"""[1] Most obstacles and robots whose predicted paths a view shows, the nearest ones.
+
+Larger: larger files and slower drawing. Smaller: fewer predicted paths in crowds; the control obstacle counts all.
+"""
+
+VIEW_BINDING: Final = 0.02
+"""[m] A chosen manoeuvre is said to pass an obstacle closely up to this clearance beyond the margin.
+
+Larger: more obstacles are named as reasons of a choice. Smaller: one that limits the choice may be left out.
+"""
+
+VIEW_APPROACH_SAMPLES: Final = 241
+"""[1] Times at which the closest approach of a manoeuvre to an obstacle is sought, for a sentence of a view.
+
+Larger: a more exact time in the sentence. Smaller: a less exact one.
+"""
+
+VIEW_EXPORT_INTERVAL: Final = 0.5
+"""[s] Longest time between two control spaces of an exported run.
+
+Larger: smaller files that show fewer decisions. Smaller: larger files.
+"""
+
+VIEW_EXPORTED: Final = 150
+"""[1] Control spaces of an exported run, up to the rate of its decisions; more where VIEW_EXPORT_INTERVAL asks for it.
+
+Larger: larger files, about 6 kB for each among 30 obstacles. Smaller: longer steps between them in short runs.
 """

@@ -3,12 +3,13 @@
 from collections.abc import Hashable, Sequence
 from copy import copy
 from functools import cached_property, lru_cache
-from typing import cast
+from typing import TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, array_of, number, whole_numbers
+from slalom import kernels
+from slalom.checks import Array, array, array_of, has, listing, number, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
 from slalom.kernels.arrays import Pieces
@@ -67,12 +68,19 @@ class Tracks:
         radius = array(radii, "radii")
         if radius.shape not in ((), (n,)) or np.any(radius < 0.0):
             raise InvalidInput(f"radii: expected one or {n} of at least 0 m, found {np.atleast_1d(radius).tolist()}")
+        listing(ids, "names", "ids")
         if len(ids) not in (0, n):
             raise InvalidInput(f"ids: expected {n}, found {len(ids)}")
         self.radii, self.t, self.ids = np.broadcast_to(radius, (n,)), number(t, "t"), tuple(ids) or tuple(range(n))
+        self.uncertainties: tuple[Uncertainty | None, ...]
         if uncertainty is None or isinstance(uncertainty, Uncertainty):
-            uncertainty = (uncertainty,) * n
-        self.uncertainties = tuple(uncertainty)
+            self.uncertainties = (uncertainty,) * n
+        else:
+            listing(uncertainty, "an uncertainty, such as BoundedError(0.1), or a list of them", "uncertainty")
+            self.uncertainties = tuple(uncertainty)
+        for k, one in enumerate(self.uncertainties):
+            if one is not None:
+                has(one, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"uncertainty[{k}]")
         if len(self.uncertainties) != n:
             raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
@@ -94,7 +102,8 @@ class Tracks:
         some = np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD))
         other = copy(self)
         other.states, other.radii, other.worlds = self.states[some], self.radii[some], np.full(len(some), EVERY_WORLD)
-        other.ids, other.uncertainties = (tuple(each[k] for k in some) for each in (self.ids, self.uncertainties))
+        other.ids = tuple(self.ids[k] for k in some)
+        other.uncertainties = tuple(self.uncertainties[k] for k in some)
         other.__dict__.pop("obstacles", None)
         return other
 
@@ -127,8 +136,7 @@ class Tracks:
 
     def _rule(self, end: float) -> LinearForecast | None:
         """The forecast as a table up to `end` [s] at least: one for many decisions."""
-        span = 2.0 ** np.ceil(np.log2(max(end - self.t, 1.0)))
-        return _tabulated(cast(Hashable, self.forecast), span)
+        return _tabulated(cast(Hashable, self.forecast), _span(end - self.t))
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
         """As `ObstacleTable.bodies`. Raises InvalidInput for tracks that are observed after `start`."""
@@ -136,41 +144,40 @@ class Tracks:
             raise InvalidInput(f"tracks: expected an observation not after {start:g} s, found one at {self.t:g} s")
         if not len(self):
             return no_bodies(self.dimension)
-        rule = self._rule(start + horizon)
-        if rule is None or np.any(until != horizon):
-            return pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
-        knots = np.union1d(np.clip(self.t + rule.times, start, start + horizon), [start, start + horizon])
         exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
-        if not exact.all():
-            knots = np.union1d(knots, np.linspace(start, start + horizon, UNCERTAINTY_PIECES + 1))
-        part = Path(self.t + rule.times, rule.shares, np.zeros(len(rule.shares))).cut(knots)
-        points = LinearForecast(part.times, part.points).points(self.states)
-        shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(knots) - 1
-        b = len(shape.radius)
-        points = (points[:, None] + shape.offsets[:, None, None]).reshape(n * b * k, 4, self.dimension)
-        widths = np.repeat(self._widths(knots - self.t), b, axis=0)
-        point = np.tile((shape.counts == 1) & (shape.hull_radius == 0.0), n) & np.repeat(exact, b)
-        hull = np.where(point, -1, np.arange(n * b))
-        times = np.stack([knots[:-1], knots[1:]], axis=1) - start
+        cuts = 1 if exact.all() else UNCERTAINTY_PIECES
+        window = _window(cast(Hashable, self.forecast), start - self.t, horizon, cuts)
+        if window is None or np.any(until != horizon):
+            return pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
+        shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(window.shares)
+        b, d = len(shape.radius), self.dimension
+        points = np.asarray(window.points(self.states)[:, None] + shape.offsets[:, None, None])
+        total = n * b
+        number = np.arange(total)
+        widths = np.repeat(self._widths(window.times + (start - self.t)), b, axis=0)
+        point = _each((shape.counts == 1) & (shape.hull_radius == 0.0), n) & np.repeat(exact, b)
+        hull = np.where(point, -1, number)
+        pieces = Pieces(
+            _each(np.stack([window.times[:-1], window.times[1:]], axis=1), total),
+            points.reshape(total * k, 4, d),
+            widths[:, :-1].reshape(-1),
+            np.diff(widths, axis=1).reshape(-1),
+            NO_TURNS,
+            np.repeat(number, k),
+        )
         return Bodies(
-            Pieces(
-                np.tile(times, (n * b, 1)),
-                points,
-                widths[:, :-1].reshape(-1),
-                np.diff(widths, axis=1).reshape(-1),
-                NO_TURNS,
-                np.repeat(np.arange(n * b), k),
-            ),
+            pieces,
+            kernels.piece_balls(pieces),
             turning=False,
             owner=np.repeat(np.arange(n), b),
             radius=np.add.outer(self.radii, shape.radius).reshape(-1),
-            hull_radius=np.tile(shape.hull_radius, n),
+            hull_radius=_each(shape.hull_radius, n),
             hull=hull,
-            corners=np.tile(shape.corners, (n, 1)),
-            first=np.concatenate([[0], np.cumsum(np.tile(shape.counts, n))]),
-            unordered=np.tile(shape.unordered, n),
+            corners=_each(shape.corners, n),
+            first=np.append(0, np.cumsum(_each(shape.counts, n))),
+            unordered=_each(shape.unordered, n),
             uncertain=np.repeat(~exact, b),
-            heads=np.arange(n * b) * k,
+            heads=number * k,
             has_hulls=bool(hull.max() >= 0),
         )
 
@@ -182,10 +189,12 @@ class Tracks:
         return np.stack([radii.get(id(one), exact) for one in self.uncertainties])
 
 
+Scalar = TypeVar("Scalar", bound=np.generic)
 _COLUMNS = ("positions", "velocities", "accelerations")
 
 
 def _usable(forecast: Forecast) -> Forecast:
+    has(forecast, ("includes_future",), "a forecast, such as AtConstantVelocity()", "forecast")
     if isinstance(forecast, FromPast) or forecast.includes_future:
         raise InvalidInput(f"tracks: expected a forecast from what is observed at one time, found {forecast}")
     return forecast
@@ -195,3 +204,27 @@ def _usable(forecast: Forecast) -> Forecast:
 def _tabulated(forecast: Hashable, span: float) -> LinearForecast | None:
     """The forecast as a table over `span` [s]."""
     return linear_forecast(cast(Forecast, forecast), span)
+
+
+@lru_cache(maxsize=64)
+def _window(forecast: Hashable, since: float, horizon: float, parts: int) -> LinearForecast | None:
+    """The forecast up to `horizon` [s] from a time `since` [s] after the observation, with times from then on.
+
+    In equal `parts` at least. One for many decisions.
+    """
+    rule = _tabulated(forecast, _span(since + horizon))
+    if rule is None:
+        return None
+    knots = np.union1d(np.clip(rule.times, since, since + horizon), np.linspace(since, since + horizon, parts + 1))
+    path = Path(rule.times, rule.shares, np.zeros(len(rule.shares))).cut(knots)
+    return LinearForecast(path.times - since, path.points)
+
+
+def _span(duration: float) -> float:
+    """A power of 2 [s] of at least a duration [s] and 1 s."""
+    return float(2.0 ** np.ceil(np.log2(max(duration, 1.0))))
+
+
+def _each(rows: npt.NDArray[Scalar], n: int) -> npt.NDArray[Scalar]:
+    """The rows (k, ...) n times, one after the other: (n k, ...)."""
+    return np.repeat(rows[None], n, axis=0).reshape(n * len(rows), *rows.shape[1:])

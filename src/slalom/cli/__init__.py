@@ -1,4 +1,5 @@
-"""Command line: run, list, decide, compare, convert, reproduce, compile. Results on stdout, everything else on stderr.
+"""Command line: run, list, decide, compare, convert, view, export,
+reproduce, compile. Results on stdout, everything else on stderr.
 
 Each module holds one or two commands. Heavy imports are inside the commands, so that `slalom --help` starts fast.
 """
@@ -18,6 +19,7 @@ from slalom.cli.converting import convert
 from slalom.cli.listing import list_
 from slalom.cli.reproducing import reproduce
 from slalom.cli.running import decide, run
+from slalom.cli.viewing import export, view
 from slalom.errors import SlalomError
 
 __all__ = ["BAD_INPUT", "DONE", "FAILED", "app", "call", "main"]
@@ -35,6 +37,8 @@ app.command(list_, name="list", help_format="markdown")
 app.command(decide, help_format="markdown")
 app.command(compare, help_format="markdown")
 app.command(convert, help_format="markdown")
+app.command(view, help_format="markdown")
+app.command(export, help_format="markdown")
 app.command(reproduce, help_format="markdown")
 app.command(compile_, name="compile", help_format="markdown")
 

@@ -85,6 +85,11 @@ def print_result(result: dict[str, Any], as_json: bool, text: Callable[[], str])
     print(dumps(result, allow_nan=False) if as_json else text())
 
 
+def print_line(text: str) -> None:
+    """Print a line on stdout at once, for a program that reads it while the command runs."""
+    print(text, flush=True)
+
+
 def print_message(message: str) -> None:
     """Print an error or a note on stderr."""
     print(message, file=sys.stderr)

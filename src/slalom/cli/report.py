@@ -50,8 +50,10 @@ def formatted(value: Any) -> str:
 
 def run_text(recording: "Recording", result: dict[str, Any]) -> str:
     """Format the result of a run."""
-    from slalom.sim.measure.metrics import METRICS
+    from slalom.sim.measure.metrics import max_acceleration, max_speed, path_length
 
+    each = [recording.only(k) for k in range(len(recording.names))]
+    paths = [path_length(one) for one in each]
     arrived = "arrived" if result["arrived"] == result["robots"] else "did not arrive"
     collisions = "no collision" if not result["collisions"] else f"{result['collisions']} obstacles hit"
     decision_time, statuses = (
@@ -64,9 +66,9 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
         f"  time               {result['time']:.1f} s",
         f"  least clearance    {formatted(result['min_clearance'])} m",
         f"  adjustments        {result['adjustments']}",
-        f"  path length        {METRICS['path_length'](recording):.1f} m",
-        f"  largest speed      {METRICS['max_speed'](recording):.2f} m/s",
-        f"  largest accel.     {METRICS['max_acceleration'](recording):.2f} m/s^2",
+        f"  path length        {sum(paths) / len(paths):.1f} m{' (mean of the robots)' if len(paths) > 1 else ''}",
+        f"  largest speed      {max(max_speed(one) for one in each):.2f} m/s",
+        f"  largest accel.     {max(max_acceleration(one) for one in each):.2f} m/s^2",
         f"  decision time      {decision_time['p50'] / 1e3:.1f} ms (99 %: {decision_time['p99'] / 1e3:.1f} ms)",
         f"  decisions          {statuses or 'none'}",
     ]
@@ -101,8 +103,12 @@ def files_text(result: dict[str, Any]) -> str:
 def table_text(result: dict[str, Any]) -> str:
     """Format a comparison in one scenario as a table, one row per method, followed by the runs without a result."""
     width = max(8, *(len(name) + 1 for name in result["methods"]))
+    if all(row["deterministic"] for row in result["methods"].values()):
+        runs = "deterministic: 1 run"
+    else:
+        runs = f"{result['seeds']} seeds"
     lines = [
-        f"{_scenario_text(result)}, {result['seeds']} seeds",
+        f"{_scenario_text(result)}, {runs}",
         f"{'method':{width}}{'foresight':>10}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}"
         f"{'clearance m':>14}",
     ]
@@ -116,7 +122,9 @@ def table_text(result: dict[str, Any]) -> str:
         else:
             lines.append(f"{name:{width}}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>14}")
     for name, row in result["methods"].items():
-        lines += [f"{name}: {reason}" for reason in _failures(row, result["seeds"])]
+        lines += [f"{name}: {reason}" for reason in _failures(row)]
+        if row["deterministic"] and runs != "deterministic: 1 run":
+            lines.append(f"{name}: deterministic: 1 run")
     return "\n".join(lines)
 
 
@@ -146,7 +154,8 @@ def page_text(
         "Last arrival: mean over the runs in which all robots arrived. Extra time: travel time of arrived robots minus "
         "the time of the straight path at maximum speed; quantiles 50, 75 and 90 %. Efficacy: mean rate of approach to "
         "the goal, as a share of the maximum speed. In parentheses: 95 % confidence intervals, Wilson's for shares and "
-        "Student's for means. Foresight: knowledge of obstacles and, with several robots, of the other robots.",
+        "Student's for means. A deterministic run does not depend on the seed; it is made and counted once. "
+        "Foresight: knowledge of obstacles and, with several robots, of the other robots.",
         "",
         *([_omission_sentence(left_out), ""] if left_out else []),
         f"| {' | '.join(COLUMNS)} |",
@@ -158,7 +167,7 @@ def page_text(
                 _scenario_text(table),
                 name,
                 row["foresight"] or "-",
-                "; ".join([str(row["runs"]), *_failures(row, table["seeds"])]),
+                "; ".join([_runs(row), *_failures(row)]),
                 _share(row, "runs_with_collision"),
                 _share(row, "runs_all_arrived"),
                 _share(row, "runs_successful"),
@@ -192,6 +201,8 @@ def _share(row: dict[str, Any], count: str) -> str:
     """Format a count and the confidence interval of its share."""
     if not row["runs"]:
         return "-"
+    if row["deterministic"]:
+        return str(row[count])
     low, high = row[f"{count}_interval"]
     return f"{row[count]} ({100 * low:.0f}-{100 * high:.0f} %)"
 
@@ -202,9 +213,14 @@ def _mean(row: dict[str, Any]) -> str:
     return _number(row["time"], 1) + (f" ({interval[0]:.1f}-{interval[1]:.1f})" if interval else "")
 
 
-def _failures(row: dict[str, Any], seeds: int) -> list[str]:
+def _runs(row: dict[str, Any]) -> str:
+    return f"deterministic: {row['runs']} run" if row["deterministic"] else str(row["runs"])
+
+
+def _failures(row: dict[str, Any]) -> list[str]:
     """Return one text per reason for which runs have no result, with their seeds."""
-    reasons = []
+    reasons: list[str] = []
+    seeds = row["runs"] + sum(len(failure["seeds"]) for failure in row["failures"])
     for failure in row["failures"]:
         seeds_failed, count = failure["seeds"], len(failure["seeds"])
         listed = ", ".join(str(seed) for seed in seeds_failed[:6]) + (", ..." if count > 6 else "")

@@ -22,6 +22,10 @@ from slalom.cli.report import formatted, run_text
 from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from slalom.decision import Decision
+    from slalom.goal import Goal
+    from slalom.navigator import Navigator
+    from slalom.shape import Shape
     from slalom.sim import Recording, Scenario
 
 DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
@@ -122,19 +126,20 @@ def decide(
     scene: str,
     /,
     *,
-    method: str = DEFAULT_METHOD,
+    method: str | None = None,
     foresight: str | None = None,
     json: Flag = False,
     figure: Path | None = None,
 ) -> int:
-    """Make one decision at the start of a scenario; exit code 1 if no manoeuvre is safe.
+    """Make one decision at the start of a scenario, or repeat one; exit code 1 if no manoeuvre is safe.
 
     Parameters
     ----------
     scene
-        A .yaml scenario file, or a name from `slalom list scenarios`.
+        A .yaml scenario file, a name from `slalom list scenarios`, or a .json file that `Decision.dump` wrote. That
+        decision is repeated; exit code 1 also if the result is not the same to the bit.
     method
-        A name from `slalom list methods`, or NAME@FORESIGHT.
+        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. Not for a .json file, which has its own.
     foresight
         Knowledge of the method about obstacles, as in `slalom run`.
     json
@@ -142,14 +147,14 @@ def decide(
     figure
         Draw the decision to this .svg, .pdf or .png file.
     """
-    import numpy as np
-
-    from slalom.control_obstacle import ControlObstacle
+    if scene.endswith(".json"):
+        if method or foresight:
+            raise InvalidInput(f"--method: expected none with the file of a decision, found {method or foresight!r}")
+        return _repeat(scene, json, figure)
     from slalom.methods import method as method_of
     from slalom.sim import load
-    from slalom.sim.measure.metrics import finite
 
-    chosen, loaded = method_of(_method_name(method, foresight)), load(scene)
+    chosen, loaded = method_of(_method_name(method or DEFAULT_METHOD, foresight)), load(scene)
     if len(loaded.robots) > 1:
         found = f"{len(loaded.robots)} robots; `slalom run` runs them"
         raise InvalidInput(f"scenario: expected one with one robot to decide for, found {found}")
@@ -158,8 +163,7 @@ def decide(
     navigator, robot = loaded.navigator(chosen), loaded.robot
     traffic = loaded.around(robot.state, loaded.start, chosen)
     decision = loaded.decider(chosen).decide(robot.state, traffic, robot.goal, now=loaded.start)
-    manoeuvre, blocked = decision.manoeuvre, decision.blocked
-    without_margin = ControlObstacle(manoeuvre.response, robot.state, blocked.obstacles, robot.shape)
+    manoeuvre = decision.manoeuvre
     result = {
         "scenario": loaded.name,
         "method": chosen.name,
@@ -169,17 +173,60 @@ def decide(
         "acceleration": [float(x) for x in manoeuvre.mean_acceleration(loaded.start, navigator.period)],
         "status": decision.outcome.name,
         "sentence": decision.outcome.value,
+        **_clearance(decision, robot.shape),
+    }
+    _draw_decision(decision, navigator, robot.goal, loaded.name, figure)
+    print_result(result, json, lambda: "\n".join(f"{k:18} {formatted(v)}" for k, v in result.items()))
+    return DONE if decision.safe else FAILED
+
+
+def _repeat(file: str, json: bool, figure: Path | None) -> int:
+    """Repeat the decision of a file, draw and print it; return the exit code."""
+    from slalom.sim.files.decision_file import read_decision
+
+    drawable(figure)
+    read = read_decision(file)
+    decision, same = read.repeat()
+    navigator, goal = read.inputs.navigator, read.inputs.goal
+    if figure is not None and goal is None:
+        raise InvalidInput("--figure: expected a decision with a goal to draw, found one without")
+    result = {
+        "file": file,
+        "method": navigator.method.name,
+        "repeated": same,
+        **decision.as_dict(),
+        **_clearance(decision, navigator.robot),
+    }
+    if not same:
+        print_message(f"{file}: the decision differs from the one that was written, with {read.versions}")
+    if goal is not None:
+        _draw_decision(decision, navigator, goal, file, figure)
+    print_result(result, json, lambda: "\n".join(f"{k:18} {formatted(v)}" for k, v in result.items()))
+    return DONE if same and decision.safe else FAILED
+
+
+def _clearance(decision: "Decision", robot: "Shape") -> dict[str, object]:
+    """The clearance [m] of the control from all obstacles, and the time [s] after which the preferred one collides."""
+    import numpy as np
+
+    from slalom.control_obstacle import ControlObstacle
+    from slalom.sim.measure.metrics import finite
+
+    manoeuvre, blocked = decision.manoeuvre, decision.blocked
+    without_margin = ControlObstacle(manoeuvre.response, blocked.state, blocked.obstacles, robot)
+    return {
         "clearance": finite(float(without_margin.clearance(np.array(manoeuvre.control)))),
         "preferred": [float(x) for x in decision.preferred],
         "time_to_collision": finite(float(without_margin.time_to_collision(decision.preferred))),
     }
+
+
+def _draw_decision(decision: "Decision", navigator: "Navigator", goal: "Goal", title: str, figure: Path | None) -> None:
     if figure is not None:
         from slalom import view
 
         with writing(figure):
-            view.save(view.decision(decision, navigator, robot.goal, title=loaded.name), figure)
-    print_result(result, json, lambda: "\n".join(f"{k:18} {formatted(v)}" for k, v in result.items()))
-    return DONE if decision.outcome.safe else FAILED
+            view.save(view.decision(decision, navigator, goal, title=title), figure)
 
 
 def _method_name(method: str, foresight: str | None) -> str:

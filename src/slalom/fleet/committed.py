@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, positive
+from slalom.checks import Array, listing, not_negative, positive
 from slalom.decision import Outcome
 from slalom.decision_tables import Skeletons, response_table
 from slalom.errors import InvalidInput
@@ -73,6 +73,11 @@ class CommittedFleet:
         self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
         self.period, self.horizon = positive(period, "period"), positive(horizon, "horizon")
+        listing(holds, "durations", "holds")
+        for k, hold in enumerate(holds or (0.0,)):
+            positive(hold, f"holds[{k}]")
+        not_negative(observation_delay, "observation_delay")
+        not_negative(observation_noise, "observation_noise")
         self.holds, self.patience, self.detours = holds, patience, detours
         self.threads = kernels.threads() if threads is None else threads
         n, dimensions = len(self.members.shapes), {each.dimension for each in (*self.members.shapes, *self.obstacles)}

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, has, whole_numbers
+from slalom.checks import Array, array, has, listing, whole, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Indices
 from slalom.limits import Limits
@@ -46,6 +46,11 @@ def members_of(
             among robots whose method does not share the avoidance.
     """
     n = _count((method, shapes, limits), robots)
+    for k, (shape, each) in enumerate(zip(_each(shapes, n), _each(limits, n))):
+        has(shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"shapes[{k}]")
+        has(each, ("max_speed", "braking"), "Limits", f"limits[{k}]")
+    if names is not None:
+        listing(names, "names", "names")
     methods = [one.among_robots() for one in _methods(method, n)]
     margins, priorities = _each_number(margin, "margin", n), _each_number(priority, "priority", n)
     if np.any(margins < 0.0):
@@ -82,7 +87,7 @@ def _count(given: Sequence[object], robots: int | None) -> int:
     """The number of robots. Raises InvalidInput if it is not given, or given twice and differently."""
     counts = {len(each) for each in given if isinstance(each, Sequence)}
     if robots is not None:
-        counts.add(robots)
+        counts.add(whole(robots, "robots"))
     if len(counts) != 1 or min(counts) < 1:
         expected = "one number above 0, by methods, shapes, limits or robots"
         raise InvalidInput(f"robots: expected {expected}, found {sorted(counts)}")

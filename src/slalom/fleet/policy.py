@@ -51,6 +51,7 @@ class Policy:
             agrees=method.agrees,
             shared=method.shared,
             detours=np.array(detours),
+            budget=np.inf,
         )
 
     def observe(self, table: RobotTable, d: int, now: float, states: Array | None, times: Array | None) -> None:

@@ -19,7 +19,15 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.event import Listener, register
 
 from slalom.kernels.compile_notice import when_compiling
-from slalom.kernels.numba_extensions import FITS, EntryCompiler, PartCompiler, PartLibrary, VectorCompiler, remembering
+from slalom.kernels.numba_extensions import (
+    FITS,
+    EntryCompiler,
+    PartCompiler,
+    PartLibrary,
+    VectorCompiler,
+    VectorPartCompiler,
+    remembering,
+)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -119,21 +127,26 @@ def inlined(function: F) -> F:
 
 
 def vectorized(function: F) -> F:
-    """A `kernel` with long loops over plain arrays: where Python calls it, they use vector registers."""
-    return kernel(function, VectorCompiler)
+    """A `kernel` with long loops over plain arrays: they use vector registers, also where other kernels call it."""
+    return kernel(function, VectorCompiler, VectorPartCompiler)
 
 
-def kernel(function: F, compiler: type[VectorCompiler] = EntryCompiler, **options: bool) -> F:
+def kernel(
+    function: F,
+    compiler: type[VectorCompiler] = EntryCompiler,
+    of_parts: type[PartCompiler] = PartCompiler,
+    **options: bool,
+) -> F:
     """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan.
 
     It is compiled as a part of the kernels that call it, and by itself only when Python calls it. Wrappers for Python
-    objects, optimisation and machine code cost more than the rest; parts have none of them. `compiler`: of the entry;
-    `options`: of numba, for the part.
+    objects, optimisation and machine code cost more than the rest; parts have none of them. `compiler`: of the entry,
+    `of_parts`: of the part; `options`: of numba, for the part.
     """
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
     compiled: Any = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-    of_part, of_entry = ({"pipeline_class": one} if FITS else {} for one in (PartCompiler, compiler))
+    of_part, of_entry = ({"pipeline_class": one} if FITS else {} for one in (of_parts, compiler))
     part = compiled(no_cpython_wrapper=True, **of_part, **options)(function)
     template = _cached(part, function, "part").get_call_template
 

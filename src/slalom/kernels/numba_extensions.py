@@ -48,6 +48,13 @@ class PartLibrary(JITCodeLibrary):
         return self.serialize_using_bitcode()  # type: ignore[no-untyped-call]
 
 
+class VectorPartLibrary(PartLibrary):
+    """A part that is optimised by itself, with loops turned into vector instructions: entries do not do that."""
+
+    def _optimize_final_module(self) -> None:
+        _optimize(self._final_module, self._codegen._tm, loops=True)
+
+
 class EntryLibrary(JITCodeLibrary):
     """What Python calls, with the parts linked in; loops are neither unrolled nor turned into vector instructions.
 
@@ -56,13 +63,18 @@ class EntryLibrary(JITCodeLibrary):
     """
 
     def _optimize_final_module(self) -> None:
-        tuning = llvm.create_pipeline_tuning_options()
-        tuning.speed_level, tuning.slp_vectorization = 3, False
-        tuning.loop_vectorization = tuning.loop_unrolling = False
-        builder = llvm.create_pass_builder(self.codegen._tm, tuning)
-        passes = builder.getModulePassManager()
-        passes.add_refprune_pass()
-        passes.run(self._final_module, builder)
+        _optimize(self._final_module, self._codegen._tm, loops=False)
+
+
+def _optimize(module: Any, machine: Any, *, loops: bool) -> None:
+    """Optimise the code of a module; with `loops` they are unrolled and turned into vector instructions."""
+    tuning = llvm.create_pipeline_tuning_options()
+    tuning.speed_level, tuning.slp_vectorization = 3, False
+    tuning.loop_vectorization = tuning.loop_unrolling = loops
+    builder = llvm.create_pass_builder(machine, tuning)
+    passes = builder.getModulePassManager()
+    passes.add_refprune_pass()
+    passes.run(module, builder)
 
 
 WHOLE = -1
@@ -215,10 +227,17 @@ class PartCompiler(VectorCompiler):
     """Of parts: see `PartLibrary`."""
 
     lowering: type[NativeLowering] = _PartLowering
+    kept_as: type[PartLibrary] = PartLibrary
 
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
-        library = library or PartLibrary(target.codegen(), "part")  # type: ignore[no-untyped-call]
+        library = library or self.kept_as(target.codegen(), "part")
         super().__init__(typing, target, library, *others)  # type: ignore[no-untyped-call]
+
+
+class VectorPartCompiler(PartCompiler):
+    """Of parts with long loops: see `VectorPartLibrary`."""
+
+    kept_as = VectorPartLibrary
 
 
 _ask, _found = types.BaseFunction.get_call_type, dict[Any, Any]()

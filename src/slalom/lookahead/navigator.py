@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import not_negative, positive
+from slalom.checks import has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome, made
 from slalom.errors import InvalidInput
@@ -17,7 +17,7 @@ from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle_window import ObstacleWindow, listed as listed_obstacles
 from slalom.path_goal import PathGoal
 from slalom.state import State
 from slalom.tolerances import (
@@ -40,13 +40,11 @@ class SequenceDecision(Decision):
         search: the search that found the sequence.
         better: the search for an earlier arrival, which the next decision continues.
         arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
-        cut: whether the budget ended the search.
     """
 
     search: Search = field(kw_only=True)
     better: Search | None = None
     arrival: float = np.inf
-    cut: bool = False
 
 
 class _Scene(NamedTuple):
@@ -94,6 +92,7 @@ class LookAhead:
     prepared: PredictedObstacles | None = None
 
     def __post_init__(self) -> None:
+        has(self.navigator, ("method", "limits", "decide"), "a Navigator", "navigator")
         positive(self.time_horizon, "time_horizon")
         positive(self.budget, "budget")
         not_negative(self.improvement_budget, "improvement_budget")
@@ -119,6 +118,10 @@ class LookAhead:
             InvalidInput: dimensions that differ, a goal that moves or has a path; an obstacle whose trajectory ended
                 before.
         """
+        has(state, ("position", "velocity", "acceleration"), "a State", "state")
+        has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
+        number(now, "now")
+        listed_obstacles(obstacles)
         if isinstance(goal, PathGoal):
             raise InvalidInput("goal: expected one without a path to look ahead, found a PathGoal")
         if not isinstance(goal.trajectory, Stationary):

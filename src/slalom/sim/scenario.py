@@ -153,8 +153,10 @@ class Scenario:
                     f"{obstacle.name!r} grown by the robot's shape"
                 )
 
-    def _margin(self, robot: Robot) -> float:
-        return self.margin if robot.margin is None else robot.margin
+    def margin_of(self, robot: int) -> float:
+        """The margin [m] of a robot: its own, or that of the scenario."""
+        own = self.robots[robot].margin
+        return self.margin if own is None else own
 
     def _images(self, obstacles: Sequence[Obstacle], position: Array, radius: float) -> list[Obstacle]:
         """The images of obstacles that may come within `radius` [m] of a position during the first horizon."""
@@ -168,7 +170,7 @@ class Scenario:
             return self.obstacles
         own = self.robot
         speed = max(own.limits.max_speed, float(np.linalg.norm(state.velocity)))
-        reach = speed * self.horizon + own.shape.bounding_radius + self._margin(own)
+        reach = speed * self.horizon + own.shape.bounding_radius + self.margin_of(0)
         low, high = state.position - reach, state.position + reach
         images = images_met(self.obstacles, method.forecast, self.period, now, self.horizon, low, high)
         return [displaced(obstacle, by) for obstacle, _, by in images]
@@ -221,7 +223,7 @@ class Scenario:
             own.limits,
             period=self.dt * self.steps_per_decision,
             horizon=self.horizon,
-            margin=self._margin(own),
+            margin=self.margin_of(robot),
             holds=self.holds,
             patience=self.patience,
             detours=DETOURS if len(self.robots) > 1 else (),

@@ -19,16 +19,16 @@ from slalom.limits import Admissible
 from slalom.shape import Part
 from slalom.view.bodies import body, outline
 from slalom.view.control_grid import LARGE, Plane, clearance_field, filled
+from slalom.view.kinds import kind
+from slalom.view.regions import admissible_region
 from slalom.view.style import (
     FAINT,
     INK,
     ROBOT,
-    admissible_region,
     colour_at,
     colour_bar,
     disc,
     halo,
-    kind,
     legend_below,
     style,
     time_levels,

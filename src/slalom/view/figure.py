@@ -1,7 +1,7 @@
 """Complete figures: one decision in two panels, and a whole run."""
 
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -13,29 +13,28 @@ from matplotlib.colors import ListedColormap, Normalize, to_rgba
 from matplotlib.figure import Figure
 
 from slalom.checks import Array, array, vectors
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.limits import Admissible
 from slalom.manoeuvre import Manoeuvre
 from slalom.minkowski import outline_parts
 from slalom.navigator import Navigator
-from slalom.objective import Situation, preferred_control
 from slalom.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.trajectory import Stationary
 from slalom.view.bodies import body, box_of, parts_at
 from slalom.view.control_space import Extent, control_space
+from slalom.view.drawn_controls import DrawnControls, drawn_controls
+from slalom.view.kinds import kind
+from slalom.view.regions import admissible_region
 from slalom.view.style import (
     COLUMN,
     INK,
     NEUTRAL,
     PAGE,
-    admissible_region,
     colour_at,
     colour_bar,
     halo,
-    kind,
     style,
 )
 from slalom.view.workspace import disc_box, draw_goal, label_axes, padded_extent, times_within, workspace
@@ -45,15 +44,6 @@ _TIMES: Final = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.06, 1.0,
 
 _SMALL_SHARE: Final = 0.2
 """[1] An admissible set smaller than this share of the panel is also shown enlarged, in a corner."""
-
-
-class _DrawnControls(NamedTuple):
-    """Admissible set, preferred and chosen control of a decision, in the control space that is drawn."""
-
-    admissible: Admissible
-    preferred: Array
-    chosen: Array | None
-    label: str
 
 
 def decision(
@@ -80,7 +70,7 @@ def decision(
     """
     blocked = decision.blocked
     state, traffic = blocked.state, blocked.obstacles
-    controls = _drawn_controls(decision, navigator, goal)
+    controls = drawn_controls(decision, navigator, goal)
     preferred_manoeuvre = Manoeuvre(blocked.response, state, controls.preferred, traffic.start)
     with style():
         left, right = axes or _panels(4 if track is not None else 3)
@@ -127,25 +117,6 @@ def _panels(rows: int) -> tuple[Axes, Axes]:
     return left, right
 
 
-def _drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> _DrawnControls:
-    blocked, manoeuvre = decision.blocked, decision.manoeuvre
-    response, state, now = blocked.response, blocked.state, blocked.obstacles.start
-    admissible = navigator.limits.admissible(response, state, navigator.horizon)
-    preferred = decision.preferred
-    if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED):
-        situation = Situation(response, state, goal, navigator.limits, admissible, now, navigator.horizon)
-        preferred = preferred_control(navigator.objective.aims(situation))
-    if manoeuvre.response == response and (manoeuvre.start == now or response.restartable):
-        return _DrawnControls(admissible, preferred, manoeuvre.control, "chosen")
-    applied, quantity = manoeuvre.mean_acceleration(now, navigator.period), kind(response).name
-    if quantity == "velocity":
-        next_velocity = state.velocity + navigator.period * applied
-        return _DrawnControls(admissible, preferred, next_velocity, "next velocity (manoeuvre kept)")
-    if quantity == "acceleration":
-        return _DrawnControls(admissible, preferred, applied, "applied now (manoeuvre kept)")
-    return _DrawnControls(admissible, preferred, None, "")
-
-
 def _velocity_extent(response: Any, navigator: Navigator) -> Extent | None:
     """Return an extent of all velocities up to the maximum speed; None for other controls."""
     if kind(response).name != "velocity":
@@ -154,7 +125,7 @@ def _velocity_extent(response: Any, navigator: Navigator) -> Extent | None:
     return (-limit, limit, -limit, limit)
 
 
-def _enlarge(ax: Axes, decision: Decision, controls: _DrawnControls, extent: Extent) -> None:
+def _enlarge(ax: Axes, decision: Decision, controls: DrawnControls, extent: Extent) -> None:
     """Draw the surroundings of a small admissible set enlarged, in the corner farthest from the set."""
     height = None
     if decision.blocked.dimension == 3:

@@ -1,13 +1,12 @@
-"""Shared parts of the figures: fonts, colours, scale of times, marks, outline of a set, and saving."""
+"""Shared parts of the figures: fonts, colours, scale of times, marks, and saving."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
-import shapely
 from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -18,17 +17,6 @@ from matplotlib.patches import Circle
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.limits import Admissible
-from slalom.response import (
-    AccelerateThenBrake,
-    AccelerateThenCoast,
-    AccelerateThenStop,
-    Acceleration,
-    Jerk,
-    LaggedVelocity,
-    Response,
-    Velocity,
-)
 
 COLUMN: Final = 3.5
 """[inch] Width of one column of a journal page."""
@@ -107,35 +95,6 @@ def style() -> Iterator[None]:
         yield
 
 
-class Kind(NamedTuple):
-    """Kind of a control: name, letter, unit, and description of the response."""
-
-    name: str
-    letter: str
-    unit: str
-    description: str
-
-
-def kind(response: Response) -> Kind:
-    """Return the kind of the controls of `response`."""
-    match response:
-        case Velocity():
-            words = f"reached in {response.ramp:g} s" if response.ramp else "reached at once"
-            return Kind("velocity", "v", "m/s", words)
-        case LaggedVelocity():
-            return Kind("velocity", "v", "m/s", f"approached with lag {response.lag:.3g} s")
-        case Acceleration():
-            return Kind("acceleration", "a", "m/s²", "held")
-        case AccelerateThenCoast():
-            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then coasting")
-        case AccelerateThenBrake() | AccelerateThenStop():
-            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then braking")
-        case Jerk():
-            return Kind("jerk", "j", "m/s³", "held")
-        case _:
-            return Kind("control", "u", "control", type(response).__name__)
-
-
 def time_levels(horizon: float) -> Array:
     """Return round times [s] from 0 to `horizon` [s], at most 16 steps; the last step may be shorter."""
     steps = (1.0, 2.0, 5.0)
@@ -195,38 +154,6 @@ def colour_bar(scale: ScalarMappable, ax: Axes, label: str) -> None:
     bar.set_label(label)
     bar.ax.tick_params(width=0.5, length=2)
     bar.outline.set_linewidth(0.5)
-
-
-def admissible_region(admissible: Admissible, height: float | None = None) -> Any:
-    """Return the admissible set as a shapely polygon; in space its section at the third component `height`.
-
-    Circles have 1024 corners: the error is 5e-6 of the radius.
-
-    Raises:
-        InvalidInput: a set without a bounding ball.
-    """
-    if not len(admissible.radii):
-        raise InvalidInput("admissible: expected a set bounded by a ball, found none")
-    depth = 0.0 if height is None else height - admissible.centers[:, -1]
-    squares = admissible.radii**2 - np.broadcast_to(depth, admissible.radii.shape) ** 2
-    if np.any(squares <= 0.0):
-        return shapely.Polygon()
-    radii = np.sqrt(squares)
-    balls = [shapely.Point(c[:2]).buffer(float(r), quad_segs=256) for c, r in zip(admissible.centers, radii)]
-    region: Any = shapely.intersection_all(balls)
-    # The set lies within size / 4 of 0: clipping the distance of an edge to size / 2 does not change the section.
-    size = 4.0 * float(np.linalg.norm(admissible.centers, axis=1).max() + admissible.radii.max())
-    for normal, offset in zip(admissible.normals, admissible.offsets):
-        planar_normal, planar_offset = normal[:2], offset - (0.0 if height is None else normal[2] * height)
-        length = float(np.linalg.norm(planar_normal))
-        if length < 1e-12:
-            region = region if planar_offset >= 0.0 else shapely.Polygon()
-            continue
-        along, side = planar_normal / length, np.array([-planar_normal[1], planar_normal[0]]) / length
-        edge = along * np.clip(planar_offset / length, -0.5 * size, 0.5 * size)
-        corners = [edge - size * side, edge + size * side, edge + size * (side - along), edge - size * (side + along)]
-        region = region.intersection(shapely.Polygon(corners))
-    return region
 
 
 def save(figure: Figure | Axes, path: str | Path) -> Path:

@@ -18,7 +18,7 @@ from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.contact import kept_margin, overlaps
 from slalom.kernels.relative_motion.window import share_of_piece
-from slalom.tolerances import BALL_WINDOWS, CONTACT_SLACK, COOPERATION_RANGE
+from slalom.tolerances import CONTACT_SLACK, COOPERATION_RANGE
 
 
 @inlined
@@ -52,6 +52,23 @@ def hulls_of_bodies(corners: MaybeCorners, hull: Indices, turned: Array) -> Mayb
 
 
 @inlined
+def meets_balls(
+    ball: Array, more: float, begin: float, end: float, horizon: float, centers: Array, radii: Array
+) -> bool:
+    """Whether a ball (4,) [m], larger by `more` [m], touches one of those of the windows from `begin` to `end` [s].
+
+    `centers` (w, 3) [m] and `radii` (w,) [m]: of the windows, of equal length up to the horizon [s].
+    """
+    width, last = horizon / len(radii), len(radii) - 1
+    for w in range(max(int(begin / width), 0), min(int(min(end, horizon) / width), last) + 1):
+        x, y, z = centers[w, 0] - ball[0], centers[w, 1] - ball[1], centers[w, 2] - ball[2]
+        reach = radii[w] + (ball[3] + more)
+        if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
+            return True
+    return False
+
+
+@inlined
 def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, scene: EncounterTables) -> Indices:
     """The rows of passive pieces that robot i can approach closer than the margin within the horizon.
 
@@ -59,25 +76,15 @@ def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, sc
     """
     robots, bodies, settings = scene.robots, scene.bodies, scene.settings
     times, balls, body = bodies.pieces.times, bodies.balls, bodies.pieces.body
-    rows, count, width = np.empty(len(body), np.int64), 0, settings.horizon / BALL_WINDOWS
+    rows, count, horizon = np.empty(len(body), np.int64), 0, settings.horizon
     more = robots.rounding[i] - bodies.robot_rounding + robots.margin[i] + error
     for s in range(len(body)):
-        if (
-            times[s, 1] <= 0.0
-            or times[s, 0] >= settings.horizon
-            or is_elsewhere(bodies.world[body[s]], robots.world[i])
-        ):
+        if times[s, 1] <= 0.0 or times[s, 0] >= horizon or is_elsewhere(bodies.world[body[s]], robots.world[i]):
             continue
-        touch = balls[s, 3] + bodies.body_radius[body[s]] + bodies.hull_radius[body[s]] + more
-        first = max(int(times[s, 0] / width), 0)
-        last = min(int(min(times[s, 1], settings.horizon) / width), BALL_WINDOWS - 1)
-        for w in range(first, last + 1):
-            x, y, z = centers[w, 0] - balls[s, 0], centers[w, 1] - balls[s, 1], centers[w, 2] - balls[s, 2]
-            reach = radii[w] + touch
-            if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
-                rows[count] = s
-                count += 1
-                break
+        grown = bodies.body_radius[body[s]] + bodies.hull_radius[body[s]] + more
+        if meets_balls(balls[s], grown, times[s, 0], times[s, 1], horizon, centers, radii):
+            rows[count] = s
+            count += 1
     return rows[:count]
 
 

@@ -10,7 +10,7 @@ from slalom.kernels.decision.tables import DecisionTables, ObstaclePieces, Respo
 from slalom.kernels.geometry.cubic import copy_into, slope, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel
-from slalom.tolerances import LATEST_COLLISION
+from slalom.tolerances import LATEST_COLLISION, WORK_ROW
 
 
 @kernel
@@ -55,7 +55,9 @@ def free_until(
     The one nearest to `preferred` (3,) goes into u (3,).
     """
     motion = relative_motion(i, r, rows, tables, np.zeros(3), until)
-    return choose(motion, preferred, tables.settings, u)
+    free, work = choose(motion, preferred, tables.settings.dimension, np.inf, u)
+    tables.robots.work[i] += work + WORK_ROW * len(rows.pieces.body)
+    return free
 
 
 @kernel

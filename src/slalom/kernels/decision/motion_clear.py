@@ -7,6 +7,7 @@ all controls.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices
+from slalom.kernels.decision.encounters import meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import reachable_neighbours
 from slalom.kernels.decision.paths import bounding_balls, response_path
@@ -43,14 +44,14 @@ def keeps_distance(p: Array, radius: float, stack: Array) -> bool:
 @kernel
 def path_is_clear(
     rows: ObstaclePieces,
-    ignored: Flags,
+    skipped: Flags,
     paths: Paths,
     row: int,
     shared_row: int,
     settings: DecisionSettings,
     stack: Array,
 ) -> bool:
-    """Whether row `row` of `paths` is clear of all bodies that are not `ignored` (b,): True is certain.
+    """Whether row `row` of `paths` is clear of all rows that are not `skipped` (n,): True is certain.
 
     Near hulls it is False. `shared_row`: the path that must be clear of the bodies that avoid the robot too.
     """
@@ -60,7 +61,7 @@ def path_is_clear(
     p = np.zeros((4, 3))
     for s in range(len(pieces.body)):
         body = pieces.body[s]
-        if ignored[body]:
+        if skipped[s]:
             continue
         own, first = shared_row if rows.share[body] < 1.0 else row, pieces.times[s, 0]
         width = pieces.times[s, 1] - pieces.times[s, 0]
@@ -116,12 +117,24 @@ def preferred_is_free(
     share = common_share(rows)
     if share == 0.0:
         return False
-    ignored, halves = rows.robot >= 0, share < 1.0
+    ignored, halves, pieces = rows.robot >= 0, share < 1.0, rows.pieces
+    skipped = np.zeros(len(pieces.body), np.bool_)
     for part in range(2 if halves else 1):
         for axis in range(3):
             tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / share
         response_path(i, r, tested, robots, responses, settings, scratch.paths, part)
         bounding_balls(scratch.paths.times[part], scratch.paths.points[part], settings, scratch.centers, scratch.radii)
+        if part == 0:
+            for s in range(len(skipped)):
+                skipped[s] = rows.balls[s, 3] < np.inf and not meets_balls(
+                    rows.balls[s],
+                    0.0,
+                    pieces.times[s, 0],
+                    pieces.times[s, 1],
+                    settings.horizon,
+                    scratch.centers,
+                    scratch.radii,
+                )
         b = len(tables.bodies.body_radius)
         for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots):
             while rows.robot[b] != k:
@@ -129,4 +142,6 @@ def preferred_is_free(
             while b < len(ignored) and rows.robot[b] == k:
                 ignored[b] = False
                 b += 1
-    return path_is_clear(rows, ignored, scratch.paths, 0, 1 if halves else 0, settings, scratch.stack)
+    for s in range(len(skipped)):
+        skipped[s] = skipped[s] or ignored[pieces.body[s]]
+    return path_is_clear(rows, skipped, scratch.paths, 0, 1 if halves else 0, settings, scratch.stack)

@@ -76,8 +76,11 @@ def tested_controls(i: int, r: int, scale: float, robots: RobotTable, responses:
 
 
 @kernel
-def response_balls(i: int, r: int, robots: RobotTable, responses: ResponseTable, balls: Array) -> None:
-    """Write balls (RESPONSE_WINDOWS, 4) [m], centre and radius, that hold robot i under every control of response r."""
+def response_balls(i: int, r: int, robots: RobotTable, responses: ResponseTable, centers: Array, radii: Array) -> None:
+    """Write balls that hold robot i under every control of response r: centers (w, 3) [m], radii (w,) [m].
+
+    One for each of w = RESPONSE_WINDOWS windows.
+    """
     control = np.zeros(3)
     radius = tested_controls(i, r, 1.0, robots, responses, control)
     for w in range(RESPONSE_WINDOWS):
@@ -87,11 +90,11 @@ def response_balls(i: int, r: int, robots: RobotTable, responses: ResponseTable,
             v, a, u = robots.velocity[i, axis], robots.acceleration[i, axis], control[axis]
             begin = robots.position[i, axis] + first[0] * v + first[1] * a + first[2] * u
             end = robots.position[i, axis] + last[0] * v + last[1] * a + last[2] * u
-            balls[w, axis] = 0.5 * (begin + end)
+            centers[w, axis] = 0.5 * (begin + end)
             square += (0.5 * (end - begin)) ** 2
             more += bend[0] * abs(v) + bend[1] * abs(a) + bend[2] * abs(u)
         size = np.sqrt(square) + more + radius * (max(first[2], last[2]) + bend[2]) + responses.error[r]
-        balls[w, 3] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
+        radii[w] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
 
 
 @kernel

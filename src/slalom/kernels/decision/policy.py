@@ -47,9 +47,11 @@ from slalom.tolerances import (
     DIRECT_TEST_ROWS,
     MARGIN_STEPS,
     MIN_IMPROVEMENT,
+    WORK_CHOICE,
+    WORK_ROW,
 )
 
-CLEAR, CONSTRAINED, KEPT, CONTINUED, SQUEEZED, DELAYED, FALL_BACK, SEARCH = 0, 1, 2, 3, 4, 5, -1, -2
+CLEAR, CONSTRAINED, KEPT, CONTINUED, SQUEEZED, DELAYED, INTERRUPTED, FALL_BACK, SEARCH = 0, 1, 2, 3, 4, 5, 6, -1, -2
 """Outcomes by number; SEARCH is none: responses must be examined."""
 
 
@@ -80,7 +82,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         return CONSTRAINED
     if without_margin:
         reduce_margin(1.0, rows)
-    stack, nothing = new_stack(), np.zeros(len(rows.hull), np.bool_)
+    stack, nothing = new_stack(), np.zeros(len(rows.pieces.body), np.bool_)
     committed = Paths(times, robots.committed_points)
     if path_is_clear(rows, nothing, committed, i, i, settings, stack):
         return KEPT
@@ -134,13 +136,15 @@ def best_response(
     tables: DecisionTables,
     search: ResponseSearch,
     keep: bool,
+    safe: bool,
 ) -> tuple[int, int]:
     """The response and outcome of the exact choice that costs least; response -1: none.
 
     Its control goes into `search.control`. Responses are examined in the order of their optimistic costs, until none
     can be better than the best choice. If that path is not clear, detours of the responses that have a free control
     follow. With `keep` the outcome is KEPT as soon as no response that is left offers enough to change the committed
-    manoeuvre, if that is clear.
+    manoeuvre, if that is clear. When the budget is used up, the best choice is taken that was found by then; with
+    `safe`, which says that the committed manoeuvre may go on, the outcome without any is INTERRUPTED.
 
     Args:
         met: (m,) the robots that the bodies of `rows` after the passive ones are. near: (l,) those in reach.
@@ -161,7 +165,9 @@ def best_response(
             for detour in range(1, 1 + len(settings.detours)):
                 optimistic_costs(i, detour, closed, tables, search)
             at = first_least(costs)
-        done = costs[at] >= best - worth
+        known = safe or best_r >= 0
+        over = known and robots.work[i] >= settings.budget
+        done = over or costs[at] >= best - worth
         k, least = (best_r - first, best) if done else (at % count, costs[at])
         if keep and least < np.inf:
             result = keep_committed(i, k, least, near, tables, search)
@@ -169,18 +175,21 @@ def best_response(
             if result == KEPT:
                 return best_r, KEPT
         if done:
-            return best_r, outcome
+            return best_r, INTERRUPTED if over and best_r < 0 else outcome
         r, detour, costs[at] = first + k, at // count, np.inf
         if closed[k]:
             continue
         copy_into(preferred, search.preferred[at])
         unchanged_control(i, r, robots, responses, unchanged)
+        robots.work[i] += WORK_CHOICE + WORK_ROW * len(rows.pieces.body)
         direct = which[k] < 0 and len(rows.pieces.body) >= DIRECT_TEST_ROWS
         if not (direct and preferred_is_free(i, r, controls, met, rows, tables, scratch)):
             if which[k] < 0:
                 which[k] = len(motions)
                 motions.append(relative_motion(i, r, rows, tables, unchanged, settings.horizon))
-            closed[k] = not choose(motions[which[k]], preferred, settings, u)
+            most = settings.budget - robots.work[i] if known else np.inf
+            free, work = choose(motions[which[k]], preferred, settings.dimension, most, u)
+            closed[k], robots.work[i] = not free, robots.work[i] + work
             if closed[k]:
                 continue
             response_path(i, r, u, robots, responses, settings, scratch.paths, 0)
@@ -225,7 +234,7 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its reachable set in each window of the horizon.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    search = new_search(i, tables)
+    robots.work[i], search = 0.0, new_search(i, tables)
     optimistic, result = search.costs.copy(), CONSTRAINED
     committed = robots.regret[i] < np.inf
     patient = robots.regret[i] <= settings.patience and not is_too_fast(i, robots)
@@ -235,6 +244,8 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
         result = keep_committed(i, k, search.costs[k], near, tables, search)
         if result in (KEPT, FALL_BACK):
             return result
+    bounded = settings.budget < np.inf
+    safe = bounded and committed and committed_is_clear(i, True, near, tables) == KEPT
     met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(i, robots, tables.responses)
@@ -252,9 +263,9 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
             reduce_margin(0.5 ** min(level, MARGIN_STEPS - 1), rows)
             copy_into(search.costs, optimistic)
         keep = level == 0 and result == SEARCH
-        r, outcome = best_response(i, rows, met, near, tables, search, keep)
-        if outcome == KEPT:
-            return KEPT
+        r, outcome = best_response(i, rows, met, near, tables, search, keep, safe)
+        if outcome in (KEPT, INTERRUPTED):
+            return outcome
         if r >= 0:
             commit(i, r, search.control, robots, responses, settings)
             copy_into(robots.preferred[i], search.preferred[r - responses.kinds[robots.kind[i]]])

@@ -3,11 +3,10 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
-from slalom.kernels.decision.encounters import hulls_of_bodies
+from slalom.kernels.decision.encounters import hulls_of_bodies, meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import response_balls
 from slalom.kernels.decision.tables import (
-    DecisionSettings,
     DecisionTables,
     GrownBodies,
     ObstaclePieces,
@@ -18,7 +17,7 @@ from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 from slalom.kernels.selection.admissible import segments_in_reach
 from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.tolerances import CANDIDATES, ELEMENTS, RESPONSE_WINDOWS
+from slalom.tolerances import CANDIDATES, ELEMENTS, RESPONSE_WINDOWS, WORK_CHOICE, WORK_CONTROL, WORK_ELEMENT
 
 
 @inlined
@@ -49,24 +48,14 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
     A row on which no admissible control can collide changes no choice.
     """
     pieces, horizon, d = rows.pieces, tables.settings.horizon, rows.pieces.points.shape[2]
-    balls, near, count = np.empty((RESPONSE_WINDOWS, 4)), np.empty(len(pieces.body), np.int64), 0
-    response_balls(i, r, tables.robots, tables.responses, balls)
-    width = horizon / RESPONSE_WINDOWS
+    centers, radii = np.empty((RESPONSE_WINDOWS, 3)), np.empty(RESPONSE_WINDOWS)
+    near, count, times = np.empty(len(pieces.body), np.int64), 0, pieces.times
+    response_balls(i, r, tables.robots, tables.responses, centers, radii)
     for s in range(len(pieces.body)):
-        if rows.balls[s, 3] < np.inf:
-            first = max(int(pieces.times[s, 0] / width), 0)
-            last = min(int(min(pieces.times[s, 1], horizon) / width), RESPONSE_WINDOWS - 1)
-            close = False
-            for w in range(first, last + 1):
-                x, y = balls[w, 0] - rows.balls[s, 0], balls[w, 1] - rows.balls[s, 1]
-                z, reach = balls[w, 2] - rows.balls[s, 2], balls[w, 3] + rows.balls[s, 3]
-                if x * x + y * y + z * z <= reach * reach:
-                    close = True
-                    break
-            if not close:
-                continue
-        near[count] = s
-        count += 1
+        known = rows.balls[s, 3] < np.inf
+        if not known or meets_balls(rows.balls[s], 0.0, times[s, 0], times[s, 1], horizon, centers, radii):
+            near[count] = s
+            count += 1
     if count == len(pieces.body):
         return rows
     turning = len(pieces.turns) > 0
@@ -134,9 +123,14 @@ def relative_motion(
 
 
 @inlined
-def choose(m: RelativeMotion, preferred: Array, settings: DecisionSettings, u: Array) -> bool:
-    """Whether there is a free admissible control; the one nearest to `preferred` (3,) goes into u (3,)."""
-    code, found, _, _ = nearest_free(preferred, settings.dimension, m.limits, m.table, m.hulls, ELEMENTS, CANDIDATES)
+def choose(m: RelativeMotion, preferred: Array, d: int, most: float, u: Array) -> tuple[bool, float]:
+    """Whether there is a free admissible control, and the counted work [us].
+
+    The one nearest to `preferred` (3,) goes into u (3,). With `most` [us] of work the answer may be False too early.
+    """
+    candidates = int(min(max(most, 0.0) / WORK_CONTROL, float(CANDIDATES)))
+    code, found, elements, examined = nearest_free(preferred, d, m.limits, m.table, m.hulls, ELEMENTS, candidates)
     if code == SAFE:
         copy_into(u, found)
-    return code == SAFE
+    per_element = WORK_ELEMENT if len(m.hulls) > 0 else 0.0
+    return code == SAFE, WORK_CHOICE + WORK_CONTROL * examined + per_element * elements

@@ -71,6 +71,7 @@ class RobotTable(NamedTuple):
     response: Indices  # (n,) of the committed manoeuvre; -1: none of the tables
     control: Array  # (n, 3) of the committed manoeuvre
     preferred: Array  # (n, 3) the control that its response preferred
+    work: Array  # (n,) [us] counted for the last decision
     outcome: Indices  # (n,)
 
 
@@ -150,6 +151,7 @@ class DecisionSettings(NamedTuple):
     agrees: bool  # whether two robots that share the avoidance agree on a side to pass on
     shared: bool  # whether robots know each other's committed manoeuvres
     detours: Array  # (k,) [rad] angles by which the desired velocity is turned
+    budget: float  # [us] of counted work after which a decision ends if a safe manoeuvre is known
 
 
 class DecisionTables(NamedTuple):

@@ -21,11 +21,11 @@ def is_flat(boundaries: Array, b: int) -> bool:
 
 
 @kernel
-def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int, k: int) -> bool:
-    """Whether u (3,) satisfies the boundaries first to last - 1, up to rounding; not i, j, k, which generated it."""
+def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int) -> bool:
+    """Whether u (3,) satisfies the boundaries first to last - 1, up to rounding; not i and j, which generated it."""
     for b in range(first, last):
         side = boundaries[b, 0]
-        if side >= 2.0 or b in (i, j, k):
+        if side >= 2.0 or b in (i, j):
             continue
         r = boundaries[b, 4]
         x, y, z = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3]
@@ -115,20 +115,17 @@ def line_of(a: Plane, b: Plane) -> tuple[bool, float, float, float, float, float
 
 
 @kernel
-def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, found: Array) -> int:
-    """The number of points of boundaries i and j that can be nearest to u (3,); they go into `found` (4, 3).
+def intersect_two(boundaries: Array, i: int, j: int, found: Array) -> int:
+    """The number of points in which boundaries i and j in the plane intersect; they go into `found` (2, 3).
 
-    In the plane: their two points of intersection, for two lines one. In space they intersect in a circle or a line,
-    and its point nearest to u is taken. From the axis of the circle all its points are as near; one is taken in each of
-    four directions.
+    Two points, or one for two lines. See `geometry.curves` for boundaries in space.
     """
     flat_i, flat_j = is_flat(boundaries, i), is_flat(boundaries, j)
     if flat_i and flat_j:
-        meet, px, py, pz, ex, ey, ez = line_of(flat(boundaries, i), flat(boundaries, j))
+        meet, px, py, pz, _, _, _ = line_of(flat(boundaries, i), flat(boundaries, j))
         if not meet:
             return 0
-        along = (u[0] - px) * ex + (u[1] - py) * ey + (u[2] - pz) * ez if dimension == 3 else 0.0
-        found[0, 0], found[0, 1], found[0, 2] = px + along * ex, py + along * ey, pz + along * ez
+        found[0, 0], found[0, 1], found[0, 2] = px, py, pz
         return 1
     meet, nx, ny, nz, offset = plane_of(boundaries, i, j)
     if not meet:
@@ -140,35 +137,10 @@ def intersect_two(boundaries: Array, i: int, j: int, u: Array, dimension: int, f
     if square < 0.0:
         return 0
     half = np.sqrt(square)
-    fx, fy, fz = x + height * nx, y + height * ny, z + height * nz
-    if dimension == 2:
-        found[0, 0], found[0, 1], found[0, 2] = fx - half * ny, fy + half * nx, 0.0
-        found[1, 0], found[1, 1], found[1, 2] = fx + half * ny, fy - half * nx, 0.0
-        return 2
-    wx, wy, wz = u[0] - fx, u[1] - fy, u[2] - fz
-    above = wx * nx + wy * ny + wz * nz
-    wx, wy, wz = wx - above * nx, wy - above * ny, wz - above * nz
-    length = np.sqrt(wx * wx + wy * wy + wz * wz)
-    if length > PARALLEL * (1.0 + half):
-        scale = half / length
-        found[0, 0], found[0, 1], found[0, 2] = fx + scale * wx, fy + scale * wy, fz + scale * wz
-        return 1
-    return around_axis(nx, ny, nz, fx, fy, fz, half, found)
-
-
-@kernel
-def around_axis(nx: float, ny: float, nz: float, x: float, y: float, z: float, half: float, found: Array) -> int:
-    """Write four points of the circle of radius `half` about (x, y, z), normal to n, into `found` (4, 3)."""
-    ex, ey, ez = 0.0, -nz, ny
-    if abs(nx) > 0.7:
-        ex, ey, ez = -ny, nx, 0.0
-    length = np.sqrt(ex * ex + ey * ey + ez * ez)
-    ex, ey, ez = ex / length, ey / length, ez / length
-    gx, gy, gz = ny * ez - nz * ey, nz * ex - nx * ez, nx * ey - ny * ex
-    for f in range(4):
-        c, s = (half if f == 0 else -half if f == 1 else 0.0), (half if f == 2 else -half if f == 3 else 0.0)
-        found[f, 0], found[f, 1], found[f, 2] = x + c * ex + s * gx, y + c * ey + s * gy, z + c * ez + s * gz
-    return 4
+    fx, fy = x + height * nx, y + height * ny
+    found[0, 0], found[0, 1], found[0, 2] = fx - half * ny, fy + half * nx, 0.0
+    found[1, 0], found[1, 1], found[1, 2] = fx + half * ny, fy - half * nx, 0.0
+    return 2
 
 
 @kernel
@@ -178,53 +150,14 @@ def flat(boundaries: Array, b: int) -> tuple[bool, float, float, float, float]:
 
 
 @kernel
-def intersect_three(boundaries: Array, i: int, j: int, k: int, found: Array) -> int:
-    """The number of points in which three boundaries in space intersect; they go into `found` (4, 3)."""
-    ball = k if not is_flat(boundaries, k) else j if not is_flat(boundaries, j) else i
-    if is_flat(boundaries, ball):
-        ball = -1
-    if ball < 0:
-        meet, px, py, pz, ex, ey, ez = line_of(flat(boundaries, i), flat(boundaries, j))
-        nx, ny, nz, offset = boundaries[k, 1], boundaries[k, 2], boundaries[k, 3], boundaries[k, 4]
-        slope = nx * ex + ny * ey + nz * ez
-        if not meet or abs(slope) < PARALLEL:
-            return 0
-        along = (offset - (nx * px + ny * py + nz * pz)) / slope
-        found[0, 0], found[0, 1], found[0, 2] = px + along * ex, py + along * ey, pz + along * ez
-        return 1
-    # The other two, each seen as the plane that holds its intersection with the ball.
-    one = i if ball != i else j
-    two = k if ball != k else j
-    first = plane_of(boundaries, ball, one)
-    if not first[0]:
-        return 0
-    second = plane_of(boundaries, ball, two)
-    if not second[0]:
-        return 0
-    meet, px, py, pz, ex, ey, ez = line_of(first, second)
-    if not meet:
-        return 0
-    x, y, z, r = boundaries[ball, 1], boundaries[ball, 2], boundaries[ball, 3], boundaries[ball, 4]
-    along = (x - px) * ex + (y - py) * ey + (z - pz) * ez
-    fx, fy, fz = px + along * ex, py + along * ey, pz + along * ez
-    square = r * r - ((fx - x) ** 2 + (fy - y) ** 2 + (fz - z) ** 2)
-    if square < 0.0:
-        return 0
-    half = np.sqrt(square)
-    found[0, 0], found[0, 1], found[0, 2] = fx + half * ex, fy + half * ey, fz + half * ez
-    found[1, 0], found[1, 1], found[1, 2] = fx - half * ex, fy - half * ey, fz - half * ez
-    return 2
-
-
-@kernel
-def are_circles(boundaries: Array, i: int, j: int, dimension: int) -> bool:
-    """Whether boundaries i and j are circles in the plane, see `boundaries`."""
-    return bool(dimension == 2 and not is_flat(boundaries, i) and not is_flat(boundaries, j))
+def are_circles(boundaries: Array, i: int, j: int) -> bool:
+    """Whether boundaries i and j in the plane are circles, see `boundaries`."""
+    return bool(not is_flat(boundaries, i) and not is_flat(boundaries, j))
 
 
 @kernel
 def intersect_circles(boundaries: Array, i: int, j: int, found: Array) -> int:
-    """The number of points in which circles i and j intersect; they go into `found` (4, 3).
+    """The number of points in which circles i and j intersect; they go into `found` (2, 3).
 
     With c the vector from one centre to the other, they lie at the share a of c, and h |c| to its sides. The exchange
     needs this most often; it takes one division and one root.

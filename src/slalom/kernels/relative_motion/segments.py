@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, CutPieces, Hulls, Indices, MaybeHulls, Pieces, PositionMap
 from slalom.kernels.geometry.cubic import restrict
-from slalom.kernels.jit import kernel
+from slalom.kernels.jit import kernel, vectorized
 from slalom.tolerances import KEPT_ROBOT_MOTIONS
 
 
@@ -138,7 +138,7 @@ def hulls_at(hulls: MaybeHulls, rows: Indices, turns: Array) -> MaybeHulls:
     return hulls_of_rows(hulls, hull, turns)
 
 
-@kernel
+@vectorized
 def chord_distances(points: Array, gains: Array, ux: float, uy: float, uz: float, gaps: Array) -> None:
     """Lower bounds [m] of the distance to the origin along every segment under control (ux, uy, uz), into gaps (n,).
 

@@ -58,11 +58,13 @@ def copy_restricted(p: Array, a: float, b: float, into: Array) -> None:
 
 
 @kernel
-def pieces_within(pieces: Pieces, first: Indices, start: float, until: Array) -> tuple[Pieces, Indices]:
+def pieces_within(
+    pieces: Pieces, balls: Array, first: Indices, start: float, until: Array
+) -> tuple[Pieces, Array, Indices]:
     """The pieces of each body from `start` [s] to `until` (b,) [s] after it, with times from `start` on; and heads.
 
-    Body b has the rows first[b] to first[b + 1], whose radius does not grow. Heads are the rows with which bodies
-    begin that exist at `start`.
+    With their `piece_balls` (m, 4) [m], from those of all pieces (n, 4). Body b has the rows first[b] to first[b + 1],
+    whose radius does not grow. Heads are the rows with which bodies begin that exist at `start`.
     """
     times, turning, d = pieces.times, len(pieces.turns) > 0, pieces.points.shape[2]
     count, kept = len(first) - 1, 0
@@ -78,7 +80,7 @@ def pieces_within(pieces: Pieces, first: Indices, start: float, until: Array) ->
         np.empty((kept if turning else 0, 4, 2)),
         np.empty(kept, np.int64),
     )
-    heads, k, n = np.empty(count, np.int64), 0, 0
+    heads, k, n, found_balls = np.empty(count, np.int64), 0, 0, np.empty((kept, 4))
     for b in range(count):
         for s in range(rows[b, 0], rows[b, 1]):
             begin, end = max(times[s, 0], start), min(times[s, 1], start + until[b])
@@ -89,27 +91,44 @@ def pieces_within(pieces: Pieces, first: Indices, start: float, until: Array) ->
                 copy_restricted(pieces.turns[s], share, last, found.turns[k])
             found.times[k, 0], found.times[k, 1] = begin - start, end - start
             found.radius[k], found.body[k] = pieces.radius[s], b
+            if share > 0.0 or last < 1.0:
+                put_ball(found, k, found_balls[k])
+            else:
+                for axis in range(4):
+                    found_balls[k, axis] = balls[s, axis]
             if s == rows[b, 0] and begin == start:
                 heads[n] = k
                 n += 1
             k += 1
-    return found, heads[:n].copy()
+    return found, found_balls, heads[:n].copy()
+
+
+@kernel
+def put_ball(pieces: Pieces, s: int, ball: Array) -> None:
+    """Write the ball of row s, see `piece_balls`, into `ball` (4,) [m]."""
+    square, d = 0.0, pieces.points.shape[2]
+    for axis in range(3):
+        ball[axis] = 0.0
+    for axis in range(d):
+        p0, p1, p2, p3 = (
+            pieces.points[s, 0, axis],
+            pieces.points[s, 1, axis],
+            pieces.points[s, 2, axis],
+            pieces.points[s, 3, axis],
+        )
+        low, high = min(min(p0, p1), min(p2, p3)), max(max(p0, p1), max(p2, p3))
+        ball[axis] = 0.5 * (low + high)
+        square += (high - ball[axis]) ** 2
+    size = np.sqrt(square) + pieces.radius[s] + max(pieces.growth[s], 0.0)
+    ball[3] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
 
 
 @kernel
 def piece_balls(pieces: Pieces) -> Array:
     """Balls (n, 4) [m] that hold the body's origin during each piece: centre, and radius with that of the piece."""
-    balls, d = np.zeros((len(pieces.body), 4)), pieces.points.shape[2]
+    balls = np.empty((len(pieces.body), 4))
     for s in range(len(pieces.body)):
-        square = 0.0
-        for axis in range(d):
-            p = pieces.points[s, :, axis]
-            p0, p1, p2, p3 = p[0], p[1], p[2], p[3]
-            low, high = min(min(p0, p1), min(p2, p3)), max(max(p0, p1), max(p2, p3))
-            balls[s, axis] = 0.5 * (low + high)
-            square += (high - balls[s, axis]) ** 2
-        size = np.sqrt(square) + pieces.radius[s] + max(pieces.growth[s], 0.0)
-        balls[s, 3] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
+        put_ball(pieces, s, balls[s])
     return balls
 
 

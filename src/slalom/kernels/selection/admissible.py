@@ -21,7 +21,7 @@ def nearest_admissible(preferred: Array, limits: Array, center: Array) -> tuple[
     All controls are (3,). `center` is written; it is a control near the preferred one if neither holds.
     """
     center[0], center[1], center[2] = preferred[0], preferred[1], preferred[2]
-    if meets(limits, 0, len(limits), preferred, -1, -1, -1):
+    if meets(limits, 0, len(limits), preferred, -1, -1):
         return True, True
     smallest = smallest_ball(limits, len(limits))
     if not distance_from_center(limits, smallest, preferred) > limits[smallest, 4]:
@@ -29,7 +29,7 @@ def nearest_admissible(preferred: Array, limits: Array, center: Array) -> tuple[
     found = np.empty((1, 3))
     project(limits, smallest, preferred, found)
     center[0], center[1], center[2] = found[0, 0], found[0, 1], found[0, 2]
-    return meets(limits, 0, len(limits), center, smallest, -1, -1), False
+    return meets(limits, 0, len(limits), center, smallest, -1), False
 
 
 @kernel

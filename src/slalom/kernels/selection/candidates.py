@@ -4,8 +4,9 @@ A candidate that lies in another element of the working set never enters the hea
 preferred control than the last one examined: all nearer controls were rejected, by elements that stay.
 
 The heap is one array. Row 0 holds the number of candidates and how many of them wait. Candidate number n >= 1 is row n:
-cost, control (x, y, z), the boundaries i, j, k that generated it. Column 7 of the rows from 1 on is the heap: the
-numbers of the waiting candidates. Of candidates of equal cost the earlier one is taken first.
+cost, control (x, y, z), the boundaries i, j that generated it, -1 for none, and in space its place on their curve.
+Column 7 of the rows from 1 on is the heap: the numbers of the waiting candidates. Of candidates of equal cost the
+earlier one is taken first.
 
 One array and plain loops, since lists of tuples and `heapq` take several seconds to compile.
 """
@@ -19,12 +20,11 @@ from slalom.kernels.geometry.boundaries import (
     apart,
     are_circles,
     intersect_circles,
-    intersect_three,
     intersect_two,
     meets,
     project,
 )
-from slalom.kernels.geometry.polygons import MaybePolygons, outside_polygons
+from slalom.kernels.geometry.polygons import MaybePolygons, outside_polygons, within_polygon
 from slalom.kernels.jit import inlined, kernel
 
 
@@ -43,9 +43,9 @@ def push(
     last: int,
     reference: Reference,
     u: Array,
-    generators: tuple[int, int, int],
+    generators: tuple[int, int],
 ) -> Array:
-    """The queue (n, 8) with candidate u (3,), if it is admissible; `generators`: boundaries i, j, k, -1 for none.
+    """The queue (n, 8) with candidate u (3,), if it is admissible; `generators`: boundaries i, j, -1 for none.
 
     It must lie on the border of the polygons that generated it: most points of their circles and lines lie within.
     Only the first `last` boundaries (m, 9) are tested.
@@ -54,7 +54,7 @@ def push(
     cost = (u[0] - preferred[0]) ** 2 + (u[1] - preferred[1]) ** 2 + (u[2] - preferred[2]) ** 2
     if cost < reference.floor:
         return queue
-    i, j, k = generators
+    i, j = generators
     if len(polygons) > 0:
         which = int(boundaries[i, 5])
         if which >= 0 and not outside_polygons(polygons, which, which + 1, u[0], u[1]):
@@ -62,9 +62,25 @@ def push(
         which = int(boundaries[j, 5]) if j >= 0 else -1
         if which >= 0 and not outside_polygons(polygons, which, which + 1, u[0], u[1]):
             return queue
-    if not meets(boundaries, 0, last, u, i, j, k):
+    if not meets(boundaries, 0, last, u, i, j):
         return queue
-    return put(queue, cost, u, i, j, k)
+    return put(queue, cost, u, i, j, 0.0)
+
+
+@inlined
+def excluded_in_plane(
+    candidate: Array, boundaries: Array, polygons: MaybePolygons, count: int, admissible: int, last: int
+) -> tuple[bool, int]:
+    """Whether one of the first `count` boundaries (m, 9), or a polygon, excludes a row of the heap; its number.
+
+    `last`: of the polygon that excluded another one before. The first `admissible` boundaries bound the admissible set.
+    """
+    rejects = within_polygon(polygons, last, candidate[1], candidate[2])
+    if rejects >= 0:
+        return True, rejects
+    # It was found to meet those before the last of the boundaries that generated it.
+    newest = max(int(max(candidate[4], candidate[5])), admissible - 1)
+    return not meets(boundaries, newest + 1, count, candidate[1:4], -1, -1), last
 
 
 @inlined
@@ -75,36 +91,25 @@ def propose(
     admissible: int,
     count: int,
     reference: Reference,
-    dimension: int,
     found: Array,
 ) -> Array:
-    """The queue (n, 8) with the critical points that the last boundary, number count - 1, adds to those before it.
+    """The queue (n, 8) with the critical points that the last boundary in the plane, number count - 1, adds.
 
-    The first `admissible` of the boundaries (m, 9) bound the admissible set. `found` (4, 3) is a buffer.
+    The first `admissible` of the boundaries (m, 9) bound the admissible set. `found` (2, 3) is a buffer.
     """
     new = count - 1
     last = max(new, admissible)
     project(boundaries, new, reference.preferred, found)
-    queue = push(queue, boundaries, polygons, last, reference, found[0], (new, -1, -1))
+    queue = push(queue, boundaries, polygons, last, reference, found[0], (new, -1))
     for i in range(new):
         if apart(boundaries, i, new):
             continue
-        if are_circles(boundaries, i, new, dimension):
+        if are_circles(boundaries, i, new):
             number = intersect_circles(boundaries, i, new, found)
         else:
-            number = intersect_two(boundaries, i, new, reference.preferred, dimension, found)
+            number = intersect_two(boundaries, i, new, found)
         for f in range(number):
-            queue = push(queue, boundaries, polygons, last, reference, found[f], (i, new, -1))
-    if dimension == 3:
-        for i in range(new):
-            if apart(boundaries, i, new):
-                continue
-            for j in range(i):
-                if apart(boundaries, j, new) or apart(boundaries, i, j):
-                    continue
-                number = intersect_three(boundaries, j, i, new, found)
-                for f in range(number):
-                    queue = push(queue, boundaries, polygons, last, reference, found[f], (j, i, new))
+            queue = push(queue, boundaries, polygons, last, reference, found[f], (i, new))
     return queue
 
 
@@ -124,7 +129,7 @@ def before(queue: Array, a: float, b: float) -> bool:
 
 
 @kernel
-def put(queue: Array, cost: float, u: Array, i: int, j: int, k: int) -> Array:
+def put(queue: Array, cost: float, u: Array, i: int, j: int, t: float) -> Array:
     """The queue (n, 8) with one more candidate u (3,); a larger array if it was full."""
     n = int(queue[0, 0]) + 1
     if n >= len(queue):
@@ -134,7 +139,7 @@ def put(queue: Array, cost: float, u: Array, i: int, j: int, k: int) -> Array:
                 larger[row, column] = queue[row, column]
         queue = larger
     queue[n, 0], queue[n, 1], queue[n, 2], queue[n, 3] = cost, u[0], u[1], u[2]
-    queue[n, 4], queue[n, 5], queue[n, 6] = i, j, k
+    queue[n, 4], queue[n, 5], queue[n, 6] = i, j, t
     slot = int(queue[0, 1]) + 1
     queue[0, 0], queue[0, 1] = n, slot
     while slot > 1 and before(queue, n, queue[slot // 2, 7]):

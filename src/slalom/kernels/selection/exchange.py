@@ -3,10 +3,11 @@
 Exchange of elements. The working set holds the boundaries of the admissible set (balls and half-spaces, to stay
 inside) and temporal elements (balls and, in the plane, rounded convex polygons, to stay outside), at first none of
 these. The nearest point of "admissible and outside the working set" is among finitely many critical points: the
-preferred control, its projections on single boundaries, and the nearest points of intersections of two (in space: and
-three) of them. The boundaries of a rounded polygon are circles and lines. They wait in a heap by distance. The nearest
-one that is admissible and outside all elements is tested in the workspace, for all time; if it collides, the element of
-a worst violation joins the working set, which rejects it for good.
+preferred control, its projections on single boundaries, and the nearest points of intersections of two of them, in
+space up to where others exclude them (`candidates_in_space`). The boundaries of a rounded polygon are circles and
+lines. They wait in a heap by distance. The nearest one that is admissible and outside all elements is tested in the
+workspace, for all time; if it collides, the element of a worst violation joins the working set, which rejects it for
+good.
 
 Every answer is at least as near as any control that keeps CONTACT clear, since the working set is always a part of
 the control obstacle; the first candidate that passes the test is therefore the optimum.
@@ -17,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.kernels.arrays import Array, MaybeHulls, Segments, Workspace
-from slalom.kernels.geometry.boundaries import meets
+from slalom.kernels.geometry.cubic import value
 from slalom.kernels.geometry.polygons import (
     MaybePolygons,
     add_polygon,
@@ -26,17 +27,32 @@ from slalom.kernels.geometry.polygons import (
     new_polygons,
     smallest_ball,
     with_capacity,
-    within_polygon,
     without_polygon,
 )
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.broad_phase import Culled, copy_near, cull, distance, is_clear, new_hulls, new_table
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.admissible import distance_from_center, nearest_admissible
-from slalom.kernels.selection.candidates import Reference, new_queue, propose, put, take
+from slalom.kernels.selection.candidates import Reference, excluded_in_plane, new_queue, propose, put, take
+from slalom.kernels.selection.candidates_in_space import (
+    exclude_beyond,
+    excluded_by,
+    move_on,
+    new_view,
+    propose_in_space,
+)
 from slalom.kernels.selection.elements import hull_element, nearest_ball
 from slalom.kernels.selection.violation import deepest_violation
-from slalom.tolerances import CULLING_FACTOR, CULLING_SHARE, SQUARED_DISTANCE_SLACK
+from slalom.tolerances import (
+    CONTACT,
+    CONTACT_SHARE,
+    CULLING_FACTOR,
+    CULLING_SHARE,
+    MOST_WORK_IN_SPACE,
+    SQUARED_DISTANCE_SLACK,
+    WORK_CURVE,
+    WORK_POINT,
+)
 
 SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
 
@@ -64,7 +80,7 @@ def nearest_free(
 
     Args:
         preferred: (3,). limits: (n, 5) the admissible set, see `geometry.boundaries`.
-        most_elements, most_candidates: bounds on the work; reaching one gives UNDECIDED.
+        most_elements, most_candidates: bounds on the work; reaching one, or MOST_WORK_IN_SPACE, gives UNDECIDED.
     """
     u, gaps, center = preferred.copy(), np.empty(len(table.radius)), np.empty(3)
     nearest, allowed = nearest_admissible(u, limits, center)
@@ -87,44 +103,54 @@ def exchanged(
 
     `farthest`: of all admissible controls from the centre of `culled`. `allowed`: whether u is admissible.
     """
-    limits, dimension = problem.limits, problem.dimension
+    limits, in_space = problem.limits, problem.dimension == 3
     boundaries, polygons, queue = new_boundaries(limits), new_polygons(hulls), new_queue()
-    found, preferred = np.zeros((4, 3)), u.copy()
+    found, preferred, view = np.zeros((2, 3)), u.copy(), new_view(limits, u)
     room, known, limit = len(culled.rows), 0, -1.0
     near, near_hulls, work = new_table(room), new_hulls(room, hulls), new_workspace(room, hulls)
     admissible = len(limits)
-    count, elements, proposed, examined, last, floor = admissible, 0, 0, 0, 0, 0.0
+    count, elements, proposed, examined, last, floor, spent = admissible, 0, 0, 0, 0, 0.0, 0
+    for b in range(admissible):
+        exclude_beyond(boundaries, b, 0.0)
     if allowed:
         # Only if u is not admissible can the boundary of the admissible set hold the optimum: the set is convex.
-        queue = put(queue, 0.0, u, -1, -1, -1)
+        queue = put(queue, 0.0, u, -1, -1, 0.0)
         proposed = admissible
     while True:
         while proposed < count:
             proposed += 1
-            reference = Reference(preferred, floor)
-            queue = propose(queue, boundaries, polygons, admissible, proposed, reference, dimension, found)
+            if in_space:
+                queue = propose_in_space(queue, boundaries, proposed, view)
+                spent += proposed * WORK_CURVE
+            else:
+                reference = Reference(preferred, floor)
+                queue = propose(queue, boundaries, polygons, admissible, proposed, reference, found)
         n = take(queue)
         if n == 0:
             break
         examined += 1
-        if examined > problem.most_candidates:
+        if examined > problem.most_candidates or spent > MOST_WORK_IN_SPACE:
             return UNDECIDED, elements, examined
         u[0], u[1], u[2] = queue[n, 1], queue[n, 2], queue[n, 3]
-        # All nearer controls were rejected: a new candidate there lies in some element of the working set.
-        floor = queue[n, 0] * (1.0 - SQUARED_DISTANCE_SLACK)
-        rejects = within_polygon(polygons, last, u[0], u[1])
-        if rejects >= 0:
-            last = rejects
-            continue
-        # The candidate was found to meet those before the last of the boundaries that generated it.
-        newest = max(int(max(max(queue[n, 4], queue[n, 5]), queue[n, 6])), admissible - 1)
-        if not meets(boundaries, newest + 1, count, u, -1, -1, -1):
-            continue
+        if in_space:
+            rejects = excluded_by(boundaries, count, u, last)
+            spent += WORK_POINT + (rejects if rejects >= 0 else count)
+            if rejects >= 0:
+                last = rejects
+                queue = move_on(queue, n, boundaries, rejects, view)
+                continue
+        else:
+            # All nearer controls were rejected: a new candidate there lies in some element of the working set.
+            floor = queue[n, 0] * (1.0 - SQUARED_DISTANCE_SLACK)
+            excluded, last = excluded_in_plane(queue[n], boundaries, polygons, count, admissible, last)
+            if excluded:
+                continue
         moved = distance(u, culled.center)
         if moved > limit:
             limit = CULLING_FACTOR * moved + CULLING_SHARE * farthest
             known = copy_near(culled, hulls, limit, near, near_hulls, known, work)
         segment = deepest_violation(near, near_hulls, u, part_of(work, known))
+        spent += known
         if segment < 0:
             return (SAFE if segment == -1 else OVERLAPPING), elements, examined
         if elements >= problem.most_elements:
@@ -132,7 +158,9 @@ def exchanged(
         elements += 1
         rejection = Rejection(segment, u)
         boundaries, polygons, count = cut_off(boundaries, polygons, count, near, near_hulls, rejection, problem, work)
-    return (BLOCKED if examined else INADMISSIBLE), elements, examined
+        if in_space:
+            queue = move_on(queue, n, boundaries, count - 1, view)
+    return (BLOCKED if elements else INADMISSIBLE), elements, examined
 
 
 class Rejection(NamedTuple):
@@ -175,4 +203,6 @@ def cut_off(
     for column in range(1, 5):
         boundaries[count, column] = element[column]
     without_polygon(boundaries, count)
+    g = near.gains[:, segment]
+    exclude_beyond(boundaries, count, CONTACT_SHARE * CONTACT / value(g[0], g[1], g[2], g[3], element[0]))
     return boundaries, polygons, count + 1

@@ -82,7 +82,7 @@ class HalfSpaceSpec(Built):
         return HalfSpace(self.normal, self.offset)
 
 
-def _known_method(name: str) -> str:
+def known_method(name: str) -> str:
     try:
         return method(name).name
     except InvalidInput as error:
@@ -94,7 +94,7 @@ class RobotSpec(Shaped):
     """A robot, in SI units. Its orientation is constant."""
 
     name: Text = ""
-    method: Annotated[str, AfterValidator(_known_method)] | None = None
+    method: Annotated[str, AfterValidator(known_method)] | None = None
     margin: NotNegative | None = None
     priority: Positive = 1.0
     position: Vector

@@ -10,12 +10,13 @@ from functools import lru_cache
 from types import GenericAlias
 from typing import Annotated, Any, ClassVar, Final, Literal, get_args, get_origin, get_type_hints
 
-from pydantic import Field, FiniteFloat, GetCoreSchemaHandler, create_model
+from pydantic import BeforeValidator, Field, FiniteFloat, GetCoreSchemaHandler, create_model
 from pydantic_core import PydanticKnownError, core_schema
 
 from slalom.bounds import BOUNDS, Bound
 from slalom.checks import Checked, not_negative, positive, vector
 from slalom.errors import InvalidInput
+from slalom.objective import OBJECTIVES, Objective
 from slalom.shape import SHAPES, Shape
 from slalom.sim.files.schema_base import Built, ModelByContent, NotNegative, Positive, Vector
 from slalom.trajectory import TRAJECTORIES, Trajectory
@@ -45,7 +46,7 @@ def _built(value: Any) -> Any:
     """Return the value of a field, with parts in place of their models."""
     if isinstance(value, PartModel):
         return value.build()
-    return [_built(one) for one in value] if isinstance(value, list) else value
+    return type(value)(_built(one) for one in value) if isinstance(value, list | tuple) else value
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +81,14 @@ TrajectoryModel = Annotated[PartModel, OfAnyKind(TRAJECTORIES)]
 ShapeModel = Annotated[PartModel, OfAnyKind(SHAPES)]
 BoundModel = Annotated[PartModel, OfAnyKind(BOUNDS)]
 UncertaintyModel = Annotated[PartModel, OfAnyKind(UNCERTAINTIES)]
+ObjectiveModel = Annotated[PartModel, OfAnyKind(OBJECTIVES)]
 
 PARTS: Final[Mapping[Any, Any]] = {
     Trajectory: TrajectoryModel,
     Shape: ShapeModel,
     Bound: BoundModel,
     Uncertainty: UncertaintyModel,
+    Objective: ObjectiveModel,
 }
 """Types in files, by the protocol in the annotation of a field."""
 
@@ -129,11 +132,16 @@ def _list_of(item: Any, size: str) -> Any:
     return Annotated[items, Field(min_length=int(size), max_length=int(size))] if size.isdigit() else items
 
 
+def _as_tuple(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
 def _value_type(hint: Any) -> Any:
     """Return the type in files of a field with this annotation; None if there is none.
 
     A number may be annotated with its check (`checks.Positive`), text with the texts that are known, as in
-    Annotated[str, ("linear", "smooth")]. Parts and tuples of parts are annotated with their protocol.
+    Annotated[str, ("linear", "smooth")]. Parts and tuples of parts are annotated with their protocol. A tuple of fixed
+    length is a list of that length, a mapping from texts a mapping.
     """
     if get_origin(hint) is Annotated:
         value, told = get_args(hint)[:2]
@@ -141,4 +149,10 @@ def _value_type(hint: Any) -> Any:
     if get_origin(hint) is tuple and get_args(hint)[1:] == (...,):
         item = _value_type(get_args(hint)[0])
         return None if item is None else GenericAlias(list, (item,))
+    if get_origin(hint) is tuple:
+        items = tuple(_value_type(item) for item in get_args(hint))
+        return None if None in items else Annotated[GenericAlias(tuple, items), BeforeValidator(_as_tuple)]
+    if get_origin(hint) is Mapping and get_args(hint)[0] is str:
+        item = _value_type(get_args(hint)[1])
+        return None if item is None else GenericAlias(dict, (str, item))
     return FiniteFloat if hint is float else hint if hint in (bool, int, str) else PARTS.get(hint)

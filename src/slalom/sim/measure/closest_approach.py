@@ -16,7 +16,7 @@ from slalom.obstacle import Obstacle
 from slalom.periodic import between, displaced, neighbours, to_nearest
 from slalom.sim.measure.recording import Recording
 from slalom.sim.shape_distance import Pair, differences, lowest, pairs, segment_distance, signed
-from slalom.tolerances import DEPTH_RESOLUTION, METRIC
+from slalom.tolerances import BLOCK_STEPS, DEPTH_RESOLUTION, METRIC
 from slalom.trajectory import PiecewisePolynomial
 
 Indices = npt.NDArray[np.int64]
@@ -27,6 +27,14 @@ class ClosestApproach(NamedTuple):
 
     clearance: float  # [m]; inf if the two never exist together
     time: float  # [s] absolute
+
+
+class Balls(NamedTuple):
+    """Balls that bound the motion of n robots during b blocks of steps."""
+
+    first: Indices  # (b,) first step of each block
+    centers: Array  # (b, n, d) [m]
+    radii: Array  # (b, n) [m]
 
 
 def closest_approaches(recording: Recording, robot: int = 0) -> list[ClosestApproach]:
@@ -79,11 +87,12 @@ def between_robots(recording: Recording) -> Array:
     if n < 2 or not len(recording.accelerations):
         return least
     is_ball = np.array([len(s.parts) == 1 and len(s.parts[0].corners) == 1 for s in recording.shapes])
+    balls = _bounding_balls(recording)
     for k in range(n - 1):
         others = np.arange(k + 1, n)
         both = others[is_ball[k] & is_ball[others]]
         if both.size:
-            least[k, both] = _closest_discs(recording, k, both)
+            least[k, both] = _closest_discs(recording, k, both, balls)
         for other in others[~(is_ball[k] & is_ball[others])]:
             least[k, other] = _closest_image(recording, k, robot_as_obstacle(recording, int(other))).clearance
     return np.asarray(np.minimum(least, least.T))
@@ -103,45 +112,34 @@ def robot_as_obstacle(recording: Recording, robot: int) -> Obstacle:
     rows = (recording.positions[:last, robot], recording.velocities[:last, robot])
     powers = np.stack([*rows, 0.5 * recording.accelerations[:last, robot]], axis=1)
     path = PiecewisePolynomial(np.full(last, recording.dt), powers, float(recording.times[0]))
-    return Obstacle(recording.shapes[robot], path, f"robot {robot}")
+    return Obstacle(recording.shapes[robot], path, recording.names[robot])
 
 
-def _closest_discs(recording: Recording, robot: int, others: Indices) -> Array:
+def _closest_discs(recording: Recording, robot: int, others: Indices, balls: Balls) -> Array:
     """Return the least clearance (k,) [m] of a disc or ball to other discs or balls while both are present."""
     lasts = np.array([last_step(recording, int(k)) for k in others], dtype=np.int64)
     lasts = np.minimum(lasts, last_step(recording, robot))
-    steps, dt = int(lasts.max(initial=0)), recording.dt
-    parts = [shape.parts[0] for shape in recording.shapes]
+    parts, dt = [shape.parts[0] for shape in recording.shapes], recording.dt
     radii = np.array([parts[k].radius for k in others]) + parts[robot].radius
     offsets = np.array([parts[k].corners[0] for k in others]) - parts[robot].corners[0]
-    relative = recording.positions[: steps + 1, others] - recording.positions[: steps + 1, [robot]] + offsets
-    present = np.arange(steps)[:, None] < lasts
-    relative_velocities = recording.velocities[:steps, others] - recording.velocities[:steps, [robot]]
-    relative_accelerations = recording.accelerations[:steps, others] - recording.accelerations[:steps, [robot]]
-    starts, ends = relative[:-1], relative[1:]
+    step, index = _steps_near(recording, robot, others, offsets, radii, lasts, balls)
+    other = others[index]
+    p, end = (recording.positions[k, other] - recording.positions[k, robot] + offsets[index] for k in (step, step + 1))
+    v = recording.velocities[step, other] - recording.velocities[step, robot]
+    a = recording.accelerations[step, other] - recording.accelerations[step, robot]
     if recording.period is not None:
         max_step = 2.0 * dt * float(np.linalg.norm(recording.velocities, axis=-1).max())
-        shifts = neighbours(recording.period, max_step)[:, None, None]
-        image_shifts = (to_nearest(starts, recording.period) + shifts).reshape(-1, *starts.shape[1:])
-        repeats = (len(image_shifts) // steps, 1, 1)
-        present, relative_velocities, relative_accelerations = (
-            np.tile(present, repeats[:2]),
-            np.tile(relative_velocities, repeats),
-            np.tile(relative_accelerations, repeats),
-        )
-        starts, ends = np.tile(starts, repeats) + image_shifts, np.tile(ends, repeats) + image_shifts
-    gaps = [np.where(present, np.linalg.norm(x, axis=-1) - radii, np.inf).min(axis=0) for x in (starts, ends)]
-    best = np.minimum(*gaps)
-    curvatures = np.linalg.norm(relative_accelerations, axis=-1) / 8.0
-    chords = segment_distance(starts.reshape(-1, starts.shape[2]), ends.reshape(-1, ends.shape[2]))
-    step, index = np.nonzero(present & (chords.reshape(present.shape) - radii - curvatures * dt * dt < best - METRIC))
-    p, v, a, curvature = (
-        starts[step, index],
-        relative_velocities[step, index],
-        relative_accelerations[step, index],
-        curvatures[step, index],
-    )
-    begin, width = np.zeros(len(step)), np.full(len(step), dt)
+        images = neighbours(recording.period, max_step)
+        shift = (to_nearest(p, recording.period) + images[:, None]).reshape(-1, p.shape[1])
+        p, end, v, a = (np.tile(x, (len(images), 1)) for x in (p, end, v, a))
+        p, end, index = p + shift, end + shift, np.tile(index, len(images))
+    best = np.full(len(others), np.inf)
+    for x in (p, end):
+        np.minimum.at(best, index, np.linalg.norm(x, axis=1) - radii[index])
+    curvature = np.linalg.norm(a, axis=1) / 8.0
+    near = segment_distance(p, end) - radii[index] - curvature * dt * dt < best[index] - METRIC
+    p, v, a, curvature, index = (x[near] for x in (p, v, a, curvature, index))
+    begin, width = np.zeros(len(index)), np.full(len(index), dt)
     while len(index):
         # Sample the middle of each parabola; keep the halves whose lower bound is below the best clearance.
         middle = begin + 0.5 * width
@@ -155,6 +153,50 @@ def _closest_discs(recording: Recording, robot: int, others: Indices) -> Array:
         begin = np.concatenate([begin[keep[0]], middle[keep[1]]])
         width = np.concatenate([0.5 * width[keep[0]], 0.5 * width[keep[1]]])
     return np.asarray(best)
+
+
+def _bounding_balls(recording: Recording) -> Balls:
+    """Return balls that bound the motion of each robot during blocks of BLOCK_STEPS steps."""
+    steps, dt = len(recording.accelerations), recording.dt
+    first = np.arange(0, steps, BLOCK_STEPS)
+    within = np.minimum(first[:, None] + np.arange(BLOCK_STEPS + 1), steps)
+    centers = recording.positions[within[:, BLOCK_STEPS // 2]]
+    distances = np.linalg.norm(recording.positions[within] - centers[:, None], axis=-1).max(axis=1)
+    # Between two steps a robot is at most this far from the nearer one.
+    ends = recording.velocities[:-1] + dt * recording.accelerations
+    speed = np.maximum(np.linalg.norm(recording.velocities[:-1], axis=-1), np.linalg.norm(ends, axis=-1))
+    speeds = np.maximum.reduceat(speed, first)
+    return Balls(first, centers, distances + 0.5 * dt * speeds)
+
+
+def _steps_near(
+    recording: Recording,
+    robot: int,
+    others: Indices,
+    offsets: Array,
+    radii: Array,
+    lasts: Indices,
+    balls: Balls,
+) -> tuple[Indices, Indices]:
+    """Return steps (m,) and indices (m,) of others: all at which the closest approach to that robot may lie.
+
+    Args:
+        offsets: (k, d) [m] of the centres. radii: (k,) [m] sums of both. lasts: (k,) numbers of common steps.
+    """
+    relative = balls.centers[:, others] - balls.centers[:, [robot]] + offsets
+    if recording.period is not None:
+        relative = relative + to_nearest(relative, recording.period)
+    distance = np.linalg.norm(relative, axis=-1) - radii
+    reach = balls.radii[:, others] + balls.radii[:, [robot]]
+    present = balls.first[:, None] < lasts
+    # The closest approach is at most as far as at the far side of the balls of any block that is present to its end.
+    whole = balls.first[:, None] + BLOCK_STEPS <= lasts
+    upper = np.where(whole, distance + reach, np.inf).min(axis=0)
+    block, index = np.nonzero(present & (distance - reach <= upper))
+    step = (balls.first[block][:, None] + np.arange(BLOCK_STEPS)).reshape(-1)
+    index = np.repeat(index, BLOCK_STEPS)
+    there = step < lasts[index]
+    return step[there], index[there]
 
 
 def positions_at(recording: Recording, robot: int, times: Array) -> Array:
@@ -201,33 +243,63 @@ def _closest_parts(
         curvature: [m/s^2] bound of the relative acceleration, divided by 8.
     """
 
-    def corners(t: Array) -> Array:
-        return differences(obstacle, pair, t, positions_at(recording, robot, t))
+    def sampled(t: Array) -> tuple[Array, Array]:
+        """Differences of the corners (k, n, d) [m] and clearances (k,) [m] at times t (k,) [s]."""
+        q = differences(obstacle, pair, t, positions_at(recording, robot, t))
+        return q, signed(q) - pair.radius
 
-    def nearer(t: Array, q: Array) -> ClosestApproach:
-        gap = signed(q) - pair.radius
+    def nearer(t: Array, gap: Array) -> ClosestApproach:
         k = int(np.argmin(gap))
         return min(best, ClosestApproach(float(gap[k]), float(t[k])), key=lambda closest: closest.clearance)
 
-    points = corners(times)
-    best = nearer(times, points)
-    a, b, p, q = times[:-1], times[1:], points[:-1], points[1:]
+    near = _intervals_near(recording, robot, obstacle, pair, times, best.clearance)
+    samples = np.unique(np.concatenate([near, near + 1])) if len(times) > 1 else np.zeros(1, np.int64)
+    if not len(samples):
+        return best
+    points, gaps = sampled(times[samples])
+    best = nearer(times[samples], gaps)
+    start, end = np.searchsorted(samples, near), np.searchsorted(samples, near + 1)
+    a, b, p, q, g, h = times[near], times[near + 1], points[start], points[end], gaps[start], gaps[end]
     for _ in range(60):
-        rotation = _deviation_by_rotation(obstacle, pair, a, b)
-        low = lowest(p, q, rotation + curvature * (b - a) ** 2) - pair.radius
-        keep = low < best.clearance - METRIC
+        deviation = _deviation_by_rotation(obstacle, pair, a, b) + curvature * (b - a) ** 2
+        # The distance changes at most as fast as the corners move: few intervals need the hull of both ends.
+        travel = np.linalg.norm(q - p, axis=2).max(axis=1)
+        keep = 0.5 * (g + h - travel) - deviation <= best.clearance
+        keep[keep] = lowest(p[keep], q[keep], deviation[keep]) - pair.radius < best.clearance - METRIC
         if best.clearance < 0.0 and p.shape[1] > 1:
             # Hulls give no bound of the depth: intervals of overlapping bodies are halved to the end.
             keep &= b - a > DEPTH_RESOLUTION
         if not np.any(keep):
             break
-        a, b, p, q = a[keep], b[keep], p[keep], q[keep]
+        a, b, p, q, g, h = (x[keep] for x in (a, b, p, q, g, h))
         middle = 0.5 * (a + b)
-        m = corners(middle)
-        best = nearer(middle, m)
-        a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+        m, gap = sampled(middle)
+        best = nearer(middle, gap)
+        a, b, g, h = (np.concatenate(x) for x in ((a, middle), (middle, b), (g, gap), (gap, h)))
         p, q = np.concatenate([p, m]), np.concatenate([m, q])
     return best
+
+
+def _intervals_near(
+    recording: Recording, robot: int, obstacle: Obstacle, pair: Pair, times: Array, least: float
+) -> Indices:
+    """Return the numbers of the intervals of `times` (k,) [s] in which two parts may be closer than `least` [m].
+
+    The distance of bodies that do not turn changes at most as fast as both move. So the distances at the ends of a
+    block of intervals bound it in between. Positions may jump in velocity at the times, as those of peers do.
+    """
+    every = np.arange(len(times) - 1)
+    if obstacle.turns or len(times) <= 2 * BLOCK_STEPS:
+        return every
+    ends = np.append(np.arange(0, len(times) - 1, BLOCK_STEPS), len(times) - 1)
+    t = times[ends]
+    distance = signed(differences(obstacle, pair, t, positions_at(recording, robot, t))) - pair.radius
+    after = recording.velocities[:-1, robot] + recording.dt * recording.accelerations[:, robot]
+    speeds = [np.linalg.norm(x, axis=1).max() for x in (recording.velocities[:, robot], after)]
+    speed = max(speeds) + obstacle.trajectory.speed_bound(float(times[0]), float(times[-1]))
+    lower = 0.5 * (distance[:-1] + distance[1:] - speed * np.diff(t))
+    blocks = np.flatnonzero(lower <= min(least, distance.min()))
+    return every[np.isin(every // BLOCK_STEPS, blocks)]
 
 
 def _deviation_by_rotation(obstacle: Obstacle, pair: Pair, a: Array, b: Array) -> Array:

@@ -37,7 +37,7 @@ def save_trajectory(group: Any, trajectory: Trajectory, start: float, end: float
     """
     if type(trajectory) not in TRAJECTORIES.values():
         first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
-        trajectory = _as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
+        trajectory = as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
     save_part(group, trajectory, TRAJECTORIES)
 
 
@@ -62,7 +62,7 @@ def save_shape(group: Any, shape: Shape) -> None:
         save_shape(group.create_group(str(k)), part)
 
 
-def _as_polynomial(path: Path) -> PiecewisePolynomial:
+def as_polynomial(path: Path) -> PiecewisePolynomial:
     """Convert a path to cubic pieces in ascending powers of the time since the start of each piece."""
     p0, p1, p2, p3 = (path.points[:, j] for j in range(4))
     h = np.diff(path.times)

@@ -1,6 +1,6 @@
 """Measures of oscillation: changes of the passing side, of the heading, and of the committed manoeuvre.
 
-Each measure is a pure function of a recording, by default of robot 0; `flips_between` is of all pairs of robots.
+Each measure is a pure function of a recording and one robot, see `robot_metrics`; `flips_between` is of all pairs.
 """
 
 from typing import Final, NamedTuple
@@ -12,7 +12,8 @@ from slalom.checks import Array
 from slalom.decision import Outcome
 from slalom.periodic import between
 from slalom.sim.measure.closest_approach import nearest_images
-from slalom.sim.measure.recording import Recording
+from slalom.sim.measure.recording import Recording, Which
+from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.tolerances import MOVING_SHARE
 
 Counts = npt.NDArray[np.int64]
@@ -65,12 +66,12 @@ def _flips(sides: Counts) -> int:
     return int(np.count_nonzero(np.diff(sides[sides != 0])))
 
 
-def side_flips(recording: Recording) -> float:
+def side_flips(recording: Recording, robot: Which = None) -> float:
     """Number of changes of the side on which the robot would pass an obstacle, over all obstacles; 0 in space.
 
     Walls and other obstacles of several parts have no passing side.
     """
-    total = 0
+    recording, total = single_robot_view(recording, robot), 0
     for obstacle in [image for o in recording.obstacles for image in nearest_images(recording, 0, o)]:
         first, last = obstacle.trajectory.span
         present = (recording.times >= first) & (recording.times <= last)
@@ -113,12 +114,13 @@ def _images(recording: Recording, position: Array, velocity: Array, rule: Passin
     return between(-max_distance - position.max(axis=0), max_distance - position.min(axis=0), recording.period)
 
 
-def heading_variation(recording: Recording, robot: int = 0, moving: float = MOVING_SHARE) -> float:
+def heading_variation(recording: Recording, robot: Which = None, moving: float = MOVING_SHARE) -> float:
     """Sum of the absolute changes of the heading [rad] between consecutive steps at which the robot moves.
 
     It includes the turns of the path itself. Unlike `heading_change` it omits steps at which the robot is slower than
     `moving` times its maximum speed.
     """
+    robot = recording.row(robot)
     v = recording.velocities[:, robot]
     speed = np.linalg.norm(v, axis=1)
     moves = speed > moving * recording.limits[robot].max_speed
@@ -127,7 +129,8 @@ def heading_variation(recording: Recording, robot: int = 0, moving: float = MOVI
     return float(2.0 * np.arctan2(difference, total).sum())
 
 
-def changed_choices(recording: Recording, robot: int = 0) -> float:
+def changed_choices(recording: Recording, robot: Which = None) -> float:
     """Share of the decisions with an outcome that changed the committed manoeuvre."""
+    robot = recording.row(robot)
     made = [row[robot] for row in recording.outcomes if row[robot] in Outcome.__members__]
     return sum(name not in ("KEPT", "CONTINUED") for name in made) / len(made) if made else 0.0

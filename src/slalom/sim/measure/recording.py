@@ -2,7 +2,8 @@
 
 import hashlib
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 
 import h5py
@@ -39,6 +40,10 @@ FORMAT, READABLE_FORMATS = "slalom recording 2", ("slalom recording 1", "slalom 
 """Name of the written format, and of the readable ones."""
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
+Which = int | str | None
+"""A robot of a recording: its number, its name, or None for the only one."""
+DECIDING = ("dt", "replan", "horizon", "margin", "patience", "guided")
+"""Names of the settings of a scenario on which decisions depend."""
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""
 
@@ -60,6 +65,8 @@ class Recording:
         foresight: knowledge of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); with several
             robots, knowledge of each other: published or observed. "" if a file states none.
         period: [m] of a periodic world, see `Scenario`; positions are not wrapped.
+        names: N, all different; by default "robot 0", "robot 1", ...
+        settings: the settings of `Scenario` with which the robots decided; empty if a file states none. holds: [s].
     """
 
     scenario: str
@@ -82,6 +89,13 @@ class Recording:
     obstacles: tuple[Obstacle, ...]
     foresight: str = ""
     period: Period | None = None
+    settings: Mapping[str, float] = field(default_factory=dict)
+    holds: tuple[float, ...] = ()
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.names:
+            object.__setattr__(self, "names", tuple(f"robot {k}" for k in range(len(self.shapes))))
 
     @classmethod
     def of(cls, log: RunLog) -> "Recording":
@@ -109,12 +123,54 @@ class Recording:
             obstacles=scenario.obstacles,
             foresight=log.foresight,
             period=scenario.period,
+            names=_distinct([robot.name for robot in scenario.robots]),
+            settings={name: float(getattr(scenario, name)) for name in DECIDING},
+            holds=tuple(scenario.holds),
         )
 
     @property
     def dimension(self) -> int:
         """Dimension of the space, 2 or 3."""
         return int(self.positions.shape[2])
+
+    def row(self, robot: Which = None) -> int:
+        """Return the number of a robot.
+
+        Raises:
+            InvalidInput: an unknown name or number; None, if there are several robots.
+        """
+        n = len(self.names)
+        if robot is None and n == 1:
+            return 0
+        if isinstance(robot, str) and robot in self.names:
+            return self.names.index(robot)
+        if isinstance(robot, int | np.integer) and 0 <= robot < n:
+            return int(robot)
+        some = ", ".join(repr(name) for name in self.names[:3]) + (", ..." if n > 3 else "")
+        found = "none" if robot is None else repr(robot)
+        raise InvalidInput(f"robot: expected the name or number of one of {n} robots ({some}), found {found}")
+
+    def only(self, robot: Which = None) -> "Recording":
+        """Return the recording of one robot without the other robots, see `row`; `single_robot_view` keeps them."""
+        k = self.row(robot)
+        if len(self.names) == 1:
+            return self
+        one = slice(k, k + 1)
+        return replace(
+            self,
+            positions=self.positions[:, one],
+            velocities=self.velocities[:, one],
+            accelerations=self.accelerations[:, one],
+            controls=self.controls[:, one],
+            responses=tuple(row[one] for row in self.responses),
+            outcomes=tuple(row[one] for row in self.outcomes),
+            decision_times=self.decision_times[:, one],
+            shapes=self.shapes[one],
+            limits=self.limits[one],
+            goals=self.goals[one],
+            arrived=self.arrived[one],
+            names=self.names[one],
+        )
 
     def acceleration_before(self, step: int, robot: int = 0) -> Array:
         """Return the acceleration (d,) [m/s^2] applied before `step`; zero before the first."""
@@ -154,6 +210,8 @@ class Recording:
             if self.period is not None:
                 run.attrs["period"] = self.period
             run.create_group("parameters").attrs.update(self.parameters)
+            run.create_group("settings").attrs.update(self.settings)
+            run["holds"] = np.array(self.holds)
             heading = np.arctan2(self.velocities[..., 1], self.velocities[..., 0])[..., None]
             run["times"] = self.times
             run["poses"] = np.concatenate([self.positions, heading], axis=-1)
@@ -167,6 +225,7 @@ class Recording:
             for k, (shape, limits, goal) in enumerate(zip(self.shapes, self.limits, self.goals)):
                 group = run.create_group(f"robots/{k}")
                 save_shape(group.create_group("shape"), shape)
+                group.attrs["name"] = self.names[k]
                 group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
                 for name in HALF_SPACES:
                     bounds = getattr(limits, name)
@@ -219,11 +278,7 @@ class Recording:
             method=text(attributes, "method"),
             seed=whole(scalar(attributes, "seed"), "seed"),
             dt=positive(scalar(attributes, "time_step"), "time_step"),
-            parameters={
-                name: number(scalar(found, name), name)
-                for found in [member(run.groups, "parameters").attributes]
-                for name in found
-            },
+            parameters=_named_numbers(member(run.groups, "parameters")),
             times=stored("times", steps + 1),
             positions=stored("poses", steps + 1, n, d + 1)[..., :-1],
             velocities=stored("twists", steps + 1, n, d + 1)[..., :-1],
@@ -239,6 +294,9 @@ class Recording:
             obstacles=tuple(load_obstacle(obstacle) for obstacle in listed(run, "obstacles")),
             foresight=text(attributes, "foresight") if "foresight" in attributes else "",
             period=tuple(numbers(attributes, "period").tolist()) if "period" in attributes else None,
+            names=_distinct([text(r.attributes, "name") for r in robots if "name" in r.attributes])[: len(robots)],
+            settings=_named_numbers(run.groups["settings"]) if "settings" in run.groups else {},
+            holds=_holds(run),
         )
         recording._refuse_contradictions()
         return recording
@@ -258,6 +316,23 @@ class Recording:
         for name, dimensions in found.items():
             if set(dimensions) - {d}:
                 raise InvalidInput(f"{name}: expected {d} dimensions, found {short(np.array(dimensions))}")
+
+
+def _distinct(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of robots if all differ, else none."""
+    return tuple(names) if len(set(names)) == len(names) else ()
+
+
+def _named_numbers(group: Group) -> dict[str, float]:
+    """Return the attributes of a group, each of which is a number."""
+    return {name: number(scalar(group.attributes, name), name) for name in group.attributes}
+
+
+def _holds(run: Group) -> tuple[float, ...]:
+    """Return the holds [s]; none if the file states none."""
+    if "holds" not in run.datasets:
+        return ()
+    return tuple(positive(hold, "holds") for hold in array(numbers(run.datasets, "holds"), "holds").ravel().tolist())
 
 
 def _unbounded(run: Group, name: str, *shape: int) -> Array:

@@ -3,25 +3,15 @@
 from dataclasses import replace
 
 from slalom.sim.measure.closest_approach import robot_as_obstacle
-from slalom.sim.measure.recording import Recording
+from slalom.sim.measure.recording import Recording, Which
 
 
-def single_robot_view(recording: Recording, robot: int) -> Recording:
-    """Return the recording of one robot, with the other robots as obstacles on their recorded paths."""
-    steps, rows = len(recording.accelerations), slice(robot, robot + 1)
-    others = [robot_as_obstacle(recording, k) for k in range(len(recording.shapes)) if k != robot and steps]
-    return replace(
-        recording,
-        positions=recording.positions[:, rows],
-        velocities=recording.velocities[:, rows],
-        accelerations=recording.accelerations[:, rows],
-        controls=recording.controls[:, rows],
-        responses=tuple(row[rows] for row in recording.responses),
-        outcomes=tuple(row[rows] for row in recording.outcomes),
-        decision_times=recording.decision_times[:, rows],
-        shapes=recording.shapes[rows],
-        limits=recording.limits[rows],
-        goals=recording.goals[rows],
-        arrived=recording.arrived[rows],
-        obstacles=(*recording.obstacles, *others),
-    )
+def single_robot_view(recording: Recording, robot: Which = None) -> Recording:
+    """Return the recording of one robot, with the other robots as obstacles on their recorded paths.
+
+    Raises:
+        InvalidInput: see `Recording.row`.
+    """
+    k, n = recording.row(robot), len(recording.shapes)
+    others = [robot_as_obstacle(recording, j) for j in range(n) if j != k and len(recording.accelerations)]
+    return replace(recording.only(k), obstacles=(*recording.obstacles, *others))

@@ -14,7 +14,7 @@ A `Decider` holds the first three steps: for one robot, for a fleet, for a peer.
 times, arrivals, the order of turns, integration and records.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Literal, overload
 
@@ -96,16 +96,75 @@ def simulate(
         InvalidInput: not a scenario or not a method; two robots of one name; a method for one robot alone; with a
             shared method, manoeuvres that last longer than the horizon.
     """
-    has(scenario, ("robots", "obstacles"), "a scenario, such as gallery.build('ring')", "scenario")
-    if not isinstance(method, Peer):
-        has(method, ("responses", "forecast"), "a method, such as method('nao')", "method")
-    decider, rows = _decider_and_rows(scenario, method, seed, threads)
-    several = len(scenario.robots) > 1 and not isinstance(method, Peer)
-    # A peer refuses robots with methods of their own.
-    names = dict.fromkeys((robot.method or method).name for robot in scenario.robots)
-    log = RunLog(scenario, "+".join(names), seed, method.foresight_among if several else method.foresight)
-    _run(scenario, decider, log, rows, record, progress)
-    return Recording.of(log) if record else RunSummary.of(log)
+    run = Run(scenario, method, seed=seed, threads=threads, record=record)
+    for share in run.steps():
+        if progress:
+            progress(share)
+    return Recording.of(run.log) if record else RunSummary.of(run.log)
+
+
+class Run:
+    """A run that is made step by step; `simulate` makes all of them at once.
+
+    Attributes:
+        log: the steps made so far, and the states after them. decider: holds the states and the latest decisions.
+
+    Args:
+        scenario, method, seed, threads, record: see `simulate`, which also lists what is refused.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        method: Method | Peer,
+        *,
+        seed: int = 0,
+        threads: int | None = None,
+        record: bool = True,
+    ) -> None:
+        has(scenario, ("robots", "obstacles"), "a scenario, such as gallery.build('ring')", "scenario")
+        if not isinstance(method, Peer):
+            has(method, ("responses", "forecast"), "a method, such as method('nao')", "method")
+        self.decider, self._rows = _decider_and_rows(scenario, method, seed, threads)
+        several = len(scenario.robots) > 1 and not isinstance(method, Peer)
+        # A peer refuses robots with methods of their own.
+        names = dict.fromkeys((robot.method or method).name for robot in scenario.robots)
+        foresight = method.foresight_among if several else method.foresight
+        self.log = RunLog(scenario, "+".join(names), seed, foresight)
+        self._record = record
+
+    def steps(self) -> Iterator[float]:
+        """Make one step after the other; yield the share of the duration that has passed after each."""
+        decider, log, rows = self.decider, self.log, self._rows
+        scenario, states = log.scenario, decider.states
+        dt, n = scenario.dt, len(rows)
+        count = round(scenario.duration / dt)
+        for k in range(count):
+            now = scenario.start + k * dt
+            states.note_arrivals(now)
+            if states.all_arrived:
+                break
+            made = Decisions({}, {})
+            if k % scenario.steps_per_decision == 0:
+                decider.sense(now)
+                decider.guide(now)
+                turns = [(k + j) % n for j in range(n)]
+                made = decider.decide([j for j in turns if states.present[j]], now)
+            acceleration = decider.accelerations(now, dt)
+            log.count += 1
+            log.statuses.update(made.outcomes.values())
+            if self._record:
+                log.steps.append(_step(decider, acceleration, made, rows, scenario.dimension))
+            states.integrate(acceleration, dt)
+            self._note_end()
+            yield (k + 1) / count
+        states.note_arrivals(scenario.start + dt * log.count)
+        self._note_end()
+
+    def _note_end(self) -> None:
+        """Note the states after the steps made so far."""
+        states, rows, d = self.decider.states, self._rows, self.log.scenario.dimension
+        self.log.end(states.position[rows, :d], states.velocity[rows, :d], states.arrived[rows])
 
 
 def _decider_and_rows(
@@ -128,40 +187,6 @@ def _decider_and_rows(
 
 def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int | None) -> Decider:
     return FleetDecider(method, Guidance(RobotStates(scenario), threads), seed, threads)
-
-
-def _run(
-    scenario: Scenario,
-    decider: Decider,
-    log: RunLog,
-    rows: Indices,
-    record: bool,
-    progress: Callable[[float], None] | None,
-) -> None:
-    """Run `scenario` to its end; note it in `log`, robot k of the scenario from row rows[k] of the decider."""
-    states, dt, n, d = decider.states, scenario.dt, len(rows), scenario.dimension
-    count = round(scenario.duration / dt)
-    for k in range(count):
-        now = scenario.start + k * dt
-        states.note_arrivals(now)
-        if states.all_arrived:
-            break
-        made = Decisions({}, {})
-        if k % scenario.steps_per_decision == 0:
-            decider.sense(now)
-            decider.guide(now)
-            turns = [(k + j) % n for j in range(n)]
-            made = decider.decide([j for j in turns if states.present[j]], now)
-        acceleration = decider.accelerations(now, dt)
-        log.count += 1
-        log.statuses.update(made.outcomes.values())
-        if record:
-            log.steps.append(_step(decider, acceleration, made, rows, d))
-        states.integrate(acceleration, dt)
-        if progress:
-            progress((k + 1) / count)
-    states.note_arrivals(scenario.start + dt * log.count)
-    log.end(states.position[rows, :d], states.velocity[rows, :d], states.arrived[rows])
 
 
 def _step(decider: Decider, acceleration: Array, made: Decisions, rows: Indices, d: int) -> Step:

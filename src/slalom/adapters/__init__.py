@@ -1,0 +1,1 @@
+"""slalom inside other projects: one module for each, which imports that project's package."""

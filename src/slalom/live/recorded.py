@@ -1,0 +1,91 @@
+"""The scenario and the steps of a recording, from which its decisions can be looked at again."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.checks import Array
+from slalom.errors import InvalidInput
+from slalom.methods import HOLDS, METHODS, Method, method
+from slalom.peers import contender_named
+from slalom.sim.measure.recording import Recording
+from slalom.sim.measure.run_log import Step
+from slalom.sim.scenario import SETTINGS, Robot, Scenario
+from slalom.state import State
+
+
+class Recorded(NamedTuple):
+    """A recorded run.
+
+    Attributes:
+        method: by which all robots decided; None if it has no control space here.
+        end: the states at the end, as a step.
+        notes: assumptions, a sentence each.
+    """
+
+    scenario: Scenario
+    method: Method | None
+    steps: list[Step]
+    end: Step
+    notes: tuple[str, ...]
+
+
+def recorded(recording: Recording) -> Recorded:
+    """Return the scenario of a recording, the method of its robots, and its steps.
+
+    Raises:
+        InvalidInput: a run without a step.
+    """
+    count = len(recording.accelerations)
+    if not count:
+        raise InvalidInput("recording: expected a run with at least one step, found a robot that starts at its goal")
+    settings = {name: value for name, value in recording.settings.items() if name in SETTINGS}
+    notes = [] if settings else ["The file states no settings: horizon, margin and holds are the default ones."]
+    robots = tuple(
+        Robot(shape, limits, State(recording.positions[0, k], recording.velocities[0, k]), goal, f"robot {k}")
+        for k, (shape, limits, goal) in enumerate(zip(recording.shapes, recording.limits, recording.goals))
+    )
+    scenario = Scenario(
+        recording.scenario,
+        robots,
+        recording.obstacles,
+        start=float(recording.times[0]),
+        duration=float(recording.times[-1] - recording.times[0]),
+        period=recording.period,
+        holds=recording.holds or HOLDS,
+        **{**settings, "dt": recording.dt},  # type: ignore[arg-type]  # names of settings
+    )
+    steps = [
+        Step(
+            recording.positions[k],
+            recording.velocities[k],
+            recording.accelerations[k],
+            recording.controls[k],
+            recording.responses[k],
+            recording.outcomes[k],
+            recording.decision_times[k],
+        )
+        for k in range(count)
+    ]
+    found, more = method_of(recording)
+    return Recorded(
+        scenario, found, steps, last_state(recording.positions[-1], recording.velocities[-1]), (*notes, *more)
+    )
+
+
+def last_state(positions: Array, velocities: Array) -> Step:
+    """Return the states (n, d) at the end of a run as a step without accelerations and decisions."""
+    zero, none = np.zeros_like(positions), ("",) * len(positions)
+    return Step(positions, velocities, zero, zero, none, none, np.zeros(len(positions)))
+
+
+def method_of(recording: Recording) -> tuple[Method | None, tuple[str, ...]]:
+    """Return the method of a recording, None for peers, mixed and unknown ones; and a sentence if it is None."""
+    name = recording.method
+    plain = name.partition("@")[0]
+    if plain in METHODS and "+" not in name:
+        return method(name), ()
+    if "+" in name:
+        return None, (f"The robots decide by different methods ({name}): no control space is shown.",)
+    contender_named(name)
+    return None, (f"{name} is a method of another project: it has no control space here.",)

@@ -1,0 +1,194 @@
+"""The local server of `slalom view`: one page and one connection for messages, for this machine alone."""
+
+import asyncio
+import contextlib
+import hmac
+import json
+import secrets
+import socket
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from slalom.errors import InvalidInput
+from slalom.live.messages import pack
+from slalom.live.page import live_page
+from slalom.live.session import Session
+
+HOST: Final = "127.0.0.1"
+LARGEST: Final = 16384
+"""[byte] Largest command that is accepted."""
+SLOWEST: Final = 10.0
+"""[s] A client that takes no message for this long is disconnected."""
+QUIET: Final = 0.15
+"""[s] After a command the run goes on only if no other command follows for this long, so that drags are not held up."""
+REFUSED, TOO_LARGE = 1008, 1009
+
+
+class Mailbox:
+    """Commands that wait: of drags and looks only the latest, since an older one is stale."""
+
+    def __init__(self) -> None:
+        self._waiting: list[Mapping[str, Any]] = []
+        self._arrived = asyncio.Event()
+
+    def put(self, command: Mapping[str, Any]) -> None:
+        """Add a command. It replaces one at the end that it makes stale."""
+        if self._waiting and _replaces(command, self._waiting[-1]):
+            self._waiting.pop()
+        self._waiting.append(command)
+        self._arrived.set()
+
+    def empty(self) -> bool:
+        """Whether no command waits."""
+        return not self._waiting
+
+    async def wait(self, seconds: float) -> bool:
+        """Wait for a command for some seconds; return whether there is one."""
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._arrived.wait(), seconds)
+        return not self.empty()
+
+    async def get(self) -> Mapping[str, Any]:
+        """Wait for a command, and return the oldest."""
+        await self._arrived.wait()
+        command = self._waiting.pop(0)
+        if not self._waiting:
+            self._arrived.clear()
+        return command
+
+
+def _replaces(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
+    """Whether a command makes an older one stale: looks, and drags of one gesture."""
+    if new.get("do") != old.get("do"):
+        return False
+    return new["do"] == "look" or (new["do"] == "drag" and new.get("gesture") == old.get("gesture"))
+
+
+def application(begin: Callable[[], Session], title: str, token: str, port: int) -> Starlette:
+    """Return the application that serves a scenario; each connection begins a session of its own."""
+    origins = {f"http://{name}:{port}" for name in (HOST, "localhost")}
+    hosts = {f"{name}:{port}" for name in (HOST, "localhost")}
+
+    def allowed(connection: HTTPConnection) -> bool:
+        given = connection.query_params.get("token", "")
+        return hmac.compare_digest(given.encode(), token.encode()) and connection.headers.get("host") in hosts
+
+    async def page(request: Request) -> Response:
+        if not allowed(request):
+            return PlainTextResponse("This address needs the token that `slalom view` printed.", status_code=403)
+        return HTMLResponse(live_page(title), headers={"Referrer-Policy": "no-referrer", "Cache-Control": "no-store"})
+
+    async def messages(websocket: WebSocket) -> None:
+        if not allowed(websocket) or websocket.headers.get("origin") not in origins:
+            await websocket.close(REFUSED)
+            return
+        await websocket.accept()
+        with contextlib.suppress(WebSocketDisconnect, TimeoutError):
+            await _serve(websocket, await asyncio.to_thread(begin))
+
+    return Starlette(routes=[Route("/", page), WebSocketRoute("/messages", messages)])
+
+
+async def _serve(websocket: WebSocket, session: Session) -> None:
+    """Read and answer commands until the client leaves."""
+    mailbox = Mailbox()
+    reading = asyncio.create_task(_read(websocket, mailbox))
+    answering = asyncio.create_task(_answer(websocket, session, mailbox))
+    done, pending = await asyncio.wait({reading, answering}, return_when=asyncio.FIRST_COMPLETED)
+    for task in pending:
+        task.cancel()
+    await asyncio.gather(*pending, return_exceptions=True)
+    for task in done:
+        task.result()
+
+
+async def _read(websocket: WebSocket, mailbox: Mailbox) -> None:
+    while True:
+        received = await websocket.receive()
+        if received["type"] == "websocket.disconnect":
+            return
+        text = received.get("text")
+        if text is None or len(text) > LARGEST:
+            await websocket.close(TOO_LARGE if text else REFUSED)
+            return
+        try:
+            command = json.loads(text)
+        except (ValueError, RecursionError):
+            command = None
+        if not isinstance(command, dict) or not isinstance(command.get("do"), str):
+            await websocket.close(REFUSED)
+            return
+        mailbox.put(command)
+
+
+async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox) -> None:
+    """Send the opening, then the answers, and between them further steps of the run."""
+    await _send(websocket, await asyncio.to_thread(session.opening))
+    quiet = 0.0
+    while True:
+        if not session.complete and not await mailbox.wait(quiet):
+            quiet = 0.0
+            await _send(websocket, await asyncio.to_thread(session.more))
+            continue
+        command, quiet = await mailbox.get(), QUIET
+        try:
+            answer = await asyncio.to_thread(session.answer, command)
+        except InvalidInput as error:
+            answer = [pack("error", {"text": str(error)}, {})]
+        await _send(websocket, answer)
+
+
+async def _send(websocket: WebSocket, messages: list[bytes]) -> None:
+    for message in messages:
+        await asyncio.wait_for(websocket.send_bytes(message), SLOWEST)
+
+
+class Server:
+    """A server on a free port of this machine.
+
+    Attributes:
+        address: with the token, for the browser. token, port: of it.
+    """
+
+    def __init__(self, begin: Callable[[], Session], title: str) -> None:
+        self.token = secrets.token_urlsafe(24)
+        # asyncio sends without delay (TCP_NODELAY) only on sockets that name their protocol; a drag waits 40 ms else.
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        self._socket.bind((HOST, 0))
+        self.port = int(self._socket.getsockname()[1])
+        self.address = f"http://{HOST}:{self.port}/?token={self.token}"
+        self._application = application(begin, title, self.token, self.port)
+
+    def run(self, started: Callable[[], None] | None = None) -> None:
+        """Serve until Ctrl-C (or SIGTERM); call `started` once connections are accepted."""
+        import uvicorn
+
+        config = uvicorn.Config(
+            self._application,
+            log_level="warning",
+            ws="websockets-sansio",
+            ws_max_size=4 * LARGEST,
+            ws_max_queue=8,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=1,
+            lifespan="off",
+        )
+        server = uvicorn.Server(config)
+
+        async def serve() -> None:
+            serving = asyncio.create_task(server.serve(sockets=[self._socket]))
+            while not server.started and not serving.done():
+                await asyncio.sleep(0.01)
+            if started and server.started:
+                started()
+            await serving
+
+        with contextlib.suppress(KeyboardInterrupt):
+            asyncio.run(serve())
+        self._socket.close()

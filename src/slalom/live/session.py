@@ -1,0 +1,283 @@
+"""One view of a scenario: its state, and the answers to commands. It knows nothing of the network."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from slalom.checks import vector, whole
+from slalom.decision import Decision
+from slalom.errors import InvalidInput, SlalomError
+from slalom.live.control_space import control_message
+from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
+from slalom.live.fields import Fields
+from slalom.live.messages import pack
+from slalom.live.recorded import last_state
+from slalom.live.scene import Scene, series
+from slalom.live.seen import Seen, seen_alone, seen_among, state_at, with_response
+from slalom.methods import Method, method as method_of
+from slalom.sim.files.scenario_writer import scenario_text
+from slalom.sim.run.deciders import SingleRobotDecider
+from slalom.sim.run.simulate import Run
+from slalom.sim.scenario import Scenario
+from slalom.tolerances import VIEW_SAMPLES
+
+CHUNK: Final = 5
+"""[1] Steps of a run in one message."""
+MAX_UNDO: Final = 100
+
+
+class Session:
+    """A scenario that runs and can be changed.
+
+    A change at a step makes the states of that step the begin of a new scenario. The run is made again from there.
+
+    Attributes:
+        scenario, method: what runs. compared: a second method whose control space is shown beside it; None: none.
+        robot: whose control space is shown. response: number of the response that is drawn; -1: the committed one.
+    """
+
+    def __init__(self, scenario: Scenario, method: Method) -> None:
+        self.scenario, self.method = scenario, method
+        self.compared: Method | None = None
+        self.robot, self.response = 0, -1
+        self._box = Scene(scenario)
+        self._undo: list[Scenario] = []
+        self._gesture: object = None
+        self._fields = Fields()
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin the run of the present scenario."""
+        self._scene = Scene(self.scenario, box=(self._box.low, self._box.high))
+        self.robot = min(self.robot, len(self.scenario.robots) - 1)
+        self._run = Run(self.scenario, self.method)
+        self._steps = self._run.steps()
+        self._decisions: list[Decision] = []
+        self._sent = 0
+        self.complete = False
+
+    def opening(self, answers: int = 0) -> list[bytes]:
+        """Return the messages that show the scenario at its start."""
+        extra = {
+            "undo": len(self._undo),
+            "compare": None if self.compared is None else self.compared.name,
+            "chosen": self.robot,
+        }
+        scene = self._scene.message(self.method.name, live=True, extra=extra)
+        first = self.more(1)
+        return [scene, *first, *self.look(0, answers)]
+
+    def more(self, count: int = CHUNK) -> list[bytes]:
+        """Make further steps of the run; return their messages, none after its end."""
+        if self.complete:
+            return []
+        for _ in range(count):
+            if next(self._steps, None) is None:
+                self.complete = True
+                break
+            decider = self._run.decider
+            if isinstance(decider, SingleRobotDecider):
+                assert decider.decision is not None
+                self._decisions.append(decider.decision)
+        log = self._run.log
+        steps, first = log.steps[self._sent :], self._sent
+        self._sent = len(log.steps)
+        if self.complete:
+            robots = self.scenario.robots
+            here = np.array([r.state.position for r in robots]) if not log.steps else log.positions
+            steps = [*steps, last_state(here, np.zeros_like(here) if not log.steps else log.velocities)]
+        if not steps:
+            return []
+        frames = self._scene.frames(steps, first, log.arrived, complete=self.complete)
+        return [frames, series(self.scenario, steps, self.robot, first)]
+
+    def answer(self, command: Mapping[str, Any]) -> list[bytes]:
+        """Return the messages that answer a command; a refused one is answered by its sentence.
+
+        Raises:
+            InvalidInput: not a known command.
+        """
+        name, answers = command.get("do"), command.get("id", 0)
+        known = {
+            "look": self._look,
+            "select": self._select,
+            "drag": self._drag,
+            "add": self._add,
+            "remove": self._remove,
+            "method": self._method,
+            "compare": self._compare,
+            "response": self._response,
+            "set": self._set,
+            "undo": self._take_back,
+            "yaml": self._yaml,
+        }
+        if name not in known:
+            raise InvalidInput(f"do: expected one of {', '.join(known)}; found {name!r}")
+        try:
+            return known[name](command, whole(_given(command, "id") if answers else 0, "id"))
+        except SlalomError as error:
+            return [pack("error", {"text": str(error)}, {})]
+
+    def look(self, k: int, answers: int = 0) -> list[bytes]:
+        """Return the control space of the selected robot at step k."""
+        seen = self._seen(k)
+        if seen is None:
+            return []
+        found = [control_message(self._shown(seen), self._fields, answers)]
+        if self.compared is not None:
+            other = self._seen_by(self.compared, k)
+            found.insert(0, control_message(other, self._fields, 0, slot=1))
+        return found
+
+    def _shown(self, seen: Seen) -> Seen:
+        """The decision in the control space that was selected."""
+        if not 0 <= self.response < len(seen.responses):
+            return seen
+        return with_response(seen, self.scenario, seen.responses[self.response])
+
+    def _seen(self, k: int) -> Seen | None:
+        steps = self._run.log.steps
+        if not steps:
+            return None
+        k = max(0, min(k, len(steps) - 1))
+        if len(self.scenario.robots) > 1:
+            return seen_among(self.scenario, self.method, steps, k, self.robot)
+        return seen_alone(self.scenario, self.method, self._decisions[k], k, state_at(steps, k, 0))
+
+    def _seen_by(self, method: Method, k: int) -> Seen:
+        """The decision that another method would make in the state of step k."""
+        k = max(0, min(k, len(self._run.log.steps) - 1))
+        here = from_step(self.scenario, self._run.log.steps, k)
+        run = Run(here, method)
+        next(run.steps())
+        if isinstance(run.decider, SingleRobotDecider):
+            assert run.decider.decision is not None
+            return seen_alone(here, method, run.decider.decision, 0, here.robot.state)
+        return seen_among(here, method, run.log.steps, 0, min(self.robot, len(here.robots) - 1))
+
+    def _look(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        return self.look(whole(_given(command, "step"), "step"), answers)
+
+    def _select(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        robot = whole(_given(command, "robot"), "robot")
+        if robot >= len(self.scenario.robots):
+            raise InvalidInput(f"robot: expected a number below {len(self.scenario.robots)}, found {robot}")
+        self.robot = robot
+        return [series(self.scenario, self._run.log.steps, robot)]
+
+    def _drag(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        what, to = str(_given(command, "what")), _given(command, "to")
+        if what == "control":
+            return self._probe(
+                whole(_given(command, "step"), "step"), to, answers, whole(command.get("slot", 0), "slot")
+            )
+        base = self._changed(command)
+        self.scenario = dragged(base, what, whole(_given(command, "index"), "index"), to)
+        return self._restarted(answers)
+
+    def _changed(self, command: Mapping[str, Any]) -> Scenario:
+        """The scenario from which a change begins; that before the first change of a gesture can be restored."""
+        gesture = command.get("gesture")
+        if gesture is not None and gesture == self._gesture:
+            return self.scenario
+        self._gesture = gesture
+        step = whole(_given(command, "step"), "step")
+        steps = self._run.log.steps
+        base = from_step(self.scenario, steps, min(step, len(steps) - 1) if steps else 0)
+        self._undo = [*self._undo[-MAX_UNDO + 1 :], self.scenario]
+        return base
+
+    def _restarted(self, answers: int) -> list[bytes]:
+        try:
+            self._begin()
+            return self.opening(answers)
+        except SlalomError:
+            # The scenario is one that cannot run, such as one whose goal is covered: the one before it stays.
+            self.scenario = self._undo.pop()
+            self._gesture = None
+            self._begin()
+            raise
+
+    def _probe(self, k: int, to: Any, answers: int, slot: int) -> list[bytes]:
+        """What a control would do: its path, and the first obstacle that it hits."""
+        seen = self._seen(k)
+        if seen is None:
+            return []
+        seen = self._seen_by(self.compared, k) if slot and self.compared is not None else self._shown(seen)
+        control = vector(to, "to", self.scenario.dimension)
+        times = seen.blocked.times_to_collision(control)
+        first = int(np.argmin(times)) if np.isfinite(times).any() else -1
+        inside = bool(seen.admissible.contains(control))
+        hits = (
+            f"hits {seen.others[first].name} in {times[first]:.2f} s."
+            if first >= 0
+            else (f"hits nothing within {seen.blocked.horizon:g} s.")
+        )
+        numbers = ", ".join(f"{x:.2f}" for x in control).replace("-", "−")
+        limits = "" if inside else " It is outside the limits."
+        elapsed = np.linspace(0.0, seen.blocked.horizon, VIEW_SAMPLES)
+        path = seen.response.position(seen.state, elapsed)(control)
+        described = {
+            "answers": answers,
+            "slot": slot,
+            "control": control.tolist(),
+            "time": float(times[first]) if first >= 0 else None,
+            "sentence": f"The control ({numbers}) {hits}{limits}",
+        }
+        return [pack("probe", described, {"path": path.astype(np.float32)})]
+
+    def _add(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        base = self._changed(command)
+        self.scenario = with_obstacle(base, _given(command, "to"), _given(command, "radius"))
+        return self._restarted(answers)
+
+    def _remove(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        base = self._changed(command)
+        self.scenario = without_obstacle(base, whole(_given(command, "index"), "index"))
+        return self._restarted(answers)
+
+    def _set(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        changed = with_setting(self.scenario, str(_given(command, "name")), _given(command, "value"))
+        self._undo = [*self._undo[-MAX_UNDO + 1 :], self.scenario]
+        self.scenario, self._gesture = changed, None
+        return self._restarted(answers)
+
+    def _method(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        before, self.method = self.method, method_of(str(_given(command, "name")))
+        self.response = -1
+        try:
+            self._begin()
+            return self.opening(answers)
+        except SlalomError:
+            self.method = before
+            self._begin()
+            raise
+
+    def _compare(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        name = str(_given(command, "name"))
+        self.compared = method_of(name) if name else None
+        self._begin()
+        return self.opening(answers)
+
+    def _response(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        number = _given(command, "number")
+        self.response = -1 if number == -1 else whole(number, "number")
+        return self.look(0, answers)
+
+    def _take_back(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        if not self._undo:
+            raise InvalidInput("undo: expected a change before, found none")
+        self.scenario, self._gesture = self._undo.pop(), None
+        self._begin()
+        return self.opening(answers)
+
+    def _yaml(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        return [pack("yaml", {"text": scenario_text(self.scenario)}, {})]
+
+
+def _given(command: Mapping[str, Any], name: str) -> Any:
+    """Return a value of a command. Raises InvalidInput if it is missing."""
+    if name not in command:
+        raise InvalidInput(f"{name}: expected a value in the command, found none")
+    return command[name]

@@ -1,0 +1,146 @@
+"""Writer of scenario files: the scenario as YAML that `read_scenario` reads back, equal to the bit."""
+
+import inspect
+import io
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ruamel.yaml import YAML
+
+from slalom.bounds import BOUNDS
+from slalom.checks import Checked
+from slalom.errors import InvalidInput
+from slalom.goal import Goal
+from slalom.obstacle import Obstacle
+from slalom.path_goal import PathGoal
+from slalom.shape import SHAPES
+from slalom.sim.measure.hdf5_parts import as_polynomial
+from slalom.sim.scenario import Robot, Scenario
+from slalom.trajectory import TRAJECTORIES, Stationary, Trajectory
+from slalom.uncertainty import UNCERTAINTIES
+
+NOT_IN_FILES = ("guided", "message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
+"""Settings that scenario files cannot hold."""
+
+
+def write_scenario(scenario: Scenario, path: Path | str) -> None:
+    """Write a scenario file, see `scenario_text`."""
+    Path(path).write_text(scenario_text(scenario), encoding="utf-8")
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """Return a scenario as YAML.
+
+    A trajectory that files cannot hold (a composite, a Python function) becomes its cubic pieces over the run and one
+    horizon, within the error of its path.
+
+    Raises:
+        InvalidInput: a setting that files cannot hold, a part of a kind that is in no registry.
+    """
+    default = Scenario.__dataclass_fields__
+    for name in NOT_IN_FILES:
+        if getattr(scenario, name) != default[name].default:
+            raise InvalidInput(
+                f"{name}: expected {default[name].default:g} in a file, found {getattr(scenario, name):g}"
+            )
+    content: dict[str, Any] = {"name": scenario.name}
+    content |= {name: float(getattr(scenario, name)) for name in ("start", "duration", "dt", "horizon", "margin")}
+    content |= {name: float(getattr(scenario, name)) for name in ("replan", "patience")}
+    content["holds"] = [float(hold) for hold in scenario.holds]
+    if scenario.period is not None:
+        content["period"] = [float(x) for x in scenario.period]
+    robots = [_robot(robot) for robot in scenario.robots]
+    content |= {"robot": robots[0]} if len(robots) == 1 else {"robots": robots}
+    end = scenario.start + scenario.duration + scenario.horizon
+    if scenario.obstacles:
+        content["obstacles"] = [_obstacle(obstacle, scenario.start, end) for obstacle in scenario.obstacles]
+    yaml, stream = YAML(), io.StringIO()
+    yaml.default_flow_style = None
+    yaml.width = 4096
+    yaml.dump(content, stream)
+    return stream.getvalue()
+
+
+def _robot(robot: Robot) -> dict[str, Any]:
+    limits = robot.limits
+    found: dict[str, Any] = {
+        "name": robot.name,
+        "position": _plain(robot.state.position),
+        "velocity": _plain(robot.state.velocity),
+        "shape": _part(robot.shape, SHAPES),
+        "max_speed": limits.max_speed,
+        "max_acceleration": limits.max_acceleration,
+        "priority": float(robot.priority),
+        "goal": _goal(robot.goal),
+    }
+    if robot.method is not None:
+        found["method"] = robot.method.name
+    if robot.margin is not None:
+        found["margin"] = float(robot.margin)
+    for name in ("velocity_bounds", "acceleration_bounds"):
+        if getattr(limits, name):
+            found[name] = [{"normal": _plain(b.normal), "offset": b.offset} for b in getattr(limits, name)]
+    if limits.bounds:
+        found["bounds"] = [_part(bound, BOUNDS) for bound in limits.bounds]
+    return found
+
+
+def _goal(goal: Goal) -> dict[str, Any]:
+    shared = {"tolerance": goal.tolerance, "stop": goal.stop}
+    if isinstance(goal, PathGoal):
+        path: dict[str, Any] = {"points": _plain(goal.points), "lookahead": goal.lookahead}
+        if goal.speeds is not None:
+            path["speeds"] = _plain(goal.speeds)
+        return {"path": path, **shared}
+    if isinstance(goal.trajectory, Stationary):
+        return {"position": _plain(goal.trajectory.initial_position), **shared}
+    return {"trajectory": _part(goal.trajectory, TRAJECTORIES), **shared}
+
+
+def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": obstacle.name, "shape": _part(obstacle.shape, SHAPES)}
+    found["trajectory"] = _part(_in_files(obstacle.trajectory, start, end), TRAJECTORIES)
+    if obstacle.heading != 0.0:
+        found["heading"] = obstacle.heading
+    if obstacle.uncertainty is not None:
+        found["uncertainty"] = _part(obstacle.uncertainty, UNCERTAINTIES)
+    return found
+
+
+def _in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
+    if type(trajectory) in TRAJECTORIES.values():
+        return trajectory
+    first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
+    return as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
+
+
+def _part(part: Any, kinds: Mapping[str, type]) -> dict[str, Any]:
+    """Return kind and fields of a part, with the keys that files use (see `schema_parts`)."""
+    kind = next((name for name, cls in kinds.items() if type(part) is cls), None)
+    if kind is None:
+        raise InvalidInput(f"part: expected one of the kinds {', '.join(kinds)}, found a {type(part).__name__}")
+    found: dict[str, Any] = {"kind": kind}
+    for item in fields(part):
+        held = inspect.getattr_static(type(part), item.name, None)
+        key = (held.key if isinstance(held, Checked) else "") or item.name
+        value = getattr(part, item.name)
+        if value is not None:
+            found[key] = _value(value)
+    return found
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return _plain(value)
+    if isinstance(value, tuple):
+        return [_value(item) for item in value]
+    if type(value) in SHAPES.values():
+        return _part(value, SHAPES)
+    return value
+
+
+def _plain(values: Any) -> Any:
+    return np.asarray(values, dtype=np.float64).tolist()

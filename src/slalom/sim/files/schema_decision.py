@@ -1,0 +1,147 @@
+"""Models of the files of decisions, see `slalom.decision_dump`."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, FiniteFloat
+
+from slalom.decision_dump import FORECAST_KINDS, FORMAT, RESPONSE_KINDS
+from slalom.horizon import HORIZONS
+from slalom.sim.files.schema import GoalSpec, HalfSpaceSpec, known_method
+from slalom.sim.files.schema_base import Model, NotNegative, Positive, Vector
+from slalom.sim.files.schema_parts import (
+    BoundModel,
+    ObjectiveModel,
+    OfAnyKind,
+    PartModel,
+    ShapeModel,
+    TrajectoryModel,
+    UncertaintyModel,
+)
+
+Response = Annotated[PartModel, OfAnyKind(RESPONSE_KINDS)]
+
+
+class LimitsSpec(Model):
+    """See `Limits`."""
+
+    max_speed: Positive
+    max_acceleration: Positive
+    velocity_bounds: list[HalfSpaceSpec]
+    acceleration_bounds: list[HalfSpaceSpec]
+    bounds: list[BoundModel]
+
+
+class NavigatorSpec(Model):
+    """See `Navigator`."""
+
+    method: Annotated[str, AfterValidator(known_method)]
+    shape: ShapeModel
+    limits: LimitsSpec
+    period: Positive
+    horizon: Positive
+    margin: NotNegative
+    patience: NotNegative
+    stuck_after: Positive
+    holds: Annotated[list[Positive], Field(min_length=1)]
+    detours: list[FiniteFloat]
+    objective: ObjectiveModel
+    horizons: Annotated[PartModel, OfAnyKind(HORIZONS)] | None
+
+
+class StateSpec(Model):
+    """See `State`."""
+
+    position: Vector
+    velocity: Vector
+    acceleration: Vector
+    heading: FiniteFloat | None
+
+
+class ObstacleSpec(Model):
+    """See `Obstacle`."""
+
+    name: str
+    heading: FiniteFloat | Literal["motion"]
+    after_end: Literal["unknown", "continues", "leaves"]
+    shape: ShapeModel
+    trajectory: TrajectoryModel
+    uncertainty: UncertaintyModel | None
+
+
+class TracksSpec(Model):
+    """See `Tracks`."""
+
+    dimension: Literal[2, 3]
+    positions: list[Vector]
+    velocities: list[Vector]
+    accelerations: list[Vector]
+    radii: list[NotNegative]
+    t: FiniteFloat
+    ids: list[str]
+    forecast: Annotated[PartModel, OfAnyKind(FORECAST_KINDS)]
+    uncertainties: list[UncertaintyModel | None]
+
+
+class SourceSpec(Model):
+    """An obstacle, a table of obstacles, or tracks."""
+
+    obstacle: ObstacleSpec | None = None
+    table: list[ObstacleSpec] | None = None
+    tracks: TracksSpec | None = None
+
+
+class ManoeuvreSpec(Model):
+    """See `Manoeuvre`."""
+
+    response: Response
+    state: StateSpec
+    control: Vector
+    start: FiniteFloat
+
+
+class PathSpec(Model):
+    """See `slalom.path.Path`."""
+
+    times: Annotated[list[FiniteFloat], Field(min_length=2)]
+    points: list[Annotated[list[Vector], Field(min_length=4, max_length=4)]]
+    error: list[NotNegative]
+
+
+class ApproachSpec(Model):
+    """See `slalom.approach.Approach`."""
+
+    distance: NotNegative
+    since: FiniteFloat
+    target: Vector
+
+
+class CommitmentSpec(ManoeuvreSpec):
+    """See `slalom.decision.Commitment`."""
+
+    regret: NotNegative
+    path: PathSpec | None
+    progress: NotNegative | None
+    approach: ApproachSpec | None
+
+
+class ResultSpec(ManoeuvreSpec):
+    """The result of the decision that was written."""
+
+    outcome: str
+    regret: NotNegative
+
+
+class DecisionSpec(Model):
+    """A file of a decision."""
+
+    format: Literal[FORMAT]  # type: ignore[valid-type]  # a constant
+    versions: dict[str, str]
+    navigator: NavigatorSpec
+    state: StateSpec
+    obstacles: list[SourceSpec]
+    goal: GoalSpec | None
+    robots: TracksSpec | None
+    now: FiniteFloat
+    budget: NotNegative | None
+    previous: CommitmentSpec | None
+    decision: ResultSpec

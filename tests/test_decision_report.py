@@ -1,0 +1,120 @@
+"""Reports of decisions: budgets, stuck robots, collisions, files that repeat a decision, threads."""
+
+import json
+import logging
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+
+import slalom
+from slalom.decision_dump import TRACK_FIELDS
+from slalom.sim.files.decision_file import read_decision
+
+WALL = slalom.Obstacle(slalom.Polyline([(3, -2), (3, 2)], 0.05), slalom.Stationary((0, 0)), "wall")
+GOAL = slalom.Goal(slalom.Stationary((8, 0)), stop=True)
+LIMITS = slalom.Limits(1.5, 1.0)
+
+
+def navigator(**settings) -> slalom.Navigator:
+    """A disc that decides by nao."""
+    return slalom.Navigator(slalom.method("nao"), slalom.Disc(0.3), LIMITS, **settings)
+
+
+def crowd(t: float) -> slalom.Tracks:
+    """Eight people who cross the way."""
+    places = np.array([(2.0 + 0.7 * k, (-1) ** k * (2.5 - 0.8 * t)) for k in range(8)])
+    return slalom.Tracks(places, [(0.0, -0.8 * (-1) ** k) for k in range(8)], 0.25, t)
+
+
+def run(steps: int, budget=None, obstacles=lambda t: [crowd(t)], **settings) -> list[slalom.Decision]:
+    """The decisions of a robot that carries them out."""
+    robot, found = navigator(**settings), []
+    position, velocity, previous = np.zeros(2), np.zeros(2), None
+    for k in range(steps):
+        t = 0.1 * k
+        state = slalom.State(position, velocity)
+        previous = robot.decide(state, obstacles(t), GOAL, now=t, previous=previous, budget=budget)
+        applied = previous.manoeuvre.mean_acceleration(t, 0.1)
+        position, velocity = position + 0.1 * velocity + 0.005 * applied, velocity + 0.1 * applied
+        found.append(previous)
+    return found
+
+
+def bits(decisions) -> list[tuple[str, bytes]]:
+    """Outcomes and controls."""
+    return [(one.outcome.name, one.manoeuvre.control.tobytes()) for one in decisions]
+
+
+def test_a_decision_without_budget_left_goes_on_with_the_committed_manoeuvre() -> None:
+    committed = run(20)
+    known = {id(one.manoeuvre) for one in committed}
+    bounded = run(30, budget=0.0)
+    assert bounded[0].safe
+    assert any(one.outcome is slalom.Outcome.INTERRUPTED for one in bounded)
+    for before, one in pairwise(bounded):
+        if one.outcome is slalom.Outcome.INTERRUPTED:
+            assert one.cut
+            assert one.manoeuvre is before.manoeuvre
+    assert len(known) > 1
+
+
+def test_a_budget_that_is_not_used_up_changes_nothing() -> None:
+    free = run(20)
+    assert bits(run(20, budget=2.0 * max(one.work for one in free))) == bits(free)
+    assert not any(one.cut for one in free)
+
+
+def test_behind_a_wall_a_robot_is_stuck_and_names_it() -> None:
+    decisions = run(160, obstacles=lambda t: [WALL], stuck_after=5.0)
+    assert not decisions[20].stuck
+    assert decisions[-1].stuck
+    assert decisions[-1].outcome is slalom.Outcome.KEPT
+    assert decisions[-1].in_the_way == ("wall",)
+    assert decisions[-1].as_dict()["in_the_way"] == ["wall"]
+
+
+def test_an_inevitable_collision_has_time_place_and_name() -> None:
+    robot = navigator()
+    rock = slalom.Obstacle(slalom.Disc(0.5), slalom.ConstantVelocity((4, 0), (-4, 0)))
+    made = robot.decide(slalom.State((0, 0), (1.5, 0)), [rock], GOAL)
+    hit = made.collision
+    assert not made.safe
+    assert hit is not None
+    assert hit.obstacle == "obstacles[0]"
+    distance = np.linalg.norm(hit.position - rock.trajectory.position(hit.time))
+    assert abs(distance - 0.8) < 1e-3
+    assert json.loads(json.dumps(made.as_dict(), allow_nan=False))["collision"]["obstacle"] == "obstacles[0]"
+
+
+def test_a_file_repeats_a_decision_to_the_bit(tmp_path) -> None:
+    table = slalom.ObstacleTable([WALL])
+    for made in run(12, budget=1e-4, obstacles=lambda t: [table, crowd(t), WALL])[::3]:
+        made.dump(tmp_path / "d.json")
+        again, same = read_decision(tmp_path / "d.json").repeat()
+        assert same
+        assert again.as_dict() == made.as_dict()
+
+
+def test_files_hold_all_attributes_of_tracks() -> None:
+    assert set(vars(crowd(0.0))) == {"states", "dimension", *TRACK_FIELDS}
+
+
+def test_each_decision_is_one_line_of_the_log(caplog) -> None:
+    with caplog.at_level(logging.DEBUG, "slalom"):
+        made = run(2)
+    assert len(caplog.messages) == len(made)
+    assert made[0].outcome.name in caplog.messages[0]
+
+
+def test_threads_that_share_a_navigator_and_a_table_give_the_same_bits() -> None:
+    robot, table = navigator(), slalom.ObstacleTable([WALL])
+    states = [slalom.State((0.02 * k, -1.0 + 0.05 * k), (0.5, 0)) for k in range(40)]
+
+    def decide(k: int) -> tuple[str, bytes]:
+        made = robot.decide(states[k], [table, crowd(0.1 * k)], GOAL, now=0.1 * k)
+        return made.outcome.name, made.manoeuvre.control.tobytes()
+
+    alone = [decide(k) for k in range(40)]
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(decide, [*range(40)] * 3)) == alone * 3

@@ -1,0 +1,78 @@
+// The keyboard: everything that the pointer can do.
+
+import type { App } from "./app.ts";
+import { DARK, LIGHT } from "./theme.ts";
+
+const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
+const ARROWS: Record<string, [number, number]> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
+
+export function onKey(app: App, event: KeyboardEvent): void {
+  const target = event.target as HTMLElement;
+  const typing = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
+  if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key === " " && target.tagName === "BUTTON") return;
+  const direction = ARROWS[event.key];
+  if (direction && event.shiftKey) {
+    app.dragging.nudge(direction);
+    event.preventDefault();
+    return;
+  }
+  const action = actions(app)[event.key];
+  if (!action) return;
+  action();
+  event.preventDefault();
+}
+
+function actions(app: App): Record<string, () => void> {
+  const { model, parts, dragging } = app;
+  const live = app.source.live;
+  const faster = (by: number): void => {
+    const k = Math.max(0, Math.min(SPEEDS.length - 1, SPEEDS.indexOf(model.speed) + by));
+    model.speed = SPEEDS[k]!;
+    parts.speed.value = String(model.speed);
+  };
+  const robots = model.scene?.robots.length ?? 1;
+  const found: Record<string, () => void> = {
+    " ": () => app.play(),
+    ArrowLeft: () => app.stepBy(-1),
+    ArrowRight: () => app.stepBy(1),
+    Home: () => app.seek(0),
+    End: () => app.seek(model.count - 1),
+    "+": () => faster(1),
+    "=": () => faster(1),
+    "-": () => faster(-1),
+    ".": () => app.setElement(model.element + 0.1),
+    ",": () => app.setElement(model.element - 0.1),
+    n: () => app.select((model.selected + 1) % robots),
+    p: () => app.select((model.selected + robots - 1) % robots),
+    d: () => app.setDeciding(!model.deciding),
+    t: () => app.setTheme(app.theme === DARK ? LIGHT : DARK),
+    f: () => app.fit(),
+    "?": () => parts.keys.showModal(),
+  };
+  for (const plane of [0, 1, 2]) {
+    found[String(plane + 1)] = () => {
+      const planes = model.control()?.planes.length ?? 1;
+      app.plane = Math.min(planes - 1, plane);
+      app.redraw();
+    };
+  }
+  if (live) {
+    found["h"] = () => dragging.next();
+    found["a"] = () => dragging.add();
+    found["x"] = () => dragging.remove();
+    found["u"] = () => parts.undo.click();
+    found["y"] = () => parts.yaml.click();
+    found["m"] = () => {
+      const next = (parts.method.selectedIndex + 1) % parts.method.options.length;
+      parts.method.selectedIndex = next;
+      parts.method.dispatchEvent(new Event("change"));
+    };
+  }
+  return found;
+}

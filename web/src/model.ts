@@ -1,0 +1,221 @@
+// What has been received, and what is shown of it.
+
+import type { Control, Frames, Message, Probe, Scene } from "./protocol.ts";
+
+export type Colouring = "role" | "outcome" | "speed" | "time";
+
+/** Rows of numbers that grow, (frames, n, d). */
+class Rows {
+  values = new Float32Array(0);
+  constructor(readonly width: number) {}
+  write(first: number, given: ArrayLike<number>): void {
+    const end = first * this.width + given.length;
+    if (end > this.values.length) {
+      const larger = new Float32Array(Math.max(end, 2 * this.values.length));
+      larger.set(this.values);
+      this.values = larger;
+    }
+    this.values.set(given as ArrayLike<number>, first * this.width);
+  }
+}
+
+export class Model {
+  scene: Scene | null = null;
+  count = 0;
+  complete = false;
+  positions = new Rows(0);
+  velocities = new Rows(0);
+  accelerations = new Rows(0);
+  obstacles = new Rows(0);
+  directions: Rows | null = null;
+  outcomes: string[][] = [];
+  arrived: (number | null)[] = [];
+  clearance = new Map<number, Float32Array>();
+  controls: Map<number, Control>[] = [new Map(), new Map()];
+  probe: Probe | null = null;
+  playhead = 0;
+  playing = false;
+  speed = 1;
+  selected = 0;
+  colouring: Colouring = "role";
+  element = 0;
+  deciding = true;
+  version = 0;
+
+  /** Takes a message; returns whether it replaced the scene. */
+  take(message: Message): boolean {
+    this.version++;
+    switch (message.kind) {
+      case "scene":
+        this.begin(message);
+        return true;
+      case "frames":
+        this.append(message);
+        return false;
+      case "series": {
+        const values = message.arrays["clearance"]!.values as Float32Array;
+        const before = this.clearance.get(message.robot) ?? new Float32Array(0);
+        const joined = new Float32Array(message.first + values.length);
+        joined.set(before.subarray(0, message.first));
+        joined.set(values, message.first);
+        this.clearance.set(message.robot, joined);
+        return false;
+      }
+      case "control": {
+        const slot = this.controls[message.slot]!;
+        if (this.scene?.live) slot.clear();
+        slot.set(message.step, message);
+        this.probe = null;
+        return false;
+      }
+      case "probe":
+        this.probe = message;
+        return false;
+      default:
+        return false;
+    }
+  }
+
+  private begin(scene: Scene): void {
+    const same = this.scene !== null && this.scene.robots.length === scene.robots.length;
+    this.scene = scene;
+    this.count = 0;
+    this.complete = false;
+    const { robots, moving, dimension } = scene;
+    this.positions = new Rows(robots.length * dimension);
+    this.velocities = new Rows(robots.length * dimension);
+    this.accelerations = new Rows(robots.length * dimension);
+    this.obstacles = new Rows(moving.length * dimension);
+    this.directions = null;
+    this.outcomes = [];
+    this.clearance.clear();
+    if (!scene.live) this.controls.forEach((slot) => slot.clear());
+    if (!scene.compare) this.controls[1]!.clear();
+    this.probe = null;
+    this.playhead = 0;
+    this.selected = scene.chosen ?? (same ? this.selected : 0);
+  }
+
+  private append(frames: Frames): void {
+    const { arrays, first } = frames;
+    this.positions.write(first, arrays["positions"]!.values);
+    this.velocities.write(first, arrays["velocities"]!.values);
+    this.accelerations.write(first, arrays["accelerations"]!.values);
+    if (arrays["obstacles"]) this.obstacles.write(first, arrays["obstacles"].values);
+    if (arrays["directions"]) {
+      this.directions ??= new Rows(this.scene!.moving.length);
+      this.directions.write(first, arrays["directions"].values);
+    }
+    const n = this.scene!.robots.length;
+    const codes = arrays["outcomes"]!.values;
+    for (let k = 0; k < frames.count; k++) {
+      const before = this.outcomes[first + k - 1];
+      this.outcomes[first + k] = Array.from({ length: n }, (_, j) => {
+        const name = frames.outcomes_table[codes[k * n + j]!]!;
+        return name || (before?.[j] ?? "");
+      });
+    }
+    this.count = Math.max(this.count, first + frames.count);
+    this.arrived = frames.arrived;
+    this.complete = frames.complete;
+  }
+
+  get step(): number {
+    return Math.max(0, Math.min(this.count - 1, Math.floor(this.playhead + 1e-9)));
+  }
+
+  get time(): number {
+    return this.scene ? this.scene.start + this.scene.dt * this.playhead : 0;
+  }
+
+  /** The control space to show in a panel: of the step, else the latest one before it. */
+  control(slot = 0): Control | null {
+    const known = this.controls[slot]!;
+    if (this.scene?.live) return known.values().next().value ?? null;
+    let best: Control | null = null;
+    for (const one of known.values()) if (one.step <= this.step && (!best || one.step > best.step)) best = one;
+    return best ?? known.values().next().value ?? null;
+  }
+
+  /** Position of a robot at the playhead: exact for accelerations that are constant over a step. */
+  robot(k: number): number[] {
+    const d = this.scene!.dimension;
+    const i = this.step;
+    const h = Math.min(1, this.playhead - i) * this.scene!.dt;
+    const at = i * this.positions.width + k * d;
+    return Array.from(
+      { length: d },
+      (_, c) =>
+        this.positions.values[at + c]! +
+        h * (this.velocities.values[at + c]! + 0.5 * h * this.accelerations.values[at + c]!),
+    );
+  }
+
+  velocity(k: number): number[] {
+    const d = this.scene!.dimension;
+    const i = this.step;
+    const h = Math.min(1, this.playhead - i) * this.scene!.dt;
+    const at = i * this.velocities.width + k * d;
+    return Array.from(
+      { length: d },
+      (_, c) => this.velocities.values[at + c]! + h * this.accelerations.values[at + c]!,
+    );
+  }
+
+  /** Position of an obstacle at the playhead; null where it does not exist. */
+  obstacle(k: number): number[] | null {
+    const scene = this.scene!;
+    const still = scene.obstacles[k]!.position;
+    if (still) return still;
+    const d = scene.dimension;
+    const at = this.step * this.obstacles.width + scene.moving.indexOf(k) * d;
+    const next = Math.min(this.count - 1, this.step + 1) * this.obstacles.width + scene.moving.indexOf(k) * d;
+    const share = this.playhead - this.step;
+    const values = this.obstacles.values;
+    const here = Array.from({ length: d }, (_, c) => values[at + c]!);
+    if (!Number.isFinite(here[0]!)) return null;
+    if (!Number.isFinite(values[next]!)) return here;
+    return here.map((x, c) => x + share * (values[next + c]! - x));
+  }
+
+  heading(k: number): number {
+    const column = this.scene!.moving.indexOf(k);
+    if (!this.scene!.obstacles[k]!.turns || column < 0 || !this.directions) return this.scene!.obstacles[k]!.heading;
+    return this.directions.values[this.step * this.directions.width + column] ?? 0;
+  }
+
+  obstacleVelocity(k: number): number[] {
+    const scene = this.scene!;
+    const d = scene.dimension;
+    const column = scene.moving.indexOf(k);
+    if (column < 0 || this.count < 2) return new Array(d).fill(0) as number[];
+    const i = Math.min(this.step, this.count - 2);
+    const at = i * this.obstacles.width + column * d;
+    const values = this.obstacles.values;
+    return Array.from({ length: d }, (_, c) => {
+      const v = (values[at + this.obstacles.width + c]! - values[at + c]!) / scene.dt;
+      return Number.isFinite(v) ? v : 0;
+    });
+  }
+
+  /** Whether a robot is in the scene: one that need not stop leaves it at its goal. */
+  present(k: number): boolean {
+    const at = this.arrived[k];
+    return this.scene!.robots[k]!.stop || at == null || this.time <= at + 1e-9;
+  }
+
+  speedOf(step: number, k: number): number {
+    return length(this.velocities.values, step * this.velocities.width + k * this.scene!.dimension, this.scene!.dimension);
+  }
+
+  accelerationOf(step: number, k: number): number {
+    const d = this.scene!.dimension;
+    return length(this.accelerations.values, step * this.accelerations.width + k * d, d);
+  }
+}
+
+function length(values: Float32Array, at: number, d: number): number {
+  let sum = 0;
+  for (let c = 0; c < d; c++) sum += values[at + c]! ** 2;
+  return Math.sqrt(sum);
+}

@@ -1,0 +1,65 @@
+// Where messages come from: a file, a server, or a notebook.
+
+import { decode, decodeAll, type Message } from "./protocol.ts";
+
+export interface Command {
+  do: string;
+  [key: string]: unknown;
+}
+
+export interface Source {
+  /** Whether commands are answered. */
+  readonly live: boolean;
+  start(receive: (messages: Message[]) => void, failed: (sentence: string) => void): void;
+  send(command: Command): void;
+}
+
+async function inflated(block: Uint8Array): Promise<ArrayBuffer> {
+  const stream = new Blob([block as BlobPart]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+/** Messages of a block of bytes, compressed by gzip. */
+export class BlockSource implements Source {
+  readonly live = false;
+  constructor(private readonly block: () => Uint8Array) {}
+  start(receive: (messages: Message[]) => void, failed: (sentence: string) => void): void {
+    inflated(this.block()).then(
+      (buffer) => receive(decodeAll(buffer)),
+      (error) => failed(`The data of this view cannot be read: ${String(error)}`),
+    );
+  }
+  send(): void {
+    // A file answers nothing.
+  }
+}
+
+export function fromBase64(text: string): Uint8Array {
+  const binary = atob(text.trim());
+  const bytes = new Uint8Array(binary.length);
+  for (let k = 0; k < binary.length; k++) bytes[k] = binary.charCodeAt(k);
+  return bytes;
+}
+
+/** Messages of a server. */
+export class ServerSource implements Source {
+  readonly live = true;
+  private socket: WebSocket | null = null;
+  private readonly waiting: string[] = [];
+  start(receive: (messages: Message[]) => void, failed: (sentence: string) => void): void {
+    const address = new URL("messages", location.href);
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    address.search = location.search;
+    const socket = new WebSocket(address);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => this.waiting.splice(0).forEach((text) => socket.send(text));
+    socket.onmessage = (event) => receive([decode(event.data as ArrayBuffer)]);
+    socket.onclose = () => failed("The server has stopped. Start `slalom view` again to go on.");
+    this.socket = socket;
+  }
+  send(command: Command): void {
+    const text = JSON.stringify(command);
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(text);
+    else this.waiting.push(text);
+  }
+}

@@ -1,0 +1,157 @@
+// The elements of the page, without behaviour.
+
+type Child = Node | string;
+
+export function el<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  attributes: Record<string, string> = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  const found = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) found.setAttribute(name, value);
+  found.append(...children);
+  return found;
+}
+
+function button(name: string, label: string, title: string): HTMLButtonElement {
+  return el("button", { type: "button", "data-name": name, title, "aria-label": title }, label);
+}
+
+function field(words: string, input: HTMLElement, name: string): HTMLLabelElement {
+  return el("label", { class: "field", "data-field": name }, el("span", {}, words), input);
+}
+
+function panel(name: string): { section: HTMLElement; title: HTMLElement; canvas: HTMLCanvasElement; legend: HTMLElement } {
+  const title = el("h2", {});
+  const canvas = el("canvas", { tabindex: "0", "data-panel": name, role: "img" });
+  const legend = el("div", { class: "legend" });
+  const frame = el("div", { class: "frame" }, canvas);
+  return { section: el("section", { class: `panel ${name}` }, title, frame, legend), title, canvas, legend };
+}
+
+const KEYS = [
+  ["space", "play or pause"],
+  ["← →", "one step back or forward"],
+  ["home, end", "first or last step"],
+  ["− +", "slower or faster"],
+  [", .", "time of the dashed outlines"],
+  ["n, p", "next or previous robot"],
+  ["d", "deciding elements on or off"],
+  ["t", "light or dark"],
+  ["f", "whole workspace"],
+];
+const LIVE_KEYS = [
+  ["h", "next handle: robot, velocity, goal, obstacles"],
+  ["shift + arrows", "move the handle"],
+  ["m", "next method"],
+  ["a, x", "add an obstacle, remove the handle's"],
+  ["u", "undo"],
+  ["y", "copy the scene as YAML"],
+];
+
+export function build(live: boolean) {
+  const workspace = panel("workspace");
+  const controls = [panel("control"), panel("control second")] as const;
+  const charts = [0, 1, 2].map(() => el("canvas", { class: "chart", role: "img", "data-panel": "chart" }));
+  const parts = {
+    title: el("span", { class: "title" }),
+    method: el("select", { "aria-label": "method" }),
+    compare: el("select", { "aria-label": "second method, side by side" }),
+    response: el("select", { "aria-label": "response whose control space is drawn" }),
+    horizon: el("input", { type: "number", min: "0.5", max: "30", step: "0.5", "aria-label": "horizon in seconds" }),
+    robot: el("input", { type: "number", min: "0", step: "1", "aria-label": "robot" }),
+    colouring: el("select", { "aria-label": "colour of robots" }),
+    undo: button("undo", "undo", "undo the last change (u)"),
+    yaml: button("yaml", "copy YAML", "copy the scene as YAML (y)"),
+    add: button("add", "+ obstacle", "add an obstacle (a)"),
+    remove: button("remove", "− obstacle", "remove the selected obstacle (x)"),
+    theme: button("theme", "◐", "light or dark (t)"),
+    help: button("help", "?", "keys"),
+    play: button("play", "▶", "play or pause (space)"),
+    back: button("back", "◀︎ step", "one step back (←)"),
+    forward: button("forward", "step ▶︎", "one step forward (→)"),
+    speed: el("select", { "aria-label": "speed of the replay" }),
+    time: el("input", { type: "range", min: "0", max: "1", step: "1", value: "0", "aria-label": "time of the run" }),
+    clock: el("output", { class: "clock" }),
+    element: el("input", { type: "range", min: "0", step: "0.05", value: "0", "aria-label": "time ahead" }),
+    ahead: el("output", { class: "clock" }),
+    deciding: el("input", { type: "checkbox" }),
+    why: el("p", { class: "why", role: "status", "aria-live": "polite" }),
+    note: el("p", { class: "note", role: "alert" }),
+    workspace,
+    controls,
+    charts,
+    keys: el("dialog", { class: "keys", "aria-label": "keys" }),
+    yamlText: el("textarea", { class: "yaml", readonly: "", "aria-label": "scene as YAML", hidden: "" }),
+  };
+  for (const value of ["0.25", "0.5", "1", "2", "4", "8"]) parts.speed.append(new Option(`${value}×`, value));
+  parts.speed.value = "1";
+  for (const [value, words] of [
+    ["role", "time to collision"],
+    ["outcome", "outcome"],
+    ["speed", "speed"],
+    ["time", "time to goal"],
+  ] as const)
+    parts.colouring.append(new Option(words, value));
+  const rows = [...KEYS, ...(live ? LIVE_KEYS : [])];
+  const close = button("close", "close", "close");
+  close.onclick = () => parts.keys.close();
+  parts.keys.append(
+    el("h2", {}, "Keys"),
+    el("dl", {}, ...rows.flatMap(([key, words]) => [el("dt", {}, key!), el("dd", {}, words!)])),
+    close,
+  );
+  const root = el(
+    "div",
+    { class: "slalom" },
+    el(
+      "header",
+      {},
+      el("strong", {}, "slalom"),
+      parts.title,
+      ...(live
+        ? [
+            field("method", parts.method, "method"),
+            field("beside it", parts.compare, "compare"),
+            field("response", parts.response, "response"),
+            field("horizon", parts.horizon, "horizon"),
+          ]
+        : []),
+      field("robot", parts.robot, "robot"),
+      field("colour", parts.colouring, "colour"),
+      el("span", { class: "grow" }),
+      ...(live ? [parts.add, parts.remove, parts.undo, parts.yaml] : []),
+      parts.theme,
+      parts.help,
+    ),
+    parts.note,
+    el("main", {}, workspace.section, controls[0].section, controls[1].section),
+    parts.why,
+    el(
+      "div",
+      { class: "transport" },
+      parts.play,
+      parts.back,
+      parts.forward,
+      parts.speed,
+      parts.time,
+      parts.clock,
+      el("span", { class: "ahead" }, el("span", {}, "look ahead"), parts.element, parts.ahead),
+      el("label", { class: "field" }, parts.deciding, el("span", {}, "deciding elements")),
+    ),
+    el("div", { class: "charts" }, ...charts.map((chart) => el("div", { class: "frame" }, chart))),
+    parts.yamlText,
+    parts.keys,
+  );
+  parts.deciding.checked = true;
+  return { root, parts };
+}
+
+export type Parts = ReturnType<typeof build>["parts"];
+
+/** A legend entry: a mark and words. */
+export function entry(mark: string, words: string, colour = ""): HTMLElement {
+  const swatch = el("i", { class: `mark ${mark}` });
+  if (colour) swatch.style.setProperty("--mark", colour);
+  return el("span", { class: "entry" }, swatch, words);
+}

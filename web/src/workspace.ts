@@ -1,0 +1,343 @@
+// The workspace in the plane: robots, obstacles, paths, goal, and the committed manoeuvre.
+
+import { arrow, drawShape, number, polyline, text, ticks, type Context, type Viewport } from "./geometry.ts";
+import type { Model } from "./model.ts";
+import type { Control, Part } from "./protocol.ts";
+import { css, OUTCOMES, viridis, type Theme } from "./theme.ts";
+
+const CROWD = 60;
+
+export interface Look {
+  theme: Theme;
+  view: Viewport;
+  width: number;
+  height: number;
+  handles: boolean;
+}
+
+export function drawWorkspace(g: Context, model: Model, look: Look): void {
+  g.fillStyle = look.theme.paper;
+  g.fillRect(0, 0, look.width, look.height);
+  drawGrid(g, look);
+  const control = model.control();
+  const current = control && control.robot === model.selected ? control : null;
+  const times = contactTimes(current);
+  if (current) drawPredictions(g, model, current, look);
+  drawTrack(g, model, look);
+  drawObstacles(g, model, times, current, look);
+  drawGoal(g, model, look);
+  drawRobots(g, model, times, current, look);
+  if (current) drawManoeuvre(g, model, current, look);
+  drawSelected(g, model, look);
+  drawScale(g, look);
+}
+
+function drawGrid(g: Context, { theme, view, width, height }: Look): void {
+  const [x0, y1] = view.inverse(0, 0);
+  const [x1, y0] = view.inverse(width, height);
+  g.strokeStyle = theme.grid;
+  g.lineWidth = 1;
+  g.beginPath();
+  for (const x of ticks(x0, x1, width / 90)) {
+    g.moveTo(Math.round(view.px(x)) + 0.5, 0);
+    g.lineTo(Math.round(view.px(x)) + 0.5, height);
+  }
+  for (const y of ticks(y0, y1, width / 90)) {
+    g.moveTo(0, Math.round(view.py(y)) + 0.5);
+    g.lineTo(width, Math.round(view.py(y)) + 0.5);
+  }
+  g.stroke();
+}
+
+function drawScale(g: Context, { theme, view, width, height }: Look): void {
+  const [x0] = view.inverse(0, 0);
+  const [x1] = view.inverse(width, 0);
+  const marks = ticks(x0, x1, width / 90);
+  const step = (marks[1] ?? 1) - (marks[0] ?? 0);
+  const size = step * view.scale;
+  const [left, base] = [14, height - 14];
+  g.strokeStyle = theme.ink;
+  g.lineWidth = 2;
+  g.beginPath();
+  g.moveTo(left, base - 4);
+  g.lineTo(left, base);
+  g.lineTo(left + size, base);
+  g.lineTo(left + size, base - 4);
+  g.stroke();
+  text(g, theme, `${number(step)} m`, left + size / 2, base - 6, { align: "center", size: 11 });
+}
+
+/** Contact times with the preferred control, by "robot 3" or "obstacle 5". */
+function contactTimes(control: Control | null): Map<string, number> {
+  const found = new Map<string, number>();
+  if (!control) return found;
+  const contact = control.arrays["contact"]!.values;
+  control.others.forEach(([kind, k], row) => {
+    if (contact[row]! >= 0) found.set(`${kind} ${k}`, contact[row]! / control.horizon);
+  });
+  return found;
+}
+
+function drawPredictions(g: Context, model: Model, control: Control, { theme, view }: Look): void {
+  const positions = control.arrays["positions"];
+  if (!positions) return;
+  const d = model.scene!.dimension;
+  const count = positions.shape[0]!;
+  const m = positions.shape[1]!;
+  const contact = control.arrays["contact"]!.values;
+  g.lineCap = "butt";
+  control.predicted.forEach((row, column) => {
+    const hit = contact[row]! >= 0;
+    g.lineWidth = hit ? 2.2 : 1.2;
+    for (let k = 0; k + 1 < count; k++) {
+      const a = (k * m + column) * d;
+      const b = ((k + 1) * m + column) * d;
+      const values = positions.values;
+      if (!Number.isFinite(values[a]!) || !Number.isFinite(values[b]!)) continue;
+      const share = (k + 0.5) / (count - 1);
+      g.strokeStyle = css(viridis(share, theme), hit ? 0.95 : 0.55 * (1 - 0.6 * share));
+      g.beginPath();
+      g.moveTo(view.px(values[a]!), view.py(values[a + 1]!));
+      g.lineTo(view.px(values[b]!), view.py(values[b + 1]!));
+      g.stroke();
+    }
+  });
+}
+
+function drawTrack(g: Context, model: Model, { theme, view }: Look): void {
+  const scene = model.scene!;
+  const d = scene.dimension;
+  const points: number[][] = [];
+  for (let i = 0; i <= model.step; i++) {
+    const at = i * model.positions.width + model.selected * d;
+    points.push([model.positions.values[at]!, model.positions.values[at + 1]!]);
+  }
+  points.push(model.robot(model.selected));
+  g.strokeStyle = theme.robot;
+  g.globalAlpha = 0.45;
+  g.lineWidth = 2;
+  polyline(g, view, points);
+  g.stroke();
+  g.globalAlpha = 1;
+}
+
+function drawObstacles(g: Context, model: Model, times: Map<string, number>, control: Control | null, look: Look): void {
+  const { theme, view } = look;
+  const scene = model.scene!;
+  scene.obstacles.forEach((info, k) => {
+    const at = model.obstacle(k);
+    if (!at) return;
+    const share = times.get(`obstacle ${k}`);
+    const fill = share === undefined ? theme.neutral : css(viridis(share, theme));
+    drawShape(g, view, scene.shapes[info.shape]!, at, model.heading(k), fill, theme.ink, share === undefined ? 0.8 : 1.4);
+    const grown = control?.arrays["growth"];
+    const row = control?.predicted.findIndex((r) => control.others[r]![0] === "obstacle" && control.others[r]![1] === k);
+    if (grown && row !== undefined && row >= 0) {
+      const last = grown.values[(grown.shape[0]! - 1) * grown.shape[1]! + row]!;
+      if (last > 0) {
+        g.setLineDash([3, 3]);
+        drawShape(g, view, scene.shapes[info.shape]!, at, model.heading(k), null, theme.faint, 1, grown.values[row]!);
+        g.setLineDash([]);
+      }
+    }
+  });
+}
+
+function drawGoal(g: Context, model: Model, { theme, view }: Look): void {
+  const scene = model.scene!;
+  const robot = scene.robots[model.selected]!;
+  const far = scene.world !== null;
+  if (far) return;
+  if (robot.path) {
+    g.strokeStyle = theme.goal;
+    g.setLineDash([6, 4]);
+    g.lineWidth = 1.2;
+    polyline(g, view, robot.path);
+    g.stroke();
+    g.setLineDash([]);
+  }
+  const [x, y] = [view.px(robot.goal[0]!), view.py(robot.goal[1]!)];
+  g.strokeStyle = theme.goal;
+  g.lineWidth = 2;
+  g.beginPath();
+  g.arc(x, y, Math.max(4, robot.tolerance * view.scale), 0, 2 * Math.PI);
+  g.moveTo(x - 5, y);
+  g.lineTo(x + 5, y);
+  g.moveTo(x, y - 5);
+  g.lineTo(x, y + 5);
+  g.stroke();
+}
+
+/** Colour of a robot that is not selected. */
+export function robotColour(model: Model, k: number, theme: Theme): string {
+  const scene = model.scene!;
+  if (model.colouring === "outcome") return OUTCOMES[model.outcomes[model.step]?.[k] ?? ""]?.colour ?? theme.neutral;
+  if (model.colouring === "speed") {
+    const share = model.speedOf(model.step, k) / scene.robots[k]!.max_speed;
+    return css(viridis(Math.round(share * 12) / 12, theme));
+  }
+  if (model.colouring === "time") {
+    const robot = scene.robots[k]!;
+    const at = model.robot(k);
+    const distance = Math.hypot(...at.map((x, c) => robot.goal[c]! - x));
+    const share = distance / robot.max_speed / Math.max(1, scene.duration / 3);
+    return css(viridis(Math.round(Math.min(1, share) * 12) / 12, theme));
+  }
+  return theme.neutral;
+}
+
+function drawRobots(g: Context, model: Model, times: Map<string, number>, control: Control | null, look: Look): void {
+  const { theme, view } = look;
+  const scene = model.scene!;
+  const n = scene.robots.length;
+  if (n === 1) return;
+  const batches = new Map<string, Path2D>();
+  for (let k = 0; k < n; k++) {
+    if (k === model.selected || !model.present(k)) continue;
+    const at = model.robot(k);
+    const share = model.colouring === "role" ? times.get(`robot ${k}`) : undefined;
+    const colour = share === undefined ? robotColour(model, k, theme) : css(viridis(Math.round(share * 12) / 12, theme));
+    const info = scene.robots[k]!;
+    const parts = scene.shapes[info.shape]!;
+    if (parts.length === 1 && parts[0]!.corners.length === 1) {
+      let path = batches.get(colour);
+      if (!path) batches.set(colour, (path = new Path2D()));
+      const [x, y] = [view.px(at[0]!), view.py(at[1]!)];
+      const radius = Math.max(1.5, info.radius * view.scale);
+      path.moveTo(x + radius, y);
+      path.arc(x, y, radius, 0, 2 * Math.PI);
+    } else drawShape(g, view, parts, at, 0, colour, theme.ink, 1);
+  }
+  g.strokeStyle = theme.ink;
+  g.lineWidth = n > CROWD ? 0.6 : 1;
+  for (const [colour, path] of batches) {
+    g.fillStyle = colour;
+    g.fill(path);
+    g.stroke(path);
+  }
+  if (n <= CROWD && !control) {
+    for (let k = 0; k < n; k++) if (model.present(k)) arrow(g, view, model.robot(k), model.velocity(k), theme.ink, 1.2);
+  }
+}
+
+function drawManoeuvre(g: Context, model: Model, control: Control, look: Look): void {
+  const { theme, view } = look;
+  const scene = model.scene!;
+  const [times, gain] = [control.arrays["times"]!.values, control.arrays["gain"]!.values];
+  const drift = control.arrays["drift"]!.values;
+  const d = scene.dimension;
+  const along = (u: number[], k: number): number[] => u.map((x, c) => drift[k * d + c]! + gain[k]! * x);
+  const contact = control.first >= 0 ? control.arrays["contact"]!.values[control.first]! : Infinity;
+  g.strokeStyle = theme.ink;
+  g.lineWidth = 1.4;
+  g.setLineDash([6, 4]);
+  const dashed: number[][] = [];
+  for (let k = 0; k < times.length && times[k]! <= contact + 1e-6; k++) dashed.push(along(control.preferred, k));
+  polyline(g, view, dashed);
+  g.stroke();
+  g.setLineDash([]);
+  const probe = model.probe;
+  const path = probe?.arrays["path"] ?? control.arrays["manoeuvre"];
+  if (path) {
+    const at = (k: number): number[] => Array.from({ length: d }, (_, c) => path.values[k * d + c]!);
+    const points = Array.from({ length: path.shape[0]! }, (_, k) => at(k));
+    g.lineCap = g.lineJoin = "round";
+    for (const [colour, width] of [
+      [theme.halo, 6],
+      [theme.robot, 3],
+    ] as const) {
+      g.strokeStyle = colour;
+      g.lineWidth = width;
+      polyline(g, view, points);
+      g.stroke();
+    }
+    g.fillStyle = theme.robot;
+    for (let second = 1; second <= control.horizon; second++) {
+      const [x, y] = interpolated(path.values, d, times, second);
+      g.beginPath();
+      g.arc(view.px(x!), view.py(y!), 3.4, 0, 2 * Math.PI);
+      g.fill();
+    }
+    if (model.element > 0) drawGhosts(g, model, control, look, interpolated(path.values, d, times, model.element));
+  }
+}
+
+/** Outlines at the time under the slider: of the robot on its manoeuvre, and of the others as they are predicted. */
+function drawGhosts(g: Context, model: Model, control: Control, { theme, view }: Look, own: number[]): void {
+  const scene = model.scene!;
+  const times = control.arrays["times"]!.values;
+  g.setLineDash([4, 3]);
+  drawShape(g, view, scene.shapes[scene.robots[model.selected]!.shape]!, own, 0, null, theme.robot, 2);
+  forPredicted(model, control, model.element, times, (shape, at, heading, grown) =>
+    drawShape(g, view, shape, at, heading, null, theme.faint, 1.4, grown),
+  );
+  g.setLineDash([]);
+}
+
+/** Calls `draw` with shape, position, heading and growth of each predicted other at a time. */
+export function forPredicted(
+  model: Model,
+  control: Control,
+  time: number,
+  times: ArrayLike<number>,
+  draw: (shape: Part[], at: number[], heading: number, grown: number, row: number) => void,
+): void {
+  const positions = control.arrays["positions"];
+  if (!positions) return;
+  const scene = model.scene!;
+  const d = scene.dimension;
+  const m = positions.shape[1]!;
+  const directions = control.arrays["directions"];
+  const growth = control.arrays["growth"];
+  const share = (time / control.horizon) * (times.length - 1);
+  const k = Math.min(times.length - 2, Math.floor(share));
+  const f = share - k;
+  control.predicted.forEach((row, column) => {
+    const at = Array.from({ length: d }, (_, c) => {
+      const a = positions.values[(k * m + column) * d + c]!;
+      return a + f * (positions.values[((k + 1) * m + column) * d + c]! - a);
+    });
+    if (!Number.isFinite(at[0]!)) return;
+    const [kind, index] = control.others[row]!;
+    const info = kind === "robot" ? scene.robots[index]! : scene.obstacles[index]!;
+    const heading = directions ? directions.values[k * m + column]! : 0;
+    const grown = growth ? growth.values[k * m + column]! : 0;
+    draw(scene.shapes[info.shape]!, at, heading, grown, row);
+  });
+}
+
+export function interpolated(values: ArrayLike<number>, d: number, times: ArrayLike<number>, time: number): number[] {
+  const share = Math.min(times.length - 1.000001, (time / times[times.length - 1]!) * (times.length - 1));
+  const k = Math.floor(share);
+  return Array.from({ length: d }, (_, c) => {
+    const a = values[k * d + c]!;
+    return a + (share - k) * (values[(k + 1) * d + c]! - a);
+  });
+}
+
+function drawSelected(g: Context, model: Model, { theme, view, handles }: Look): void {
+  const scene = model.scene!;
+  const k = model.selected;
+  const at = model.robot(k);
+  drawShape(g, view, scene.shapes[scene.robots[k]!.shape]!, at, 0, theme.robot, theme.ink, 1.5);
+  if (scene.robots.length > 1 && scene.robots[k]!.radius * view.scale < 9) {
+    g.strokeStyle = theme.robot;
+    g.lineWidth = 2;
+    g.beginPath();
+    g.arc(view.px(at[0]!), view.py(at[1]!), 10, 0, 2 * Math.PI);
+    g.stroke();
+  }
+  const v = model.velocity(k);
+  arrow(g, view, at, v, theme.ink, 2);
+  if (handles) {
+    for (const place of [v.map((x, c) => at[c]! + x), scene.robots[k]!.goal]) {
+      g.beginPath();
+      g.arc(view.px(place[0]!), view.py(place[1]!), 5, 0, 2 * Math.PI);
+      g.fillStyle = theme.paper;
+      g.fill();
+      g.strokeStyle = theme.ink;
+      g.lineWidth = 1.5;
+      g.stroke();
+    }
+  }
+}
