@@ -9,15 +9,15 @@ from slalom import kernels
 from slalom.approach import approach_of
 from slalom.checks import Array, has, listing, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, DecisionInputs, Outcome
+from slalom.decision import Decision, DecisionInputs, Outcome, state_to_decide_from
 from slalom.decision_report import log
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
 from slalom.horizon import Horizon
 from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre, state_after
-from slalom.methods import HOLDS, Method
+from slalom.manoeuvre import Manoeuvre
+from slalom.methods import HOLDS, Method, refuse_alone
 from slalom.navigator_tables import PolicyTables
 from slalom.objective import (
     Arrive,
@@ -164,20 +164,8 @@ class Navigator:
                 other robots for an objective written in Python; a time before that of the previous decision; a delay
                 above the horizon; an obstacle whose trajectory ended before.
         """
-        self._refuse_method()
-        has(state, ("position", "velocity", "acceleration"), "a State", "state")
-        if previous is not None:
-            has(previous, ("manoeuvre", "regret", "decided_at"), "a Decision", "previous")
-            if number(now, "now") < previous.decided_at:
-                order = f"{now:g} s after a decision at {previous.decided_at:g} s"
-                raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
-        if not_negative(delay, "delay") > self.horizon:
-            raise InvalidInput(f"delay: expected at most the horizon, {self.horizon:g} s, found {delay:g} s")
-        if delay > 0.0:
-            measured = now - delay
-            state = (
-                state_after((), state, measured, now) if previous is None else previous.state_at(now, state, measured)
-            )
+        refuse_alone(self.method)
+        state = state_to_decide_from(state, previous, now, delay, self.horizon)
         if objective is not None:
             has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
         robot = self if objective is None else replace(self, objective=objective)
@@ -193,10 +181,7 @@ class Navigator:
                 f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
             )
         window, others = self.predict(obstacles, state, now), self._observed(robots)
-        sizes = {"robot": self.robot.dimension, "obstacles": window.dimension}
-        for what, dimension in (*sizes.items(), ("robots", others and others.dimension)):
-            if dimension not in (None, state.dimension):
-                raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
+        self._refuse_dimensions(state.dimension, window, others)
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
         if type(robot.objective) in (Arrive, *FOLLOWING):
             found = self._decide(window, others, state, goal, step, robot.objective, now, previous, limit)
@@ -236,14 +221,11 @@ class Navigator:
             lambda point: window.covers(point, self.robot, self.margin),
         )
 
-    def _refuse_method(self) -> None:
-        """Raise InvalidInput for a method that a robot cannot follow from what it observes itself."""
-        if self.method.looks_ahead:
-            raise InvalidInput(f"method: expected one without a search, found {self.method.name}; use LookAhead")
-        if self.method.shared:
-            raise InvalidInput(
-                f"method: expected one without published manoeuvres, found {self.method.name}; use Fleet"
-            )
+    def _refuse_dimensions(self, d: int, window: ObstacleWindow, others: Tracks | None) -> None:
+        sizes = {"robot": self.robot.dimension, "obstacles": window.dimension}
+        for what, dimension in (*sizes.items(), ("robots", others and others.dimension)):
+            if dimension not in (None, d):
+                raise InvalidInput(f"{what}: expected dimension {d} as of the state, found {dimension}")
 
     def _observed(self, robots: Tracks | None) -> Tracks | None:
         """The other robots as the method predicts them; None if there are none."""
