@@ -7,10 +7,10 @@ from functools import cached_property, partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from slalom.approach import Approach
+from slalom.approach import Approach, approach_of
 from slalom.checks import Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision_report import Collision, as_dict, collision_of, names_in_the_way
+from slalom.decision_report import Collision, as_dict, collision_of, log, names_in_the_way
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre, state_after
@@ -202,6 +202,26 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
     if delay == 0.0:
         return state
     return state_after((), state, now - delay, now) if previous is None else previous.state_at(now, state, now - delay)
+
+
+def completed(
+    decision: Decision, inputs: DecisionInputs, previous: Decision | None, progress: float | None, limit: float
+) -> Decision:
+    """The decision with what it was made from, and with what the next one needs to know; write its line of the log.
+
+    progress: [m] along a path. limit: [s] of work.
+    """
+    before, limits, now = None if previous is None else previous.commitment, inputs.navigator.limits, inputs.now
+    last = None if before is None else before.approach
+    found = replace(
+        decision.following(previous, now - inputs.navigator.horizon),
+        progress=progress,
+        cut=decision.work >= limit,
+        approach=approach_of(inputs.goal, inputs.state, progress, limits.max_speed, now, last),
+        inputs=inputs._replace(previous=before),
+    )
+    log(found)
+    return found
 
 
 def made(blocked: ControlObstacle) -> Callable[[], ControlObstacle]:

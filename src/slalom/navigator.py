@@ -6,11 +6,9 @@ from functools import cached_property, partial
 import numpy as np
 
 from slalom import kernels
-from slalom.approach import approach_of
 from slalom.checks import Array, has, listing, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, DecisionInputs, Outcome, state_to_decide_from
-from slalom.decision_report import log
+from slalom.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
@@ -195,19 +193,8 @@ class Navigator:
         if found is None and others is not None:
             window = self.predict([*listed(obstacles), others], state, now)
         decision = found or robot._fall_back(window, state, goal, now)
-        decision = decision.following(previous, now - self.horizon)
-        progress = None if step is None else step.progress
-        before = None if previous is None else previous.commitment
-        last = None if before is None else before.approach
-        decision = replace(
-            decision,
-            progress=progress,
-            cut=decision.work >= limit,
-            approach=approach_of(given, state, progress, self.limits.max_speed, now, last),
-            inputs=DecisionInputs(robot, state, tuple(listed(obstacles)), given, robots, now, budget, before),
-        )
-        log(decision)
-        return decision
+        inputs = DecisionInputs(robot, state, tuple(listed(obstacles)), given, robots, now, budget, None)
+        return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
         """Where a robot on a path heads for, at most as fast as is allowed there."""
