@@ -58,7 +58,7 @@ class Body:
         """The library's."""
         error = BoundedError(*self.unsure) if any(self.unsure) else None
         track = TRAJECTORIES[self.kind](**self.parameters)
-        return Obstacle(self.shape, track, self.kind, self.heading, error)
+        return Obstacle(self.shape, track, self.kind, self.heading, error, after_end="leaves")
 
     def pairs(self, robot: Shape) -> list[Pair]:
         """Each part of it with each part of the robot."""

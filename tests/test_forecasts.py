@@ -272,7 +272,7 @@ def test_one_forecast_includes_obstacles_that_appear_later(forecast: slalom.Fore
 @each_dimension
 def test_futures_of_present_obstacles_are_their_own(d: int) -> None:
     for track in TRAJECTORIES.values():
-        obstacle = Obstacle(slalom.shape.round_shape(1.0, d), track(d))
+        obstacle = Obstacle(slalom.shape.round_shape(1.0, d), track(d), after_end="leaves")
         for forecast in (Known(), Present()):
             assert forecast(obstacle.trajectory, 1.0) is obstacle.trajectory
             assert predicted(obstacle, forecast, 1.0) is obstacle

@@ -581,6 +581,80 @@ def without_goal(content: dict) -> None:
 
 
 CASES = [
+    Case(
+        "state_to_decide_from",
+        InvalidInput,
+        r"delay: expected at most the horizon, 6 s, found 7 s",
+        lambda _: navigator("nao").decide(FLAT, [], GOAL, delay=7.0),
+    ),
+    Case(
+        "Obstacle.known_at",
+        InvalidInput,
+        r"obstacle 'person': expected a trajectory that is known at 1.5 s, found one that ended at 1 s; say after_end=",
+        lambda _: navigator("nao").decide(
+            FLAT, [Obstacle(Disc(1.0), Sampled([0, 1], np.zeros((2, 2))), "person")], GOAL, now=1.5
+        ),
+    ),
+    Case(
+        "known",
+        InvalidInput,
+        r"after_end: expected one of unknown, continues, leaves; found 'stays'",
+        lambda _: Obstacle(Disc(1.0), STILL, after_end="stays"),
+    ),
+    Case(
+        "Tracks.__init__",
+        InvalidInput,
+        r"uncertainty: expected one or 1, found 2",
+        lambda _: slalom.Tracks([(0, 0)], [(0, 0)], 0.3, uncertainty=[None, None]),
+    ),
+    Case(
+        "KalmanError.__post_init__",
+        InvalidInput,
+        r"correlation: expected a number from 0 to 1, found 2",
+        lambda _: slalom.KalmanError(0.1, 0.1, 2.0),
+    ),
+    Case(
+        "KalmanError.__post_init__",
+        InvalidInput,
+        r"probability: expected a number between 0 and 1, found 1",
+        lambda _: slalom.KalmanError(0.1, 0.1, probability=1.0),
+    ),
+    Case(
+        "ConstantVelocityFilter.__post_init__",
+        InvalidInput,
+        r"probability: expected a number between 0 and 1, found 2",
+        lambda _: slalom.ConstantVelocityFilter(probability=2.0),
+    ),
+    Case(
+        "Tracker.at",
+        InvalidInput,
+        r"now: expected a time that does not run backwards, found 0 s after a call at 1 s",
+        lambda _: [tracker.at(t) for tracker in [slalom.Tracker()] for t in (1.0, 0.0)],
+    ),
+    Case(
+        "Tracker._checked",
+        InvalidInput,
+        r"obstacle 'a': shape: expected one of dimension 3 as of the position, found 2",
+        lambda _: slalom.Tracker().update(0.0, "a", (0, 0, 0)),
+    ),
+    Case(
+        "Tracker._checked",
+        InvalidInput,
+        r"obstacle 'a': heading: expected none in space, found 1",
+        lambda _: slalom.Tracker(slalom.Ball(1.0)).update(0.0, "a", (0, 0, 0), heading=1.0),
+    ),
+    Case(
+        "_covariance",
+        InvalidInput,
+        r"obstacle 'a': covariance: expected shape \(2, 2\), found \(3, 3\)",
+        lambda _: slalom.Tracker().update(0.0, "a", (0, 0), covariance=np.eye(3)),
+    ),
+    Case(
+        "_covariance",
+        InvalidInput,
+        r"obstacle 'a': covariance: expected a symmetric matrix without negative eigenvalues, found another",
+        lambda _: slalom.Tracker().update(0.0, "a", (0, 0), covariance=-np.eye(2)),
+    ),
     *DECISIONS,
     # Shapes, headings, uncertainty, traffic.
     Case(
@@ -1417,13 +1491,13 @@ CASES = [
         lambda _: decision(obstacles=seen(t=2.0), now=1.0),
     ),
     Case(
-        "Navigator._refuse_method",
+        "refuse_alone",
         InvalidInput,
         r"method: expected one without a search, found nao_ahead; use LookAhead",
         lambda _: navigator("nao_ahead").decide(FLAT, [], GOAL),
     ),
     Case(
-        "Navigator._refuse_method",
+        "refuse_alone",
         InvalidInput,
         r"method: expected one without published manoeuvres, found nao_shared; use Fleet",
         lambda _: navigator("nao_shared").decide(FLAT, [], GOAL),
@@ -1435,7 +1509,7 @@ CASES = [
         lambda _: decision(objective=MostClearance(1.0, Arrive()), robots=seen()),
     ),
     Case(
-        "Navigator.decide",
+        "Navigator._refuse_dimensions",
         InvalidInput,
         r"robots: expected dimension 2 as of the state, found 3",
         lambda _: decision(robots=seen(positions=[(4, 0, 0)], velocities=[(0, 0, 0)])),
@@ -1486,7 +1560,7 @@ CASES = [
     Case("has", InvalidInput, r"goal: expected a Goal, found \(9, 0\)", lambda _: navigator().decide(FLAT, [], (9, 0))),
     Case("has", InvalidInput, r"previous: expected a Decision, found 3", lambda _: decision(previous=3)),
     Case(
-        "Navigator.decide",
+        "state_to_decide_from",
         InvalidInput,
         r"now: expected a time that does not run backwards, found 1.9 s after a decision at 2 s",
         lambda _: decision(now=1.9, previous=decision(now=2.0)),
@@ -1517,7 +1591,7 @@ CASES = [
         lambda _: blocked(obstacles=[BALLOON]),
     ),
     Case(
-        "Navigator.decide",
+        "Navigator._refuse_dimensions",
         InvalidInput,
         r"obstacles: expected dimension 3 as of the state, found 2",
         lambda _: decide(SPACE, robot=Ball(1), goal=Goal(Stationary((9, 0, 0)))),

@@ -628,7 +628,7 @@ def test_one_table_serves_a_whole_run() -> None:
 
 def crossing(start: float, reach: float = 1.0) -> Obstacle:
     """An obstacle that appears at a time and stands in the way of the robot soon after."""
-    return Obstacle(Disc(reach), Sampled([start, start + 30.0], [(6.0, 0.1), (6.5, 0.0)]), "late")
+    return Obstacle(Disc(reach), Sampled([start, start + 30.0], [(6.0, 0.1), (6.5, 0.0)]), "late", after_end="leaves")
 
 
 @pytest.mark.parametrize("name", ["nao_ahead", "nao_ahead@present", "nao_ahead@observed"])
@@ -842,7 +842,7 @@ SLACK = 1.5 * CERTIFIED + CONTACT
 
 def test_what_is_not_there_has_no_gap() -> None:
     """Before it appears, after it has vanished, far beyond the table; and in an empty world."""
-    brief = Obstacle(Disc(1.0), Sampled([2.0, 4.0], [(3.0, 0.0), (3.0, 1.0)]), "brief")
+    brief = Obstacle(Disc(1.0), Sampled([2.0, 4.0], [(3.0, 0.0), (3.0, 1.0)]), "brief", after_end="leaves")
     robot, here = Disc(0.5), np.zeros(2)
     table = PredictedObstacles.of([brief], [brief], robot, 0.0, 10.0, 1.0)
     for now, gap in ((0.0, np.inf), (1.99, np.inf), (2.0, 1.5), (4.0, np.sqrt(10.0) - 1.5), (4.01, np.inf)):

@@ -71,7 +71,7 @@ def test_pieces_of_a_window_are_the_trajectory(start: float, horizon: float, unc
     """Of each obstacle alone and of all together; an obstacle that does not exist within the window has no piece."""
     error = BoundedError(0.1, 0.05) if uncertain else None
     tracks = [track(d) for track in TRAJECTORIES.values()]
-    obstacles = [Obstacle(disc_or_ball(0.5, d), track, uncertainty=error) for track in tracks]
+    obstacles = [Obstacle(disc_or_ball(0.5, d), track, uncertainty=error, after_end="leaves") for track in tracks]
     robot = disc_or_ball(0.3, d)
     for some in ([obstacle] for obstacle in obstacles):
         bodies = ObstacleWindow(some, start, horizon).bodies(robot)
@@ -116,7 +116,7 @@ def street() -> list[Obstacle]:
         Obstacle(Polyline([(0.0, 3.0), (12.0, 3.0)]), Stationary((0.0, 0.0))),
         Obstacle(Rectangle(2.0, 1.0), ConstantVelocity((8.0, 0.3), (-0.6, 0.0)), heading="motion"),
         Obstacle(Rectangle(2.0, 1.0), Circular((5.0, -3.0), 2.0, 1.0, 0.3), heading="motion"),
-        Obstacle(Disc(0.4), Briefly((3.0, -0.2), (0.3, 0.1))),
+        Obstacle(Disc(0.4), Briefly((3.0, -0.2), (0.3, 0.1)), after_end="leaves"),
         Obstacle(Polyline([(0.0, -4.0), (12.0, -4.0)]), Stationary((0.0, 0.0))),
     ]
 

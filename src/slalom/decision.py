@@ -7,10 +7,11 @@ from functools import cached_property, partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from slalom.approach import Approach
-from slalom.checks import Array
+from slalom.approach import Approach, approach_of
+from slalom.checks import Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision_report import Collision, as_dict, collision_of, names_in_the_way
+from slalom.decision_report import Collision, as_dict, collision_of, log, names_in_the_way
+from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre, state_after
 from slalom.obstacle import Obstacle
@@ -181,6 +182,46 @@ class Decision:
     def blocked(self) -> ControlObstacle:
         """The control obstacle of the manoeuvre's response, for figures and queries; computed on demand."""
         return self.control_obstacle()
+
+
+def state_to_decide_from(state: State, previous: Decision | None, now: float, delay: float, longest: float) -> State:
+    """The state at `now` [s] of a robot that was in `state` before a delay [s], see `Navigator.decide`.
+
+    Raises:
+        InvalidInput: something else than a state or a decision, a time before that of the previous decision, a delay
+            above the `longest` [s].
+    """
+    has(state, ("position", "velocity", "acceleration"), "a State", "state")
+    if previous is not None:
+        has(previous, ("manoeuvre", "regret", "decided_at"), "a Decision", "previous")
+        if number(now, "now") < previous.decided_at:
+            order = f"{now:g} s after a decision at {previous.decided_at:g} s"
+            raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
+    if not_negative(delay, "delay") > longest:
+        raise InvalidInput(f"delay: expected at most the horizon, {longest:g} s, found {delay:g} s")
+    if delay == 0.0:
+        return state
+    return state_after((), state, now - delay, now) if previous is None else previous.state_at(now, state, now - delay)
+
+
+def completed(
+    decision: Decision, inputs: DecisionInputs, previous: Decision | None, progress: float | None, limit: float
+) -> Decision:
+    """The decision with what it was made from, and with what the next one needs to know; write its line of the log.
+
+    progress: [m] along a path. limit: [s] of work.
+    """
+    before, limits, now = None if previous is None else previous.commitment, inputs.navigator.limits, inputs.now
+    last = None if before is None else before.approach
+    found = replace(
+        decision.following(previous, now - inputs.navigator.horizon),
+        progress=progress,
+        cut=decision.work >= limit,
+        approach=approach_of(inputs.goal, inputs.state, progress, limits.max_speed, now, last),
+        inputs=inputs._replace(previous=before),
+    )
+    log(found)
+    return found
 
 
 def made(blocked: ControlObstacle) -> Callable[[], ControlObstacle]:

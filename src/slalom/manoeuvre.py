@@ -152,7 +152,7 @@ def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, 
     position, velocity, acceleration, time = state.position, state.velocity, state.acceleration, measured
     starts = [*(manoeuvre.start for manoeuvre in manoeuvres), np.inf]
     for manoeuvre, end in zip(manoeuvres, np.minimum(starts[1:], now).tolist()):
-        if end <= time:
+        if end <= max(time, manoeuvre.start):
             continue
         if manoeuvre.start >= time:
             position, time = position + (manoeuvre.start - time) * velocity, manoeuvre.start

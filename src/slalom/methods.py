@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from slalom.checks import known, positive
+from slalom.errors import InvalidInput
 from slalom.forecast import (
     FORESIGHTS,
     AcceleratingBriefly,
@@ -220,3 +221,11 @@ def margin_among(method: Method, margin: float, max_acceleration: float, time: f
     three standard deviations, `noise` [m], of what they observe.
     """
     return margin if method.shared else margin + 2.0 * max_acceleration * time * time + 3.0 * noise
+
+
+def refuse_alone(method: Method) -> None:
+    """Raise InvalidInput for a method that a robot cannot follow from what it observes itself."""
+    if method.looks_ahead:
+        raise InvalidInput(f"method: expected one without a search, found {method.name}; use LookAhead")
+    if method.shared:
+        raise InvalidInput(f"method: expected one without published manoeuvres, found {method.name}; use Fleet")

@@ -6,19 +6,17 @@ from functools import cached_property, partial
 import numpy as np
 
 from slalom import kernels
-from slalom.approach import approach_of
 from slalom.checks import Array, has, not_negative
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, DecisionInputs, Outcome
-from slalom.decision_report import log
+from slalom.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
 from slalom.horizon import Horizon
 from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre, state_after
-from slalom.methods import HOLDS, Method
-from slalom.navigator_checks import FOLLOWING, check_call, check_dimensions, check_settings, goal_or_place
+from slalom.manoeuvre import Manoeuvre
+from slalom.methods import HOLDS, Method, refuse_alone
+from slalom.navigator_checks import FOLLOWING, check_dimensions, check_settings, goal_or_place
 from slalom.navigator_tables import PolicyTables
 from slalom.objective import (
     Arrive,
@@ -141,12 +139,8 @@ class Navigator:
                 other robots for an objective written in Python; a time before that of the previous decision; a delay
                 above the horizon; an obstacle whose trajectory ended before.
         """
-        check_call(self, state, previous, now, delay)
-        if delay > 0.0:
-            measured = now - delay
-            state = (
-                state_after((), state, measured, now) if previous is None else previous.state_at(now, state, measured)
-            )
+        refuse_alone(self.method)
+        state = state_to_decide_from(state, previous, now, delay, self.horizon)
         if objective is not None:
             has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
         robot = self if objective is None else replace(self, objective=objective)
@@ -167,19 +161,8 @@ class Navigator:
         if found is None and others is not None:
             window = self.predict([*listed(obstacles), others], state, now)
         decision = found or robot._fall_back(window, state, goal, now)
-        decision = decision.following(previous, now - self.horizon)
-        progress = None if step is None else step.progress
-        before = None if previous is None else previous.commitment
-        last = None if before is None else before.approach
-        decision = replace(
-            decision,
-            progress=progress,
-            cut=decision.work >= limit,
-            approach=approach_of(given, state, progress, self.limits.max_speed, now, last),
-            inputs=DecisionInputs(robot, state, tuple(listed(obstacles)), given, robots, now, budget, before),
-        )
-        log(decision)
-        return decision
+        inputs = DecisionInputs(robot, state, tuple(listed(obstacles)), given, robots, now, budget, None)
+        return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
         """Where a robot on a path heads for, at most as fast as is allowed there."""

@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from slalom.checks import has, listing, not_negative, number, positive
-from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
@@ -41,22 +40,6 @@ def check_settings(robot: "Navigator") -> None:
         number(angle, f"detours[{k}]")
     if not robot.holds:
         raise InvalidInput("holds: expected at least one, found none")
-
-
-def check_call(robot: "Navigator", state: State, previous: Decision | None, now: float, delay: float) -> None:
-    """Raise InvalidInput for a method, state, time or delay from which a navigator cannot decide."""
-    if robot.method.looks_ahead:
-        raise InvalidInput(f"method: expected one without a search, found {robot.method.name}; use LookAhead")
-    if robot.method.shared:
-        raise InvalidInput(f"method: expected one without published manoeuvres, found {robot.method.name}; use Fleet")
-    has(state, ("position", "velocity", "acceleration"), "a State", "state")
-    if previous is not None:
-        has(previous, ("manoeuvre", "regret", "decided_at"), "a Decision", "previous")
-        if number(now, "now") < previous.decided_at:
-            order = f"{now:g} s after a decision at {previous.decided_at:g} s"
-            raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
-    if not_negative(delay, "delay") > robot.horizon:
-        raise InvalidInput(f"delay: expected at most the horizon, {robot.horizon:g} s, found {delay:g} s")
 
 
 def goal_or_place(goal: Goal | None, state: State, objective: Objective) -> Goal:
