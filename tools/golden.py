@@ -332,6 +332,24 @@ def clearest_and_many() -> Found:
     return {"clearest and many": digest(*found, many.controls, " ".join(s.name for s in many.statuses))}
 
 
+def bounded_decisions() -> tuple[Found, Counter[str]]:
+    """Decisions of one robot in the roundabout with no, little and much work, and their outcomes."""
+    scenario, found, outcomes = gallery.build("roundabout_crossing", seed=2), [], Counter[str]()
+    robot, table = scenario.robot, slalom.ObstacleTable(scenario.obstacles)
+    navigator = scenario.navigator(slalom.method("nao"))
+    for budget in (0.0, 2e-4, 1.0):
+        state, previous = robot.state, None
+        for k in range(40):
+            now = scenario.start + 0.1 * k
+            previous = navigator.decide(state, table, robot.goal, now=now, previous=previous, budget=budget)
+            acceleration = previous.manoeuvre.mean_acceleration(now, 0.1)
+            position = state.position + 0.1 * state.velocity + 0.005 * acceleration
+            state = slalom.State(position, state.velocity + 0.1 * acceleration, acceleration)
+            outcomes[previous.outcome.name] += 1
+            found += [previous.outcome.name, state.position, previous.work]
+    return {"bounded decisions": digest(*found)}, outcomes
+
+
 def vehicles() -> Found:
     """A differential drive and a bicycle that follow a weaving reference, and their proven bounds."""
     limits, dt, found = slalom.Limits(3.0, 2.0), 0.1, []
@@ -375,6 +393,8 @@ def one(job: tuple[Callable[..., Any], tuple[Any, ...]]) -> tuple[Found, Counter
     result = make(*given)
     if isinstance(result, dict):
         return result, Counter()
+    if isinstance(result[0], dict):
+        return result
     name, recording = result
     return {name: of_run(recording)}, Counter(word for row in recording.outcomes for word in row)
 
@@ -383,7 +403,7 @@ def all_digests(processes: int) -> Found:
     """Every digest by name. Raises RuntimeError if some outcome never occurred: then the runs no longer cover it."""
     jobs: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [*runs()]
     jobs += [(choices, (k, k + 50)) for k in range(0, 300, 50)] + [(boundaries, (k, k + 25)) for k in range(0, 100, 25)]
-    jobs += [(clearest_and_many, ()), (vehicles, ()), (studies, ())]
+    jobs += [(clearest_and_many, ()), (bounded_decisions, ()), (vehicles, ()), (studies, ())]
     found: Found = {}
     os.environ.update(ARITHMETIC)
     seen: Counter[str] = Counter()
