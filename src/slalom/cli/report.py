@@ -103,12 +103,8 @@ def files_text(result: dict[str, Any]) -> str:
 def table_text(result: dict[str, Any]) -> str:
     """Format a comparison in one scenario as a table, one row per method, followed by the runs without a result."""
     width = max(8, *(len(name) + 1 for name in result["methods"]))
-    if all(row["deterministic"] for row in result["methods"].values()):
-        runs = "deterministic: 1 run"
-    else:
-        runs = f"{result['seeds']} seeds"
     lines = [
-        f"{_scenario_text(result)}, {runs}",
+        f"{_scenario_text(result)}, {result['seeds']} seeds",
         f"{'method':{width}}{'foresight':>10}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}"
         f"{'clearance m':>14}",
     ]
@@ -122,9 +118,7 @@ def table_text(result: dict[str, Any]) -> str:
         else:
             lines.append(f"{name:{width}}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>14}")
     for name, row in result["methods"].items():
-        lines += [f"{name}: {reason}" for reason in _failures(row)]
-        if row["deterministic"] and runs != "deterministic: 1 run":
-            lines.append(f"{name}: deterministic: 1 run")
+        lines += [f"{name}: {reason}" for reason in _failures(row, result["seeds"])]
     return "\n".join(lines)
 
 
@@ -154,8 +148,7 @@ def page_text(
         "Last arrival: mean over the runs in which all robots arrived. Extra time: travel time of arrived robots minus "
         "the time of the straight path at maximum speed; quantiles 50, 75 and 90 %. Efficacy: mean rate of approach to "
         "the goal, as a share of the maximum speed. In parentheses: 95 % confidence intervals, Wilson's for shares and "
-        "Student's for means. A deterministic run does not depend on the seed; it is made and counted once. "
-        "Foresight: knowledge of obstacles and, with several robots, of the other robots.",
+        "Student's for means. Foresight: knowledge of obstacles and, with several robots, of the other robots.",
         "",
         *([_omission_sentence(left_out), ""] if left_out else []),
         f"| {' | '.join(COLUMNS)} |",
@@ -167,7 +160,7 @@ def page_text(
                 _scenario_text(table),
                 name,
                 row["foresight"] or "-",
-                "; ".join([_runs(row), *_failures(row)]),
+                "; ".join([str(row["runs"]), *_failures(row, table["seeds"])]),
                 _share(row, "runs_with_collision"),
                 _share(row, "runs_all_arrived"),
                 _share(row, "runs_successful"),
@@ -201,8 +194,6 @@ def _share(row: dict[str, Any], count: str) -> str:
     """Format a count and the confidence interval of its share."""
     if not row["runs"]:
         return "-"
-    if row["deterministic"]:
-        return str(row[count])
     low, high = row[f"{count}_interval"]
     return f"{row[count]} ({100 * low:.0f}-{100 * high:.0f} %)"
 
@@ -213,14 +204,9 @@ def _mean(row: dict[str, Any]) -> str:
     return _number(row["time"], 1) + (f" ({interval[0]:.1f}-{interval[1]:.1f})" if interval else "")
 
 
-def _runs(row: dict[str, Any]) -> str:
-    return f"deterministic: {row['runs']} run" if row["deterministic"] else str(row["runs"])
-
-
-def _failures(row: dict[str, Any]) -> list[str]:
+def _failures(row: dict[str, Any], seeds: int) -> list[str]:
     """Return one text per reason for which runs have no result, with their seeds."""
-    reasons: list[str] = []
-    seeds = row["runs"] + sum(len(failure["seeds"]) for failure in row["failures"])
+    reasons = []
     for failure in row["failures"]:
         seeds_failed, count = failure["seeds"], len(failure["seeds"])
         listed = ", ".join(str(seed) for seed in seeds_failed[:6]) + (", ..." if count > 6 else "")

@@ -41,11 +41,8 @@ def mean_interval(values: Sequence[float]) -> list[float] | None:
     return [mean - half, mean + half]
 
 
-def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: bool = False) -> dict[str, Any]:
-    """Return the results of seeds 0, 1, ... as one row, JSON-ready; see `study.compare`.
-
-    A `deterministic` run has no intervals: no chance takes part in it.
-    """
+def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
+    """Return the results of seeds 0, 1, ... as one row, JSON-ready; see `study.compare`."""
     rows = [row for row in results if not isinstance(row, Failure)]
     times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
     good = sum(row["arrived"] == row["robots"] and not row["collisions"] for row in rows)
@@ -53,22 +50,17 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: boo
     collided = sum(row["collisions"] > 0 for row in rows)
     clearances = [row["min_clearance"] for row in rows if row["min_clearance"] is not None]
     outcomes: Counter[str] = Counter()
-
-    def interval(count: int) -> list[float] | None:
-        return None if deterministic else wilson(count, len(rows))
-
     for row in rows:
         outcomes.update(row["statuses"])
     return {
         "foresight": rows[0]["foresight"] if rows else None,
         "runs": len(rows),
-        "deterministic": deterministic,
         "runs_with_collision": collided,
-        "runs_with_collision_interval": interval(collided),
+        "runs_with_collision_interval": wilson(collided, len(rows)),
         "runs_all_arrived": len(times),
-        "runs_all_arrived_interval": interval(len(times)),
+        "runs_all_arrived_interval": wilson(len(times), len(rows)),
         "runs_successful": good,
-        "runs_successful_interval": interval(good),
+        "runs_successful_interval": wilson(good, len(rows)),
         "adjustments": float(np.mean([row["adjustments"] for row in rows])) if rows else None,
         "efficacy": float(np.mean([row["efficacy"] for row in rows])) if rows else None,
         "time": finite(float(np.mean(times))) if times else None,

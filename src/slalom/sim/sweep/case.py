@@ -3,7 +3,6 @@
 import hashlib
 import json
 import os
-import pickle
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property, partial
@@ -57,7 +56,6 @@ class Case:
             method, seed: see `run_one`.
         content: everything that the result depends on, JSON-ready: scenario and method with their parameters, seed,
             versions, digests of the sources and of files. Parameters of the gallery include the defaults.
-        deterministic: whether the seed has no effect, see `depends_on_seed`.
     """
 
     scenario: str
@@ -65,7 +63,6 @@ class Case:
     method: str
     seed: int
     content: Content
-    deterministic: bool = False
 
     @cached_property
     def key(self) -> str:
@@ -178,23 +175,6 @@ def digests_of(name: str) -> list[str]:
     """Return the SHA-256 of a file of cases, or of a scenario file and of the files that it names."""
     paths = [Path(name)] if is_cases(name) else files_of(Path(name))
     return [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
-
-
-def depends_on_seed(name: str, settings: Mapping[str, float], method: Method | Peer) -> bool:
-    """Return whether runs of a scenario with different seeds differ: the scenario is drawn, or a part of the run is.
-
-    Random parts of a run are messages, observations, and the order in which robots with shared manoeuvres decide. The
-    seeds of a file of test cases are the numbers of its cases.
-    """
-    if is_cases(name):
-        return True
-    first = drawn(name, settings, seed=0)
-    transport = (first.message_delay, first.message_loss, first.sight_noise, first.sight_delay, first.sight_loss)
-    methods = [method, *(robot.method for robot in first.robots)]
-    ordered = any(isinstance(each, Method) and each.shared for each in methods)
-    if len(first.robots) > 1 and (ordered or any(transport)):
-        return True
-    return not is_file(name) and pickle.dumps(first) != pickle.dumps(drawn(name, settings, seed=1))
 
 
 def scenario_content(name: str, settings: Mapping[str, float], scenario: Scenario) -> Content:

@@ -16,7 +16,6 @@ from slalom.sim.sweep.case import (
     SOURCES,
     Case,
     Failure,
-    depends_on_seed,
     drawn,
     is_file,
     method_content,
@@ -63,13 +62,11 @@ def compare(
 
     Returns:
         {"scenario", "seeds", "settings", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived",
-        "runs_successful", "deterministic", "adjustments", "efficacy", "time", "extra_time", "min_clearance",
-        "outcomes", "failures"}}}:
+        "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance", "outcomes", "failures"}}}:
         counts of runs, where a successful run has all robots arrived and no collision; means over the runs of
         adjustments and efficacy; the mean time of the last arrival [s] over runs in which all arrived; the 50th, 75th
         and 90th percentile of the extra time [s] of all robots that arrived; the least clearance [m] of all runs.
-        "deterministic": the seed has no effect, so one run was made; its shares have no interval. "..._interval" is the
-        95 % confidence interval of the share of runs, or of the mean time. "failures" are the
+        "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
         reasons of runs without a result, each with its seeds. A value without data is None.
     """
     row = Row(name, settings or {}, methods, seeds)
@@ -125,14 +122,11 @@ def compare_all(
             results[key] = result
             if progress:
                 progress(len(results), len(cases))
-    return [_table(row, made, results) for row, made in zip(rows, plan)]
+    return [_table(row, [results[case.key] for case in made]) for row, made in zip(rows, plan)]
 
 
 def cases_of(row: Row) -> list[Case]:
-    """Return the runs of a row: all seeds of its first method, then those of the next. Raises InvalidInput.
-
-    Runs that do not depend on the seed are one run, with seed 0.
-    """
+    """Return the runs of a row: all seeds of its first method, then those of the next. Raises InvalidInput."""
     if not row.methods:
         raise InvalidInput(f"methods: expected at least one of {', '.join(CONTENDERS)}; found none")
     settings = {name: number(value, name) for name, value in row.settings.items()}
@@ -155,10 +149,7 @@ def cases_of(row: Row) -> list[Case]:
             "sources": SOURCES,
             "versions": versions([method]),
         }
-        # Equal runs are made and counted once.
-        equal = not depends_on_seed(name, settings, method)
-        seeds = range(1 if equal else row.seeds)
-        cases += [Case(name, settings, called, seed, {**shared, "seed": seed}, equal) for seed in seeds]
+        cases += [Case(name, settings, called, seed, {**shared, "seed": seed}) for seed in range(row.seeds)]
     return cases
 
 
@@ -184,16 +175,14 @@ def _recalled(store: Store | None, cases: Iterable[Case]) -> dict[str, Result]:
     return dict(store.read(cases)) if store is not None else {}
 
 
-def _table(row: Row, cases: Sequence[Case], results: Mapping[str, Result]) -> dict[str, Any]:
-    """Return the table of `compare` from the results of the cases of the row, by key."""
-    parts = {name: [case for case in cases if case.method == name] for name in dict.fromkeys(row.methods)}
+def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
+    """Return the table of `compare` from the results of the cases of the row."""
+    parts = [results[first : first + row.seeds] for first in range(0, len(results), row.seeds)]
     return {
         "scenario": row.scenario,
         "seeds": row.seeds,
         "settings": dict(row.settings),
-        "methods": {
-            name: aggregate([results[case.key] for case in part], part[0].deterministic) for name, part in parts.items()
-        },
+        "methods": {name: aggregate(part) for name, part in zip(dict.fromkeys(row.methods), parts, strict=True)},
     }
 
 
