@@ -464,7 +464,13 @@ def scene(seed, d):
             break
     plain = plain.among([list(shape.parts) for shape in shapes], headings, motions)
     obstacles = [
-        Obstacle(shape, forecast(TRAJECTORIES[kind](**parameters), start), f"{index} {kind}", heading=heading)
+        Obstacle(
+            shape,
+            forecast(TRAJECTORIES[kind](**parameters), start),
+            f"{index} {kind}",
+            heading=heading,
+            after_end="leaves",
+        )
         for index, (shape, heading, (kind, parameters)) in enumerate(zip(shapes, headings, truths))
     ]
     return Scene(

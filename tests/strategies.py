@@ -172,8 +172,8 @@ def obstacles(draw: DrawFn, dimension: int, shaped: bool = True) -> Obstacle:
     """Of any shape, or round only, on any kind of trajectory, with any heading."""
     track = draw(trajectories(dimension))
     if not shaped:
-        return Obstacle(disc_or_ball(draw(numbers(0.1, 2.0)), dimension), track)
-    return Obstacle(draw(shapes(dimension)), track, heading=draw(headings(track)))
+        return Obstacle(disc_or_ball(draw(numbers(0.1, 2.0)), dimension), track, after_end="leaves")
+    return Obstacle(draw(shapes(dimension)), track, heading=draw(headings(track)), after_end="leaves")
 
 
 @st.composite

@@ -23,6 +23,7 @@ import pytest
 from hdf5_files import OF_LIBRARY, OF_RECORDING, changed, read_here, read_with
 from matplotlib.figure import Figure
 from pydantic_core import PydanticKnownError
+from refusals import REFUSALS
 
 import slalom
 from slalom import (
@@ -117,7 +118,7 @@ from slalom.sim.sweep.study_yaml import named
 from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 from slalom.trajectory import Composite, Function, PiecewisePolynomial
 from slalom.trajectory.direction import direction_path
-from slalom.view import style
+from slalom.view import regions
 
 SOURCES = Path(slalom.__file__).parent
 NAN, INF = float("nan"), float("inf")
@@ -973,7 +974,7 @@ CASES = [
     Case(
         "RunSummary.__getattr__",
         InvalidInput,
-        r"positions: expected a recorded run, found one with record=False",
+        r"only: expected a recorded run, found one with record=False",
         lambda _: path_length(simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False)),
     ),
     # Looking ahead, forecasts, foresight.
@@ -1464,7 +1465,7 @@ CASES = [
         lambda _: seen(positions=[1.0, 2.0]),
     ),
     Case("Tracks.__init__", InvalidInput, r"radii: expected one or 1 .*, found \[-0.1\]", lambda _: seen(radii=-0.1)),
-    Case("Tracks.__init__", InvalidInput, r"ids: expected 1, found 2", lambda _: seen(ids="ab")),
+    Case("Tracks.__init__", InvalidInput, r"ids: expected 1, found 2", lambda _: seen(ids=["a", "b"])),
     Case("array", InvalidInput, r"velocities: expected finite", lambda _: seen(velocities=[(0, NAN)])),
     Case(
         "array_of",
@@ -1509,7 +1510,7 @@ CASES = [
         lambda _: decision(objective=MostClearance(1.0, Arrive()), robots=seen()),
     ),
     Case(
-        "Navigator._refuse_dimensions",
+        "check_dimensions",
         InvalidInput,
         r"robots: expected dimension 2 as of the state, found 3",
         lambda _: decision(robots=seen(positions=[(4, 0, 0)], velocities=[(0, 0, 0)])),
@@ -1591,13 +1592,13 @@ CASES = [
         lambda _: blocked(obstacles=[BALLOON]),
     ),
     Case(
-        "Navigator._refuse_dimensions",
+        "check_dimensions",
         InvalidInput,
         r"obstacles: expected dimension 3 as of the state, found 2",
         lambda _: decide(SPACE, robot=Ball(1), goal=Goal(Stationary((9, 0, 0)))),
     ),
     Case(
-        "Navigator.decide",
+        "goal_or_place",
         InvalidInput,
         r"goal: expected one for the objective Arrive\(.*\), found none",
         lambda _: decide(goal=None),
@@ -1672,13 +1673,13 @@ CASES = [
         lambda _: Mix(()),
     ),
     Case(
-        "Navigator.__post_init__",
+        "check_settings",
         InvalidInput,
         r"holds: expected at least one, found none",
         lambda _: navigator(holds=()),
     ),
     Case(
-        "Navigator.decide",
+        "goal_or_place",
         InvalidInput,
         r"goal: expected dimension 2 as of the state, found 3",
         lambda _: decide(goal=Goal(Stationary((0, 0, 0)))),
@@ -2459,7 +2460,7 @@ CASES = [
         "admissible_region",
         InvalidInput,
         r"admissible: expected a set bounded by a ball, found none",
-        lambda _: style.admissible_region(NEVER_BOUNDED),
+        lambda _: regions.admissible_region(NEVER_BOUNDED),
     ),
     Case(
         "save",
@@ -2468,6 +2469,7 @@ CASES = [
         lambda folder: view.save(Figure(), folder / "a.jpg"),
     ),
 ]
+CASES += [Case(where, InvalidInput, message, call) for where, message, call in REFUSALS]
 
 
 class Place(NamedTuple):

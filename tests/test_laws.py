@@ -774,7 +774,11 @@ def test_ao_contains_what_the_collision_quartic_says(data: st.DataObject) -> Non
     assume(np.linalg.norm(c) > radius + 0.01)
     w = state.velocity - track.velocity(0.0)
     blocked = control_obstacle(
-        Acceleration(), state, [Obstacle(disc_or_ball(1.0, d), track)], disc_or_ball(0.3, d), horizon=6.0
+        Acceleration(),
+        state,
+        [Obstacle(disc_or_ball(1.0, d), track, after_end="leaves")],
+        disc_or_ball(0.3, d),
+        horizon=6.0,
     )
     for a in telling_controls(blocked, np.array([data.draw(controls(d)) for _ in range(3)])):
         u = a - track.acceleration(0.0)
@@ -793,7 +797,7 @@ def test_nlvo_of_a_line_is_the_classical_cone(data: st.DataObject) -> None:
     state, track, radius = data.draw(states(d)), data.draw(KINDS["constant_velocity"](d)), 1.3
     c = track.position(0.0) - state.position
     assume(np.linalg.norm(c) > radius + 0.1)
-    obstacle = [Obstacle(disc_or_ball(1.0, d), track)]
+    obstacle = [Obstacle(disc_or_ball(1.0, d), track, after_end="leaves")]
     nlvo = control_obstacle(Velocity(), state, obstacle, disc_or_ball(0.3, d), horizon=7200.0)
     vo = replace(
         nlvo, obstacles=ObstacleWindow([replace(obstacle[0], trajectory=AtConstantVelocity()(track, 0.0))], 0, 7200.0)
@@ -849,7 +853,7 @@ def test_avo_is_that_of_van_den_berg_et_al(data: st.DataObject) -> None:
     state, track = data.draw(states(d)), data.draw(KINDS["constant_velocity"](d))
     lag, t = data.draw(numbers(0.1, 3.0)), data.draw(numbers(0.2, 5.0))
     assume(np.linalg.norm(track.position(0.0) - state.position) > 1.31)
-    obstacle = Obstacle(disc_or_ball(1.0, d), track)
+    obstacle = Obstacle(disc_or_ball(1.0, d), track, after_end="leaves")
     element = control_obstacle(LaggedVelocity(lag), state, [obstacle], disc_or_ball(0.3, d), horizon=5.0).element(t)
     e, p, v = np.expm1(-t / lag), state.position - track.position(0.0), state.velocity - track.initial_velocity
     np.testing.assert_allclose(
@@ -900,7 +904,11 @@ def test_gap_of_the_envelope_lies_in_the_element_where_it_begins(data: st.DataOb
     enter, leave = (b - np.sqrt(b * b - e)) / (w @ w), (b + np.sqrt(b * b - e)) / (w @ w)
     start = State(state.position, track.velocity(0.0) + w)
     blocked = control_obstacle(
-        Acceleration(), start, [Obstacle(Disc(1.0), track)], Disc(0.3), horizon=2.0 * float(leave) + 1.0
+        Acceleration(),
+        start,
+        [Obstacle(Disc(1.0), track, after_end="leaves")],
+        Disc(0.3),
+        horizon=2.0 * float(leave) + 1.0,
     )
     first = blocked.element(2.0 * float(enter))
     for t in np.linspace(2.0 * enter, 2.0 * leave, 20)[1:]:
@@ -918,7 +926,11 @@ def test_no_collision_before_the_first_possible_time(data: st.DataObject) -> Non
     room = float(np.linalg.norm(c)) - radius
     assume(room > 0.01)
     blocked = control_obstacle(
-        Acceleration(), state, [Obstacle(disc_or_ball(1.0, d), track)], disc_or_ball(0.3, d), horizon=6.0
+        Acceleration(),
+        state,
+        [Obstacle(disc_or_ball(1.0, d), track, after_end="leaves")],
+        disc_or_ball(0.3, d),
+        horizon=6.0,
     )
     speed = float(np.linalg.norm(w))
     tried = telling_controls(blocked, data.draw(controls(d))[None])

@@ -192,12 +192,12 @@ class Session:
         try:
             self._begin()
             return self.opening(answers)
-        except SlalomError:
+        except SlalomError as error:
             # The scenario is one that cannot run, such as one whose goal is covered: the one before it stays.
             self.scenario = self._undo.pop()
             self._gesture = None
             self._begin()
-            raise
+            raise InvalidInput(str(error)) from error
 
     def _probe(self, k: int, to: Any, answers: int, slot: int) -> list[bytes]:
         """What a control would do: its path, and the first obstacle that it hits."""
@@ -249,10 +249,10 @@ class Session:
         try:
             self._begin()
             return self.opening(answers)
-        except SlalomError:
+        except SlalomError as error:
             self.method = before
             self._begin()
-            raise
+            raise InvalidInput(str(error)) from error
 
     def _compare(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         name = str(_given(command, "name"))

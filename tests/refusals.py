@@ -1,0 +1,150 @@
+"""Calls that views, adapters, vehicles and writers of files must refuse: where, the message, and the call."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
+
+import numpy as np
+
+from slalom import ConstantVelocity, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary, method
+from slalom.bounds import BOUNDS
+from slalom.cli.viewing import view
+from slalom.live import edits
+from slalom.live.export import export, robot_of
+from slalom.live.messages import pack
+from slalom.live.page import renderer
+from slalom.live.recorded import recorded
+from slalom.live.seen import decisions
+from slalom.live.session import Session
+from slalom.sim import Recording, gallery, simulate
+from slalom.sim.files.scenario_writer import _part, scenario_text
+from slalom.sim.scenario import Robot, Scenario
+from slalom.trajectory import Sampled
+from slalom.vehicle import Bicycle, DifferentialDrive, VehicleNavigator
+
+NAO = method("nao")
+ROBOT = Robot(Disc(0.5), Limits(4.0, 3.0), State((0, 0), (3, 0)), Goal(Stationary((20, 0)), 0.5))
+SCENE = Scenario(
+    "scene",
+    (ROBOT,),
+    (
+        Obstacle(Disc(0.5), ConstantVelocity((12, 4), (-2, -1)), "b"),
+        Obstacle(Disc(0.5), Sampled([5.0, 6.0], [(9.0, 9.0), (9.0, 8.0)]), "later"),
+    ),
+    duration=0.3,
+)
+PAIR = (ROBOT, replace(ROBOT, name="other", state=State((0, 5), (3, 0))))
+DRIVE = DifferentialDrive(0.5, 2.0, 2.0)
+
+
+def run(robots: int = 1) -> Recording:
+    """A short run of one robot, or of several."""
+    if robots == 1:
+        return simulate(SCENE, NAO)
+    return simulate(gallery.build("circle", {"robots": float(robots), "duration": 0.2}), method("nao_shared"))
+
+
+def no_steps() -> Recording:
+    """The run of a robot that starts at its goal."""
+    at_goal = replace(ROBOT, goal=Goal(Stationary((0.0, 0.0)), 0.5))
+    return simulate(replace(SCENE, robots=(at_goal,)), NAO)
+
+
+def bad_bundle(_: Path) -> object:
+    """A bundled renderer that ends its script element."""
+    with patch.object(Path, "read_text", return_value="x</script>y"):
+        return renderer.__wrapped__()
+
+
+def without_server(_: Path) -> object:
+    """The command where a package of the server is not installed."""
+    with patch.dict(sys.modules, {"slalom.live.server": None}):
+        return view("head_on", browser=False)
+
+
+def short_horizon(_: Path) -> object:
+    """A horizon in which robots that share their manoeuvres cannot come to rest."""
+    session = Session(replace(SCENE, robots=PAIR), method("nao_shared"))
+    return session._set({"name": "horizon", "value": 0.5}, 0)
+
+
+def agents(kind: str, count: int, kinematics: Callable[[object], object]) -> list[object]:
+    """Agents of navground, ready to decide."""
+    from navground import core
+
+    import slalom.adapters.navground  # noqa: F401  # registers the behaviours
+
+    made = [core.Behavior.make_type(kind) for _ in range(count)]
+    for k, agent in enumerate(made):
+        agent.kinematics = kinematics(core.kinematics)
+        agent.radius, agent.optimal_speed, agent.position = 0.1, 0.1, (float(k), 0.0)
+        agent.prepare()
+    return made
+
+
+def moved_at_once(_: Path) -> object:
+    """A fleet of navground of which one agent jumps."""
+    pair = agents("SlalomFleet", 2, lambda kinds: kinds.OmnidirectionalKinematics(0.2, 1.0))
+    try:
+        for agent in pair:
+            agent.compute_cmd_internal(0.1)
+        pair[1].position = (5.0, 0.0)
+        return pair[0].compute_cmd_internal(0.1)
+    finally:
+        for agent in pair:
+            agent.close()
+
+
+def other_kinematics(_: Path) -> object:
+    """An agent of navground that is neither omnidirectional nor on two wheels."""
+    (agent,) = agents("Slalom", 1, lambda kinds: kinds.AheadKinematics(0.2))
+    return agent.compute_cmd_internal(0.1)
+
+
+REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
+    ("_Group._unwrap", r"world_period: expected the period", moved_at_once),
+    ("_lead", r"kinematics: expected omnidirectional ones", other_kinematics),
+    ("view", r"view: .*slalom\[view\]", without_server),
+    ("dragged", r"what: expected one of robot, .*; found 'wall'", lambda _: edits.dragged(SCENE, "wall", 0, (0, 0))),
+    ("dragged", r"index: expected a number below 1, found 1", lambda _: edits.dragged(SCENE, "robot", 1, (0, 0))),
+    ("_obstacle", r"obstacle 'later': expected one that exists", lambda _: edits.dragged(SCENE, "obstacle", 1, (0, 0))),
+    ("without_obstacle", r"index: expected a number below 2, found 2", lambda _: edits.without_obstacle(SCENE, 2)),
+    ("with_setting", r"name: expected one of horizon, .*'dt'", lambda _: edits.with_setting(SCENE, "dt", 1.0)),
+    ("export", r"path: expected a name ending in \.html", lambda tmp: export(run(), tmp / "run.txt")),
+    ("robot_of", r"robot: expected one of 0 to 0, found 1", lambda _: robot_of(recorded(run()), 1)),
+    ("pack", r"scene: expected finite numbers", lambda _: pack("scene", {"x": float("nan")}, {})),
+    ("renderer", r"renderer: expected a script without an end tag", bad_bundle),
+    ("recorded", r"recording: expected a run with at least one step", lambda _: recorded(no_steps())),
+    (
+        "decisions",
+        r"scenario: expected one robot, found 2",
+        lambda _: next(decisions(replace(SCENE, robots=(ROBOT, ROBOT)), NAO, [])),
+    ),
+    ("Session.answer", r"do: expected one of look", lambda _: Session(SCENE, NAO).answer({"do": "fly"})),
+    ("Session._select", r"robot: expected a number below 1", lambda _: Session(SCENE, NAO)._select({"robot": 1}, 0)),
+    ("Session._restarted", r"horizon: expected at least", short_horizon),
+    (
+        "Session._method",
+        r"method: expected",
+        lambda _: Session(replace(SCENE, robots=PAIR), NAO)._method({"name": "nao_ahead"}, 0),
+    ),
+    ("Session._take_back", r"undo: expected a change before", lambda _: Session(SCENE, NAO)._take_back({}, 0)),
+    ("_given", r"robot: expected a value in the command", lambda _: Session(SCENE, NAO)._select({}, 0)),
+    ("scenario_text", r"sight_noise: expected 0", lambda _: scenario_text(replace(SCENE, sight_noise=0.1))),
+    ("_part", r"part: expected one of the kinds", lambda _: _part(SimpleNamespace(), BOUNDS)),
+    ("Recording.row", r"robot: expected the name or number of one of 2", lambda _: run(2).row()),
+    ("State.__init__", r"heading: expected none in space", lambda _: State((0, 0, 0), (0, 0, 0), heading=1.0)),
+    (
+        "Bicycle.__post_init__",
+        r"max_steering: expected less than pi / 2",
+        lambda _: Bicycle(1.0, 0.5 * np.pi, 1.0, 2.0, 2.0),
+    ),
+    (
+        "VehicleNavigator.__post_init__",
+        r"body: expected a Disc or a Rectangle",
+        lambda _: VehicleNavigator(DRIVE, NAO, Polyline([(0, 0), (1, 0)])),
+    ),
+]
