@@ -184,19 +184,21 @@ class Tracker:
         heading: float | None,
     ) -> tuple[Measurement, tuple[Shape | None, float | None]]:
         """A measurement, and the shape and heading that came with it. Raises InvalidInput."""
-        who = f"obstacle {id!r}: "
-        place = vector(position, f"{who}position")
+        prefix = f"obstacle {id!r}: "
+        place = vector(position, f"{prefix}position")
         d = place.size
-        speed = None if velocity is None else vector(velocity, f"{who}velocity", d)
+        measured_velocity = None if velocity is None else vector(velocity, f"{prefix}velocity", d)
         if shape is not None:
-            has(shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"{who}shape")
+            has(shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"{prefix}shape")
         own = shape or self._last_shape(id)
         if own.dimension != d:
-            raise InvalidInput(f"{who}shape: expected one of dimension {d} as of the position, found {own.dimension}")
-        if heading is not None and (number(heading, f"{who}heading"), d)[1] == 3:
-            raise InvalidInput(f"{who}heading: expected none in space, found {heading:g}")
-        spread = None if covariance is None else _covariance(covariance, who, d, speed is not None)
-        return Measurement(number(t, f"{who}t"), place, speed, spread), (shape, heading)
+            raise InvalidInput(
+                f"{prefix}shape: expected one of dimension {d} as of the position, found {own.dimension}"
+            )
+        if heading is not None and (number(heading, f"{prefix}heading"), d)[1] == 3:
+            raise InvalidInput(f"{prefix}heading: expected none in space, found {heading:g}")
+        spread = None if covariance is None else _covariance(covariance, prefix, d, measured_velocity is not None)
+        return Measurement(number(t, f"{prefix}t"), place, measured_velocity, spread), (shape, heading)
 
     def _last_shape(self, id: Hashable) -> Shape:
         return self._steps[id][-1].shape if id in self._steps else self.shape
@@ -211,13 +213,15 @@ def _turned(step: _Step) -> bool:
     return step.heading is not None and not _is_round(step.shape)
 
 
-def _covariance(given: npt.ArrayLike, who: str, d: int, with_velocity: bool) -> Array:
+def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) -> Array:
     """A covariance (d, d) or (2 d, 2 d). Raises InvalidInput for a matrix that is none."""
-    found = array(given, f"{who}covariance")
+    found = array(given, f"{prefix}covariance")
     shapes = ((d, d), (2 * d, 2 * d)) if with_velocity else ((d, d),)
     if found.shape not in shapes:
-        raise InvalidInput(f"{who}covariance: expected shape {' or '.join(map(str, shapes))}, found {found.shape}")
+        raise InvalidInput(f"{prefix}covariance: expected shape {' or '.join(map(str, shapes))}, found {found.shape}")
     size = float(np.abs(found).max())
     if np.abs(found - found.T).max() > SYMMETRY * size or np.linalg.eigvalsh(found)[0] < -SYMMETRY * size:
-        raise InvalidInput(f"{who}covariance: expected a symmetric matrix without negative eigenvalues, found another")
+        raise InvalidInput(
+            f"{prefix}covariance: expected a symmetric matrix without negative eigenvalues, found another"
+        )
     return found

@@ -21,7 +21,7 @@ from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import Scenario
 from slalom.sim.sweep.case_file import case_of, is_cases
 
-ABOVE: Final = ("__main__.py", "cli", "live", "paper", "precompile.py", "view")
+ABOVE: Final = ("__main__.py", "adapters", "cli", "live", "paper", "precompile.py", "view")
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
 
 Content = dict[str, Any]
