@@ -41,7 +41,8 @@ kernels: .venv/test.stamp
 	@$(BIN)/slalom compile
 
 # The first draws of every law. DRAWS=commit adds slow tests and the quarter of the other draws that is this commit's turn.
-test: lint kernels
+test: .venv/test.stamp
+	@$(MAKE) --no-print-directory -j2 lint kernels
 	$(PYTEST) -m "not paper" --draws $(DRAWS)
 
 test-all: lint kernels

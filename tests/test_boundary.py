@@ -27,7 +27,7 @@ SHARE = 1e-3  # [1] of the obstacle's area by which regions may differ from it
 LEAST = 1e-3  # [1] of the window's area: smaller obstacles are judged as if they had it
 OFF = 3.0  # [tolerances] from the boundary within which a control may be on the wrong side
 
-QUICK, ALL = 25, 500
+QUICK, ALL = 10, 500
 CHUNKS = draws(range(ALL // QUICK))
 
 

@@ -69,7 +69,7 @@ def every_kind(d: int) -> dict[str, Trajectory]:
     coefficients[1, 0] = (coefficients[0] * (1 / 3) ** np.arange(5)[:, None]).sum(axis=0)
     kinds["piecewise_polynomial"] = PiecewisePolynomial([1 / 3, 9.0], coefficients, -1 / 7)
     if d == 3:
-        kinds |= {f"tilted {k}": Circular(near(), 1.0, 1.0, normal=rng.normal(size=3)) for k in range(20)}
+        kinds |= {f"tilted {k}": Circular(near(), 1.0, 1.0, normal=rng.normal(size=3)) for k in range(4)}
     here = {type(kind) for kind in kinds.values()}
     others = {name: one for name, make in ENROLLED.items() if type(one := make(d)) in {*TRAJECTORIES.values()} - here}
     return kinds | others

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import Final
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from slalom.errors import InvalidInput
 from slalom.fallback import escape, latest_collision
 from slalom.goal import Goal
 from slalom.horizon import Horizon
+from slalom.kernels.decision.tables import NO_CELLS
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method, refuse_alone
@@ -44,6 +46,8 @@ OUTCOMES = (
     Outcome.INTERRUPTED,
 )
 """The outcomes of the compiled policy by number."""
+ROBOT: Final = np.zeros(1, np.int64)
+"""The row of the robot that decides, in its tables."""
 FALL_BACK = -1
 """The number of a robot for which the compiled policy has no decision."""
 
@@ -209,7 +213,7 @@ class Navigator:
         if previous is not None and path is not None:
             commit_to(tables.robots, 0, path)
             tables.robots.regret[0] = previous.regret
-        kernels.decide_one(tables)
+        kernels.decide_all(ROBOT, NO_CELLS, tables)
         robots, d = tables.robots, state.dimension
         work = 1e-6 * float(robots.work[0])
         number, path, regret = int(robots.outcome[0]), committed_path(robots, 0, d), float(robots.regret[0])

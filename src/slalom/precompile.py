@@ -43,7 +43,7 @@ def _decide(robot: Shape, obstacles: Sequence[Obstacle], d: int = 2) -> None:
     tracks = Tracks([_vector(0.0, -4.0, d)], [_vector(0.0, 0.5, d)], 0.3)
     for name in ("nao", "vo", "avo"):
         navigator = Navigator(METHODS[name], robot, LIMITS)
-        some: list[Obstacles] = [list(obstacles), ObstacleTable(obstacles), [*obstacles, tracks], []]
+        some: list[Obstacles] = [list(obstacles), ObstacleTable(obstacles), [*obstacles, tracks]]
         for around in some:
             decision: Decision | None = None
             for now in (0.0, 0.1):

@@ -9,7 +9,6 @@ from .decision.neighbours import independent_rounds as independent_rounds
 from .decision.policy import (
     build_cell_list as build_cell_list,
     decide_all as decide_all,
-    decide_one as decide_one,
 )
 from .decision.time_to_go import (
     earliest_arrival as earliest_arrival,

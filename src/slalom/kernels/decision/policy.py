@@ -11,7 +11,7 @@ from slalom.kernels.decision.latest_collision import latest_collision
 from slalom.kernels.decision.limits import is_too_fast, largest_error, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
-from slalom.kernels.decision.neighbours import cell_list, neighbours_in_cells, reachable_balls, reachable_neighbours
+from slalom.kernels.decision.neighbours import cell_list, neighbours_in_cells, reachable_neighbours
 from slalom.kernels.decision.paths import (
     bounding_balls,
     commit,
@@ -302,8 +302,13 @@ def build_cell_list(
 
 @kernel
 def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
-    """Decide for the robots in `order` (m,), one after the other; how many, up to the first that needs a fallback."""
+    """Decide for the robots in `order` (m,), one after the other; how many, up to the first that needs a fallback.
+
+    `cells` are those of `build_cell_list`, or NO_CELLS: then they are made first.
+    """
     robots = tables.robots
+    if len(cells.member) == 0:
+        cells = build_cell_list(order, robots, tables.responses, tables.settings)
     for k in range(len(order)):
         i = order[k]
         near = in_reach(i, neighbours_in_cells(i, robots, cells), robots, tables.settings)
@@ -311,16 +316,3 @@ def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
         if robots.outcome[i] == FALL_BACK:
             return k
     return len(order)
-
-
-@kernel
-def decide_one(tables: DecisionTables) -> None:
-    """Decide for the first robot of the tables, among passive bodies and all other robots of the tables."""
-    robots, settings = tables.robots, tables.settings
-    for k in range(1, len(robots.present)):
-        predict(k, robots, settings)
-    centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
-    continue_from_state(0, robots, settings, np.empty(settings.dimension), np.empty(settings.dimension))
-    reachable_balls(0, robots, tables.responses, settings, centers, radii)
-    near = in_reach(0, np.arange(1, len(robots.present)), robots, settings)
-    robots.outcome[0] = decide(0, near, centers, radii, tables)

@@ -1,8 +1,11 @@
 """The tables from which the decisions of many robots are made."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
+
+import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices, MaybeCorners, MaybeHulls, Pieces, Segments
+from slalom.tolerances import BALL_WINDOWS
 
 EVERY_WORLD = -1
 """The world of a body that is in all of them."""
@@ -85,6 +88,18 @@ class CellList(NamedTuple):
     member: Indices  # (n,)
     reachable_centers: Array  # (n, BALL_WINDOWS, 3) [m] bounding balls of the reachable set of each deciding robot
     reachable_radii: Array  # (n, BALL_WINDOWS) [m]
+
+
+NO_CELLS: Final = CellList(
+    low=np.empty(0),
+    width=np.empty(0),
+    counts=np.empty(0, np.int64),
+    first=np.empty(0, np.int64),
+    member=np.empty(0, np.int64),
+    reachable_centers=np.empty((0, BALL_WINDOWS, 3)),
+    reachable_radii=np.empty((0, BALL_WINDOWS)),
+)
+"""In place of a cell list that has not been made."""
 
 
 class TargetPaths(NamedTuple):
