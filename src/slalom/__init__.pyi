@@ -13,6 +13,11 @@ from .bounds import (
     LeastSpeed as LeastSpeed,
     TurningRadius as TurningRadius,
 )
+from .conformal import (
+    Calibration as Calibration,
+    Coverage as Coverage,
+    enclosing_error as enclosing_error,
+)
 from .control_obstacle import (
     ControlObstacle as ControlObstacle,
     Element as Element,

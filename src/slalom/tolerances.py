@@ -1439,3 +1439,21 @@ VIEW_EXPORTED: Final = 150
 
 Larger: larger files, about 6 kB for each among 30 obstacles. Smaller: longer steps between them in short runs.
 """
+
+CONFORMAL_ERRORS: Final = 1000
+"""[1] Newest errors of predictions whose quantile is a calibrated radius.
+
+Larger: a steadier radius. Smaller: it follows a change of the motion sooner.
+"""
+
+CONFORMAL_RATE: Final = 0.002
+"""[1] Change of the level of that quantile for each error.
+
+Larger: the share of errors within the radius returns sooner to the promise. Smaller: a steadier radius.
+"""
+
+FIT_SLACK: Final = 1e-12
+"""[1] Share of the largest radius by which an enclosing bound may be too large; above the rounding of its equations.
+
+Larger: a larger bound. Smaller: rounding may leave no corner of the linear programme.
+"""

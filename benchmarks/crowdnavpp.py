@@ -1,0 +1,168 @@
+"""Crossing recorded crowds that do not see the robot: cases in the format of the CrowdNav++ test.
+
+usage: python benchmarks/crowdnavpp.py DATA.npz --foresight observed [--out RESULT.json] [--jobs N] [--cases N]
+       [--confidence 0.9] [--margin 0.1]
+
+Rules of the test (Liu et al., ICRA 2023): steps of 0.25 s, a disc that takes any velocity up to its maximum speed, a
+goal at rest. At each step the robot observes the position and the radius of every person whose surface is within its
+sensor range. A velocity is the difference of two observed positions. Later steps of the recording, goals of people and
+where they leave are never read.
+
+Each person is predicted at constant velocity. The radius of the prediction grows at the rate that held `confidence` of
+the errors over one step so far (`slalom.Calibration`); later errors are corrected by later decisions. A robot that
+looks ahead (`nao_ahead`) keeps `margin` [m] beside. Its acceleration is bounded by ACCELERATION, which the test leaves
+open.
+
+The program writes {case: {"t": [s], "p": [[x, y], ...]}} for an independent judge, anew after every case. The judge
+says what collided; this program prints how many arrive, and times of decisions.
+"""
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from joblib import Parallel, delayed
+from machine import describe
+from rich.console import Console
+from rich.progress import track
+
+from slalom import (
+    BoundedError,
+    Calibration,
+    Disc,
+    Goal,
+    Limits,
+    LookAhead,
+    Navigator,
+    State,
+    Stationary,
+    Tracks,
+    method,
+)
+
+ACCELERATION = 4.0
+"""[m/s^2] from rest to the maximum speed of 1 m/s in one step."""
+SAMPLES = 10
+"""In one step, in the result."""
+INSIDE = 0.98
+"""The robot stops to decide at this share of the distance at which it has arrived."""
+AIM = 2.0 / 3.0
+"""Of that distance is the tolerance of the goal that the robot plans for."""
+HORIZON = 1.5
+"""[s] of the decisions that take over where the search has no sequence."""
+PRIOR = 0.1
+"""[m/s] growth of the radius before errors are known."""
+
+
+class Case(NamedTuple):
+    """What the robot may know of a case, and nothing else."""
+
+    name: str
+    start: np.ndarray  # (2,) [m]
+    goal: np.ndarray  # (2,) [m]
+    positions: np.ndarray  # (k, n, 2) [m] of n people at k steps, of which the robot sees those up to now
+    people: np.ndarray  # (k, n) numbers of the people
+    radii: dict[int, float]  # [m] by number
+
+
+class Setting(NamedTuple):
+    """What all cases have in common."""
+
+    step: float  # [s]
+    radius: float  # [m] of the robot
+    speed: float  # [m/s]
+    arrived: float  # [m]
+    sight: float  # [m] between surfaces
+    confidence: float
+    margin: float  # [m]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", type=Path)
+    parser.add_argument("--foresight", choices=["observed"], default="observed")
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--cases", type=int, help="only the first cases")
+    parser.add_argument("--confidence", type=float, default=0.9)
+    parser.add_argument("--margin", type=float, default=0.1)
+    arguments = parser.parse_args()
+    setting, cases = read(arguments.data, arguments.confidence, arguments.margin)
+    cases = cases[: arguments.cases]
+    runs = Parallel(n_jobs=arguments.jobs, return_as="generator")(delayed(crossed)(case, setting) for case in cases)
+    found: dict[str, Any] = {}
+    slowest: list[float] = []
+    for case, run in track(zip(cases, runs, strict=True), "cases", len(cases), console=Console(stderr=True)):
+        found[case.name] = {"t": run["t"], "p": run["p"]}
+        slowest += run["times"]
+        if arguments.out is not None:
+            arguments.out.write_text(json.dumps(found))
+    ends = [np.linalg.norm(np.array(found[case.name]["p"][-1]) - case.goal) for case in cases]
+    print(f"{np.count_nonzero(np.array(ends) < setting.arrived)} of {len(cases)} paths end at their goal")
+    print(f"decision: median {1e3 * np.median(slowest):.1f} ms, 99 % {1e3 * np.quantile(slowest, 0.99):.1f} ms")
+    if arguments.out is not None:
+        about = {**setting._asdict(), "acceleration": ACCELERATION, "prior": PRIOR, **describe()}
+        arguments.out.with_suffix(".runs.json").write_text(json.dumps(about, indent=1))
+
+
+def read(file: Path, confidence: float, margin: float) -> tuple[Setting, list[Case]]:
+    """The setting and the cases of a file; only what the robot may know."""
+    with np.load(file) as data:
+        names = ("dt", "robot_radius", "robot_v_max", "goal_radius", "sensor_range")
+        setting = Setting(*(float(data[name]) for name in names), confidence, margin)
+        radii: dict[int, dict[int, float]] = {}
+        rows = zip(data["person_case"], data["person_id"], data["person_radius"], strict=True)
+        for case, person, radius in rows:
+            radii.setdefault(int(case), {})[int(person)] = float(radius)
+        starts, goals, positions, people = (data[name] for name in ("robot_start", "robot_goal", "xy", "pid"))
+        cases = [
+            Case(str(case), start.astype(float), goal.astype(float), places, ids, radii[int(case)])
+            for case, start, goal, places, ids in zip(data["case"], starts, goals, positions, people, strict=True)
+        ]
+    return setting, cases
+
+
+def crossed(case: Case, setting: Setting) -> dict[str, Any]:
+    """The samples of one case for the judge, and the times of its decisions [s]."""
+    h, limits = setting.step, Limits(setting.speed, ACCELERATION)
+    robot = LookAhead(
+        Navigator(method("nao_ahead"), Disc(setting.radius), limits, period=h, horizon=HORIZON, margin=setting.margin)
+    )
+    calibration = Calibration(setting.confidence, (h,), prior=BoundedError(velocity=PRIOR))
+    goal, state, decision = Goal(Stationary(case.goal), AIM * setting.arrived), State(case.start, np.zeros(2)), None
+    times, places, spent = [0.0], [case.start.tolist()], []
+    for k in range(len(case.positions) - 1):
+        now, before = k * h, perf_counter()
+        tracks = seen(case, k, state.position, setting)
+        calibration.observe(tracks)
+        growth = BoundedError(velocity=float(calibration.radii()[0]) / h)
+        people = [replace(person, uncertainty=growth) for person in tracks.obstacles]
+        decision = robot.decide(state, people, goal, now=now, previous=decision)
+        spent.append(perf_counter() - before)
+        ends = now + h * np.arange(1, SAMPLES + 1) / SAMPLES
+        times += ends.tolist()
+        places += decision.manoeuvre.position(ends).tolist()
+        state = State(decision.manoeuvre.position(now + h), decision.manoeuvre.velocity(now + h))
+        if np.linalg.norm(state.position - case.goal) < INSIDE * setting.arrived:
+            break
+    return {"t": times, "p": places, "times": spent}
+
+
+def seen(case: Case, k: int, position: np.ndarray, setting: Setting) -> Tracks:
+    """People that a robot at `position` (2,) [m] sees at step k, with the velocities of the step before."""
+    places = case.positions[k].astype(float)
+    before = case.positions[max(k - 1, 0)].astype(float)
+    stayed = case.people[k] == case.people[max(k - 1, 0)]
+    velocities = np.where(stayed[:, None], (places - before) / setting.step, 0.0)
+    radii = np.array([case.radii[int(person)] for person in case.people[k]])
+    near = np.linalg.norm(places - position, axis=1) - radii - setting.radius <= setting.sight
+    ids = case.people[k][near].tolist()
+    return Tracks(places[near], velocities[near], radii[near], k * setting.step, ids=ids)
+
+
+if __name__ == "__main__":
+    main()

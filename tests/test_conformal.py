@@ -1,0 +1,101 @@
+"""Radii of predictions that hold the promised share of the errors."""
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from slalom import AtConstantTurn, AtConstantVelocity, BoundedError, Calibration, Tracks, enclosing_error
+
+RADII = st.lists(st.floats(0.0, 50.0), min_size=1, max_size=6)
+
+
+def walked(calibration: Calibration, rng: np.random.Generator, steps: int, noise: float, drift: float = 0.0) -> None:
+    """Let 20 obstacles walk whose velocities change at random, by `noise` [m/s] in a step, growing by `drift` a step."""
+    places, velocities = rng.uniform(-9.0, 9.0, (20, 2)), rng.normal(size=(20, 2))
+    for k in range(steps):
+        calibration.observe(Tracks(places, velocities, 0.3, 0.25 * k))
+        velocities = velocities + (noise + drift * k) * rng.normal(size=(20, 2))
+        places = places + 0.25 * velocities
+
+
+@pytest.mark.parametrize("confidence", [0.8, 0.9, 0.95, 0.99])
+def test_the_promised_share_of_errors_is_held(confidence: float) -> None:
+    calibration = Calibration(confidence, (0.25, 0.5, 1.0))
+    walked(calibration, np.random.default_rng(1), 200, 0.1)
+    for lead in calibration.coverage:
+        assert lead.promised == confidence
+        assert lead.count > 3000
+        assert lead.measured == pytest.approx(confidence, abs=0.015)
+
+
+def test_the_radius_follows_errors_that_grow() -> None:
+    """Also where old errors say less than the new ones."""
+    calibration = Calibration(0.9, (0.5,))
+    walked(calibration, np.random.default_rng(2), 400, 0.02, drift=0.002)
+    assert calibration.coverage[0].measured == pytest.approx(0.9, abs=0.02)
+
+
+def test_the_radius_is_the_quantile_of_normal_errors() -> None:
+    """The change of velocity n is normal in each axis, so that its length is below s sqrt(-2 log(1 - p)) in p cases."""
+    calibration = Calibration(0.9, (0.25,))
+    walked(calibration, np.random.default_rng(3), 300, 0.1)
+    expected = 0.25 * 0.1 * np.sqrt(-2.0 * np.log(0.1))
+    # Positions of an observed track are predicted with the velocity of the step, which changes at its beginning.
+    assert calibration.radii()[0] == pytest.approx(expected, rel=0.1)
+
+
+def test_the_prior_holds_until_errors_are_known() -> None:
+    calibration = Calibration(0.9, (0.5, 1.0), prior=BoundedError(0.1, 0.4))
+    assert calibration.radii() == pytest.approx([0.3, 0.5])
+    calibration.observe(Tracks([(0.0, 0.0)], [(1.0, 0.0)], 0.3, 0.0))
+    assert calibration.radii() == pytest.approx([0.3, 0.5])
+    assert np.isnan(calibration.coverage[0].measured)
+    # One error above the prior counts at once, one below does not lower it.
+    calibration.observe(Tracks([(1.5, 0.9)], [(1.0, 0.0)], 0.3, 0.5))
+    assert calibration.radii()[0] == pytest.approx(np.hypot(1.0, 0.9))
+    assert calibration.radii()[1] == 0.5
+
+
+def test_positions_between_observations_are_interpolated_and_long_gaps_are_not() -> None:
+    calibration = Calibration(0.9, (0.5,), max_gap=1.0)
+    for t in (0.0, 0.4, 0.8):
+        calibration.observe(Tracks([(2.0 * t, 0.0)], [(2.0, 0.0)], 0.3, t, ids=["a"]))
+    assert calibration.coverage[0].count == 1
+    calibration.observe(Tracks([(9.0, 0.0)], [(2.0, 0.0)], 0.3, 3.0, ids=["a"]))
+    assert calibration.coverage[0].count == 1
+    assert calibration.coverage[0].measured == 1.0
+
+
+def test_a_track_that_was_out_of_sight_begins_anew() -> None:
+    calibration = Calibration(0.9, (0.5,))
+    calibration.observe(Tracks([(0.0, 0.0)], [(1.0, 0.0)], 0.3, 0.0, ids=["a"]))
+    calibration.observe(Tracks([(5.0, 0.0)], [(1.0, 0.0)], 0.3, 0.25, ids=["b"]))
+    calibration.observe(Tracks([(9.0, 9.0)], [(1.0, 0.0)], 0.3, 0.5, ids=["a"]))
+    assert calibration.coverage[0].count == 0
+
+
+def test_a_forecast_that_is_right_has_no_error() -> None:
+    right, wrong = Calibration(0.9, (1.0,), AtConstantTurn()), Calibration(0.9, (1.0,), AtConstantVelocity())
+    for t in 0.1 * np.arange(200):
+        place, velocity = 4.0 * np.array([np.cos(t), np.sin(t)]), 4.0 * np.array([-np.sin(t), np.cos(t)])
+        tracks = Tracks([place], [velocity], 0.3, float(t), accelerations=[-place])
+        right.observe(tracks)
+        wrong.observe(tracks)
+    # Between observations the obstacle is taken to move straight: 0.1 s of the circle are off by 5 mm.
+    assert right.radii()[0] < 0.01
+    assert wrong.radii()[0] == pytest.approx(4.0 * np.hypot(1.0 - np.sin(1.0), np.cos(1.0) - 1.0), rel=0.3)
+
+
+@given(radii=RADII)
+def test_the_enclosing_error_holds_all_radii_and_no_smaller_one_does(radii: list[float]) -> None:
+    times = 0.25 * np.arange(1, len(radii) + 1)
+    error = enclosing_error(times, radii)
+    found = error.radius(times, 2)
+    assert np.all(found >= np.array(radii) - 1e-9)
+    # An independent search over a grid of the other two numbers finds nothing smaller.
+    for position in np.linspace(0.0, max(radii), 9):
+        for velocity in np.linspace(0.0, max(radii) / times[0], 9):
+            short = np.array(radii) - position - velocity * times
+            acceleration = max(float((2.0 * short / times**2).max()), 0.0)
+            other = BoundedError(position, velocity, acceleration).radius(times, 2)
+            assert found.sum() <= other.sum() + 1e-6 * (1.0 + max(radii))
