@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.errors import InvalidInput
-from slalom.tolerances import SHOWN, UNIT
+from slalom.tolerances import LARGEST, SHOWN, UNIT
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -31,7 +31,14 @@ def vector(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Arr
     expected = f"{dimension}" if dimension else "2 or 3"
     if result.ndim != 1 or result.size not in ((dimension,) if dimension else (2, 3)):
         raise InvalidInput(f"{name}: expected {expected} numbers, found {short(result)} of shape {result.shape}")
-    return result
+    return not_huge(result, name)
+
+
+def not_huge(values: Array, name: str) -> Array:
+    """The same array of vectors. Raises InvalidInput for components above LARGEST."""
+    if np.abs(values).max(initial=0.0) > LARGEST:
+        raise InvalidInput(f"{name}: expected numbers of magnitude up to {LARGEST:g}, found {short(values)}")
+    return values
 
 
 def vectors(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Array:

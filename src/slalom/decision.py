@@ -163,6 +163,8 @@ class Decision:
     @property
     def decided_at(self) -> float:
         """Absolute time [s] of the decision, or before it where a kept manoeuvre has no path."""
+        if self.inputs is not None:
+            return self.inputs.now
         return self.manoeuvre.start if self.path is None else float(self.path.times[0])
 
     def state_at(self, now: float, state: State, measured: float) -> State:
@@ -216,7 +218,7 @@ def completed(
     found = replace(
         decision.following(previous, now - inputs.navigator.horizon),
         progress=progress,
-        cut=decision.work >= limit,
+        cut=decision.cut or decision.work >= limit,
         approach=approach_of(inputs.goal, inputs.state, progress, limits.max_speed, now, last),
         inputs=inputs._replace(previous=before),
     )

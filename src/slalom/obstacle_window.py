@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from copy import copy
 from functools import cached_property
-from typing import Protocol, TypeAlias
+from typing import Protocol, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -200,6 +200,23 @@ def listed(obstacles: Obstacles) -> Sequence[Obstacle | ObstacleTable | Tracks]:
                 f"obstacles[{k}]: expected an Obstacle, an ObstacleTable or Tracks, found {type(one).__name__}"
             )
     return obstacles
+
+
+def each_of(obstacles: Obstacles) -> Sequence[Obstacle]:
+    """The obstacles one by one, also those of tables and tracks; a list of obstacles alone is returned as it is."""
+    if isinstance(obstacles, ObstacleTable):
+        return obstacles.given
+    given = listed(obstacles)
+    if all(isinstance(one, Obstacle) for one in given):
+        return cast(Sequence[Obstacle], given)
+    return [each for one in given for each in _within(one)]
+
+
+def _within(source: Obstacle | ObstacleTable | Tracks) -> Sequence[Obstacle]:
+    """An obstacle, or those of a table or of tracks."""
+    if isinstance(source, Obstacle):
+        return (source,)
+    return source.given if isinstance(source, ObstacleTable) else source.obstacles
 
 
 def _sources(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float) -> list[_Source]:
