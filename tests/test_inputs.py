@@ -878,7 +878,7 @@ CASES = [
         lambda _: pair(worlds=[0, 0.5]),
     ),
     Case(
-        "refuse_no_period",
+        "checked_period",
         InvalidInput,
         r"period: expected at least 1.05 m, a robot's width and the margin, found 1 m",
         lambda _: pair(world_period=(1.0, 9.0)),
@@ -1488,7 +1488,7 @@ CASES = [
     Case(
         "Tracks.bodies",
         InvalidInput,
-        r"tracks: expected an observation not after 1 s, found one at 2 s",
+        r"tracks: expected a time t of observation up to 1 s, found 2 s",
         lambda _: decision(obstacles=seen(t=2.0), now=1.0),
     ),
     Case(
@@ -1717,7 +1717,7 @@ CASES = [
     ),
     *(
         Case(
-            "refuse_no_period",
+            "checked_period",
             InvalidInput,
             rf"period: expected 2 numbers above 0, inf along an axis that does not repeat; found {found}",
             lambda _, period=period: scenario(period=period),
@@ -1725,7 +1725,7 @@ CASES = [
         for period, found in (((8.0,), "8"), ((8.0, 0.0), "8, 0"), ((np.nan, 8.0), "nan, 8"))
     ),
     Case(
-        "refuse_no_period",
+        "checked_period",
         InvalidInput,
         r"period: expected at least 2\.05 m, a robot's width and the margin, found 2 m",
         lambda _: scenario(period=(2.0, np.inf)),

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, array_of, number
+from slalom.checks import Array, array_of, each_number, flags, has, listing, number, whole_numbers
 from slalom.decision import Outcome
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
@@ -97,21 +97,22 @@ class Fleet(CommittedFleet):
             InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
                 paths, a time before that of the last step.
         """
-        if number(now, "now") < self._last:
+        # As a float: kernels would be compiled once more for whole numbers.
+        now = number(now, "now")
+        if now < self._last:
             raise InvalidInput(
                 f"now: expected a time that does not run backwards, found {now:g} s after a step at {self._last:g} s"
             )
         self._last = now
         table, n, d = self.table, len(self.members.shapes), self.dimension
-        there = np.ones(n, np.bool_) if present is None else np.asarray(present, dtype=np.bool_)
-        if there.shape != (n,):
-            raise InvalidInput(f"present: expected {n} flags, found an array of shape {there.shape}")
+        there = np.ones(n, np.bool_) if present is None else flags(present, "present", n)
         table.position[:, :d] = array_of(positions, "positions", (n, d))
         table.velocity[:, :d] = array_of(velocities, "velocities", (n, d))
         if accelerations is not None:
             table.acceleration[:, :d] = array_of(accelerations, "accelerations", (n, d))
-        table.tolerance[:], table.stop[:], table.present[:] = array(tolerances, "tolerances"), stop, there
-        around = [self.obstacles, *listed(others)]
+        table.tolerance[:], table.stop[:] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
+        table.present[:] = there
+        around = [self.obstacles, *listed(others, "others")]
         self._head_for(targets, desired_velocities, paths, around, now)
         for k in np.flatnonzero(there & ~self._known):
             table.acceleration[k] = 0.0
@@ -145,12 +146,15 @@ class Fleet(CommittedFleet):
         robot avoids all published manoeuvres, as in one fleet.
 
         Raises:
-            InvalidInput: a fleet with worlds.
+            InvalidInput: a fleet with worlds; a number that is none of a robot.
         """
         if self.table.world.any():
             raise InvalidInput("worlds: expected one world to publish manoeuvres of, found several")
         table, d = self.table, self.dimension
-        rows = np.flatnonzero(self._known) if robots is None else robots
+        n = len(self.members.shapes)
+        rows = np.flatnonzero(self._known) if robots is None else whole_numbers(robots, "robots", np.size(robots))
+        if np.any(rows >= n):
+            raise InvalidInput(f"robots: expected numbers below {n}, found {int(np.max(rows))}")
         return tuple(
             Obstacle(
                 self.members.shapes[k],
@@ -181,8 +185,11 @@ class Fleet(CommittedFleet):
         elif desired_velocities is not None:
             table.wanted[:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
         elif paths is not None:
+            listing(paths, f"{n} paths", "paths")
             if len(paths) != n:
                 raise InvalidInput(f"paths: expected {n}, found {len(paths)}")
+            for k, path in enumerate(paths):
+                has(path, ("lookahead", "step"), "a PathGoal", f"paths[{k}]")
             # A robot that comes back begins anew.
             self.progress = [at if there else None for at, there in zip(self.progress, table.present)]
             for policy in self.policies:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import has, not_negative, positive
+from slalom.checks import duration, has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, DecisionInputs, Outcome, completed, made, state_to_decide_from
 from slalom.errors import InvalidInput
@@ -93,9 +93,16 @@ class LookAhead:
 
     def __post_init__(self) -> None:
         has(self.navigator, ("method", "limits", "decide"), "a Navigator", "navigator")
-        positive(self.time_horizon, "time_horizon")
-        positive(self.budget, "budget")
-        not_negative(self.improvement_budget, "improvement_budget")
+        if self.prepared is not None:
+            has(self.prepared, ("covers", "index"), "what prepared_for gives", "prepared")
+        # As floats: kernels would be compiled once more for whole numbers.
+        for name, value in (
+            ("time_horizon", duration(self.time_horizon, "time_horizon")),
+            ("deadline", np.inf if self.deadline is np.inf else number(self.deadline, "deadline")),
+            ("budget", positive(self.budget, "budget")),
+            ("improvement_budget", not_negative(self.improvement_budget, "improvement_budget")),
+        ):
+            object.__setattr__(self, name, value)
         limits = self.navigator.limits
         if limits.bounds or limits.velocity_bounds or limits.acceleration_bounds:
             raise InvalidInput("limits: expected no more than a largest speed and acceleration, found further bounds")
