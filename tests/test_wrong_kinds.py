@@ -97,6 +97,13 @@ def step(**given: Any) -> object:
     return fleet.step(**given)
 
 
+def manoeuvres(robots: Any) -> object:
+    """The manoeuvres of some robots of a fleet after its first step."""
+    fleet = slalom.Fleet(NAO, DISC, LIMITS, robots=2)
+    fleet.step(0.0, PLACES, REST, -PLACES)
+    return fleet.manoeuvres(robots)
+
+
 def tracked(**measured: Any) -> object:
     """A decision among an obstacle that was measured twice."""
     tracker = slalom.Tracker()
@@ -184,7 +191,7 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             **{"paths": [slalom.PathGoal([(-3.0, 0.0), (3.0, 0.0)]), slalom.PathGoal([(3.0, 0.0), (-3.0, 0.0)])]},
         },
     ),
-    "Fleet.manoeuvres": (slalom.Fleet(NAO, DISC, LIMITS, robots=2).manoeuvres, {"robots": (0, 1)}),
+    "Fleet.manoeuvres": (manoeuvres, {"robots": (0, 1)}),
     "Tracker": (tracker, {"shape": DISC, "filter": slalom.ConstantVelocityFilter(), "max_age": 1.0}),
     "Tracker.update": (
         tracked,

@@ -146,15 +146,22 @@ class Fleet(CommittedFleet):
         robot avoids all published manoeuvres, as in one fleet.
 
         Raises:
-            InvalidInput: a fleet with worlds; a number that is none of a robot.
+            InvalidInput: a fleet with worlds; a robot that was not present in the last step.
         """
         if self.table.world.any():
             raise InvalidInput("worlds: expected one world to publish manoeuvres of, found several")
         table, d = self.table, self.dimension
         n = len(self.members.shapes)
-        rows = np.flatnonzero(self._known) if robots is None else whole_numbers(robots, "robots", np.size(robots))
+        if robots is None:
+            rows = np.flatnonzero(self._known)
+        else:
+            listing(robots, "numbers of robots", "robots")
+            rows = whole_numbers(robots, "robots", len(robots))
         if np.any(rows >= n):
             raise InvalidInput(f"robots: expected numbers below {n}, found {int(np.max(rows))}")
+        if not self._known[rows].all():
+            absent = int(rows[np.argmin(self._known[rows])])
+            raise InvalidInput(f"robots: expected those that were present in the last step, found {absent}")
         return tuple(
             Obstacle(
                 self.members.shapes[k],
