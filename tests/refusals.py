@@ -9,7 +9,23 @@ from unittest.mock import patch
 
 import numpy as np
 
-from slalom import ConstantVelocity, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary, method
+from slalom import (
+    Acceleration,
+    ConstantVelocity,
+    ControlObstacle,
+    Disc,
+    Fleet,
+    Goal,
+    Limits,
+    Navigator,
+    Obstacle,
+    ObstacleWindow,
+    Polyline,
+    State,
+    Stationary,
+    Tracker,
+    method,
+)
 from slalom.bounds import BOUNDS
 from slalom.cli.viewing import view
 from slalom.live import edits
@@ -19,7 +35,7 @@ from slalom.live.page import renderer
 from slalom.live.recorded import recorded
 from slalom.live.seen import decisions
 from slalom.live.session import Session
-from slalom.sim import Recording, gallery, simulate
+from slalom.sim import Recording, compare, gallery, simulate
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Sampled
@@ -38,6 +54,8 @@ SCENE = Scenario(
 )
 PAIR = (ROBOT, replace(ROBOT, name="other", state=State((0, 5), (3, 0))))
 DRIVE = DifferentialDrive(0.5, 2.0, 2.0)
+DISC, LIMITS, STATE, GOAL = ROBOT.shape, ROBOT.limits, ROBOT.state, ROBOT.goal
+NAVIGATOR = Navigator(NAO, DISC, LIMITS)
 
 
 def run(robots: int = 1) -> Recording:
@@ -45,6 +63,19 @@ def run(robots: int = 1) -> Recording:
     if robots == 1:
         return simulate(SCENE, NAO)
     return simulate(gallery.build("circle", {"robots": float(robots), "duration": 0.2}), method("nao_shared"))
+
+
+def fleet(**settings: object) -> Fleet:
+    """A fleet of two robots of which the first is present."""
+    made = Fleet(NAO, DISC, LIMITS, robots=2, **settings)
+    fleet_step(made)
+    return made
+
+
+def fleet_step(made: Fleet | None = None, present: object = (1, 0)) -> object:
+    """A step of this fleet, or of a new one."""
+    places = np.array([(-3.0, 0.0), (3.0, 0.0)])
+    return (made or Fleet(NAO, DISC, LIMITS, robots=2)).step(0.0, places, 0.0 * places, -places, present=present)
 
 
 def no_steps() -> Recording:
@@ -136,6 +167,46 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("scenario_text", r"sight_noise: expected 0", lambda _: scenario_text(replace(SCENE, sight_noise=0.1))),
     ("_part", r"part: expected one of the kinds", lambda _: _part(SimpleNamespace(), BOUNDS)),
     ("Recording.row", r"robot: expected the name or number of one of 2", lambda _: run(2).row()),
+    ("not_huge", r"position: expected numbers of magnitude up to 1e\+100", lambda _: State((1e308, 0), (0, 0))),
+    (
+        "duration",
+        r"horizon: expected at most 5000 s, found 1e\+90 s",
+        lambda _: Navigator(NAO, DISC, LIMITS, horizon=1e90),
+    ),
+    ("flag", r"stop: expected True or False, found 0\.5", lambda _: Goal(Stationary((9, 0)), stop=0.5)),
+    ("flags", r"present: expected True or False", lambda _: fleet_step(present=(0.5, 1))),
+    ("text", r"name: expected text, found 1", lambda _: method(1)),
+    ("Fleet.manoeuvres", r"robots: expected numbers below 2, found 2", lambda _: fleet().manoeuvres([2])),
+    ("Fleet.manoeuvres", r"robots: expected those that were present", lambda _: fleet().manoeuvres([1])),
+    ("members_of", r"names: expected 2, one for each of the robots, found 1", lambda _: fleet(names=("a",))),
+    ("Navigator.fall_back", r"obstacles: expected at least one", lambda _: NAVIGATOR.fall_back(STATE, [], GOAL)),
+    (
+        "state_to_decide_from",
+        r"state: expected dimension 2 as of the previous decision, found 3",
+        lambda _: NAVIGATOR.decide(State((0, 0, 0), (0, 0, 0)), [], GOAL, previous=NAVIGATOR.decide(STATE, [], GOAL)),
+    ),
+    (
+        "ControlObstacle.__post_init__",
+        r"margin: expected one number or 0, found an array of shape \(2,\)",
+        lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow([], 0, 1), DISC, (0.1, 0.1)),
+    ),
+    (
+        "Scenario.__post_init__",
+        r"parameters: expected numbers by name, found 1",
+        lambda _: Scenario("one", (ROBOT,), parameters=1),
+    ),
+    (
+        "_refuse_kinds",
+        r"settings: expected numbers by name, found 1",
+        lambda _: compare("empty", ["nao"], 1, settings=1),
+    ),
+    ("_refuse_kinds", r"store: expected a folder, found 1", lambda _: compare("empty", ["nao"], 1, store=1)),
+    ("Tracker._checked", r"id: expected a hashable name, found \[\]", lambda _: Tracker().update(0, [], (0, 0))),
+    (
+        "DifferentialDrive.__post_init__",
+        r"period: expected less than 0\.594604 s for these wheels, found 1 s",
+        lambda _: DifferentialDrive(0.5, 1, 2, period=1),
+    ),
     ("State.__init__", r"heading: expected none in space", lambda _: State((0, 0, 0), (0, 0, 0), heading=1.0)),
     (
         "Bicycle.__post_init__",

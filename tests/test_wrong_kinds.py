@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from draws import draws
 
 import slalom
 from slalom import Disc, Goal, InvalidInput, Limits, Navigator, Obstacle, ObstacleWindow, State, Stationary, vehicle
@@ -141,15 +142,28 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Navigator": (
         decided,
         {
-            **{"method": NAO, "robot": DISC, "limits": LIMITS, **SETTINGS, "objective": slalom.Arrive()},
-            **{"horizons": slalom.SafeTime(), "detours": (0.5,), "stuck_after": 9.0},
+            "method": NAO,
+            "robot": DISC,
+            "limits": LIMITS,
+            **SETTINGS,
+            "objective": slalom.Arrive(),
+            "horizons": slalom.SafeTime(),
+            "detours": (0.5,),
+            "stuck_after": 9.0,
         },
     ),
     "Navigator.decide": (
         ROBOT.decide,
         {
-            **{"state": STATE, "obstacles": [ROCK], "goal": GOAL, "robots": TRACKS, "now": 0.1, "previous": BEFORE},
-            **{"objective": slalom.Arrive(), "delay": 0.05, "budget": 0.01},
+            "state": STATE,
+            "obstacles": [ROCK],
+            "goal": GOAL,
+            "robots": TRACKS,
+            "now": 0.1,
+            "previous": BEFORE,
+            "objective": slalom.Arrive(),
+            "delay": 0.05,
+            "budget": 0.01,
         },
     ),
     "Navigator.fall_back": (ROBOT.fall_back, {"state": STATE, "obstacles": [ROCK], "goal": GOAL, "now": 0.0}),
@@ -157,8 +171,12 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "LookAhead": (
         looked_ahead,
         {
-            **{"navigator": Navigator(slalom.method("nao_ahead"), DISC, LIMITS), "time_horizon": 9.0},
-            **{"deadline": 20.0, "budget": 100.0, "improvement_budget": 10.0, "prepared": None},
+            "navigator": Navigator(slalom.method("nao_ahead"), DISC, LIMITS),
+            "time_horizon": 9.0,
+            "deadline": 20.0,
+            "budget": 100.0,
+            "improvement_budget": 10.0,
+            "prepared": None,
         },
     ),
     "LookAhead.decide": (
@@ -168,16 +186,35 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Fleet": (
         stepped,
         {
-            **{"method": NAO, "shapes": DISC, "limits": LIMITS, "robots": 2, "names": ("a", "b"), "obstacles": [ROCK]},
-            **{**SETTINGS, "priority": 1.0, "worlds": (0, 0), "world_period": (40.0, 40.0), "detours": (0.5,)},
-            **{"observation_delay": 0.0, "observation_noise": 0.0, "threads": 1},
+            "method": NAO,
+            "shapes": DISC,
+            "limits": LIMITS,
+            "robots": 2,
+            "names": ("a", "b"),
+            "obstacles": [ROCK],
+            **SETTINGS,
+            "priority": 1.0,
+            "worlds": (0, 0),
+            "world_period": (40.0, 40.0),
+            "detours": (0.5,),
+            "observation_delay": 0.0,
+            "observation_noise": 0.0,
+            "threads": 1,
+            "stuck_after": 9.0,
         },
     ),
     "Fleet.step": (
         step,
         {
-            **{"now": 0.1, "positions": PLACES, "velocities": REST, "targets": -PLACES, "accelerations": REST},
-            **{"tolerances": 0.2, "stop": True, "present": (True, True), "others": [ROCK]},
+            "now": 0.1,
+            "positions": PLACES,
+            "velocities": REST,
+            "targets": -PLACES,
+            "accelerations": REST,
+            "tolerances": 0.2,
+            "stop": True,
+            "present": (True, True),
+            "others": [ROCK],
         },
     ),
     "Fleet.step to velocities": (
@@ -187,8 +224,10 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Fleet.step on paths": (
         step,
         {
-            **{"now": 0.1, "positions": PLACES, "velocities": REST},
-            **{"paths": [slalom.PathGoal([(-3.0, 0.0), (3.0, 0.0)]), slalom.PathGoal([(3.0, 0.0), (-3.0, 0.0)])]},
+            "now": 0.1,
+            "positions": PLACES,
+            "velocities": REST,
+            "paths": [slalom.PathGoal([(-3.0, 0.0), (3.0, 0.0)]), slalom.PathGoal([(3.0, 0.0), (-3.0, 0.0)])],
         },
     ),
     "Fleet.manoeuvres": (manoeuvres, {"robots": (0, 1)}),
@@ -196,8 +235,13 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Tracker.update": (
         tracked,
         {
-            **{"t": 0.1, "id": "a", "position": (4.0, 0.0), "velocity": (0.0, 0.0), "covariance": np.eye(4)},
-            **{"shape": slalom.Rectangle(1.0, 0.5), "heading": 0.0},
+            "t": 0.1,
+            "id": "a",
+            "position": (4.0, 0.0),
+            "velocity": (0.0, 0.0),
+            "covariance": np.eye(4),
+            "shape": slalom.Rectangle(1.0, 0.5),
+            "heading": 0.0,
         },
     ),
     "Tracker.at": (slalom.Tracker().at, {"now": 0.0}),
@@ -208,9 +252,15 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Tracks": (
         lambda **given: among(ROCK) and ROBOT.decide(STATE, [slalom.Tracks(**given)], GOAL),
         {
-            **{"positions": [(4.0, 0.0)], "velocities": [(0.0, 0.0)], "radii": 0.3, "t": 0.0, "ids": ("a",)},
-            **{"accelerations": [(0.0, 0.0)], "forecast": slalom.AtConstantVelocity()},
-            **{"uncertainty": slalom.BoundedError(0.1), "worlds": None},
+            "positions": [(4.0, 0.0)],
+            "velocities": [(0.0, 0.0)],
+            "radii": 0.3,
+            "t": 0.0,
+            "ids": ("a",),
+            "accelerations": [(0.0, 0.0)],
+            "forecast": slalom.AtConstantVelocity(),
+            "uncertainty": slalom.BoundedError(0.1),
+            "worlds": None,
         },
     ),
     "ObstacleTable": (
@@ -220,8 +270,12 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Obstacle": (
         lambda **given: among(Obstacle(**given)),
         {
-            **{"shape": slalom.Rectangle(1.0, 0.5), "trajectory": Stationary((5.0, 0.0)), "name": "a", "heading": 0.0},
-            **{"uncertainty": slalom.BoundedError(0.1), "after_end": "unknown"},
+            "shape": slalom.Rectangle(1.0, 0.5),
+            "trajectory": Stationary((5.0, 0.0)),
+            "name": "a",
+            "heading": 0.0,
+            "uncertainty": slalom.BoundedError(0.1),
+            "after_end": "unknown",
         },
     ),
     "ObstacleWindow": (
@@ -233,15 +287,24 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "ControlObstacle": (
         lambda **given: slalom.select((0.0, 0.0), ADMISSIBLE, slalom.ControlObstacle(**given)),
         {
-            **{"response": slalom.Acceleration(), "state": STATE, "obstacles": WINDOW, "robot": DISC, "margin": 0.1},
-            **{"horizon": 5.0},
+            "response": slalom.Acceleration(),
+            "state": STATE,
+            "obstacles": WINDOW,
+            "robot": DISC,
+            "margin": 0.1,
+            "horizon": 5.0,
         },
     ),
     "control_obstacle": (
         lambda **given: slalom.select((0.0, 0.0), ADMISSIBLE, slalom.control_obstacle(**given)),
         {
-            **{"response": slalom.Acceleration(), "state": STATE, "obstacles": [ROCK], "robot": DISC},
-            **{"horizon": 5.0, "start": 0.0, "margin": 0.1},
+            "response": slalom.Acceleration(),
+            "state": STATE,
+            "obstacles": [ROCK],
+            "robot": DISC,
+            "horizon": 5.0,
+            "start": 0.0,
+            "margin": 0.1,
         },
     ),
     "ControlObstacle.clearances": (BLOCKED.clearances, {"controls": (0.0, 0.0)}),
@@ -252,8 +315,11 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "select": (
         slalom.select,
         {
-            **{"preferred": (0.0, 0.0), "admissible": ADMISSIBLE, "blocked": BLOCKED},
-            **{"most_elements": 100, "most_candidates": 100},
+            "preferred": (0.0, 0.0),
+            "admissible": ADMISSIBLE,
+            "blocked": BLOCKED,
+            "most_elements": 100,
+            "most_candidates": 100,
         },
     ),
     "select_clearest": (
@@ -263,8 +329,14 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "select_many": (
         slalom.select_many,
         {
-            **{"preferred": [(0.0, 0.0)], "states": [STATE], "response": slalom.Acceleration(), "limits": LIMITS},
-            **{"obstacles": WINDOW, "robot": DISC, "margin": 0.1, "threads": 1},
+            "preferred": [(0.0, 0.0)],
+            "states": [STATE],
+            "response": slalom.Acceleration(),
+            "limits": LIMITS,
+            "obstacles": WINDOW,
+            "robot": DISC,
+            "margin": 0.1,
+            "threads": 1,
         },
     ),
     "admissible_ball": (
@@ -274,8 +346,11 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Limits": (
         lambda **given: Navigator(NAO, DISC, Limits(**given)).decide(STATE, [ROCK], GOAL),
         {
-            **{"max_speed": 2.0, "max_acceleration": 2.0, "bounds": (slalom.Friction(2.0, 2.0, 2.0),)},
-            **{"velocity_bounds": (slalom.HalfSpace((1.0, 0.0), 2.0),), "acceleration_bounds": ()},
+            "max_speed": 2.0,
+            "max_acceleration": 2.0,
+            "bounds": (slalom.Friction(2.0, 2.0, 2.0),),
+            "velocity_bounds": (slalom.HalfSpace((1.0, 0.0), 2.0),),
+            "acceleration_bounds": (),
         },
     ),
     "Limits.admissible": (
@@ -293,8 +368,11 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "PathGoal": (
         lambda **given: ROBOT.decide(STATE, [ROCK], slalom.PathGoal(**given)),
         {
-            **{"points": [(0.0, 0.0), (9.0, 0.0)], "speeds": (1.0, 1.0), "tolerance": 0.5, "stop": True},
-            **{"lookahead": 1.0},
+            "points": [(0.0, 0.0), (9.0, 0.0)],
+            "speeds": (1.0, 1.0),
+            "tolerance": 0.5,
+            "stop": True,
+            "lookahead": 1.0,
         },
     ),
     "method": (slalom.method, {"name": "nao"}),
@@ -302,17 +380,40 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Scenario": (
         simulated,
         {
-            **{"name": "one", "robots": SCENE.robots, "obstacles": (ROCK,), "start": 0.0, "duration": 0.2, "dt": 0.1},
-            **{"replan": 0.0, "horizon": 6.0, "margin": 0.05, "patience": 0.1, "holds": (0.5,), "guided": 1.0},
-            **{"message_delay": 0.0, "message_loss": 0.0, "sight_noise": 0.0, "sight_delay": 0.0, "sight_loss": 0.0},
-            **{"period": None, "parameters": {}, "recorded": None, "notes": ()},
+            "name": "one",
+            "robots": SCENE.robots,
+            "obstacles": (ROCK,),
+            "start": 0.0,
+            "duration": 0.2,
+            "dt": 0.1,
+            "replan": 0.0,
+            "horizon": 6.0,
+            "margin": 0.05,
+            "patience": 0.1,
+            "holds": (0.5,),
+            "guided": 1.0,
+            "message_delay": 0.0,
+            "message_loss": 0.0,
+            "sight_noise": 0.0,
+            "sight_delay": 0.0,
+            "sight_loss": 0.0,
+            "period": None,
+            "parameters": {},
+            "recorded": None,
+            "notes": (),
         },
     ),
     "Robot": (
         with_robot,
         {
-            **{"shape": DISC, "limits": LIMITS, "state": STATE, "goal": GOAL, "name": "a", "method": NAO},
-            **{"margin": 0.05, "priority": 1.0},
+            "shape": DISC,
+            "limits": LIMITS,
+            "state": STATE,
+            "goal": GOAL,
+            "name": "a",
+            "method": NAO,
+            "margin": 0.05,
+            "priority": 1.0,
         },
     ),
     "simulate": (
@@ -322,15 +423,29 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "compare": (
         compare,
         {
-            **{"name": "empty", "methods": ["nao"], "seeds": 1, "settings": {"duration": 0.2}, "jobs": 1},
-            **{"backend": None, "store": None, "adopt": False, "progress": None, "note": None},
+            "name": "empty",
+            "methods": ["nao"],
+            "seeds": 1,
+            "settings": {"duration": 0.2},
+            "jobs": 1,
+            "backend": None,
+            "store": None,
+            "adopt": False,
+            "progress": None,
+            "note": None,
         },
     ),
     "DifferentialDrive": (
         lambda **given: driven(vehicle=vehicle.DifferentialDrive(**given), method=NAO, body=DISC),
         {
-            **{"track": 0.5, "max_wheel_speed": 1.0, "max_wheel_acceleration": 2.0, "ahead": 0.3, "period": 0.1},
-            **{"max_speed": 1.0, "max_acceleration": 1.0, "disturbance": 0.01},
+            "track": 0.5,
+            "max_wheel_speed": 1.0,
+            "max_wheel_acceleration": 2.0,
+            "ahead": 0.3,
+            "period": 0.1,
+            "max_speed": 1.0,
+            "max_acceleration": 1.0,
+            "disturbance": 0.01,
         },
     ),
     "Pose": (
@@ -340,8 +455,16 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "VehicleNavigator": (
         driven,
         {
-            **{"vehicle": DRIVE, "method": NAO, "body": slalom.Rectangle(0.6, 0.4), "center": 0.0, "discs": 2},
-            **{"horizon": 4.0, "margin": 0.05, "holds": (0.5,), "patience": 0.1, "limits": None},
+            "vehicle": DRIVE,
+            "method": NAO,
+            "body": slalom.Rectangle(0.6, 0.4),
+            "center": 0.0,
+            "discs": 2,
+            "horizon": 4.0,
+            "margin": 0.05,
+            "holds": (0.5,),
+            "patience": 0.1,
+            "limits": None,
         },
     ),
     "VehicleNavigator.decide": (
@@ -369,7 +492,10 @@ def test_good_arguments_are_taken(name: str) -> None:
     call(**good)
 
 
-@pytest.mark.parametrize(("name", "argument"), [(name, a) for name, (_, good) in CALLS.items() for a in good])
+ARGUMENTS = [pytest.param(name, a, id=f"{name}-{a}") for name, (_, good) in CALLS.items() for a in good]
+
+
+@pytest.mark.parametrize(("name", "argument"), draws(ARGUMENTS, 60))
 def test_wrong_arguments_are_taken_or_refused_by_name(name: str, argument: str) -> None:
     """TypeError is only for a wrong number or name of arguments."""
     call, good = CALLS[name]

@@ -19,13 +19,13 @@ _NOT_NUMBERS = "cSUMmV"
 def array(value: npt.ArrayLike, name: str) -> Array:
     """Convert `value` to a read-only float64 array of finite numbers, of any shape."""
     try:
-        # Texts, dates and complex numbers would be converted.
         given = np.asarray(value)
-        if given.dtype.kind in _NOT_NUMBERS:
-            raise TypeError
-        result = np.array(given, dtype=np.float64)
+        # Texts, dates and complex numbers would be converted.
+        result = None if given.dtype.kind in _NOT_NUMBERS else np.array(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InvalidInput(f"{name}: expected numbers, found {shown(value)}") from None
+        result = None
+    if result is None:
+        raise InvalidInput(f"{name}: expected numbers, found {shown(value)}")
     if not np.isfinite(result).all():
         raise InvalidInput(f"{name}: expected finite numbers, found {short(result)}")
     result.setflags(write=False)
@@ -152,7 +152,8 @@ def has(value: object, attributes: Sequence[str], expected: str, name: str) -> N
 
 def listing(value: object, expected: str, name: str) -> None:
     """Raise InvalidInput unless `value` is a list, a tuple or another collection in order, but no text."""
-    if isinstance(value, type | str | bytes | Mapping | Set) or not (hasattr(value, "__iter__") and hasattr(value, "__len__")):
+    without_order = isinstance(value, type | str | bytes | Mapping | Set)
+    if without_order or not (hasattr(value, "__iter__") and hasattr(value, "__len__")):
         raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
 
 

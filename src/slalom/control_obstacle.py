@@ -11,7 +11,20 @@ import shapely
 
 from slalom import kernels
 from slalom.boundary import boundary, grazing_curves
-from slalom.checks import RESPONSE, SHAPE, STATE, WINDOW, Array, array, has, not_negative, number, positive, vector, vectors
+from slalom.checks import (
+    RESPONSE,
+    SHAPE,
+    STATE,
+    WINDOW,
+    Array,
+    array,
+    has,
+    not_negative,
+    number,
+    positive,
+    vector,
+    vectors,
+)
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments as Table
 from slalom.minkowski import hull_corners, outline_parts

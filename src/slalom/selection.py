@@ -11,7 +11,21 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import BLOCKED, LIMITS, RESPONSE, SHAPE, WINDOW, Array, array, has, not_negative, positive, vector, vectors, whole
+from slalom.checks import (
+    BLOCKED,
+    LIMITS,
+    RESPONSE,
+    SHAPE,
+    WINDOW,
+    Array,
+    array,
+    has,
+    not_negative,
+    positive,
+    vector,
+    vectors,
+    whole,
+)
 from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Snapshot

@@ -222,7 +222,9 @@ def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) 
     found = array(given, f"{prefix}covariance")
     shapes, without = (((d, d), (2 * d, 2 * d)), "") if with_velocity else (((d, d),), " without a velocity")
     if found.shape not in shapes:
-        raise InvalidInput(f"{prefix}covariance: expected shape {' or '.join(map(str, shapes))}{without}, found {found.shape}")
+        raise InvalidInput(
+            f"{prefix}covariance: expected shape {' or '.join(map(str, shapes))}{without}, found {found.shape}"
+        )
     size = float(np.abs(found).max())
     if np.abs(found - found.T).max() > SYMMETRY * size or np.linalg.eigvalsh(found)[0] < -SYMMETRY * size:
         raise InvalidInput(

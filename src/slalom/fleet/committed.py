@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, duration, not_negative, whole
+from slalom.approach import Approaches
+from slalom.checks import Array, duration, not_negative, positive, whole
 from slalom.decision import Outcome
 from slalom.decision_tables import Skeletons, response_table
 from slalom.errors import InvalidInput
@@ -70,6 +71,7 @@ class CommittedFleet:
         observation_delay: float = 0.0,
         observation_noise: float = 0.0,
         threads: int | None = None,
+        stuck_after: float = 10.0,
     ) -> None:
         self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
@@ -93,6 +95,8 @@ class CommittedFleet:
         self.other_texts, self._steps, self._last = [""] * n, 0, -np.inf
         self._known = np.zeros(n, np.bool_)
         self.progress: list[float | None] = [None] * n
+        self.stuck_after = positive(stuck_after, "stuck_after")
+        self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
         self._images = None if world_period is None else Images(self, world_period)
 
     def _policies(self) -> list[Policy]:

@@ -30,6 +30,16 @@ class FleetDecision(NamedTuple):
     velocities: Array  # (n, d) [m/s]
     positions: Array  # (n, d) [m]
     outcomes: tuple[Outcome | None, ...]  # n, None for a robot that is not present
+    stalled: Array  # (n,) [s] since each robot last came nearer to its target, see `Decision.stalled`
+    stuck: Flags  # (n,) whether that is at least `stuck_after`: only another target will help
+
+    @property
+    def safe(self) -> Flags:
+        """Whether each robot stays collision-free up to the horizon as long as the forecasts hold: (n,).
+
+        True for a robot that is not present.
+        """
+        return np.array([outcome is None or outcome.safe for outcome in self.outcomes], dtype=np.bool_)
 
 
 class Fleet(CommittedFleet):
@@ -55,7 +65,7 @@ class Fleet(CommittedFleet):
         worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
         world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
             Robots meet all images of robots and obstacles. Positions are not wrapped.
-        holds, patience, detours: see `Navigator`.
+        holds, patience, detours, stuck_after: see `Navigator`.
         observation_delay: [s] largest age of what a robot observes of the others. observation_noise: [m] standard
             deviation of that. Both enter the margin.
         threads: None: one for each core.
@@ -136,7 +146,21 @@ class Fleet(CommittedFleet):
         acceleration, velocity, position = (
             np.where(there[:, None], each, 0.0)[:, :d] for each in (acceleration, velocity, position)
         )
-        return FleetDecision(acceleration, velocity, position, tuple(outcomes.get(k) for k in range(len(there))))
+        stalled = self._stalled(there, now)
+        found = tuple(outcomes.get(k) for k in range(len(there)))
+        return FleetDecision(acceleration, velocity, position, found, stalled, stalled >= self.stuck_after)
+
+    def _stalled(self, there: Flags, now: float) -> Array:
+        """Time [s] since each robot last came nearer to its target, or on along its path: (n,)."""
+        table, d = self.table, self.dimension
+        targets, tolerances = table.target[:, :d].copy(), table.tolerance
+        left = np.maximum(np.linalg.norm(targets - table.position[:, :d], axis=1) - tolerances, 0.0)
+        for k, path in enumerate(self._paths):
+            targets[k], at = path.points[-1], self.progress[k]
+            left[k] = max(path.length - (at or 0.0) - path.tolerance, 0.0)
+        left[~there | (table.objective != ARRIVE)] = np.nan
+        fastest = np.array([limits.max_speed for limits in self.members.limits])
+        return self._approaches.stalled(left, targets, tolerances, fastest, now)
 
     def manoeuvres(self, robots: Sequence[int] | None = None) -> tuple[Obstacle, ...]:
         """The committed manoeuvres of the robots that are present, or of some of them (rows), as obstacles.
@@ -185,6 +209,7 @@ class Fleet(CommittedFleet):
         found = [name for name, value in given.items() if value is not None]
         if len(found) != 1:
             raise InvalidInput(f"targets: expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+        self._paths = ()
         table.objective[:] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY
         table.max_speed[:] = [limits.max_speed for limits in self.members.limits]
         if targets is not None:
@@ -197,6 +222,7 @@ class Fleet(CommittedFleet):
                 raise InvalidInput(f"paths: expected {n}, found {len(paths)}")
             for k, path in enumerate(paths):
                 has(path, ("lookahead", "step"), "a PathGoal", f"paths[{k}]")
+            self._paths = tuple(paths)
             # A robot that comes back begins anew.
             self.progress = [at if there else None for at, there in zip(self.progress, table.present)]
             for policy in self.policies:

@@ -98,4 +98,3 @@ def _count(given: Sequence[object], robots: int | None) -> int:
 
 def _each(value: T | Sequence[T], n: int) -> list[T]:
     return list(value) if isinstance(value, Sequence) else [value] * n
-

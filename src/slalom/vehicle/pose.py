@@ -12,7 +12,6 @@ from slalom.path_goal import PathGoal
 from slalom.periodic import moved
 from slalom.tolerances import GOAL_HEADING_BLEND, POINT_TOLERANCE
 
-
 POSE: Final = (("position", "heading", "speed", "turn"), "a Pose")
 """For checks, see `checks.STATE`."""
 
