@@ -170,7 +170,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("not_huge", r"position: expected numbers of magnitude up to 1e\+100", lambda _: State((1e308, 0), (0, 0))),
     (
         "duration",
-        r"horizon: expected at most 5000 s, found 1e\+90 s",
+        r"horizon: expected at most 5000 s",
         lambda _: Navigator(NAO, DISC, LIMITS, horizon=1e90),
     ),
     ("flag", r"stop: expected True or False, found 0\.5", lambda _: Goal(Stationary((9, 0)), stop=0.5)),
@@ -197,7 +197,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ),
     (
         "_refuse_kinds",
-        r"settings: expected numbers by name, found 1",
+        r"settings: expected numbers by name",
         lambda _: compare("empty", ["nao"], 1, settings=1),
     ),
     ("_refuse_kinds", r"store: expected a folder, found 1", lambda _: compare("empty", ["nao"], 1, store=1)),

@@ -121,6 +121,10 @@ def test_threads_that_share_a_navigator_and_a_table_give_the_same_bits() -> None
         assert list(pool.map(decide, [*range(40)] * 3)) == alone * 3
 
 
+def test_the_work_of_a_second_is_measured() -> None:
+    assert 0.0 < slalom.work_per_second() < np.inf
+
+
 def test_decisions_of_a_search_report_as_others_do() -> None:
     """Walled in, it is stuck and names the wall; no file repeats it, since the search goes on."""
     box = slalom.Obstacle(slalom.Polyline([(-2, -2), (2, -2), (2, 2), (-2, 2), (-2, -2)], 0.05), WALL.trajectory, "box")
@@ -136,7 +140,7 @@ def test_decisions_of_a_search_report_as_others_do() -> None:
 
 
 def test_a_step_of_a_fleet_says_which_robots_are_safe_and_stuck() -> None:
-    """A robot behind a wall comes no nearer; one before a rock that it cannot avoid is not safe; the third is absent."""
+    """A robot behind a wall comes no nearer; one before a rock cannot avoid it; the third is absent."""
     rock = slalom.Obstacle(slalom.Disc(0.5), slalom.ConstantVelocity((2.0, 8.0), (-4.0, 0.0)), "rock")
     wide = slalom.Obstacle(slalom.Polyline([(3, -6), (3, 6)], 0.05), slalom.Stationary((0, 0)), "wall")
     fleet = slalom.Fleet(

@@ -13,6 +13,7 @@ from .bounds import (
     LeastSpeed as LeastSpeed,
     TurningRadius as TurningRadius,
 )
+from .calibration import work_per_second as work_per_second
 from .control_obstacle import (
     ControlObstacle as ControlObstacle,
     Element as Element,

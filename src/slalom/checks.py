@@ -99,7 +99,7 @@ def not_negative(value: float, name: str) -> float:
     return result
 
 
-def flag(value: bool, name: str) -> bool:
+def flag(value: Any, name: str) -> bool:
     """Convert `value` to True or False; 1 and 0 count as such."""
     if isinstance(value, bool):
         return value
@@ -114,7 +114,7 @@ def flags(value: npt.ArrayLike, name: str, n: int) -> npt.NDArray[np.bool_]:
     result = each_number(value, name, n)
     if np.any((result != 0.0) & (result != 1.0)):
         raise InvalidInput(f"{name}: expected True or False, found {short(result)}")
-    return result == 1.0
+    return np.asarray(result == 1.0)
 
 
 def each_number(value: npt.ArrayLike, name: str, n: int) -> Array:

@@ -159,8 +159,8 @@ class ObstacleWindow:
         each, n = array(horizons, "horizons").reshape(-1), sum(self._counts)
         if len(each) != n or not np.all((each >= 0.0) & (each <= self.horizon)):
             raise InvalidInput(
-                f"horizons: expected {n}, one for each of the obstacles, from 0 to {self.horizon:g} s, found {len(each)} from "
-                f"{each.min(initial=np.inf):g} to {each.max(initial=0.0):g} s"
+                f"horizons: expected {n}, one for each of the obstacles, from 0 to {self.horizon:g} s, "
+                f"found {len(each)} from {each.min(initial=np.inf):g} to {each.max(initial=0.0):g} s"
             )
         return each
 

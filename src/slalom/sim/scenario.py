@@ -62,8 +62,10 @@ class Robot:
 
     def __post_init__(self) -> None:
         text(self.name, "name")
-        for part, kind in (("shape", SHAPE), ("limits", LIMITS), ("state", STATE), ("goal", GOAL)):
-            has(getattr(self, part), *kind, f"{self.name}.{part}")
+        has(self.shape, *SHAPE, f"{self.name}.shape")
+        has(self.limits, *LIMITS, f"{self.name}.limits")
+        has(self.state, *STATE, f"{self.name}.state")
+        has(self.goal, *GOAL, f"{self.name}.goal")
         if self.method is not None:
             has(self.method, *METHOD, f"{self.name}.method")
         positive(self.priority, f"{self.name}.priority")
