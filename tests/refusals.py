@@ -186,7 +186,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: NAVIGATOR.decide(State((0, 0, 0), (0, 0, 0)), [], GOAL, previous=NAVIGATOR.decide(STATE, [], GOAL)),
     ),
     (
-        "ControlObstacle.__post_init__",
+        "each_number",
         r"margin: expected one number or 0, found an array of shape \(2,\)",
         lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow([], 0, 1), DISC, (0.1, 0.1)),
     ),

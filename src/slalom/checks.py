@@ -150,6 +150,15 @@ def has(value: object, attributes: Sequence[str], expected: str, name: str) -> N
         raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
 
 
+def refuse_kinds(response: object, obstacles: object, robot: object, *states: object) -> None:
+    """Raise InvalidInput for something else than a response, an ObstacleWindow, a shape and states."""
+    has(response, *RESPONSE, "response")
+    for state in states:
+        has(state, *STATE, "state")
+    has(robot, *SHAPE, "robot")
+    has(obstacles, *WINDOW, "obstacles")
+
+
 def listing(value: object, expected: str, name: str) -> None:
     """Raise InvalidInput unless `value` is a list, a tuple or another collection in order, but no text."""
     without_order = isinstance(value, type | str | bytes | Mapping | Set)

@@ -11,20 +11,7 @@ import shapely
 
 from slalom import kernels
 from slalom.boundary import boundary, grazing_curves
-from slalom.checks import (
-    RESPONSE,
-    SHAPE,
-    STATE,
-    WINDOW,
-    Array,
-    array,
-    has,
-    not_negative,
-    number,
-    positive,
-    vector,
-    vectors,
-)
+from slalom.checks import Array, each_number, not_negative, number, positive, refuse_kinds, vector, vectors
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments as Table
 from slalom.minkowski import hull_corners, outline_parts
@@ -108,10 +95,7 @@ class ControlObstacle:
     _finer: dict[float, "ControlObstacle"] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        has(self.response, *RESPONSE, "response")
-        has(self.state, *STATE, "state")
-        has(self.robot, *SHAPE, "robot")
-        has(self.obstacles, *WINDOW, "obstacles")
+        refuse_kinds(self.response, self.obstacles, self.robot, self.state)
         horizon = number(self.horizon, "horizon") or self.obstacles.horizon
         if positive(horizon, "horizon") > self.obstacles.horizon:
             raise InvalidInput(
@@ -121,9 +105,7 @@ class ControlObstacle:
         if isinstance(self.margin, float):
             not_negative(self.margin, "margin")
         else:
-            each, n = array(self.margin, "margin"), len(self.obstacles)
-            if each.shape not in ((), (n,)):
-                raise InvalidInput(f"margin: expected one number or {n}, found an array of shape {each.shape}")
+            each = each_number(self.margin, "margin", len(self.obstacles))
             not_negative(min(float(np.min(each, initial=np.inf)), 0.0), "margin")
         for what, dimension in (("robot", self.robot.dimension), ("obstacles", self.obstacles.dimension)):
             if dimension not in (None, self.dimension):

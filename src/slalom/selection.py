@@ -14,14 +14,12 @@ from slalom import kernels
 from slalom.checks import (
     BLOCKED,
     LIMITS,
-    RESPONSE,
-    SHAPE,
-    WINDOW,
     Array,
     array,
     has,
     not_negative,
     positive,
+    refuse_kinds,
     vector,
     vectors,
     whole,
@@ -200,10 +198,8 @@ def select_many(
         InvalidInput: numbers of another shape, different dimensions, not one state for each preferred control, fewer
             than one thread.
     """
-    has(response, *RESPONSE, "response")
+    refuse_kinds(response, obstacles, robot)
     has(limits, *LIMITS, "limits")
-    has(obstacles, *WINDOW, "obstacles")
-    has(robot, *SHAPE, "robot")
     states = _states(states)
     count, dimension = len(states), states[0].dimension if len(states) else 2
     given = vectors(preferred, "preferred", dimension).reshape(-1, dimension)

@@ -78,8 +78,7 @@ class CommittedFleet:
         self.period, self.horizon = duration(period, "period"), duration(horizon, "horizon")
         self.holds, self.detours = checked_holds(holds), checked_detours(detours)
         self.patience = not_negative(patience, "patience")
-        delay = not_negative(observation_delay, "observation_delay")
-        noise = not_negative(observation_noise, "observation_noise")
+        delay, noise = not_negative(observation_delay, "observation_delay"), observation_noise
         self.threads = kernels.threads() if threads is None else whole(threads, "threads", 1)
         n, dimensions = len(self.members.shapes), {each.dimension for each in (*self.members.shapes, *self.obstacles)}
         if len(dimensions) != 1:
@@ -87,7 +86,7 @@ class CommittedFleet:
             raise InvalidInput(f"shapes: expected those of robots and obstacles in one dimension, found {found}")
         self.dimension, self.skeletons = dimensions.pop(), Skeletons(self.members.shapes)
         self.policies = self._policies()
-        self.table, self.texts = self._tables(delay, noise)
+        self.table, self.texts = self._tables(delay, not_negative(noise, "observation_noise"))
         self._bounds = bounds_of(self.members.limits, [_rest(self.dimension)] * n)
         self._turning = any(each.bounds for each in self.members.limits)
         self.targets, _ = target_paths([], 0.0, 1.0)
