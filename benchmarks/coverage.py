@@ -57,7 +57,7 @@ def main() -> None:
         count = sum(row["errors"] for row in few)
         if count:
             held = sum(row["held"] for row in few)
-            print(f"{'pooled, of fewer than ' + str(POOLED):34} {'':7} {confidence:9.2f} {held / count:9.3f} {count:7}")
+            print(f"{f'pooled, of fewer than {POOLED}':42} {'':8} {confidence:8.2f} {held / count:8.3f} {count:8}")
     write("coverage", {"rows": rows}, arguments.out)
 
 
@@ -66,8 +66,8 @@ def line(row: dict[str, Any]) -> str:
     measured = row["held"] / row["errors"] if row["errors"] else np.nan
     constant = CONSTANT * row["lead"]
     return (
-        f"{row['file']:34} {row['lead']:7.2f} {row['promised']:9.2f} {measured:9.3f} {row['errors']:7} "
-        f"{row['radius']:9.2f} {constant:9.2f}"
+        f"{row['file']:42} {row['lead']:8.2f} {row['promised']:8.2f} {measured:8.3f} {row['errors']:8} "
+        f"{row['radius']:8.2f} {constant:8.2f}"
     )
 
 

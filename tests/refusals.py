@@ -9,7 +9,26 @@ from unittest.mock import patch
 
 import numpy as np
 
-from slalom import ConstantVelocity, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary, method
+from slalom import (
+    Acceleration,
+    Calibration,
+    ConstantVelocity,
+    ControlObstacle,
+    Disc,
+    Fleet,
+    Goal,
+    Limits,
+    Navigator,
+    Obstacle,
+    ObstacleWindow,
+    Polyline,
+    State,
+    Stationary,
+    Tracker,
+    Tracks,
+    enclosing_error,
+    method,
+)
 from slalom.bounds import BOUNDS
 from slalom.cli.viewing import view
 from slalom.live import edits
@@ -19,7 +38,7 @@ from slalom.live.page import renderer
 from slalom.live.recorded import recorded
 from slalom.live.seen import decisions
 from slalom.live.session import Session
-from slalom.sim import Recording, gallery, simulate
+from slalom.sim import Recording, compare, gallery, simulate
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Sampled
@@ -38,6 +57,8 @@ SCENE = Scenario(
 )
 PAIR = (ROBOT, replace(ROBOT, name="other", state=State((0, 5), (3, 0))))
 DRIVE = DifferentialDrive(0.5, 2.0, 2.0)
+DISC, LIMITS, STATE, GOAL = ROBOT.shape, ROBOT.limits, ROBOT.state, ROBOT.goal
+NAVIGATOR = Navigator(NAO, DISC, LIMITS)
 
 
 def run(robots: int = 1) -> Recording:
@@ -45,6 +66,19 @@ def run(robots: int = 1) -> Recording:
     if robots == 1:
         return simulate(SCENE, NAO)
     return simulate(gallery.build("circle", {"robots": float(robots), "duration": 0.2}), method("nao_shared"))
+
+
+def fleet(**settings: object) -> Fleet:
+    """A fleet of two robots of which the first is present."""
+    made = Fleet(NAO, DISC, LIMITS, robots=2, **settings)
+    fleet_step(made)
+    return made
+
+
+def fleet_step(made: Fleet | None = None, present: object = (1, 0)) -> object:
+    """A step of this fleet, or of a new one."""
+    places = np.array([(-3.0, 0.0), (3.0, 0.0)])
+    return (made or Fleet(NAO, DISC, LIMITS, robots=2)).step(0.0, places, 0.0 * places, -places, present=present)
 
 
 def no_steps() -> Recording:
@@ -104,7 +138,26 @@ def other_kinematics(_: Path) -> object:
     return agent.compute_cmd_internal(0.1)
 
 
+def observed_again(_: Path) -> object:
+    """A second observation at the time of the first."""
+    calibration, seen = Calibration(), Tracks([(0.0, 0.0)], [(1.0, 0.0)], 0.3, 2.0)
+    calibration.observe(seen)
+    return calibration.observe(seen)
+
+
 REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
+    ("Calibration.__post_init__", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
+    (
+        "Calibration.__post_init__",
+        r"leads: expected increasing prediction times, found \[1.0, 0.5\]",
+        lambda _: Calibration(0.9, (1.0, 0.5)),
+    ),
+    ("Calibration.observe", r"tracks.t: expected a time after 2 s", observed_again),
+    (
+        "enclosing_error",
+        r"radii: expected some of at least 0 m, found \[-1.0\]",
+        lambda _: enclosing_error([1.0], [-1.0]),
+    ),
     ("_Group._unwrap", r"world_period: expected the period", moved_at_once),
     ("_lead", r"kinematics: expected omnidirectional ones", other_kinematics),
     ("view", r"view: .*slalom\[view\]", without_server),
@@ -136,6 +189,46 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("scenario_text", r"sight_noise: expected 0", lambda _: scenario_text(replace(SCENE, sight_noise=0.1))),
     ("_part", r"part: expected one of the kinds", lambda _: _part(SimpleNamespace(), BOUNDS)),
     ("Recording.row", r"robot: expected the name or number of one of 2", lambda _: run(2).row()),
+    ("not_huge", r"position: expected numbers of magnitude up to 1e\+100", lambda _: State((1e308, 0), (0, 0))),
+    (
+        "duration",
+        r"horizon: expected at most 5000 s",
+        lambda _: Navigator(NAO, DISC, LIMITS, horizon=1e90),
+    ),
+    ("flag", r"stop: expected True or False, found 0\.5", lambda _: Goal(Stationary((9, 0)), stop=0.5)),
+    ("flags", r"present: expected True or False", lambda _: fleet_step(present=(0.5, 1))),
+    ("text", r"name: expected text, found 1", lambda _: method(1)),
+    ("Fleet.manoeuvres", r"robots: expected numbers below 2, found 2", lambda _: fleet().manoeuvres([2])),
+    ("Fleet.manoeuvres", r"robots: expected those that were present", lambda _: fleet().manoeuvres([1])),
+    ("members_of", r"names: expected 2, one for each of the robots, found 1", lambda _: fleet(names=("a",))),
+    ("Navigator.fall_back", r"obstacles: expected at least one", lambda _: NAVIGATOR.fall_back(STATE, [], GOAL)),
+    (
+        "state_to_decide_from",
+        r"state: expected dimension 2 as of the previous decision, found 3",
+        lambda _: NAVIGATOR.decide(State((0, 0, 0), (0, 0, 0)), [], GOAL, previous=NAVIGATOR.decide(STATE, [], GOAL)),
+    ),
+    (
+        "each_number",
+        r"margin: expected one number or 0, found an array of shape \(2,\)",
+        lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow([], 0, 1), DISC, (0.1, 0.1)),
+    ),
+    (
+        "Scenario.__post_init__",
+        r"parameters: expected numbers by name, found 1",
+        lambda _: Scenario("one", (ROBOT,), parameters=1),
+    ),
+    (
+        "_refuse_kinds",
+        r"settings: expected numbers by name",
+        lambda _: compare("empty", ["nao"], 1, settings=1),
+    ),
+    ("_refuse_kinds", r"store: expected a folder, found 1", lambda _: compare("empty", ["nao"], 1, store=1)),
+    ("Tracker._checked", r"id: expected a hashable name, found \[\]", lambda _: Tracker().update(0, [], (0, 0))),
+    (
+        "DifferentialDrive.__post_init__",
+        r"period: expected less than 0\.594604 s for these wheels, found 1 s",
+        lambda _: DifferentialDrive(0.5, 1, 2, period=1),
+    ),
     ("State.__init__", r"heading: expected none in space", lambda _: State((0, 0, 0), (0, 0, 0), heading=1.0)),
     (
         "Bicycle.__post_init__",

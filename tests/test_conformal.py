@@ -10,7 +10,7 @@ RADII = st.lists(st.floats(0.0, 50.0), min_size=1, max_size=6)
 
 
 def walked(calibration: Calibration, rng: np.random.Generator, steps: int, noise: float, drift: float = 0.0) -> None:
-    """Let 20 obstacles walk whose velocities change at random, by `noise` [m/s] in a step, growing by `drift` a step."""
+    """Observe 20 obstacles whose velocities change at random in each step, by `noise` [m/s], growing by `drift`."""
     places, velocities = rng.uniform(-9.0, 9.0, (20, 2)), rng.normal(size=(20, 2))
     for k in range(steps):
         calibration.observe(Tracks(places, velocities, 0.3, 0.25 * k))

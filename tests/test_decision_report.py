@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 import slalom
 from slalom.decision_dump import TRACK_FIELDS
@@ -118,3 +119,42 @@ def test_threads_that_share_a_navigator_and_a_table_give_the_same_bits() -> None
     alone = [decide(k) for k in range(40)]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(decide, [*range(40)] * 3)) == alone * 3
+
+
+def test_the_work_of_a_second_is_measured() -> None:
+    assert 0.0 < slalom.work_per_second() < np.inf
+
+
+def test_decisions_of_a_search_report_as_others_do() -> None:
+    """Walled in, it is stuck and names the wall; no file repeats it, since the search goes on."""
+    box = slalom.Obstacle(slalom.Polyline([(-2, -2), (2, -2), (2, 2), (-2, 2), (-2, -2)], 0.05), WALL.trajectory, "box")
+    ahead = slalom.LookAhead(navigator(stuck_after=3.0), time_horizon=20.0, budget=500.0)
+    state, previous, walls = slalom.State((0, 0), (0, 0)), None, [box]
+    for k in range(45):
+        previous = ahead.decide(state, walls, GOAL, now=0.1 * k, previous=previous)
+        state = previous.state_at(0.1 * (k + 1), state, 0.1 * k)
+    assert previous.safe
+    assert previous.stuck
+    assert previous.in_the_way == ("box",)
+    assert previous.as_dict()["time"] == pytest.approx(4.4)
+
+
+def test_a_step_of_a_fleet_says_which_robots_are_safe_and_stuck() -> None:
+    """A robot behind a wall comes no nearer; one before a rock cannot avoid it; the third is absent."""
+    rock = slalom.Obstacle(slalom.Disc(0.5), slalom.ConstantVelocity((2.0, 8.0), (-4.0, 0.0)), "rock")
+    wide = slalom.Obstacle(slalom.Polyline([(3, -6), (3, 6)], 0.05), slalom.Stationary((0, 0)), "wall")
+    fleet = slalom.Fleet(
+        slalom.method("nao"), slalom.Disc(0.3), LIMITS, robots=3, obstacles=[wide, rock], detours=(), stuck_after=4.0
+    )
+    places, speeds = np.array([(0.0, 0.0), (0.0, 8.0), (0.0, -20.0)]), np.zeros((3, 2))
+    targets, unsafe, present = np.array([(8.0, 0.0), (8.0, 8.0), (0.0, 0.0)]), [], (True, True, False)
+    for k in range(100):
+        made = fleet.step(0.1 * k, places, speeds, targets, present=present)
+        assert made.safe.tolist() == [outcome is None or outcome.safe for outcome in made.outcomes]
+        unsafe.append(~made.safe)
+        places, speeds = made.positions, made.velocities
+        places[2] = (0.0, -20.0)
+    assert made.stuck.tolist() == [True, False, False]
+    assert made.stalled[0] >= 4.0
+    assert made.stalled[2] == 0.0
+    assert np.any(unsafe, axis=0).tolist() == [False, True, False]

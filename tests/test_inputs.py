@@ -647,7 +647,7 @@ CASES = [
     Case(
         "_covariance",
         InvalidInput,
-        r"obstacle 'a': covariance: expected shape \(2, 2\), found \(3, 3\)",
+        r"obstacle 'a': covariance: expected shape \(2, 2\) without a velocity, found \(3, 3\)",
         lambda _: slalom.Tracker().update(0.0, "a", (0, 0), covariance=np.eye(3)),
     ),
     Case(
@@ -735,7 +735,7 @@ CASES = [
     Case(
         "ObstacleWindow._each",
         InvalidInput,
-        r"horizons: expected 1 from 0 to 5 s, found 2 from 4 to 9 s",
+        r"horizons: expected 1, one for each of the obstacles, from 0 to 5 s, found 2 from 4 to 9 s",
         lambda _: ObstacleWindow([ROCK], 0.0, 5.0, [4.0, 9.0]),
     ),
     Case(
@@ -866,7 +866,7 @@ CASES = [
         lambda _: slalom.Fleet(METHODS["vo"], Disc(1), LIMITS, priority=[1.0, 2.0], robots=2),
     ),
     Case(
-        "_each_number",
+        "each_number",
         InvalidInput,
         r"margin: expected one number or 2, found an array of shape \(3,\)",
         lambda _: pair(margin=[0.1] * 3),
@@ -878,7 +878,7 @@ CASES = [
         lambda _: pair(worlds=[0, 0.5]),
     ),
     Case(
-        "refuse_no_period",
+        "checked_period",
         InvalidInput,
         r"period: expected at least 1.05 m, a robot's width and the margin, found 1 m",
         lambda _: pair(world_period=(1.0, 9.0)),
@@ -910,9 +910,9 @@ CASES = [
     Case("positive", InvalidInput, r"robot.priority: expected a number above 0, found 0", lambda _: robot(priority=0)),
     Case("not_negative", InvalidInput, r"robot.margin: expected 0 or more, found -1", lambda _: robot(margin=-1.0)),
     Case(
-        "Fleet.step",
+        "each_number",
         InvalidInput,
-        r"present: expected 2 flags, found an array of shape \(3,\)",
+        r"present: expected one number or 2, found an array of shape \(3,\)",
         lambda _: pair().step(0.0, PLACES, PLACES, PLACES, present=[True] * 3),
     ),
     Case(
@@ -999,7 +999,7 @@ CASES = [
         lambda _: look_ahead().decide(FLAT, [ROCK], Goal(ConstantVelocity((20, 0), (1, 0)))),
     ),
     Case(
-        "LookAhead.decide",
+        "goal_or_place",
         InvalidInput,
         r"goal: expected dimension 3 as of the state, found 2",
         lambda _: look_ahead(robot=Ball(1)).decide(SPACE, [BALLOON], GOAL),
@@ -1128,9 +1128,19 @@ CASES = [
     Case("positive", InvalidInput, r"horizon: .* found 0", lambda _: navigator(horizon=0)),
     Case("positive", InvalidInput, r"period: .* found 0", lambda _: navigator(period=0)),
     Case("positive", InvalidInput, r"tolerance: .* found 0", lambda _: Goal(Stationary((0, 0)), 0)),
-    Case("has", InvalidInput, r"goal: expected a trajectory, such as .*, found \(20, 0\)", lambda _: Goal((20, 0))),
-    Case("has", InvalidInput, r"obstacle 'car': expected a shape, .* found 1.0", lambda _: Obstacle(1.0, STILL, "car")),
-    Case("has", InvalidInput, r"obstacle '': expected a trajectory, .*", lambda _: Obstacle(Disc(1), (20, 0))),
+    Case(
+        "has",
+        InvalidInput,
+        r"goal: trajectory: expected a trajectory, such as .*, found \(20, 0\)",
+        lambda _: Goal((20, 0)),
+    ),
+    Case(
+        "has",
+        InvalidInput,
+        r"obstacle 'car': shape: expected .* 1.0",
+        lambda _: Obstacle(1.0, STILL, "car"),
+    ),
+    Case("has", InvalidInput, r"obstacle '': trajectory: expected .*", lambda _: Obstacle(Disc(1), (20, 0))),
     Case("has", InvalidInput, r"method: expected a method, .* 'nao'", lambda _: Navigator("nao", Disc(1), LIMITS)),
     Case(
         "has",
@@ -1488,7 +1498,7 @@ CASES = [
     Case(
         "Tracks.bodies",
         InvalidInput,
-        r"tracks: expected an observation not after 1 s, found one at 2 s",
+        r"tracks: expected a time t of observation up to 1 s, found 2 s",
         lambda _: decision(obstacles=seen(t=2.0), now=1.0),
     ),
     Case(
@@ -1530,14 +1540,14 @@ CASES = [
     Case(
         "Scenario.__post_init__",
         InvalidInput,
-        r"horizon: expected at most 5000 s, found 1e\+300 s",
-        lambda _: Scenario("far", (HERE,), horizon=1e300),
+        r"horizon: expected at most 5000 s, found 1e\+90 s",
+        lambda _: Scenario("far", (HERE,), horizon=1e90),
     ),
     Case(
-        "Scenario.__post_init__",
+        "duration",
         InvalidInput,
-        r"holds: expected at most 5000 s, found 1e\+300 s",
-        lambda _: Scenario("long", (HERE,), holds=(1.0, 1e300)),
+        r"holds\[1\]: expected at most 5000 s, found 1e\+90 s",
+        lambda _: Scenario("long", (HERE,), holds=(1.0, 1e90)),
     ),
     refused_yaml("_refuse_size", r"a\.yaml: expected at most 1000000 values, found more by aliases", aliases(8)),
     refused_yaml("_refuse_size", r"a\.yaml: expected at most 1000000 values, found more by aliases", "a: &a [*a]"),
@@ -1673,7 +1683,7 @@ CASES = [
         lambda _: Mix(()),
     ),
     Case(
-        "check_settings",
+        "checked_holds",
         InvalidInput,
         r"holds: expected at least one, found none",
         lambda _: navigator(holds=()),
@@ -1717,15 +1727,15 @@ CASES = [
     ),
     *(
         Case(
-            "refuse_no_period",
+            "checked_period",
             InvalidInput,
             rf"period: expected 2 numbers above 0, inf along an axis that does not repeat; found {found}",
             lambda _, period=period: scenario(period=period),
         )
-        for period, found in (((8.0,), "8"), ((8.0, 0.0), "8, 0"), ((np.nan, 8.0), "nan, 8"))
+        for period, found in (((8.0,), "8"), ((8.0, 0.0), "8, 0"), ((-1.0, 8.0), "-1, 8"))
     ),
     Case(
-        "refuse_no_period",
+        "checked_period",
         InvalidInput,
         r"period: expected at least 2\.05 m, a robot's width and the margin, found 2 m",
         lambda _: scenario(period=(2.0, np.inf)),
@@ -1767,9 +1777,9 @@ CASES = [
         lambda _: load("full"),
     ),
     Case(
-        "compare_all",
+        "whole",
         InvalidInput,
-        r"expected seeds of 1 or more and jobs not 0, found 0 and 1",
+        r"seeds: expected a whole number of 1 or more, found 0",
         lambda _: compare("empty", ["nao"], 0),
     ),
     Case(
@@ -1897,7 +1907,7 @@ CASES = [
             (Obstacle(Disc(9), Stationary(GOAL.trajectory.initial_position + np.array([0.5, 0.0])), "hill"),),
         ),
     ),
-    Case("compare_all", InvalidInput, r"found 1 and 0", lambda _: compare("empty", ["nao"], 1, jobs=0)),
+    Case("compare_all", InvalidInput, r"jobs: expected a number of", lambda _: compare("empty", ["nao"], 1, jobs=0)),
     Case(
         "Recording.load",
         InvalidFile,
@@ -1964,10 +1974,10 @@ CASES = [
         reading(read_scenario, "a.yaml", "a: \x07"),
     ),
     Case(
-        "compose",
+        "_refuse_depth",
         InvalidFile,
-        r"a\.yaml: expected YAML that can be read, found one nested too deeply",
-        reading(read_scenario, "a.yaml", "a: " + "[" * 5000 + "]" * 5000),
+        r"a\.yaml:1:103: expected values at most 100 deep in each other",
+        reading(read_scenario, "a.yaml", "a: " + "[" * 3000),
     ),
     Case(
         "read_scenario",

@@ -186,3 +186,25 @@ def test_delays_that_are_none_are_refused() -> None:
         robot().decide(state, [], GOAL, delay=7.0)
     with pytest.raises(InvalidInput, match="delay: expected"):
         robot().decide(state, [], GOAL, delay=-0.1)
+
+
+@pytest.mark.parametrize("delay", [0.1, 0.25])
+def test_a_search_decides_for_the_state_at_which_its_decision_acts(delay: float) -> None:
+    """The sequences of a robot that is told of the delay are those of a robot without delay."""
+    found = {}
+    for age in (0.0, delay):
+        ahead, decision, states = LookAhead(robot("nao"), time_horizon=30.0), None, [State((0.0, 0.0), (1.0, 0.0))]
+        controls = []
+        for k in range(8):
+            old = states[max(k - round(age / 0.05), 0)]
+            late = min(age, 0.05 * k)
+            decision = ahead.decide(old, PEOPLE, GOAL, now=0.05 * k, previous=decision, delay=late)
+            controls.append(decision.manoeuvre.mean_acceleration(0.05 * k, 0.05))
+            states.append(decision.state_at(0.05 * (k + 1), states[-1], 0.05 * k))
+        found[age] = np.array(controls)
+    np.testing.assert_allclose(found[delay], found[0.0], atol=1e-6)
+
+
+def test_delays_of_a_search_that_are_none_are_refused() -> None:
+    with pytest.raises(InvalidInput, match="delay: expected at most the horizon, 6 s, found 7 s"):
+        LookAhead(robot("nao")).decide(State((0.0, 0.0), (0.0, 0.0)), [], GOAL, delay=7.0)

@@ -284,3 +284,19 @@ def test_a_long_text_that_occurs_many_times_is_refused(times: int, tmp_path: Pat
     with pytest.raises(InvalidFile, match=r"a\.h5: expected an HDF5 recording, found .") as caught:
         Recording.load(path)
     assert len(caught.value.mistakes) == 1
+
+
+@pytest.mark.parametrize("change", [("[0, 0]", "[1e308, 1e308]"), ("empty", "[" * 3000)])
+@pytest.mark.filterwarnings("error")
+def test_huge_positions_and_deep_lists_are_one_line(change: tuple[str, str], tmp_path: Path, capsys) -> None:
+    """Under `slalom run`, without warnings of numpy."""
+    path = tmp_path / "a.yaml"
+    goal = "goal: {position: [9, 0]}"
+    good = f"name: empty\nrobot: {{position: [0, 0], radius: 0.5, max_speed: 2, max_acceleration: 1, {goal}}}\n"
+    path.write_text(good)
+    read_scenario(path)
+    path.write_text(good.replace(*change))
+    assert call(["run", str(path)]) == 2
+    captured = capsys.readouterr()
+    assert len(captured.err.splitlines()) == 1
+    assert captured.out == ""

@@ -348,7 +348,10 @@ def test_decisions_avoid_what_is_not_seen_for_a_while(filter: Filter) -> None:
             {"position": (0.0, 0.0, 0.0), "shape": Ball(1.0), "heading": 1.0},
             r"obstacle 'a': heading: expected none in space, found 1",
         ),
-        ({"covariance": np.eye(4)}, r"obstacle 'a': covariance: expected shape \(2, 2\), found \(4, 4\)"),
+        (
+            {"covariance": np.eye(4)},
+            r"obstacle 'a': covariance: expected shape \(2, 2\) without a velocity, found \(4, 4\)",
+        ),
         ({"covariance": [[1.0, 0.5], [0.0, 1.0]]}, r"covariance: expected a symmetric matrix without negative"),
         ({"covariance": [[1.0, 2.0], [2.0, 1.0]]}, r"covariance: expected a symmetric matrix without negative"),
     ],

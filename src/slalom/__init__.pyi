@@ -145,3 +145,4 @@ from .uncertainty import (
     KalmanError as KalmanError,
     Uncertainty as Uncertainty,
 )
+from .work_rate import work_per_second as work_per_second

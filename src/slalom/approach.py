@@ -44,3 +44,23 @@ def approach_of(
     ):
         return last
     return Approach(left, now, target)
+
+
+class Approaches:
+    """The last progress of n robots towards their goals, as arrays: the same rule as `approach_of`."""
+
+    def __init__(self, n: int, d: int) -> None:
+        self._distance, self._since, self._target = np.full(n, np.nan), np.zeros(n), np.full((n, d), np.nan)
+
+    def stalled(self, left: Array, targets: Array, tolerances: Array, speeds: Array, now: float) -> Array:
+        """Time [s] since each robot last came nearer to its goal: (n,).
+
+        Args:
+            left: (n,) [m] to the goal, without its tolerance; nan for a robot without a goal or that is not present.
+            targets: (n, d) [m] positions of the goals. tolerances: (n,) [m]. speeds: (n,) [m/s] largest ones.
+        """
+        same = np.linalg.norm(targets - self._target, axis=1) <= tolerances
+        keeps = (left > 0.0) & (left > self._distance - APPROACH_TIME * speeds) & same
+        self._distance, self._since = np.where(keeps, self._distance, left), np.where(keeps, self._since, now)
+        self._target = np.where(keeps[:, None], self._target, targets)
+        return now - self._since

@@ -1,24 +1,31 @@
 """Checks of all numbers from outside: one message per error, no repairs."""
 
-from collections.abc import Callable, Mapping, Sequence
-from math import isfinite
-from typing import Annotated, Any, TypeAlias
+from collections.abc import Callable, Mapping, Sequence, Set
+from typing import Annotated, Any, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.errors import InvalidInput
-from slalom.tolerances import SHOWN, UNIT
+from slalom.tolerances import LARGEST, MAX_HORIZON, SHOWN, UNIT
 
 Array: TypeAlias = npt.NDArray[np.float64]
+
+
+_NOT_NUMBERS = "cSUMmV"
+"""Kinds of arrays of complex numbers, bytes, texts, times, durations and records."""
 
 
 def array(value: npt.ArrayLike, name: str) -> Array:
     """Convert `value` to a read-only float64 array of finite numbers, of any shape."""
     try:
-        result = np.array(value, dtype=np.float64)
+        given = np.asarray(value)
+        # Texts, dates and complex numbers would be converted.
+        result = None if given.dtype.kind in _NOT_NUMBERS else np.array(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InvalidInput(f"{name}: expected numbers, found {shown(value)}") from None
+        result = None
+    if result is None:
+        raise InvalidInput(f"{name}: expected numbers, found {shown(value)}")
     if not np.isfinite(result).all():
         raise InvalidInput(f"{name}: expected finite numbers, found {short(result)}")
     result.setflags(write=False)
@@ -31,7 +38,14 @@ def vector(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Arr
     expected = f"{dimension}" if dimension else "2 or 3"
     if result.ndim != 1 or result.size not in ((dimension,) if dimension else (2, 3)):
         raise InvalidInput(f"{name}: expected {expected} numbers, found {short(result)} of shape {result.shape}")
-    return result
+    return not_huge(result, name)
+
+
+def not_huge(values: Array, name: str) -> Array:
+    """The same array of vectors. Raises InvalidInput for components above LARGEST."""
+    if np.abs(values).max(initial=0.0) > LARGEST:
+        raise InvalidInput(f"{name}: expected numbers of magnitude up to {LARGEST:g}, found {short(values)}")
+    return values
 
 
 def vectors(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Array:
@@ -40,7 +54,7 @@ def vectors(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Ar
     allowed = (dimension,) if dimension else (2, 3)
     if result.ndim < 1 or result.shape[-1] not in allowed:
         raise InvalidInput(f"{name}: expected an array (..., {dimension or '2 or 3'}), found shape {result.shape}")
-    return result
+    return not_huge(result, name)
 
 
 def array_of(value: npt.ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
@@ -48,17 +62,17 @@ def array_of(value: npt.ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
     result = array(value, name)
     if result.shape != shape:
         raise InvalidInput(f"{name}: expected an array of shape {shape}, found shape {result.shape}")
-    return result
+    return not_huge(result, name)
 
 
 def number(value: float, name: str) -> float:
-    """Convert `value` to a finite float."""
-    if isinstance(value, float) and isfinite(value):
+    """Convert `value` to a float of magnitude up to LARGEST."""
+    if isinstance(value, float) and abs(value) <= LARGEST:
         return float(value)
     result = array(value, name)
     if result.ndim:
         raise InvalidInput(f"{name}: expected one number, found shape {result.shape}")
-    return float(result)
+    return float(not_huge(result, name))
 
 
 def positive(value: float, name: str) -> float:
@@ -66,6 +80,14 @@ def positive(value: float, name: str) -> float:
     result = number(value, name)
     if result <= 0:
         raise InvalidInput(f"{name}: expected a number above 0, found {result:g}")
+    return result
+
+
+def duration(value: float, name: str) -> float:
+    """Convert `value` to a float above 0 of at most MAX_HORIZON [s]."""
+    result = positive(value, name)
+    if result > MAX_HORIZON:
+        raise InvalidInput(f"{name}: expected at most {MAX_HORIZON:g} s, found {result:g} s")
     return result
 
 
@@ -77,6 +99,32 @@ def not_negative(value: float, name: str) -> float:
     return result
 
 
+def flag(value: Any, name: str) -> bool:
+    """Convert `value` to True or False; 1 and 0 count as such."""
+    if isinstance(value, bool):
+        return value
+    result = number(value, name)
+    if result not in (0.0, 1.0):
+        raise InvalidInput(f"{name}: expected True or False, found {result:g}")
+    return result == 1.0
+
+
+def flags(value: npt.ArrayLike, name: str, n: int) -> npt.NDArray[np.bool_]:
+    """Convert `value`, one or n of True and False, to an array (n,)."""
+    result = each_number(value, name, n)
+    if np.any((result != 0.0) & (result != 1.0)):
+        raise InvalidInput(f"{name}: expected True or False, found {short(result)}")
+    return np.asarray(result == 1.0)
+
+
+def each_number(value: npt.ArrayLike, name: str, n: int) -> Array:
+    """Convert `value`, one number or n of them, to an array (n,)."""
+    found = array(value, name)
+    if found.shape not in ((), (n,)):
+        raise InvalidInput(f"{name}: expected one number or {n}, found an array of shape {found.shape}")
+    return not_huge(np.broadcast_to(found, (n,)), name)
+
+
 def share(value: float, name: str) -> float:
     """Convert `value` to a float of 0 or more and below 1."""
     result = number(value, name)
@@ -85,19 +133,40 @@ def share(value: float, name: str) -> float:
     return result
 
 
+STATE: Final = (("position", "velocity", "acceleration"), "a State")
+SHAPE: Final = (("parts", "dimension"), "a shape, such as Disc(radius)")
+RESPONSE: Final = (("position", "interpolation_error"), "a response, such as Acceleration()")
+LIMITS: Final = (("max_speed", "braking"), "Limits")
+GOAL: Final = (("trajectory", "tolerance", "stop"), "a Goal")
+METHOD: Final = (("responses", "forecast"), "a method, such as method('nao')")
+WINDOW: Final = (("bodies", "horizon"), "an ObstacleWindow")
+BLOCKED: Final = (("for_controls", "overlaps"), "a ControlObstacle")
+"""Kinds of parts, as in has(state, *STATE, "state"): what they have, and the words of a message."""
+
+
 def has(value: object, attributes: Sequence[str], expected: str, name: str) -> None:
     """Raise InvalidInput unless `value` has these attributes (for example for a point in place of a trajectory)."""
     if isinstance(value, type) or not all(hasattr(value, attribute) for attribute in attributes):
         raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
 
 
+def refuse_kinds(response: object, obstacles: object, robot: object, *states: object) -> None:
+    """Raise InvalidInput for something else than a response, an ObstacleWindow, a shape and states."""
+    has(response, *RESPONSE, "response")
+    for state in states:
+        has(state, *STATE, "state")
+    has(robot, *SHAPE, "robot")
+    has(obstacles, *WINDOW, "obstacles")
+
+
 def listing(value: object, expected: str, name: str) -> None:
-    """Raise InvalidInput unless `value` is a list, a tuple or another collection, but no text and no mapping."""
-    if isinstance(value, type | str | Mapping) or not (hasattr(value, "__iter__") and hasattr(value, "__len__")):
+    """Raise InvalidInput unless `value` is a list, a tuple or another collection in order, but no text."""
+    without_order = isinstance(value, type | str | bytes | Mapping | Set)
+    if without_order or not (hasattr(value, "__iter__") and hasattr(value, "__len__")):
         raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
 
 
-def whole(value: float, name: str, minimum: int = 0) -> int:
+def whole(value: Any, name: str, minimum: int = 0) -> int:
     """Convert `value` to an integer of `minimum` or more; no rounding."""
     result = number(value, name)
     if result != round(result) or result < minimum:
@@ -113,9 +182,16 @@ def whole_numbers(value: npt.ArrayLike, name: str, n: int) -> npt.NDArray[np.int
     return result.astype(np.int64)
 
 
+def text(value: object, name: str) -> str:
+    """The `value`, a text. Raises InvalidInput for something else."""
+    if not isinstance(value, str):
+        raise InvalidInput(f"{name}: expected text, found {shown(value)}")
+    return value
+
+
 def known(name: str, what: str, names: Sequence[str]) -> str:
     """Return `name` if it is one of `names`; otherwise raise InvalidInput with all of them."""
-    if name not in names:
+    if not isinstance(name, str) or name not in names:
         raise InvalidInput(f"{what}: expected one of {', '.join(names)}; found {shown(name)}")
     return name
 
@@ -139,7 +215,7 @@ def short(values: Array) -> str:
 
 def shown(value: object) -> str:
     """A value as text for a message, of at most SHOWN characters."""
-    text = repr(value)
+    text = " ".join(repr(value).split())
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 

@@ -11,7 +11,7 @@ import shapely
 
 from slalom import kernels
 from slalom.boundary import boundary, grazing_curves
-from slalom.checks import Array, array, has, not_negative, number, positive, vector, vectors
+from slalom.checks import Array, each_number, not_negative, number, positive, refuse_kinds, vector, vectors
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments as Table
 from slalom.minkowski import hull_corners, outline_parts
@@ -95,10 +95,8 @@ class ControlObstacle:
     _finer: dict[float, "ControlObstacle"] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        has(self.response, ("position", "interpolation_error"), "a response, such as Acceleration()", "response")
-        has(self.state, ("position", "velocity", "acceleration"), "a State", "state")
-        has(self.robot, ("parts", "dimension"), "a shape, such as Disc(radius)", "robot")
-        horizon = self.horizon or self.obstacles.horizon
+        refuse_kinds(self.response, self.obstacles, self.robot, self.state)
+        horizon = number(self.horizon, "horizon") or self.obstacles.horizon
         if positive(horizon, "horizon") > self.obstacles.horizon:
             raise InvalidInput(
                 f"horizon: expected at most {self.obstacles.horizon:g} s, as of the obstacles, found {horizon:g} s"
@@ -107,8 +105,8 @@ class ControlObstacle:
         if isinstance(self.margin, float):
             not_negative(self.margin, "margin")
         else:
-            least = float(np.min(array(self.margin, "margin"), initial=np.inf))
-            not_negative(min(least, 0.0), "margin")
+            each = each_number(self.margin, "margin", len(self.obstacles))
+            not_negative(min(float(np.min(each, initial=np.inf)), 0.0), "margin")
         for what, dimension in (("robot", self.robot.dimension), ("obstacles", self.obstacles.dimension)):
             if dimension not in (None, self.dimension):
                 raise InvalidInput(f"{what}: expected dimension {self.dimension} as of the state, found {dimension}")

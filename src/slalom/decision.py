@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from slalom.approach import Approach, approach_of
-from slalom.checks import Array, has, not_negative, number
+from slalom.checks import STATE, Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision_report import Collision, as_dict, collision_of, log, names_in_the_way
 from slalom.errors import InvalidInput
@@ -163,6 +163,8 @@ class Decision:
     @property
     def decided_at(self) -> float:
         """Absolute time [s] of the decision, or before it where a kept manoeuvre has no path."""
+        if self.inputs is not None:
+            return self.inputs.now
         return self.manoeuvre.start if self.path is None else float(self.path.times[0])
 
     def state_at(self, now: float, state: State, measured: float) -> State:
@@ -191,10 +193,14 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
         InvalidInput: something else than a state or a decision, a time before that of the previous decision, a delay
             above the `longest` [s].
     """
-    has(state, ("position", "velocity", "acceleration"), "a State", "state")
+    has(state, *STATE, "state")
+    number(now, "now")
     if previous is not None:
         has(previous, ("manoeuvre", "regret", "decided_at"), "a Decision", "previous")
-        if number(now, "now") < previous.decided_at:
+        if previous.manoeuvre.dimension != state.dimension:
+            expected = f"dimension {previous.manoeuvre.dimension} as of the previous decision"
+            raise InvalidInput(f"state: expected {expected}, found {state.dimension}")
+        if now < previous.decided_at:
             order = f"{now:g} s after a decision at {previous.decided_at:g} s"
             raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
     if not_negative(delay, "delay") > longest:
@@ -216,7 +222,7 @@ def completed(
     found = replace(
         decision.following(previous, now - inputs.navigator.horizon),
         progress=progress,
-        cut=decision.work >= limit,
+        cut=decision.cut or decision.work >= limit,
         approach=approach_of(inputs.goal, inputs.state, progress, limits.max_speed, now, last),
         inputs=inputs._replace(previous=before),
     )

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, has, positive
+from slalom.checks import Array, flag, has, positive
 from slalom.limits import Limits
 from slalom.trajectory import Stationary, Trajectory
 from slalom.trajectory.protocol import FOREVER
@@ -28,8 +28,9 @@ class Goal:
     stop: bool = False
 
     def __post_init__(self) -> None:
-        has(self.trajectory, ("position", "span"), "a trajectory, such as Stationary((x, y))", "goal")
+        has(self.trajectory, ("position", "span"), "a trajectory, such as Stationary((x, y))", "goal: trajectory")
         object.__setattr__(self, "tolerance", positive(self.tolerance, "tolerance"))
+        object.__setattr__(self, "stop", flag(self.stop, "stop"))
 
     def position(self, t: npt.ArrayLike) -> Array:
         """Position (..., d) [m] of the goal at times t (...) [s]."""

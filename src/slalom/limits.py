@@ -11,7 +11,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.affine import Affine
 from slalom.bounds import Bound, HalfSpaces
-from slalom.checks import Array, Checked, has, listing, number, positive, unit, vector, vectors
+from slalom.checks import STATE, Array, Checked, has, listing, number, positive, unit, vector, vectors
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE
 
@@ -183,7 +183,13 @@ class Limits:
 
         A robot above its speed limit cannot obey it at once: `kernels.relative_motion.speed_limit` bounds its speed at
         the time at which the control has settled.
+
+        Raises:
+            InvalidInput: something else than a response or a state, a horizon that is not above 0.
         """
+        has(response, ("speed_peaks", "settled"), "a response, such as Acceleration()", "response")
+        has(state, *STATE, "state")
+        positive(horizon, "horizon")
         speed_peaks = response.speed_peaks(state, horizon)
         acceleration_peaks = response.acceleration_peaks(state, horizon)
         speed = sqrt(state.velocity.dot(state.velocity))

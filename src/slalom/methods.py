@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from slalom.checks import known, positive
+from slalom.checks import known, positive, text
 from slalom.errors import InvalidInput
 from slalom.forecast import (
     FORESIGHTS,
@@ -208,7 +208,7 @@ def method(name: str) -> Method:
     Raises:
         InvalidInput: an unknown method or foresight; the message lists the known ones.
     """
-    plain, at, foresight = name.partition("@")
+    plain, at, foresight = text(name, "name").partition("@")
     found = METHODS[known(plain, "method", list(METHODS))]
     return found.with_foresight(foresight) if at else found
 

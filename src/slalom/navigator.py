@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import Array, has, not_negative
+from slalom.checks import Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.errors import InvalidInput
@@ -235,7 +235,15 @@ class Navigator:
         )
 
     def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:
-        """Decision of a robot that overlaps an obstacle or will at once."""
+        """Decision of a robot that overlaps an obstacle or will at once.
+
+        Raises:
+            InvalidInput: as `decide`; no obstacles.
+        """
+        state_to_decide_from(state, None, now, 0.0, self.horizon)
+        if not len(listed(obstacles)):
+            raise InvalidInput("obstacles: expected at least one to fall back from, found none")
+        goal = goal_or_place(goal, state, self.objective)
         return self._fall_back(self.predict(obstacles, state, now), state, goal, now)
 
     def _fall_back(self, obstacles: ObstacleWindow, state: State, goal: Goal, now: float) -> Decision:
@@ -259,7 +267,7 @@ class Navigator:
 
         Obstacles that appear later are included only if the forecast knows them.
         """
-        window = ObstacleWindow.predicted(obstacles, self.method.forecast, now, self.horizon)
+        window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
         if window.has_worlds:
             raise InvalidInput("obstacles: expected tracks without worlds, which only a fleet has, found some with")
         if self.horizons is None:

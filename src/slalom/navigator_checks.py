@@ -1,8 +1,9 @@
 """Checks of the settings of a navigator, and of what it is given at each decision."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from slalom.checks import has, listing, not_negative, number, positive
+from slalom.checks import GOAL, LIMITS, METHOD, SHAPE, duration, has, listing, not_negative, number, positive
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
@@ -21,25 +22,33 @@ FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
 
 def check_settings(robot: "Navigator") -> None:
     """Raise InvalidInput for settings of wrong kinds or out of range."""
-    has(robot.method, ("responses", "forecast"), "a method, such as method('nao')", "method")
-    has(robot.robot, ("parts", "dimension"), "a shape, such as Disc(radius)", "robot")
-    positive(robot.period, "period")
-    positive(robot.horizon, "horizon")
+    has(robot.method, *METHOD, "method")
+    has(robot.robot, *SHAPE, "robot")
+    duration(robot.period, "period")
+    duration(robot.horizon, "horizon")
     not_negative(robot.margin, "margin")
     not_negative(robot.patience, "patience")
     positive(robot.stuck_after, "stuck_after")
-    has(robot.limits, ("max_speed", "braking"), "Limits", "limits")
+    has(robot.limits, *LIMITS, "limits")
     has(robot.objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
     if robot.horizons is not None:
         has(robot.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
-    listing(robot.holds, "durations", "holds")
-    listing(robot.detours, "angles", "detours")
-    for k, hold in enumerate(robot.holds):
-        positive(hold, f"holds[{k}]")
-    for k, angle in enumerate(robot.detours):
-        number(angle, f"detours[{k}]")
-    if not robot.holds:
+    checked_holds(robot.holds)
+    checked_detours(robot.detours)
+
+
+def checked_holds(holds: Sequence[float]) -> tuple[float, ...]:
+    """The durations [s] for which accelerations are held. Raises InvalidInput for something else, and for none."""
+    listing(holds, "durations", "holds")
+    if not len(holds):
         raise InvalidInput("holds: expected at least one, found none")
+    return tuple(duration(hold, f"holds[{k}]") for k, hold in enumerate(holds))
+
+
+def checked_detours(detours: Sequence[float]) -> tuple[float, ...]:
+    """The angles [rad] of detours. Raises InvalidInput for something else."""
+    listing(detours, "angles", "detours")
+    return tuple(number(angle, f"detours[{k}]") for k, angle in enumerate(detours))
 
 
 def goal_or_place(goal: Goal | None, state: State, objective: Objective) -> Goal:
@@ -52,7 +61,7 @@ def goal_or_place(goal: Goal | None, state: State, objective: Objective) -> Goal
         if not isinstance(objective, FOLLOWING):
             raise InvalidInput(f"goal: expected one for the objective {objective!r}, found none")
         return Goal(Stationary(state.position))
-    has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
+    has(goal, *GOAL, "goal")
     if goal.trajectory.dimension != state.dimension:
         raise InvalidInput(
             f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"

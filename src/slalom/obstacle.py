@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, has, known, number
+from slalom.checks import SHAPE, Array, has, known, number, text
 from slalom.errors import InvalidInput
 from slalom.path import Path
 from slalom.shape import Disc, Shape
@@ -46,16 +46,17 @@ class Obstacle:
     after_end: Literal["unknown", "continues", "leaves"] = "unknown"
 
     def __post_init__(self) -> None:
-        has(self.shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"obstacle {self.name!r}")
+        prefix = f"obstacle {text(self.name, 'name')!r}: "
+        has(self.shape, *SHAPE, f"{prefix}shape")
         trajectory = "a trajectory, such as Stationary((x, y))"
-        has(self.trajectory, ("position", "span"), trajectory, f"obstacle {self.name!r}")
+        has(self.trajectory, ("position", "span"), trajectory, f"{prefix}trajectory")
         if self.shape.dimension != self.trajectory.dimension:
             raise InvalidInput(
-                f"obstacle {self.name!r}: expected shape and trajectory of one dimension, "
+                f"{prefix}expected shape and trajectory of one dimension, "
                 f"found {self.shape.dimension} and {self.trajectory.dimension}"
             )
         if self.uncertainty is not None:
-            has(self.uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"obstacle {self.name!r}")
+            has(self.uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"{prefix}uncertainty")
         if isinstance(self.heading, str):
             if self.heading != MOTION:
                 raise InvalidInput(f"heading: expected an angle [rad] or {MOTION!r}, found {self.heading!r}")

@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Sequence
 from copy import copy
 from functools import cached_property
-from typing import Protocol, TypeAlias
+from typing import Protocol, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, has, number, positive
+from slalom.checks import Array, array, duration, has, number
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Forecast, predicted
 from slalom.kernels.arrays import Flags, Indices, Snapshot
@@ -76,7 +76,7 @@ class ObstacleWindow:
         self.start = number(start, "start")
         self._sources = _sources(listed(obstacles), self.start)
         self._counts = [len(source) for source in self._sources]
-        self.horizon = positive(horizon, "horizon")
+        self.horizon = duration(horizon, "horizon")
         self.dimension = one_dimension(source.dimension for source in self._sources)
         self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
         self._bodies: dict[Shape, Bodies] = {}
@@ -108,6 +108,9 @@ class ObstacleWindow:
         for first, absent in unknown:
             window.until[first : first + len(absent)][absent] = 0.0
         return window
+
+    def __len__(self) -> int:
+        return sum(self._counts)
 
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:
@@ -153,11 +156,11 @@ class ObstacleWindow:
         return self.within(until)
 
     def _each(self, horizons: npt.ArrayLike) -> Array:
-        each, n = np.asarray(horizons, dtype=np.float64).reshape(-1), sum(self._counts)
+        each, n = array(horizons, "horizons").reshape(-1), sum(self._counts)
         if len(each) != n or not np.all((each >= 0.0) & (each <= self.horizon)):
             raise InvalidInput(
-                f"horizons: expected {n} from 0 to {self.horizon:g} s, found {len(each)} from "
-                f"{each.min(initial=np.inf):g} to {each.max(initial=0.0):g} s"
+                f"horizons: expected {n}, one for each of the obstacles, from 0 to {self.horizon:g} s, "
+                f"found {len(each)} from {each.min(initial=np.inf):g} to {each.max(initial=0.0):g} s"
             )
         return each
 
@@ -189,17 +192,34 @@ class ObstacleWindow:
         return found[:, 0], found[:, 1 : 1 + position.size]
 
 
-def listed(obstacles: Obstacles) -> Sequence[Obstacle | ObstacleTable | Tracks]:
+def listed(obstacles: Obstacles, name: str = "obstacles") -> Sequence[Obstacle | ObstacleTable | Tracks]:
     """The obstacles, tables and tracks one by one. Raises InvalidInput for anything else."""
     if isinstance(obstacles, ObstacleTable | Tracks):
         return [obstacles]
-    has(obstacles, ("__iter__", "__len__"), "a list of obstacles, an ObstacleTable or Tracks", "obstacles")
+    has(obstacles, ("__iter__", "__len__"), "a list of obstacles, an ObstacleTable or Tracks", name)
     for k, one in enumerate(obstacles):
         if not isinstance(one, Obstacle | ObstacleTable | Tracks):
             raise InvalidInput(
-                f"obstacles[{k}]: expected an Obstacle, an ObstacleTable or Tracks, found {type(one).__name__}"
+                f"{name}[{k}]: expected an Obstacle, an ObstacleTable or Tracks, found {type(one).__name__}"
             )
     return obstacles
+
+
+def each_of(obstacles: Obstacles) -> Sequence[Obstacle]:
+    """The obstacles one by one, also those of tables and tracks; a list of obstacles alone is returned as it is."""
+    if isinstance(obstacles, ObstacleTable):
+        return obstacles.given
+    given = listed(obstacles)
+    if all(isinstance(one, Obstacle) for one in given):
+        return cast(Sequence[Obstacle], given)
+    return [each for one in given for each in _within(one)]
+
+
+def _within(source: Obstacle | ObstacleTable | Tracks) -> Sequence[Obstacle]:
+    """An obstacle, or those of a table or of tracks."""
+    if isinstance(source, Obstacle):
+        return (source,)
+    return source.given if isinstance(source, ObstacleTable) else source.obstacles
 
 
 def _sources(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float) -> list[_Source]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, positive
+from slalom.checks import Array, array, not_huge, positive
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.tolerances import PATH_OFFSETS, PATH_SAMPLES, PATH_TOLERANCE
@@ -54,7 +54,7 @@ class PathGoal(Goal):
         *,
         lookahead: float = 1.0,
     ) -> None:
-        knots = array(points, "points")
+        knots = not_huge(array(points, "points"), "points")
         if knots.ndim != 2 or len(knots) < 2 or knots.shape[1] not in (2, 3):
             raise InvalidInput(f"points: expected an array (n, 2) or (n, 3) with n >= 2, found shape {knots.shape}")
         lengths = np.linalg.norm(np.diff(knots, axis=0), axis=1)
@@ -159,7 +159,7 @@ class PathGoal(Goal):
 
 def _profile(speeds: npt.ArrayLike, n: int, stop: bool, tolerance: float) -> Array:
     """The speeds (n,) [m/s] at the points. At an end at rest it is the largest with which the robot has arrived."""
-    given = array(speeds, "speeds")
+    given = not_huge(array(speeds, "speeds"), "speeds")
     if given.shape not in ((), (n,)):
         raise InvalidInput(f"speeds: expected one or {n}, found an array of shape {given.shape}")
     profile = np.array(np.broadcast_to(given, (n,)))

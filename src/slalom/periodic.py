@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array
+from slalom.checks import Array, listing, number
 from slalom.errors import InvalidInput
 from slalom.forecast import Forecast, predicted
 from slalom.kernels.arrays import Indices
@@ -24,21 +24,27 @@ from slalom.trajectory import Stationary, Trajectory
 Period = tuple[float, ...]
 
 
-def refuse_no_period(period: Period, dimension: int, wide: float) -> None:
-    """Raise InvalidInput unless a period has a length above 0 for each axis, and none below `wide` [m].
+def checked_period(period: Period, dimension: int, wide: float, name: str) -> Period:
+    """The period. Raises InvalidInput unless it has a length above 0 for each axis, and none below `wide` [m].
 
     `wide` is the width of the largest robot and the margin. A robot's own images move as it does and stay a period
     away, so it need not avoid them unless it starts within one.
     """
-    if len(period) != dimension or not all(length > 0.0 for length in period):
-        found = ", ".join(f"{length:g}" for length in period)
+    listing(period, f"{dimension} lengths", name)
+    lengths = tuple(
+        np.inf if isinstance(length, float) and length == np.inf else number(length, f"{name}[{k}]")
+        for k, length in enumerate(period)
+    )
+    if len(lengths) != dimension or not all(length > 0.0 for length in lengths):
+        found = ", ".join(f"{length:g}" for length in lengths)
         raise InvalidInput(
-            f"period: expected {dimension} numbers above 0, inf along an axis that does not repeat; found {found}"
+            f"{name}: expected {dimension} numbers above 0, inf along an axis that does not repeat; found {found}"
         )
-    if min(period) < wide:
+    if min(lengths) < wide:
         raise InvalidInput(
-            f"period: expected at least {wide:g} m, a robot's width and the margin, found {min(period):g} m"
+            f"{name}: expected at least {wide:g} m, a robot's width and the margin, found {min(lengths):g} m"
         )
+    return lengths
 
 
 def to_nearest(displacement: Array, period: Period) -> Array:

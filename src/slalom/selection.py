@@ -11,7 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, array, has, not_negative, vector, vectors, whole
+from slalom.checks import (
+    BLOCKED,
+    LIMITS,
+    Array,
+    array,
+    has,
+    not_negative,
+    positive,
+    refuse_kinds,
+    vector,
+    vectors,
+    whole,
+)
 from slalom.control_obstacle import ControlObstacle
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Snapshot
@@ -81,7 +93,7 @@ def select(
     Raises:
         InvalidInput: different dimensions, or an admissible set that is not bounded by a ball.
     """
-    has(blocked, ("for_controls", "dimension"), "a ControlObstacle", "blocked")
+    has(blocked, *BLOCKED, "blocked")
     has(admissible, ("radii", "dimension"), "an Admissible set", "admissible")
     dimension = blocked.dimension
     target = np.zeros(3)
@@ -95,7 +107,12 @@ def select(
     if blocked.overlaps:
         return Choice(None, Status.OVERLAPPING, np.inf)
     code, found, elements, candidates = kernels.nearest_free(
-        target, dimension, admissible.table, *blocked.table, most_elements, most_candidates
+        target,
+        dimension,
+        admissible.table,
+        *blocked.table,
+        whole(most_elements, "most_elements", 1),
+        whole(most_candidates, "most_candidates", 1),
     )
     status = STATUSES[code]
     if status is not Status.CONSTRAINED:
@@ -124,6 +141,8 @@ def select_clearest(
         )
         return select(preferred, admissible, grown)
 
+    has(blocked, *BLOCKED, "blocked")
+    positive(accuracy, "accuracy")
     low, high = 0.0, not_negative(enough, "enough")
     best = with_margin(high)
     if best.safe or high == 0.0:
@@ -179,6 +198,8 @@ def select_many(
         InvalidInput: numbers of another shape, different dimensions, not one state for each preferred control, fewer
             than one thread.
     """
+    refuse_kinds(response, obstacles, robot)
+    has(limits, *LIMITS, "limits")
     states = _states(states)
     count, dimension = len(states), states[0].dimension if len(states) else 2
     given = vectors(preferred, "preferred", dimension).reshape(-1, dimension)

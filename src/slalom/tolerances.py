@@ -893,6 +893,25 @@ STRETCH_HORIZONS: Final = 4.0
 Larger: pieces take longer to make, more seldom, and more memory. Smaller: more decisions wait until they are made.
 """
 
+LARGEST: Final = 1e100
+"""[1] Largest magnitude of a position, velocity or acceleration (m, m/s, m/s^2): squares of them must be finite.
+
+Larger: lengths are infinite and times not numbers. Smaller: far scenes are refused, exact or not.
+"""
+
+YAML_DEPTH: Final = 100
+"""[1] Lists and mappings within each other in a YAML file.
+
+Larger: the parser, whose time grows with the square of the depth, takes seconds until it refuses a file. Smaller:
+files with unions of unions of shapes are refused.
+"""
+
+WORK_DECISIONS: Final = 300
+"""[1] Decisions from which the counted work in a second of a computer is measured.
+
+Larger: a more exact figure that takes longer, about 0.3 ms for each decision. Smaller: a less exact one.
+"""
+
 YAML_VALUES: Final = 1_000_000
 """[1] Values of a YAML file, those behind aliases counted wherever they stand.
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import Array, not_negative, positive
+from slalom.checks import Array, not_negative, number, positive
 from slalom.errors import InvalidInput
 from slalom.forecast import AtConstantVelocity, Forecast
 from slalom.uncertainty import KalmanError, Uncertainty
@@ -88,7 +88,7 @@ class ConstantVelocityFilter:
         not_negative(self.acceleration, "acceleration")
         for name in ("position", "velocity", "first_velocity"):
             positive(getattr(self, name), name)
-        if not 0.0 < self.probability < 1.0:
+        if not 0.0 < number(self.probability, "probability") < 1.0:
             raise InvalidInput(f"probability: expected a number between 0 and 1, found {self.probability:g}")
 
     def begin(self, seen: Measurement) -> Gaussian:

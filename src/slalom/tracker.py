@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, has, number, positive, vector
+from slalom.checks import SHAPE, Array, array, has, number, positive, shown, vector
 from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
 from slalom.shape import Disc, Shape
@@ -55,7 +55,7 @@ class Tracker:
     _now: float = field(default=-np.inf, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        has(self.shape, ("parts", "dimension"), "a shape, such as Disc(radius)", "shape")
+        has(self.shape, *SHAPE, "shape")
         has(self.filter, ("begin", "predict", "correct", "estimate"), "a filter", "filter")
         positive(self.max_age, "max_age")
 
@@ -184,12 +184,16 @@ class Tracker:
         heading: float | None,
     ) -> tuple[Measurement, tuple[Shape | None, float | None]]:
         """A measurement, and the shape and heading that came with it. Raises InvalidInput."""
+        try:
+            hash(id)
+        except TypeError:
+            raise InvalidInput(f"id: expected a hashable name, found {shown(id)}") from None
         prefix = f"obstacle {id!r}: "
         place = vector(position, f"{prefix}position")
         d = place.size
         measured_velocity = None if velocity is None else vector(velocity, f"{prefix}velocity", d)
         if shape is not None:
-            has(shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"{prefix}shape")
+            has(shape, *SHAPE, f"{prefix}shape")
         own = shape or self._last_shape(id)
         if own.dimension != d:
             raise InvalidInput(
@@ -216,9 +220,11 @@ def _turned(step: _Step) -> bool:
 def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) -> Array:
     """A covariance (d, d) or (2 d, 2 d). Raises InvalidInput for a matrix that is none."""
     found = array(given, f"{prefix}covariance")
-    shapes = ((d, d), (2 * d, 2 * d)) if with_velocity else ((d, d),)
+    shapes, without = (((d, d), (2 * d, 2 * d)), "") if with_velocity else (((d, d),), " without a velocity")
     if found.shape not in shapes:
-        raise InvalidInput(f"{prefix}covariance: expected shape {' or '.join(map(str, shapes))}, found {found.shape}")
+        raise InvalidInput(
+            f"{prefix}covariance: expected shape {' or '.join(map(str, shapes))}{without}, found {found.shape}"
+        )
     size = float(np.abs(found).max())
     if np.abs(found - found.T).max() > SYMMETRY * size or np.linalg.eigvalsh(found)[0] < -SYMMETRY * size:
         raise InvalidInput(

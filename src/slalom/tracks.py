@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, array, array_of, has, listing, number, whole_numbers
+from slalom.checks import Array, array, array_of, has, listing, not_huge, number, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
 from slalom.kernels.arrays import Pieces
@@ -65,7 +65,7 @@ class Tracks:
         self.states = np.stack(
             [array_of(rows, name, places.shape) for rows, name in zip(given, _COLUMNS, strict=True)], axis=1
         )
-        radius = array(radii, "radii")
+        radius = not_huge(array(radii, "radii"), "radii")
         if radius.shape not in ((), (n,)) or np.any(radius < 0.0):
             raise InvalidInput(f"radii: expected one or {n} of at least 0 m, found {np.atleast_1d(radius).tolist()}")
         listing(ids, "names", "ids")
@@ -141,7 +141,7 @@ class Tracks:
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
         """As `ObstacleTable.bodies`. Raises InvalidInput for tracks that are observed after `start`."""
         if self.t > start:
-            raise InvalidInput(f"tracks: expected an observation not after {start:g} s, found one at {self.t:g} s")
+            raise InvalidInput(f"tracks: expected a time t of observation up to {start:g} s, found {self.t:g} s")
         if not len(self):
             return no_bodies(self.dimension)
         exact = np.array([uncertainty is None for uncertainty in self.uncertainties])

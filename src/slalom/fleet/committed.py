@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, listing, not_negative, positive
+from slalom.approach import Approaches
+from slalom.checks import Array, duration, not_negative, positive, whole
 from slalom.decision import Outcome
 from slalom.decision_tables import Skeletons, response_table
 from slalom.errors import InvalidInput
@@ -23,6 +24,7 @@ from slalom.linear_forecast import piecewise_polynomial
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method, margin_among
 from slalom.navigator import FALL_BACK, OUTCOMES, Navigator
+from slalom.navigator_checks import checked_detours, checked_holds
 from slalom.navigator_tables import ARRIVE
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
@@ -69,24 +71,22 @@ class CommittedFleet:
         observation_delay: float = 0.0,
         observation_noise: float = 0.0,
         threads: int | None = None,
+        stuck_after: float = 10.0,
     ) -> None:
         self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
-        self.period, self.horizon = positive(period, "period"), positive(horizon, "horizon")
-        listing(holds, "durations", "holds")
-        for k, hold in enumerate(holds or (0.0,)):
-            positive(hold, f"holds[{k}]")
-        not_negative(observation_delay, "observation_delay")
-        not_negative(observation_noise, "observation_noise")
-        self.holds, self.patience, self.detours = holds, patience, detours
-        self.threads = kernels.threads() if threads is None else threads
+        self.period, self.horizon = duration(period, "period"), duration(horizon, "horizon")
+        self.holds, self.detours = checked_holds(holds), checked_detours(detours)
+        self.patience = not_negative(patience, "patience")
+        delay, noise = not_negative(observation_delay, "observation_delay"), observation_noise
+        self.threads = kernels.threads() if threads is None else whole(threads, "threads", 1)
         n, dimensions = len(self.members.shapes), {each.dimension for each in (*self.members.shapes, *self.obstacles)}
         if len(dimensions) != 1:
             found = sorted(dimensions)
             raise InvalidInput(f"shapes: expected those of robots and obstacles in one dimension, found {found}")
         self.dimension, self.skeletons = dimensions.pop(), Skeletons(self.members.shapes)
         self.policies = self._policies()
-        self.table, self.texts = self._tables(observation_delay, observation_noise)
+        self.table, self.texts = self._tables(delay, not_negative(noise, "observation_noise"))
         self._bounds = bounds_of(self.members.limits, [_rest(self.dimension)] * n)
         self._turning = any(each.bounds for each in self.members.limits)
         self.targets, _ = target_paths([], 0.0, 1.0)
@@ -94,7 +94,9 @@ class CommittedFleet:
         self.other_texts, self._steps, self._last = [""] * n, 0, -np.inf
         self._known = np.zeros(n, np.bool_)
         self.progress: list[float | None] = [None] * n
-        self._images = None if world_period is None else Images(self, tuple(world_period))
+        self.stuck_after = positive(stuck_after, "stuck_after")
+        self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
+        self._images = None if world_period is None else Images(self, world_period)
 
     def _policies(self) -> list[Policy]:
         rows: dict[Method, list[int]] = {}

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, array_of, number
+from slalom.checks import Array, array_of, each_number, flags, has, listing, number, whole_numbers
 from slalom.decision import Outcome
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
@@ -30,6 +30,16 @@ class FleetDecision(NamedTuple):
     velocities: Array  # (n, d) [m/s]
     positions: Array  # (n, d) [m]
     outcomes: tuple[Outcome | None, ...]  # n, None for a robot that is not present
+    stalled: Array  # (n,) [s] since each robot last came nearer to its target, see `Decision.stalled`
+    stuck: Flags  # (n,) whether that is at least `stuck_after`: only another target will help
+
+    @property
+    def safe(self) -> Flags:
+        """Whether each robot stays collision-free up to the horizon as long as the forecasts hold: (n,).
+
+        True for a robot that is not present.
+        """
+        return np.array([outcome is None or outcome.safe for outcome in self.outcomes], dtype=np.bool_)
 
 
 class Fleet(CommittedFleet):
@@ -55,7 +65,7 @@ class Fleet(CommittedFleet):
         worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
         world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
             Robots meet all images of robots and obstacles. Positions are not wrapped.
-        holds, patience, detours: see `Navigator`.
+        holds, patience, detours, stuck_after: see `Navigator`.
         observation_delay: [s] largest age of what a robot observes of the others. observation_noise: [m] standard
             deviation of that. Both enter the margin.
         threads: None: one for each core.
@@ -97,21 +107,22 @@ class Fleet(CommittedFleet):
             InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
                 paths, a time before that of the last step.
         """
-        if number(now, "now") < self._last:
+        # As a float: kernels would be compiled once more for whole numbers.
+        now = number(now, "now")
+        if now < self._last:
             raise InvalidInput(
                 f"now: expected a time that does not run backwards, found {now:g} s after a step at {self._last:g} s"
             )
         self._last = now
         table, n, d = self.table, len(self.members.shapes), self.dimension
-        there = np.ones(n, np.bool_) if present is None else np.asarray(present, dtype=np.bool_)
-        if there.shape != (n,):
-            raise InvalidInput(f"present: expected {n} flags, found an array of shape {there.shape}")
+        there = np.ones(n, np.bool_) if present is None else flags(present, "present", n)
         table.position[:, :d] = array_of(positions, "positions", (n, d))
         table.velocity[:, :d] = array_of(velocities, "velocities", (n, d))
         if accelerations is not None:
             table.acceleration[:, :d] = array_of(accelerations, "accelerations", (n, d))
-        table.tolerance[:], table.stop[:], table.present[:] = array(tolerances, "tolerances"), stop, there
-        around = [self.obstacles, *listed(others)]
+        table.tolerance[:], table.stop[:] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
+        table.present[:] = there
+        around = [self.obstacles, *listed(others, "others")]
         self._head_for(targets, desired_velocities, paths, around, now)
         for k in np.flatnonzero(there & ~self._known):
             table.acceleration[k] = 0.0
@@ -135,7 +146,21 @@ class Fleet(CommittedFleet):
         acceleration, velocity, position = (
             np.where(there[:, None], each, 0.0)[:, :d] for each in (acceleration, velocity, position)
         )
-        return FleetDecision(acceleration, velocity, position, tuple(outcomes.get(k) for k in range(len(there))))
+        stalled = self._stalled(there, now)
+        found = tuple(outcomes.get(k) for k in range(len(there)))
+        return FleetDecision(acceleration, velocity, position, found, stalled, stalled >= self.stuck_after)
+
+    def _stalled(self, there: Flags, now: float) -> Array:
+        """Time [s] since each robot last came nearer to its target, or on along its path: (n,)."""
+        table, d = self.table, self.dimension
+        targets, tolerances = table.target[:, :d].copy(), table.tolerance
+        left = np.maximum(np.linalg.norm(targets - table.position[:, :d], axis=1) - tolerances, 0.0)
+        for k, path in enumerate(self._paths):
+            targets[k], at = path.points[-1], self.progress[k]
+            left[k] = max(path.length - (at or 0.0) - path.tolerance, 0.0)
+        left[~there | (table.objective != ARRIVE)] = np.nan
+        fastest = np.array([limits.max_speed for limits in self.members.limits])
+        return self._approaches.stalled(left, targets, tolerances, fastest, now)
 
     def manoeuvres(self, robots: Sequence[int] | None = None) -> tuple[Obstacle, ...]:
         """The committed manoeuvres of the robots that are present, or of some of them (rows), as obstacles.
@@ -145,12 +170,22 @@ class Fleet(CommittedFleet):
         robot avoids all published manoeuvres, as in one fleet.
 
         Raises:
-            InvalidInput: a fleet with worlds.
+            InvalidInput: a fleet with worlds; a robot that was not present in the last step.
         """
         if self.table.world.any():
             raise InvalidInput("worlds: expected one world to publish manoeuvres of, found several")
         table, d = self.table, self.dimension
-        rows = np.flatnonzero(self._known) if robots is None else robots
+        n = len(self.members.shapes)
+        if robots is None:
+            rows = np.flatnonzero(self._known)
+        else:
+            listing(robots, "numbers of robots", "robots")
+            rows = whole_numbers(robots, "robots", len(robots))
+        if np.any(rows >= n):
+            raise InvalidInput(f"robots: expected numbers below {n}, found {int(np.max(rows))}")
+        if not self._known[rows].all():
+            absent = int(rows[np.argmin(self._known[rows])])
+            raise InvalidInput(f"robots: expected those that were present in the last step, found {absent}")
         return tuple(
             Obstacle(
                 self.members.shapes[k],
@@ -174,6 +209,7 @@ class Fleet(CommittedFleet):
         found = [name for name, value in given.items() if value is not None]
         if len(found) != 1:
             raise InvalidInput(f"targets: expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+        self._paths = ()
         table.objective[:] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY
         table.max_speed[:] = [limits.max_speed for limits in self.members.limits]
         if targets is not None:
@@ -181,8 +217,12 @@ class Fleet(CommittedFleet):
         elif desired_velocities is not None:
             table.wanted[:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
         elif paths is not None:
+            listing(paths, f"{n} paths", "paths")
             if len(paths) != n:
                 raise InvalidInput(f"paths: expected {n}, found {len(paths)}")
+            for k, path in enumerate(paths):
+                has(path, ("lookahead", "step"), "a PathGoal", f"paths[{k}]")
+            self._paths = tuple(paths)
             # A robot that comes back begins anew.
             self.progress = [at if there else None for at, there in zip(self.progress, table.present)]
             for policy in self.policies:

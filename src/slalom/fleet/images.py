@@ -12,7 +12,7 @@ from slalom.kernels.decision.tables import GrownBodies, RobotTable
 from slalom.obstacle import Obstacle
 from slalom.obstacle_table import ObstacleTable
 from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
-from slalom.periodic import Period, displaced, images_about, images_met, refuse_no_period, to_nearest
+from slalom.periodic import Period, checked_period, displaced, images_about, images_met, to_nearest
 
 if TYPE_CHECKING:
     from slalom.fleet.committed import CommittedFleet
@@ -28,8 +28,8 @@ class Images:
     def __init__(self, fleet: "CommittedFleet", period: Period) -> None:
         table = fleet.table
         wide = 2.0 * float(table.radius.max()) + float(fleet.members.margins.max())
-        refuse_no_period(period, fleet.dimension, wide)
-        self.period, self.horizon = period, fleet.horizon
+        self.period = checked_period(period, fleet.dimension, wide, "world_period")
+        self.horizon = fleet.horizon
         self.robot_of = np.arange(len(table.radius))
 
     def about(

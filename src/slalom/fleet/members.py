@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, has, listing, whole, whole_numbers
+from slalom.checks import LIMITS, METHOD, SHAPE, Array, each_number, has, listing, whole, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Indices
 from slalom.limits import Limits
@@ -47,12 +47,14 @@ def members_of(
     """
     n = _count((method, shapes, limits), robots)
     for k, (shape, each) in enumerate(zip(_each(shapes, n), _each(limits, n))):
-        has(shape, ("parts", "dimension"), "a shape, such as Disc(radius)", f"shapes[{k}]")
-        has(each, ("max_speed", "braking"), "Limits", f"limits[{k}]")
+        has(shape, *SHAPE, f"shapes[{k}]")
+        has(each, *LIMITS, f"limits[{k}]")
     if names is not None:
         listing(names, "names", "names")
+        if len(names) != n:
+            raise InvalidInput(f"names: expected {n}, one for each of the robots, found {len(names)}")
     methods = [one.among_robots() for one in _methods(method, n)]
-    margins, priorities = _each_number(margin, "margin", n), _each_number(priority, "priority", n)
+    margins, priorities = each_number(margin, "margin", n), each_number(priority, "priority", n)
     if np.any(margins < 0.0):
         raise InvalidInput(f"margin: expected 0 m or more, found {margins.min():g} m")
     if not (priorities.min() > 0.0 and priorities.max() <= PRIORITY_RATIO * priorities.min()):
@@ -77,7 +79,7 @@ def members_of(
 def _methods(method: Method | Sequence[Method], n: int) -> list[Method]:
     methods = _each(method, n)
     for one in methods:
-        has(one, ("responses", "forecast"), "a method, such as method('nao')", "method")
+        has(one, *METHOD, "method")
         if one.looks_ahead:
             raise InvalidInput(f"method: expected one for several robots, found {one.name}, which is for one")
     return methods
@@ -96,11 +98,3 @@ def _count(given: Sequence[object], robots: int | None) -> int:
 
 def _each(value: T | Sequence[T], n: int) -> list[T]:
     return list(value) if isinstance(value, Sequence) else [value] * n
-
-
-def _each_number(value: npt.ArrayLike, name: str, n: int) -> Array:
-    """One number for all, or one for each (n,)."""
-    found = array(value, name)
-    if found.shape not in ((), (n,)):
-        raise InvalidInput(f"{name}: expected one number or {n}, found an array of shape {found.shape}")
-    return np.broadcast_to(found, (n,))

@@ -14,7 +14,8 @@ from slalom.errors import InvalidFile
 from slalom.io.database import rows_of_queries
 from slalom.io.input_file import text_of
 from slalom.io.recorded import Mistake, Rows, counted, refuse
-from slalom.io.table import LARGEST, Table, spaced_rows
+from slalom.io.table import Table, spaced_rows
+from slalom.tolerances import LARGEST
 
 ETH: Final = {4: ("frame", "id", "x", "y"), 8: ("frame", "id", "x", "z", "y", "vx", "vz", "vy")}
 """Columns of ETH/UCY files by their count; 8 columns are those of obsmat.txt, whose z is not used."""

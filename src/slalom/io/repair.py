@@ -11,8 +11,7 @@ import numpy as np
 from slalom.checks import Array, positive
 from slalom.errors import InvalidFile
 from slalom.io.recorded import Agent, Indices, Mistake, RecordedTracks, Rows, counted, named, natural, refuse
-from slalom.io.table import LARGEST
-from slalom.tolerances import LONG_GAP, STAMP_ROUNDING
+from slalom.tolerances import LARGEST, LONG_GAP, STAMP_ROUNDING
 from slalom.trajectory import Sampled
 
 

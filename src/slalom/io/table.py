@@ -14,13 +14,10 @@ from slalom.checks import Array, shown
 from slalom.errors import InvalidFile
 from slalom.io.input_file import text_of
 from slalom.io.recorded import LINE_LOCATION, Indices, Mistake, Rows, refuse
-from slalom.tolerances import MAX_ROWS, SHOWN
+from slalom.tolerances import LARGEST, MAX_ROWS, SHOWN
 
 EMPTY: Final = ("", "nan", "na", "null", "none")
 """Lower-case texts of cells without a value."""
-
-LARGEST: Final = 1e100
-"""[1] Largest accepted magnitude: the squares of coordinates, from which speeds are computed, must be finite."""
 
 _WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
 _EXACT = 2.0**53  # larger whole numbers are not exact as float

@@ -6,18 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import has, not_negative, number, positive
+from slalom.checks import duration, has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome, made
+from slalom.decision import Decision, DecisionInputs, Outcome, completed, made, state_to_decide_from
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, predicted
 from slalom.goal import Goal
 from slalom.lookahead.search import Search, new_search, run_searches
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.navigator import Navigator
+from slalom.navigator_checks import goal_or_place
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
-from slalom.obstacle_window import ObstacleWindow, listed as listed_obstacles
+from slalom.obstacle_window import Obstacles, ObstacleWindow, each_of, listed
 from slalom.path_goal import PathGoal
 from slalom.state import State
 from slalom.tolerances import (
@@ -93,9 +93,16 @@ class LookAhead:
 
     def __post_init__(self) -> None:
         has(self.navigator, ("method", "limits", "decide"), "a Navigator", "navigator")
-        positive(self.time_horizon, "time_horizon")
-        positive(self.budget, "budget")
-        not_negative(self.improvement_budget, "improvement_budget")
+        if self.prepared is not None:
+            has(self.prepared, ("covers", "index"), "what prepared_for gives", "prepared")
+        # As floats: kernels would be compiled once more for whole numbers.
+        for name, value in (
+            ("time_horizon", duration(self.time_horizon, "time_horizon")),
+            ("deadline", np.inf if self.deadline is np.inf else number(self.deadline, "deadline")),
+            ("budget", positive(self.budget, "budget")),
+            ("improvement_budget", not_negative(self.improvement_budget, "improvement_budget")),
+        ):
+            object.__setattr__(self, name, value)
         limits = self.navigator.limits
         if limits.bounds or limits.velocity_bounds or limits.acceleration_bounds:
             raise InvalidInput("limits: expected no more than a largest speed and acceleration, found further bounds")
@@ -103,44 +110,40 @@ class LookAhead:
     def decide(
         self,
         state: State,
-        obstacles: Sequence[Obstacle] | ObstacleTable,
+        obstacles: Obstacles,
         goal: Goal,
         *,
         now: float = 0.0,
         previous: Decision | None = None,
+        delay: float = 0.0,
     ) -> Decision:
         """As `Navigator.decide`.
 
         Args:
-            obstacles: passing the same object at every decision avoids building its table again.
+            obstacles: passing the same list or table at every decision avoids building its table again.
 
         Raises:
             InvalidInput: dimensions that differ, a goal that moves or has a path; an obstacle whose trajectory ended
-                before.
+                before; a time before that of the previous decision, a delay above the horizon of the navigator.
         """
-        has(state, ("position", "velocity", "acceleration"), "a State", "state")
-        has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
-        number(now, "now")
-        listed_obstacles(obstacles)
+        alone = replace(self.navigator, method=replace(self.navigator.method, looks_ahead=False))
+        state = state_to_decide_from(state, previous, now, delay, self.navigator.horizon)
+        goal_or_place(goal, state, self.navigator.objective)
         if isinstance(goal, PathGoal):
             raise InvalidInput("goal: expected one without a path to look ahead, found a PathGoal")
         if not isinstance(goal.trajectory, Stationary):
             raise InvalidInput("goal: expected one at rest to look ahead, found one that moves")
-        if goal.trajectory.dimension != state.dimension:
-            raise InvalidInput(
-                f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
-            )
         before = previous if isinstance(previous, SequenceDecision) else None
-        listed = obstacles.given if isinstance(obstacles, ObstacleTable) else obstacles
-        for obstacle in listed:
+        one_by_one = each_of(obstacles)
+        for obstacle in one_by_one:
             obstacle.known_at(now)
-        table = self._prediction(listed, now, self.prepared if before is None else before.search.obstacles)
-        scene = _Scene(state, goal, now, listed, table, before)
+        table = self._prediction(one_by_one, now, self.prepared if before is None else before.search.obstacles)
+        scene = _Scene(state, goal, now, one_by_one, table, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
-        if planned is not None:
-            return planned.following(previous, now - self.navigator.horizon)
-        alone = replace(self.navigator, method=replace(self.navigator.method, looks_ahead=False))
-        return alone.decide(state, obstacles, goal, now=now, previous=previous)
+        if planned is None:
+            return alone.decide(state, obstacles, goal, now=now, previous=previous)
+        inputs = DecisionInputs(self.navigator, state, tuple(listed(obstacles)), goal, None, now, None, None)
+        return completed(planned, inputs, previous, None, np.inf)
 
     def _prediction(
         self, obstacles: Sequence[Obstacle], now: float, previous: PredictedObstacles | None

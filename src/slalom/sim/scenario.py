@@ -6,15 +6,32 @@ from typing import Any
 
 import numpy as np
 
-from slalom.checks import Array, not_negative, number, positive, share
+from slalom.checks import (
+    GOAL,
+    LIMITS,
+    METHOD,
+    SHAPE,
+    STATE,
+    Array,
+    array_of,
+    has,
+    listing,
+    not_negative,
+    number,
+    positive,
+    share,
+    shown,
+    text,
+)
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
 from slalom.methods import HOLDS, Method
 from slalom.navigator import Navigator
+from slalom.navigator_checks import checked_holds
 from slalom.obstacle import Obstacle
-from slalom.periodic import Period, displaced, images_met, in_box, refuse_no_period
+from slalom.periodic import Period, checked_period, displaced, images_met, in_box
 from slalom.shape import Shape
 from slalom.sim.shape_distance import clearances
 from slalom.state import State
@@ -44,6 +61,13 @@ class Robot:
     priority: float = 1.0
 
     def __post_init__(self) -> None:
+        text(self.name, "name")
+        has(self.shape, *SHAPE, f"{self.name}.shape")
+        has(self.limits, *LIMITS, f"{self.name}.limits")
+        has(self.state, *STATE, f"{self.name}.state")
+        has(self.goal, *GOAL, f"{self.name}.goal")
+        if self.method is not None:
+            has(self.method, *METHOD, f"{self.name}.method")
         positive(self.priority, f"{self.name}.priority")
         if self.margin is not None:
             not_negative(self.margin, f"{self.name}.margin")
@@ -104,12 +128,22 @@ class Scenario:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        text(self.name, "name")
+        for name, members, expected in _PARTS:
+            listing(getattr(self, name), expected, name)
+            for k, one in enumerate(getattr(self, name)):
+                has(one, members, expected, f"{name}[{k}]")
+        if not isinstance(self.parameters, Mapping):
+            raise InvalidInput(f"parameters: expected numbers by name, found {shown(self.parameters)}")
         dimensions = sorted({robot.state.dimension for robot in self.robots})
         if len(dimensions) != 1:
             raise InvalidInput(f"robots: expected one or more of one dimension, found dimensions {dimensions}")
         number(self.start, "start")
         for name in ("duration", "dt", "horizon"):
             positive(getattr(self, name), name)
+        for name in ("margin", "patience", "guided"):
+            not_negative(getattr(self, name), name)
+        checked_holds(self.holds)
         for name, mistake in too_long(self.duration, self.dt, self.horizon, self.holds):
             raise InvalidInput(f"{name}: {mistake}")
         not_negative(self.replan, "replan")
@@ -123,7 +157,9 @@ class Scenario:
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
         if self.period is not None:
             wide = 2.0 * max(robot.shape.bounding_radius for robot in self.robots) + self.margin
-            refuse_no_period(self.period, self.dimension, wide)
+            checked_period(self.period, self.dimension, wide, "period")
+        if self.recorded is not None:
+            array_of(self.recorded, "recorded", (2,))
         if self.recorded is not None and not self.recorded[0] <= self.start < self.recorded[1]:
             first, last = self.recorded
             raise InvalidInput(
@@ -246,6 +282,12 @@ def whole_periods(interval: float, dt: float, name: str = "replan") -> int:
         raise InvalidInput(f"{name}: expected a multiple of dt = {dt:g} s, found {interval:g} s")
     return steps
 
+
+_PARTS = (
+    ("robots", ("shape", "limits", "state", "goal"), "robots"),
+    ("obstacles", ("shape", "trajectory", "of_scenario"), "obstacles"),
+    ("notes", ("splitlines",), "sentences"),
+)
 
 SETTINGS = (
     *("start", "duration", "dt", "replan", "horizon", "margin", "patience", "guided"),

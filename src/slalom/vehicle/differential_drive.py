@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.checks import Array, not_negative, positive
+from slalom.errors import InvalidInput
 from slalom.limits import Limits
 from slalom.tolerances import FEEDBACK_SHARE, SPEED_STEP, TURN_STEPS
 from slalom.vehicle.motion import Motion, Turning
@@ -48,7 +49,8 @@ class DifferentialDrive(Vehicle):
             is grown into the robot.
 
     Raises:
-        InvalidInput: a value that is not above 0.
+        InvalidInput: a value that is not above 0; a period in which the point would leave the plan by too much at any
+            speed.
     """
 
     track: float
@@ -67,6 +69,11 @@ class DifferentialDrive(Vehicle):
             given = getattr(self, name)
             object.__setattr__(self, name, None if given is None else positive(given, name))
         object.__setattr__(self, "disturbance", not_negative(self.disturbance, "disturbance"))
+        slow = self._available if self.max_acceleration is None else min(self._available, self.max_acceleration)
+        # The displacement of the slowest point, in proportion to its speed.
+        longest = sqrt(4.0 * FEEDBACK_SHARE * self.lever / slow)
+        if self.period >= longest:
+            raise InvalidInput(f"period: expected less than {longest:g} s for these wheels, found {self.period:g} s")
 
     @property
     def lever(self) -> float:
@@ -76,13 +83,22 @@ class DifferentialDrive(Vehicle):
     def reverses(self) -> bool:
         return True
 
+    @property
+    def _wheel_share(self) -> float:
+        """Largest speed of a wheel for a unit speed of the point."""
+        return hypot(1.0, 0.5 * self.track / self.lever)
+
+    @property
+    def _available(self) -> float:
+        """Acceleration [m/s^2] of the point that the wheels always permit at rest."""
+        return self.max_wheel_acceleration / self._wheel_share
+
     @cached_property
     def _bounds(self) -> _Bounds:
         """Largest speed and acceleration of the point that the wheels always permit, and the displacement."""
         lever, h = self.lever, self.period
-        wheel_share = hypot(1.0, 0.5 * self.track / lever)
-        available = self.max_wheel_acceleration / wheel_share
-        speed = min(self.max_wheel_speed / wheel_share, sqrt(0.5 * available * lever))
+        available = self._available
+        speed = min(self.max_wheel_speed / self._wheel_share, sqrt(0.5 * available * lever))
         if self.max_speed is not None:
             speed = min(speed, self.max_speed)
         while True:

@@ -7,7 +7,7 @@ from math import ceil, hypot
 
 import numpy as np
 
-from slalom.checks import Array, has, not_negative, number, positive
+from slalom.checks import LIMITS, Array, has, not_negative, number, positive, whole
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.errors import InvalidInput
@@ -22,7 +22,7 @@ from slalom.shape import Disc, Rectangle
 from slalom.state import State
 from slalom.tolerances import CONTACT_SLACK, GROWTHS
 from slalom.vehicle.motion import BodyMotion, hermite_error
-from slalom.vehicle.pose import Command, Pose
+from slalom.vehicle.pose import POSE, Command, Pose
 from slalom.vehicle.vehicle import Vehicle
 
 
@@ -85,6 +85,10 @@ class VehicleNavigator:
         if not isinstance(self.body, Disc | Rectangle):
             raise InvalidInput(f"body: expected a Disc or a Rectangle, found {type(self.body).__name__}")
         object.__setattr__(self, "center", number(self.center, "center"))
+        if self.discs is not None:
+            object.__setattr__(self, "discs", whole(self.discs, "discs", 1))
+        if self.limits is not None:
+            has(self.limits, *LIMITS, "limits")
         positive(self.horizon, "horizon")
         not_negative(self.margin, "margin")
         self._navigators  # noqa: B018  # refuses what a navigator refuses
@@ -131,6 +135,10 @@ class VehicleNavigator:
         Raises:
             InvalidInput: as `Navigator.decide`.
         """
+        has(pose, *POSE, "pose")
+        number(now, "now")
+        if previous is not None:
+            has(previous, ("manoeuvre", "plan"), "a VehicleDecision", "previous")
         state, window = self.vehicle.state(pose), None
         rejected: list[VehicleDecision] = []
         for manoeuvre, plan in self._plans(state, pose, obstacles, goal, now, previous):

@@ -2,15 +2,18 @@
 
 from dataclasses import dataclass
 from math import cos, hypot, sin
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, Checked, has, number, vector
+from slalom.checks import GOAL, Array, Checked, has, number, vector
 from slalom.goal import Goal
 from slalom.path_goal import PathGoal
 from slalom.periodic import moved
 from slalom.tolerances import GOAL_HEADING_BLEND, POINT_TOLERANCE
+
+POSE: Final = (("position", "heading", "speed", "turn"), "a Pose")
+"""For checks, see `checks.STATE`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +62,8 @@ def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bo
     The point goes as far beyond the goal as it is ahead of the axle, seen from the axle. Within a distance of two times
     `ahead` a vehicle that `reverses` may also come from the other side. Close to the goal its heading is kept.
     """
-    has(pose, ("position", "heading", "speed", "turn"), "a Pose", "pose")
-    has(goal, ("trajectory", "tolerance", "stop"), "a Goal", "goal")
+    has(pose, *POSE, "pose")
+    has(goal, *GOAL, "goal")
     if isinstance(goal, PathGoal):
         last = goal.points[-1] - goal.points[-2]
         points = np.concatenate([goal.points[:-1], goal.points[-1:] + ahead * last / hypot(*last)])

@@ -15,7 +15,7 @@ from slalom.io.recorded import first_of
 from slalom.limits import HalfSpace, Limits
 from slalom.methods import method
 from slalom.obstacle import Obstacle
-from slalom.periodic import refuse_no_period
+from slalom.periodic import checked_period
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec
 from slalom.sim.files.schema_base import Place
@@ -100,7 +100,7 @@ class _Parts:
             obstacles += there_in(found, recording.window, spec.horizon)
         if spec and spec.period is not None and d:
             settings["period"] = period = tuple(spec.period)
-            self.attempt(("period",), lambda: refuse_no_period(period, d, 0.0))
+            self.attempt(("period",), lambda: checked_period(period, d, 0.0, "period"))
         for name, mistake in too_long(spec.duration, spec.dt, spec.horizon, spec.holds) if spec else ():
             self.note((name,), mistake)
         if spec is None or self.mistakes:

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import CollectionEndEvent, CollectionStartEvent
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from slalom.checks import shown
@@ -16,7 +17,7 @@ from slalom.errors import InvalidFile
 from slalom.io.input_file import text_of
 from slalom.io.recorded import first_of
 from slalom.sim.files.schema_base import Model, Place, keys_at
-from slalom.tolerances import YAML_VALUES
+from slalom.tolerances import YAML_DEPTH, YAML_VALUES
 
 MAX_MISTAKES: Final = 50
 """Largest number of mistakes of a YAML file in one error; the number of further ones is stated."""
@@ -26,18 +27,27 @@ def compose(path: Path) -> tuple[Node | None, Any]:
     """Return the nodes of a YAML file with their positions, and its content. Raises InvalidFile if it is not YAML."""
     text = text_of(path, "YAML file")
     try:
+        _refuse_depth(path, text)
         root = YAML(typ="safe").compose(text)
         _refuse_size(path, root)
         _refuse_values(path, root)
-        return root, YAML(typ="safe").load(text)
+        return root, None if root is None else YAML(typ="safe").constructor.construct_document(root)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
         raise InvalidFile([f"{place}: expected YAML, found a mistake: {error.problem or error.context}"]) from None
     except YAMLError as error:
         raise InvalidFile([f"{path}: expected YAML, found {' '.join(str(error).split())}"]) from None
-    except RecursionError:
-        raise InvalidFile([f"{path}: expected YAML that can be read, found one nested too deeply"]) from None
+
+
+def _refuse_depth(path: Path, text: str) -> None:
+    """Raise InvalidFile for lists and mappings deeper than YAML_DEPTH, before the parser needs time for them."""
+    depth = 0
+    for event in YAML(typ="safe").parse(text):
+        depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
+        if depth > YAML_DEPTH:
+            place = f"{path}:{event.start_mark.line + 1}:{event.start_mark.column + 1}"
+            raise InvalidFile([f"{place}: expected values at most {YAML_DEPTH} deep in each other, found deeper ones"])
 
 
 def _refuse_size(path: Path, root: Node | None) -> None:

@@ -15,7 +15,7 @@ from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
-from slalom.periodic import Period, refuse_no_period
+from slalom.periodic import Period, checked_period
 from slalom.shape import Shape
 from slalom.sim.measure.hdf5_parts import (
     HALF_SPACES,
@@ -311,7 +311,7 @@ class Recording:
         if np.any(np.diff(self.times) <= 0.0):
             raise InvalidInput(f"times: expected increasing times, found {short(self.times)}")
         if self.period is not None:
-            refuse_no_period(self.period, d, 0.0)
+            checked_period(self.period, d, 0.0, "period")
         found = {
             "shapes": [shape.dimension for shape in self.shapes],
             "goals": [goal.trajectory.dimension for goal in self.goals],

@@ -20,7 +20,7 @@ from typing import Literal, overload
 
 import numpy as np
 
-from slalom.checks import Array, has
+from slalom.checks import METHOD, Array, flag, has, whole
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Indices
@@ -96,6 +96,9 @@ def simulate(
         InvalidInput: not a scenario or not a method; two robots of one name; a method for one robot alone; with a
             shared method, manoeuvres that last longer than the horizon.
     """
+    if progress is not None:
+        has(progress, ("__call__",), "a function", "progress")
+    flag(record, "record")
     run = Run(scenario, method, seed=seed, threads=threads, record=record)
     for share in run.steps():
         if progress:
@@ -124,7 +127,10 @@ class Run:
     ) -> None:
         has(scenario, ("robots", "obstacles"), "a scenario, such as gallery.build('ring')", "scenario")
         if not isinstance(method, Peer):
-            has(method, ("responses", "forecast"), "a method, such as method('nao')", "method")
+            has(method, *METHOD, "method")
+        whole(seed, "seed")
+        if threads is not None:
+            whole(threads, "threads", 1)
         self.decider, self._rows = _decider_and_rows(scenario, method, seed, threads)
         several = len(scenario.robots) > 1 and not isinstance(method, Peer)
         # A peer refuses robots with methods of their own.

@@ -6,7 +6,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from slalom.checks import number
+from slalom.checks import flag, has, listing, number, shown, text, whole
 from slalom.errors import InvalidInput
 from slalom.io.cadrl import read_cases
 from slalom.methods import Method
@@ -69,7 +69,7 @@ def compare(
         "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
         reasons of runs without a result, each with its seeds. A value without data is None.
     """
-    row = Row(name, settings or {}, methods, seeds)
+    row = Row(name, {} if settings is None else settings, methods, seeds)
     return compare_all([row], jobs=jobs, backend=backend, store=store, adopt=adopt, progress=progress, note=note)[0]
 
 
@@ -99,11 +99,11 @@ def compare_all(
             in a scenario file; a damaged file in the store; former runs with other results. All but the last are
             raised before any run.
     """
-    if adopt and store is None:
+    _refuse_kinds(rows, jobs, backend, store, progress, note)
+    if flag(adopt, "adopt") and store is None:
         raise InvalidInput("adopt: expected a store with runs of former code, found no store")
-    if jobs == 0 or any(row.seeds < 1 for row in rows):
-        least = min((row.seeds for row in rows), default=1)
-        raise InvalidInput(f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {least} and {jobs}")
+    if jobs == 0:
+        raise InvalidInput("jobs: expected a number of processes, or -1 for one per core, found 0")
     plan = [cases_of(row) for row in rows]
     # Seeds first: joblib sizes batches by the durations of the last runs, which are then like the next ones.
     cases = {case.key: case for case in sorted(chain.from_iterable(plan), key=lambda case: case.seed)}
@@ -125,9 +125,31 @@ def compare_all(
     return [_table(row, [results[case.key] for case in made]) for row, made in zip(rows, plan)]
 
 
+def _refuse_kinds(
+    rows: Sequence[Row], jobs: object, backend: object, store: object, progress: object, note: object
+) -> None:
+    """Raise InvalidInput for arguments of other kinds."""
+    for row in rows:
+        text(row.scenario, "name")
+        if not isinstance(row.settings, Mapping):
+            raise InvalidInput(f"settings: expected numbers by name, found {shown(row.settings)}")
+        listing(row.methods, "names of methods", "methods")
+        for k, method in enumerate(row.methods):
+            text(method, f"methods[{k}]")
+        whole(row.seeds, "seeds", 1)
+    whole(jobs, "jobs", -1)
+    if backend is not None:
+        text(backend, "backend")
+    if not isinstance(store, Path | str | None):
+        raise InvalidInput(f"store: expected a folder, found {shown(store)}")
+    for name, function in (("progress", progress), ("note", note)):
+        if function is not None:
+            has(function, ("__call__",), "a function", name)
+
+
 def cases_of(row: Row) -> list[Case]:
     """Return the runs of a row: all seeds of its first method, then those of the next. Raises InvalidInput."""
-    if not row.methods:
+    if not len(row.methods):
         raise InvalidInput(f"methods: expected at least one of {', '.join(CONTENDERS)}; found none")
     settings = {name: number(value, name) for name, value in row.settings.items()}
     contenders = {name: contender(name) for name in row.methods}

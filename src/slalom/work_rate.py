@@ -1,0 +1,34 @@
+"""How much counted work a computer does in a second, by which a budget of a decision follows from a time."""
+
+from time import process_time
+
+import numpy as np
+
+from slalom.decision import Decision
+from slalom.goal import Goal
+from slalom.limits import Limits
+from slalom.methods import METHODS
+from slalom.navigator import Navigator
+from slalom.shape import Disc
+from slalom.state import State
+from slalom.tolerances import WORK_DECISIONS
+from slalom.tracks import Tracks
+from slalom.trajectory import Stationary
+
+
+def work_per_second() -> float:
+    """Counted work [s] in a second of processor time on this computer, for `Navigator.decide(budget=)`.
+
+    It is measured by decisions among 40 moving discs, with all that Python does around the kernels. For decisions of
+    about 5 ms, pass budget = 0.005 * work_per_second(). The figure differs from call to call, and decisions that are to
+    be repeated need the same budget: measure once, and keep the number.
+    """
+    navigator, goal = Navigator(METHODS["nao"], Disc(0.3), Limits(1.5, 1.5)), Goal(Stationary((20.0, 0.0)))
+    rng, state = np.random.default_rng(0), State((0.0, 0.0), (1.0, 0.0))
+    crowds = [Tracks(rng.uniform((1.5, -6.0), (12.0, 6.0), (40, 2)), rng.normal(size=(40, 2)), 0.25) for _ in range(30)]
+    navigator.decide(state, crowds[0], goal)
+    work, begin = 0.0, process_time()
+    for k in range(WORK_DECISIONS):
+        decision: Decision = navigator.decide(state, crowds[k % len(crowds)], goal)
+        work += decision.work
+    return work / (process_time() - begin)

@@ -1,0 +1,514 @@
+"""Arguments of wrong kinds: each public call takes them or refuses them with one line that names the argument.
+
+Each argument of each call is replaced by each wrong value. What is taken must also serve: a robot or fleet that is made
+from it decides. Nothing but InvalidInput is raised, and numpy warns of nothing.
+"""
+
+import re
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from draws import draws
+
+import slalom
+from slalom import Disc, Goal, InvalidInput, Limits, Navigator, Obstacle, ObstacleWindow, State, Stationary, vehicle
+from slalom.sim import Robot, Scenario, compare, simulate
+
+NAN, INF = float("nan"), float("inf")
+DISC, LIMITS, NAO = Disc(0.4), Limits(2.0, 2.0), slalom.method("nao")
+STATE, GOAL = State((0.0, 0.0), (1.0, 0.0)), Goal(Stationary((9.0, 0.0)))
+ROCK = Obstacle(Disc(0.5), Stationary((5.0, 0.2)), "rock")
+ROBOT, WINDOW = Navigator(NAO, DISC, LIMITS), ObstacleWindow([ROCK], 0.0, 6.0)
+TRACKS = slalom.Tracks([(0.0, 4.0)], [(0.0, -0.5)], 0.3)
+BEFORE = ROBOT.decide(STATE, [ROCK], GOAL)
+PLACES, REST = np.array([(-3.0, 0.0), (3.0, 0.0)]), np.zeros((2, 2))
+BLOCKED = slalom.ControlObstacle(slalom.Acceleration(), STATE, WINDOW, DISC)
+ADMISSIBLE = LIMITS.admissible(slalom.Acceleration(), STATE, 6.0)
+DRIVE = vehicle.DifferentialDrive(0.5, 1.0, 2.0)
+POSE = vehicle.Pose((0.0, 0.0), 0.0)
+
+
+class Odd:
+    """An object of another library."""
+
+
+WRONG: dict[str, Any] = {
+    "None": None,
+    "no tuple": (),
+    "words": ("a", "b"),
+    "nested": ((0.0, 1.0), (2.0,)),
+    "dictionary": {"x": 1.0},
+    "no dictionary": {},
+    "text": "text",
+    "bytes": b"text",
+    "nan": NAN,
+    "inf": INF,
+    "below zero": -1.0,
+    "zero": 0,
+    "huge": 1e308,
+    "huge whole number": 10**400,
+    "complex": 1j,
+    "yes": True,
+    "object": Odd(),
+    "class": Disc,
+    "function": lambda *_: 1.0,
+    "list of None": [None],
+    "list of objects": [Odd(), Odd()],
+    "set": {1.0, 2.0},
+    "nan vector": (NAN, 0.0),
+    "huge vector": (1e308, 1e308),
+    "matrix": np.zeros((2, 3)),
+    "cube": np.zeros((2, 2, 2)),
+    "texts": np.array(["a", "b"]),
+    "objects": np.array([None, Odd()], dtype=object),
+    "time": np.datetime64("2026-01-01"),
+    "iterator": iter(()),
+    "space": State((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
+    "obstacle": ROCK,
+}
+
+
+def decided(**settings: Any) -> object:
+    """A decision of a navigator with these settings."""
+    return Navigator(**settings).decide(STATE, [ROCK, TRACKS], GOAL, previous=BEFORE)
+
+
+def looked_ahead(**settings: Any) -> object:
+    """A decision of one that looks ahead with these settings."""
+    return slalom.LookAhead(**settings).decide(STATE, [ROCK], GOAL)
+
+
+def among(obstacle: Obstacle) -> object:
+    """A decision among an obstacle and others."""
+    return ROBOT.decide(STATE, [obstacle, TRACKS], GOAL)
+
+
+def stepped(**settings: Any) -> object:
+    """A step of a fleet with these settings."""
+    return slalom.Fleet(**settings).step(0.0, PLACES, REST, -PLACES)
+
+
+def step(**given: Any) -> object:
+    """The second step of a fleet."""
+    fleet = slalom.Fleet(NAO, DISC, LIMITS, robots=2)
+    fleet.step(0.0, PLACES, REST, -PLACES)
+    return fleet.step(**given)
+
+
+def manoeuvres(robots: Any) -> object:
+    """The manoeuvres of some robots of a fleet after its first step."""
+    fleet = slalom.Fleet(NAO, DISC, LIMITS, robots=2)
+    fleet.step(0.0, PLACES, REST, -PLACES)
+    return fleet.manoeuvres(robots)
+
+
+def tracked(**measured: Any) -> object:
+    """A decision among an obstacle that was measured twice."""
+    tracker = slalom.Tracker()
+    tracker.update(0.0, measured["id"], (4.0, 0.0))
+    tracker.update(**measured)
+    return ROBOT.decide(STATE, tracker.at(0.2), GOAL, now=0.2)
+
+
+def tracker(**settings: Any) -> object:
+    """A decision among what a tracker with these settings follows."""
+    follows = slalom.Tracker(**settings)
+    follows.update(0.0, "a", (4.0, 0.0))
+    return ROBOT.decide(STATE, follows.at(0.1), GOAL, now=0.1)
+
+
+def simulated(**settings: Any) -> object:
+    """A run of two steps of a scenario with these settings."""
+    return simulate(Scenario(**settings), NAO)
+
+
+def with_robot(**settings: Any) -> object:
+    """A run of two steps of a robot with these settings."""
+    return simulate(Scenario("one", (Robot(**settings),), (ROCK,), duration=0.2), NAO)
+
+
+def driven(**settings: Any) -> object:
+    """A decision of a vehicle."""
+    return vehicle.VehicleNavigator(**settings).decide(POSE, [ROCK], GOAL)
+
+
+SCENE = Scenario("one", (Robot(DISC, LIMITS, STATE, GOAL),), (ROCK,), duration=0.2)
+SETTINGS: dict[str, Any] = {"period": 0.1, "horizon": 6.0, "margin": 0.05, "holds": (0.5, 2.0), "patience": 0.1}
+
+CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
+    "Navigator": (
+        decided,
+        {
+            "method": NAO,
+            "robot": DISC,
+            "limits": LIMITS,
+            **SETTINGS,
+            "objective": slalom.Arrive(),
+            "horizons": slalom.SafeTime(),
+            "detours": (0.5,),
+            "stuck_after": 9.0,
+        },
+    ),
+    "Navigator.decide": (
+        ROBOT.decide,
+        {
+            "state": STATE,
+            "obstacles": [ROCK],
+            "goal": GOAL,
+            "robots": TRACKS,
+            "now": 0.1,
+            "previous": BEFORE,
+            "objective": slalom.Arrive(),
+            "delay": 0.05,
+            "budget": 0.01,
+        },
+    ),
+    "Navigator.fall_back": (ROBOT.fall_back, {"state": STATE, "obstacles": [ROCK], "goal": GOAL, "now": 0.0}),
+    "Navigator.predict": (ROBOT.predict, {"obstacles": [ROCK], "state": STATE, "now": 0.0}),
+    "LookAhead": (
+        looked_ahead,
+        {
+            "navigator": Navigator(slalom.method("nao_ahead"), DISC, LIMITS),
+            "time_horizon": 9.0,
+            "deadline": 20.0,
+            "budget": 100.0,
+            "improvement_budget": 10.0,
+            "prepared": None,
+        },
+    ),
+    "LookAhead.decide": (
+        slalom.LookAhead(Navigator(slalom.method("nao_ahead"), DISC, LIMITS), budget=100.0).decide,
+        {"state": STATE, "obstacles": [ROCK], "goal": GOAL, "now": 0.0, "previous": None, "delay": 0.1},
+    ),
+    "Fleet": (
+        stepped,
+        {
+            "method": NAO,
+            "shapes": DISC,
+            "limits": LIMITS,
+            "robots": 2,
+            "names": ("a", "b"),
+            "obstacles": [ROCK],
+            **SETTINGS,
+            "priority": 1.0,
+            "worlds": (0, 0),
+            "world_period": (40.0, 40.0),
+            "detours": (0.5,),
+            "observation_delay": 0.0,
+            "observation_noise": 0.0,
+            "threads": 1,
+            "stuck_after": 9.0,
+        },
+    ),
+    "Fleet.step": (
+        step,
+        {
+            "now": 0.1,
+            "positions": PLACES,
+            "velocities": REST,
+            "targets": -PLACES,
+            "accelerations": REST,
+            "tolerances": 0.2,
+            "stop": True,
+            "present": (True, True),
+            "others": [ROCK],
+        },
+    ),
+    "Fleet.step to velocities": (
+        step,
+        {"now": 0.1, "positions": PLACES, "velocities": REST, "desired_velocities": REST},
+    ),
+    "Fleet.step on paths": (
+        step,
+        {
+            "now": 0.1,
+            "positions": PLACES,
+            "velocities": REST,
+            "paths": [slalom.PathGoal([(-3.0, 0.0), (3.0, 0.0)]), slalom.PathGoal([(3.0, 0.0), (-3.0, 0.0)])],
+        },
+    ),
+    "Fleet.manoeuvres": (manoeuvres, {"robots": (0, 1)}),
+    "Tracker": (tracker, {"shape": DISC, "filter": slalom.ConstantVelocityFilter(), "max_age": 1.0}),
+    "Tracker.update": (
+        tracked,
+        {
+            "t": 0.1,
+            "id": "a",
+            "position": (4.0, 0.0),
+            "velocity": (0.0, 0.0),
+            "covariance": np.eye(4),
+            "shape": slalom.Rectangle(1.0, 0.5),
+            "heading": 0.0,
+        },
+    ),
+    "Tracker.at": (slalom.Tracker().at, {"now": 0.0}),
+    "ConstantVelocityFilter": (
+        lambda **settings: tracker(filter=slalom.ConstantVelocityFilter(**settings)),
+        {"acceleration": 0.2, "position": 0.1, "velocity": 0.2, "first_velocity": 1.0, "probability": 0.05},
+    ),
+    "Tracks": (
+        lambda **given: among(ROCK) and ROBOT.decide(STATE, [slalom.Tracks(**given)], GOAL),
+        {
+            "positions": [(4.0, 0.0)],
+            "velocities": [(0.0, 0.0)],
+            "radii": 0.3,
+            "t": 0.0,
+            "ids": ("a",),
+            "accelerations": [(0.0, 0.0)],
+            "forecast": slalom.AtConstantVelocity(),
+            "uncertainty": slalom.BoundedError(0.1),
+            "worlds": None,
+        },
+    ),
+    "ObstacleTable": (
+        lambda obstacles: ROBOT.decide(STATE, slalom.ObstacleTable(obstacles), GOAL),
+        {"obstacles": [ROCK]},
+    ),
+    "Obstacle": (
+        lambda **given: among(Obstacle(**given)),
+        {
+            "shape": slalom.Rectangle(1.0, 0.5),
+            "trajectory": Stationary((5.0, 0.0)),
+            "name": "a",
+            "heading": 0.0,
+            "uncertainty": slalom.BoundedError(0.1),
+            "after_end": "unknown",
+        },
+    ),
+    "ObstacleWindow": (
+        lambda **given: slalom.select(
+            (0.0, 0.0), ADMISSIBLE, slalom.ControlObstacle(slalom.Acceleration(), STATE, ObstacleWindow(**given), DISC)
+        ),
+        {"obstacles": [ROCK], "start": 0.0, "horizon": 6.0, "horizons": (6.0,)},
+    ),
+    "ControlObstacle": (
+        lambda **given: slalom.select((0.0, 0.0), ADMISSIBLE, slalom.ControlObstacle(**given)),
+        {
+            "response": slalom.Acceleration(),
+            "state": STATE,
+            "obstacles": WINDOW,
+            "robot": DISC,
+            "margin": 0.1,
+            "horizon": 5.0,
+        },
+    ),
+    "control_obstacle": (
+        lambda **given: slalom.select((0.0, 0.0), ADMISSIBLE, slalom.control_obstacle(**given)),
+        {
+            "response": slalom.Acceleration(),
+            "state": STATE,
+            "obstacles": [ROCK],
+            "robot": DISC,
+            "horizon": 5.0,
+            "start": 0.0,
+            "margin": 0.1,
+        },
+    ),
+    "ControlObstacle.clearances": (BLOCKED.clearances, {"controls": (0.0, 0.0)}),
+    "ControlObstacle.contains": (BLOCKED.contains, {"controls": (0.0, 0.0)}),
+    "ControlObstacle.time_to_collision": (BLOCKED.time_to_collision, {"controls": (0.0, 0.0)}),
+    "ControlObstacle.element": (BLOCKED.element, {"t": 1.0}),
+    "ControlObstacle.boundary": (BLOCKED.boundary, {"center": (0.0, 0.0), "radius": 2.0, "tolerance": 0.1}),
+    "select": (
+        slalom.select,
+        {
+            "preferred": (0.0, 0.0),
+            "admissible": ADMISSIBLE,
+            "blocked": BLOCKED,
+            "most_elements": 100,
+            "most_candidates": 100,
+        },
+    ),
+    "select_clearest": (
+        slalom.select_clearest,
+        {"preferred": (0.0, 0.0), "admissible": ADMISSIBLE, "blocked": BLOCKED, "enough": 0.1, "accuracy": 0.05},
+    ),
+    "select_many": (
+        slalom.select_many,
+        {
+            "preferred": [(0.0, 0.0)],
+            "states": [STATE],
+            "response": slalom.Acceleration(),
+            "limits": LIMITS,
+            "obstacles": WINDOW,
+            "robot": DISC,
+            "margin": 0.1,
+            "threads": 1,
+        },
+    ),
+    "admissible_ball": (
+        lambda **given: slalom.select((0.0, 0.0), slalom.admissible_ball(**given), BLOCKED),
+        {"center": (0.0, 0.0), "radius": 2.0},
+    ),
+    "Limits": (
+        lambda **given: Navigator(NAO, DISC, Limits(**given)).decide(STATE, [ROCK], GOAL),
+        {
+            "max_speed": 2.0,
+            "max_acceleration": 2.0,
+            "bounds": (slalom.Friction(2.0, 2.0, 2.0),),
+            "velocity_bounds": (slalom.HalfSpace((1.0, 0.0), 2.0),),
+            "acceleration_bounds": (),
+        },
+    ),
+    "Limits.admissible": (
+        LIMITS.admissible,
+        {"response": slalom.Acceleration(), "state": STATE, "horizon": 6.0},
+    ),
+    "State": (
+        lambda **given: ROBOT.decide(State(**given), [ROCK], GOAL),
+        {"position": (0.0, 0.0), "velocity": (1.0, 0.0), "acceleration": (0.0, 0.0), "heading": 0.0},
+    ),
+    "Goal": (
+        lambda **given: ROBOT.decide(STATE, [ROCK], Goal(**given)),
+        {"trajectory": Stationary((9.0, 0.0)), "tolerance": 0.5, "stop": True},
+    ),
+    "PathGoal": (
+        lambda **given: ROBOT.decide(STATE, [ROCK], slalom.PathGoal(**given)),
+        {
+            "points": [(0.0, 0.0), (9.0, 0.0)],
+            "speeds": (1.0, 1.0),
+            "tolerance": 0.5,
+            "stop": True,
+            "lookahead": 1.0,
+        },
+    ),
+    "method": (slalom.method, {"name": "nao"}),
+    "compile": (lambda uses, jobs: slalom.compile(uses, jobs=jobs), {"uses": "figures", "jobs": 1}),
+    "Scenario": (
+        simulated,
+        {
+            "name": "one",
+            "robots": SCENE.robots,
+            "obstacles": (ROCK,),
+            "start": 0.0,
+            "duration": 0.2,
+            "dt": 0.1,
+            "replan": 0.0,
+            "horizon": 6.0,
+            "margin": 0.05,
+            "patience": 0.1,
+            "holds": (0.5,),
+            "guided": 1.0,
+            "message_delay": 0.0,
+            "message_loss": 0.0,
+            "sight_noise": 0.0,
+            "sight_delay": 0.0,
+            "sight_loss": 0.0,
+            "period": None,
+            "parameters": {},
+            "recorded": None,
+            "notes": (),
+        },
+    ),
+    "Robot": (
+        with_robot,
+        {
+            "shape": DISC,
+            "limits": LIMITS,
+            "state": STATE,
+            "goal": GOAL,
+            "name": "a",
+            "method": NAO,
+            "margin": 0.05,
+            "priority": 1.0,
+        },
+    ),
+    "simulate": (
+        simulate,
+        {"scenario": SCENE, "method": NAO, "seed": 0, "progress": None, "threads": 1, "record": True},
+    ),
+    "compare": (
+        compare,
+        {
+            "name": "empty",
+            "methods": ["nao"],
+            "seeds": 1,
+            "settings": {"duration": 0.2},
+            "jobs": 1,
+            "backend": None,
+            "store": None,
+            "adopt": False,
+            "progress": None,
+            "note": None,
+        },
+    ),
+    "DifferentialDrive": (
+        lambda **given: driven(vehicle=vehicle.DifferentialDrive(**given), method=NAO, body=DISC),
+        {
+            "track": 0.5,
+            "max_wheel_speed": 1.0,
+            "max_wheel_acceleration": 2.0,
+            "ahead": 0.3,
+            "period": 0.1,
+            "max_speed": 1.0,
+            "max_acceleration": 1.0,
+            "disturbance": 0.01,
+        },
+    ),
+    "Pose": (
+        lambda **given: vehicle.VehicleNavigator(DRIVE, NAO, DISC).decide(vehicle.Pose(**given), [ROCK], GOAL),
+        {"position": (0.0, 0.0), "heading": 0.0, "speed": 0.0, "turn": 0.0},
+    ),
+    "VehicleNavigator": (
+        driven,
+        {
+            "vehicle": DRIVE,
+            "method": NAO,
+            "body": slalom.Rectangle(0.6, 0.4),
+            "center": 0.0,
+            "discs": 2,
+            "horizon": 4.0,
+            "margin": 0.05,
+            "holds": (0.5,),
+            "patience": 0.1,
+            "limits": None,
+        },
+    ),
+    "VehicleNavigator.decide": (
+        vehicle.VehicleNavigator(DRIVE, NAO, DISC).decide,
+        {"pose": POSE, "obstacles": [ROCK], "goal": GOAL, "now": 0.0, "previous": None},
+    ),
+}
+"""Public calls with good arguments."""
+
+FITS_ELSEWHERE = ("matrix", "cube", "space", "yes")
+"""Good values, to which the other arguments do not fit: one of these may be named."""
+
+OTHER_NAMES: dict[tuple[str, str], tuple[str, ...]] = {
+    ("compare", "name"): ("scenario",),
+    ("compare", "methods"): ("method",),
+    ("compare", "settings"): ("parameter",),
+    ("method", "name"): ("method",),
+}
+"""Further names of what an argument holds."""
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_good_arguments_are_taken(name: str) -> None:
+    call, good = CALLS[name]
+    call(**good)
+
+
+ARGUMENTS = [pytest.param(name, a, id=f"{name}-{a}") for name, (_, good) in CALLS.items() for a in good]
+
+
+@pytest.mark.parametrize(("name", "argument"), draws(ARGUMENTS, 60))
+def test_wrong_arguments_are_taken_or_refused_by_name(name: str, argument: str) -> None:
+    """TypeError is only for a wrong number or name of arguments."""
+    call, good = CALLS[name]
+    mistakes = []
+    for what, value in WRONG.items():
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                call(**{**good, argument: value})
+        except InvalidInput as refused:
+            names = [argument, *OTHER_NAMES.get((name, argument), ()), *(good if what in FITS_ELSEWHERE else ())]
+            if not re.search(rf"\b({'|'.join(names)})", str(refused)) or "\n" in str(refused):
+                mistakes.append(f"{what}: {refused}")
+        except Exception as other:
+            mistakes.append(f"{what}: {type(other).__name__}: {other}")
+    assert not mistakes, "\n".join(mistakes)
