@@ -1439,3 +1439,18 @@ VIEW_EXPORTED: Final = 150
 
 Larger: larger files, about 6 kB for each among 30 obstacles. Smaller: longer steps between them in short runs.
 """
+
+# Environments of gymnasium and PettingZoo
+
+GYM_BLOCK: Final = 64
+"""[1] Steps for which the motion of obstacles is computed at once, for each world.
+
+Larger: more memory, about 1 kB for each obstacle and 16 steps, and more work for episodes that end early. Smaller:
+slower steps.
+"""
+
+INTERVENTION: Final = 1e-6
+"""[1] A filter has intervened if it changes an acceleration by more than this, in units of the largest one.
+
+Larger: small changes count as none. Smaller: rounding counts as an intervention.
+"""

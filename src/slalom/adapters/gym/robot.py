@@ -1,0 +1,106 @@
+"""Environment of gymnasium: one robot among obstacles."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
+from slalom.adapters.gym.worlds import OUTCOMES, RUNNING, TIME, Worlds
+from slalom.checks import Array, known
+from slalom.errors import InvalidInput
+from slalom.view.scene import Picture
+
+Observation = npt.NDArray[np.float32]
+RENDER_MODES = ("rgb_array", "human")
+
+
+class RobotEnv(gymnasium.Env[Observation, Array]):
+    """One robot among obstacles that do not avoid it.
+
+    Observations and rewards are those of `worlds.Worlds`. An episode is terminated by arrival or collision, and
+    truncated when the duration of the scenario has passed. `info` holds `outcome` (running, arrived, collision, time),
+    `is_success`, `clearance` [m] (see `clearance.least_clearances`) and `time` [s] since the begin.
+
+    Attributes:
+        worlds: the state of the only robot, `worlds.position[0, 0]`.
+
+    Args:
+        scenario: a name of the gallery, a scenario, or a function from a seed to a scenario.
+        settings: parameters and settings of the gallery. nearest: number of bodies that are observed.
+        command: "acceleration" or "velocity", see `Worlds.accelerations`.
+        render_mode: "rgb_array", or "human" for a window of matplotlib, if its backend has windows.
+
+    Raises:
+        InvalidInput: a scenario of several robots; see also `Worlds` and `Motion`.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": 10}
+
+    def __init__(
+        self,
+        scenario: Source = "roundabout_crossing",
+        *,
+        settings: Mapping[str, float] | None = None,
+        nearest: int = 8,
+        command: str = "acceleration",
+        render_mode: str | None = None,
+    ) -> None:
+        self.scenes = Scenes(scenario, settings)
+        self.worlds = Worlds([self.scenes.first()], nearest, command)
+        if self.worlds.kind[0] != 1:
+            raise InvalidInput(f"scenario: expected one robot, found {self.worlds.kind[0]}; use FleetEnv")
+        self.observation_space, self.action_space = observation_space(self.worlds), action_space(self.worlds)
+        self.render_mode = None if render_mode is None else known(render_mode, "render_mode", RENDER_MODES)
+        self._picture: Picture | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode in the scenario of the seed `options["scenario_seed"]`, or of a seed that is drawn."""
+        super().reset(seed=seed)
+        self.worlds.load(0, self.scenes.next(self.np_random, options))
+        self._close_picture()
+        self._show()
+        return self.worlds.observations()[0, 0], {"time": 0.0}
+
+    def step(self, action: Array) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Follow an action for one period."""
+        if not self.worlds.acting[0, 0]:
+            raise InvalidInput("step: expected a running episode, found one that has ended or not begun; call reset")
+        made = self.worlds.step(np.asarray(action, np.float64)[None, None])
+        outcome = int(made.outcomes[0, 0])
+        info = {
+            "outcome": OUTCOMES[outcome],
+            "is_success": OUTCOMES[outcome] == "arrived",
+            "clearance": float(made.clearances[0, 0]),
+            "time": float(self.worlds.steps[0] * self.worlds.period),
+        }
+        self._show()
+        ended, late = outcome not in (RUNNING, TIME), outcome == TIME
+        return self.worlds.observations()[0, 0], float(made.rewards[0, 0]), ended, late, info
+
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """Picture (height, width, 3) of the scene with render_mode "rgb_array"; with "human" it is shown at each step."""
+        return self._drawn().pixels() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._close_picture()
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._drawn().show()
+
+    def _drawn(self) -> Picture:
+        if self._picture is None:
+            self._picture = Picture(self.worlds.scenarios[0], window=self.render_mode == "human")
+        self._picture.draw(self.worlds.position[0], self.worlds.velocity[0], self.worlds.there[0], self.worlds.now())
+        return self._picture
+
+    def _close_picture(self) -> None:
+        if self._picture is not None:
+            self._picture.close()
+            self._picture = None
