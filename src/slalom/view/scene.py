@@ -62,8 +62,9 @@ class Picture:
                 parts = parts_at(robot.shape, positions[k])
                 body(ax, parts, f"robot-{k}", facecolor=ROBOT, edgecolor=INK, linewidth=0.6, zorder=5)
                 if np.hypot(vx, vy) > 0.0:
-                    arrow = FancyArrowPatch((x, y), (x + vx, y + vy), arrowstyle="-|>", mutation_scale=6, color=INK)
-                    arrow.set(shrinkA=0.0, shrinkB=0.0, zorder=6)
+                    ends = ((x, y), (x + vx, y + vy))
+                    arrow = FancyArrowPatch(*ends, arrowstyle="-|>", mutation_scale=6, color=INK, shrinkA=0, shrinkB=0)
+                    arrow.set_zorder(6)
                     ax.add_patch(arrow)
             left, right, low, high = self._extent
             ax.set(xlim=(left, right), ylim=(low, high), aspect="equal")

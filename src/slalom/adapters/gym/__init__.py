@@ -5,11 +5,12 @@
 
 import gymnasium
 
+from slalom.adapters.gym.fleet import FleetEnv
 from slalom.adapters.gym.robot import RobotEnv
 from slalom.adapters.gym.safety_filter import SafetyFilter
 from slalom.adapters.gym.vector import RobotsEnv
 
-__all__ = ["SINGLE", "RobotEnv", "RobotsEnv", "SafetyFilter"]
+__all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter"]
 
 SINGLE = (
     *("empty", "head_on", "curved_road", "roundabout_crossing", "roundabout_exit", "merging", "drones_crossing"),

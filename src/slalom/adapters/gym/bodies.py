@@ -23,28 +23,61 @@ class Surroundings(NamedTuple):
     moving: int
 
 
-def surroundings(
-    motions: Sequence[Motion], steps: Indices, position: Array, velocity: Array, radii: Array, there: Flags
-) -> Surroundings:
-    """What robots at `position` (W, R, d) [m] with `radii` (W, R) [m] can meet at the begin of `steps` (W,)."""
-    w, r, d = position.shape
-    o, m = max(len(each.moving) for each in motions), max(len(each.walls) for each in motions)
-    places, speeds = np.zeros((w, o + r, d)), np.zeros((w, o + r, d))
-    ends, sizes = np.zeros((w, m, 2, d)), np.zeros((w, o + r + m))
-    exist = np.zeros((w, o + r + m), np.bool_)
-    for k, (motion, step) in enumerate(zip(motions, steps.tolist())):
-        n, walls = len(motion.moving), len(motion.walls)
-        places[k, :n], speeds[k, :n], exist[k, :n] = motion.at(step)
-        sizes[k, :n] = motion.radii
-        ends[k, :walls], sizes[k, o + r : o + r + walls] = motion.ends, motion.wall_radii
-        exist[k, o + r : o + r + walls] = True
-    places[:, o : o + r], speeds[:, o : o + r] = position, velocity
-    sizes[:, o : o + r], exist[:, o : o + r] = radii, there
-    offsets = np.concatenate([places[:, None] - position[:, :, None], nearest_on(ends[:, None], position)], axis=2)
-    relative = np.concatenate([speeds, np.zeros((w, m, d))], axis=1)[:, None] - velocity[:, :, None]
-    others = np.broadcast_to(exist[:, None], (w, r, o + r + m)).copy()
-    others[:, np.arange(r), o + np.arange(r)] = False
-    return Surroundings(offsets, relative, sizes, others, o)
+class Bodies:
+    """The bodies of all worlds: as many moving obstacles, robots and walls as the world with the most has."""
+
+    def __init__(self, motions: Sequence[Motion], robots: int) -> None:
+        self.motions, self._robots, w = list(motions), robots, len(motions)
+        self.moving, walls = max(len(each.moving) for each in motions), max(len(each.walls) for each in motions)
+        first, d = self.moving + robots, motions[0].ends.shape[2]
+        self._places, self._speeds = np.zeros((w, first, d)), np.zeros((w, first, d))
+        self._ends, self._radii = np.zeros((w, walls, 2, d)), np.zeros((w, first + walls))
+        self._exist = np.zeros((w, first + walls), np.bool_)
+        for k in range(w):
+            self._write(k)
+
+    def replaced(self, w: int, motion: Motion) -> "Bodies":
+        """The bodies with another motion in world w; the same object if it has space for it."""
+        self.motions[w] = motion
+        if len(motion.moving) > self.moving or len(motion.walls) > self._ends.shape[1]:
+            return Bodies(self.motions, self._robots)
+        self._write(w)
+        return self
+
+    def _write(self, w: int) -> None:
+        """Write what does not change during an episode of world w."""
+        motion, first = self.motions[w], self.moving + self._robots
+        n, m = len(motion.moving), len(motion.walls)
+        self._exist[w], self._radii[w, :n] = False, motion.radii
+        self._ends[w, :m], self._radii[w, first : first + m] = motion.ends, motion.wall_radii
+        self._exist[w, first : first + m] = True
+
+    def around(self, steps: Indices, position: Array, velocity: Array, radii: Array, there: Flags) -> Surroundings:
+        """What robots at `position` (W, R, d) [m] with `radii` (W, R) [m] can meet at the begin of `steps` (W,)."""
+        (w, r, d), o = position.shape, self.moving
+        for k, (motion, step) in enumerate(zip(self.motions, steps.tolist())):
+            n = len(motion.moving)
+            self._places[k, :n], self._speeds[k, :n], self._exist[k, :n] = motion.at(step)
+        self._places[:, o:], self._speeds[:, o:] = position, velocity
+        self._radii[:, o : o + r], self._exist[:, o : o + r] = radii, there
+        m = self._ends.shape[1]
+        offsets, relative = np.empty((w, r, o + r + m, d)), np.empty((w, r, o + r + m, d))
+        offsets[:, :, : o + r] = self._places[:, None] - position[:, :, None]
+        offsets[:, :, o + r :] = nearest_on(self._ends[:, None], position)
+        relative[:, :, : o + r], relative[:, :, o + r :] = self._speeds[:, None], 0.0
+        relative -= velocity[:, :, None]
+        others = np.repeat(self._exist[:, None], r, axis=1)
+        others[:, np.arange(r), o + np.arange(r)] = False
+        return Surroundings(offsets, relative, self._radii.copy(), others, o)
+
+    def during(self, steps: Indices) -> tuple[Array, Flags]:
+        """Distances from the chords (W, o) [m] of the moving obstacles in `steps` (W,), and whether they exist then."""
+        bends = np.zeros((len(steps), self.moving))
+        exist = np.zeros(bends.shape, np.bool_)
+        for k, (motion, step) in enumerate(zip(self.motions, steps.tolist())):
+            n = len(motion.moving)
+            bends[k, :n], exist[k, :n] = motion.during(step)
+        return bends, exist
 
 
 def observed(around: Surroundings, radii: Array, sight: Array, max_speed: Array, nearest: int) -> Array:

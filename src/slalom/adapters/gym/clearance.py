@@ -40,13 +40,9 @@ def least_clearances(
     a wall by at most the way of the robot in the step. Otherwise they are exact up to CERTIFIED.
     """
     (w, r, b), o, h = before.there.shape, before.moving, worlds.period
-    bends, exist = np.zeros((w, b)), np.zeros((w, b), np.bool_)
-    for k, (motion, step) in enumerate(zip(worlds.motions, steps.tolist())):
-        bends[k, : len(motion.moving)], exist[k, : len(motion.moving)] = motion.during(step)
-    own = np.linalg.norm(moved.acceleration, axis=-1) * h * h / 8.0
-    bends[:, o : o + r] = own
-    there = before.there.copy()
-    there[..., :o] = exist[:, None, :o]
+    own, bends, there = np.linalg.norm(moved.acceleration, axis=-1) * h * h / 8.0, np.zeros((w, b)), before.there.copy()
+    bends[:, :o], exist = worlds.bodies.during(steps)
+    bends[:, o : o + r], there[..., :o] = own, exist[:, None]
     distance = least_distances(before.offsets, after.offsets)
     # The nearest point of a wall moves along it: the distance changes at most as fast as the robot moves.
     way = np.linalg.norm(h * moved.velocity + 0.5 * h * h * moved.acceleration, axis=-1)[..., None]
@@ -63,16 +59,16 @@ def least_clearances(
         exact = float(ControlObstacle(Acceleration(), state, window, shape).clearance(moved.acceleration[k, j]))
         rest = lower[k, j, lower[k, j] > 0.0]
         least[k, j] = min(exact, float(rest.min(initial=np.inf)))
-    return least
+    return np.asarray(least)
 
 
 def _body(worlds: "Worlds", moved: Moved, w: int, body: int, moving: int, start: float) -> Obstacle:
     """A body of `Surroundings` as an obstacle."""
     r = body - moving
     if r < 0:
-        return worlds.motions[w].moving[body]
+        return worlds.bodies.motions[w].moving[body]
     robots = worlds.scenarios[w].robots
     if r < len(robots):
         path = ConstantAcceleration(moved.position[w, r], moved.velocity[w, r], moved.acceleration[w, r], start)
         return Obstacle(robots[r].shape, path)
-    return worlds.motions[w].walls[r - len(robots)]
+    return worlds.bodies.motions[w].walls[r - len(robots)]

@@ -1,6 +1,6 @@
 """Motion of the obstacles of a scenario at the ends of equal steps, and how far it leaves the straight line between."""
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,14 +19,17 @@ class Motion:
     """Discs, balls and walls of a scenario, computed in blocks of GYM_BLOCK steps.
 
     Attributes:
-        moving: n discs or balls. radii: (n,) [m]. speeds: (n,) [m/s] largest ones.
+        moving: n discs or balls. radii: (n,) [m].
         walls: m obstacles, one for each wall. ends: (m, 2, d) [m] of walls. wall_radii: (m,) [m].
+
+    Args:
+        keep: whether to keep all blocks, for scenarios of several episodes.
 
     Raises:
         InvalidInput: an obstacle that is no disc, no ball and no wall at rest.
     """
 
-    def __init__(self, scenario: Scenario, period: float) -> None:
+    def __init__(self, scenario: Scenario, period: float, *, keep: bool = False) -> None:
         self.start, self.period, d = scenario.start, period, scenario.dimension
         self.moving = [each for each in scenario.obstacles if isinstance(each.shape, Disc | Ball)]
         self.radii = np.array([each.shape.bounding_radius for each in self.moving])
@@ -40,41 +43,59 @@ class Motion:
                     ends.append(corners)
                     wall_radii.append(radius)
         self.ends, self.wall_radii = np.array(ends).reshape(-1, 2, d), np.array(wall_radii)
-        self._first = -GYM_BLOCK - 1
+        self._blocks: dict[int, _Block] = {}
+        self._keep = keep
 
     def at(self, step: int) -> tuple[Array, Array, Flags]:
         """Positions (n, d) [m], velocities (n, d) [m/s] and existence (n,) at the begin of a step."""
-        k = self._row(step)
-        return self._positions[k], self._velocities[k], self._there[k]
+        block, k = self._block(step), step % GYM_BLOCK
+        return block.positions[k], block.velocities[k], block.there[k]
 
     def during(self, step: int) -> tuple[Array, Flags]:
         """Largest distance (n,) [m] from the chord of a step, and existence (n,) at any time of it."""
-        k = self._row(step)
-        return self._bends[k], self._during[k]
+        block, k = self._block(step), step % GYM_BLOCK
+        return block.bends[k], block.during[k]
 
-    def _row(self, step: int) -> int:
-        if not self._first <= step < self._first + GYM_BLOCK:
-            self._first = step
-            self._compute(self.start + self.period * (step + np.arange(GYM_BLOCK + 1)))
-        return step - self._first
+    def _block(self, step: int) -> "_Block":
+        number = step // GYM_BLOCK
+        found = self._blocks.get(number)
+        if found is None:
+            if not self._keep:
+                # An episode goes on by one step at a time: it needs this block and the one before.
+                self._blocks.pop(number - 2, None)
+            found = self._blocks[number] = self._computed(number * GYM_BLOCK)
+        return found
 
-    def _compute(self, times: Array) -> None:
-        """Fill the block at times (k + 1,) [s]."""
-        n, d, k = len(self.moving), self.ends.shape[2], len(times) - 1
-        self._positions, self._velocities = np.zeros((k + 1, n, d)), np.zeros((k + 1, n, d))
-        self._there, self._during = np.zeros((k + 1, n), np.bool_), np.zeros((k, n), np.bool_)
-        self._bends = np.zeros((k, n))
+    def _computed(self, first: int) -> "_Block":
+        """The block that begins with a step."""
+        times: Array = np.asarray(self.start + self.period * (first + np.arange(GYM_BLOCK + 1)), np.float64)
+        n, d, k = len(self.moving), self.ends.shape[2], GYM_BLOCK
+        exists, during = np.zeros((k, n), np.bool_), np.zeros((k, n), np.bool_)
+        block = _Block(np.zeros((k, n, d)), np.zeros((k, n, d)), exists, np.zeros((k, n)), during)
         for j, obstacle in enumerate(self.moving):
-            trajectory, (first, last) = obstacle.trajectory, obstacle.trajectory.span
-            within = np.clip(times, first, last)
-            self._positions[:, j], self._velocities[:, j] = trajectory.position(within), trajectory.velocity(within)
-            self._there[:, j] = (first <= times) & (times <= last)
-            self._during[:, j] = (first < times[1:]) & (times[:-1] < last)
-            begin, end = within[0], within[-1]
-            if begin < end:
-                partly = self._during[:, j] & ((times[:-1] < first) | (times[1:] > last))
-                self._bends[:, j] = _bends(obstacle, begin, end, times)
-                self._bends[partly, j] += self.period * trajectory.speed_bound(begin, end)
+            trajectory, (start, end) = obstacle.trajectory, obstacle.trajectory.span
+            within = np.clip(times, start, end)
+            block.positions[:, j], block.velocities[:, j] = (
+                trajectory.position(within[:-1]),
+                trajectory.velocity(within[:-1]),
+            )
+            exists[:, j] = (start <= times[:-1]) & (times[:-1] <= end)
+            during[:, j] = (start < times[1:]) & (times[:-1] < end)
+            if within[0] < within[-1]:
+                partly = during[:, j] & ((times[:-1] < start) | (times[1:] > end))
+                block.bends[:, j] = _bends(obstacle, float(within[0]), float(within[-1]), times)
+                block.bends[partly, j] += self.period * trajectory.speed_bound(float(within[0]), float(within[-1]))
+        return block
+
+
+class _Block(NamedTuple):
+    """Motion of n obstacles during k steps."""
+
+    positions: Array  # (k, n, d) [m] at the begins
+    velocities: Array  # (k, n, d) [m/s]
+    there: Flags  # (k, n)
+    bends: Array  # (k, n) [m]
+    during: Flags  # (k, n)
 
 
 def _segments(obstacle: Obstacle) -> list[tuple[Array, float]]:
@@ -120,12 +141,11 @@ def _bends(obstacle: Obstacle, begin: float, end: float, times: Array) -> Array:
     step = np.clip(np.searchsorted(times, knots, side="right") - 1, 0, len(bends) - 1)
     since = np.clip(knots - times[step], 0.0, h)
     np.add.at(bends, step, jumps * since * (h - since) / h)
-    return bends
+    return np.asarray(bends)
 
 
-def nearest_on(walls: Sequence[Array] | Array, points: Array) -> Array:
-    """Offsets (..., m, d) [m] from points (..., d) to the nearest points of walls (..., m, 2, d) [m]."""
-    ends = np.asarray(walls)
+def nearest_on(ends: Array, points: Array) -> Array:
+    """Offsets (..., m, d) [m] from points (..., d) to the nearest points of segments between `ends` (..., m, 2, d)."""
     begin, along = ends[..., 0, :] - points[..., None, :], ends[..., 1, :] - ends[..., 0, :]
     square = np.maximum((along * along).sum(axis=-1), 1e-300)
     share = np.clip(-(begin * along).sum(axis=-1) / square, 0.0, 1.0)

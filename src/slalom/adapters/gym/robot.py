@@ -1,7 +1,7 @@
 """Environment of gymnasium: one robot among obstacles."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -29,7 +29,9 @@ class RobotEnv(gymnasium.Env[Observation, Array]):
 
     Args:
         scenario: a name of the gallery, a scenario, or a function from a seed to a scenario.
-        settings: parameters and settings of the gallery. nearest: number of bodies that are observed.
+        settings: parameters and settings of the gallery. layouts: number of different scenarios, which are built once;
+            None: a new one for each episode.
+        nearest: number of bodies that are observed.
         command: "acceleration" or "velocity", see `Worlds.accelerations`.
         render_mode: "rgb_array", or "human" for a window of matplotlib, if its backend has windows.
 
@@ -37,19 +39,20 @@ class RobotEnv(gymnasium.Env[Observation, Array]):
         InvalidInput: a scenario of several robots; see also `Worlds` and `Motion`.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": 10}
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012
 
     def __init__(
         self,
         scenario: Source = "roundabout_crossing",
         *,
         settings: Mapping[str, float] | None = None,
+        layouts: int | None = None,
         nearest: int = 8,
         command: str = "acceleration",
         render_mode: str | None = None,
     ) -> None:
-        self.scenes = Scenes(scenario, settings)
-        self.worlds = Worlds([self.scenes.first()], nearest, command)
+        self.scenes = Scenes(scenario, settings, layouts)
+        self.worlds = Worlds([self.scenes.of_seed(0)], nearest, command)
         if self.worlds.kind[0] != 1:
             raise InvalidInput(f"scenario: expected one robot, found {self.worlds.kind[0]}; use FleetEnv")
         self.observation_space, self.action_space = observation_space(self.worlds), action_space(self.worlds)
@@ -61,7 +64,7 @@ class RobotEnv(gymnasium.Env[Observation, Array]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode in the scenario of the seed `options["scenario_seed"]`, or of a seed that is drawn."""
         super().reset(seed=seed)
-        self.worlds.load(0, self.scenes.next(self.np_random, options))
+        self.scenes.begin(self.worlds, 0, self.np_random, options)
         self._close_picture()
         self._show()
         return self.worlds.observations()[0, 0], {"time": 0.0}
@@ -82,8 +85,8 @@ class RobotEnv(gymnasium.Env[Observation, Array]):
         ended, late = outcome not in (RUNNING, TIME), outcome == TIME
         return self.worlds.observations()[0, 0], float(made.rewards[0, 0]), ended, late, info
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
-        """Picture (height, width, 3) of the scene with render_mode "rgb_array"; with "human" it is shown at each step."""
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Picture (height, width, 3) with render_mode "rgb_array"; with "human" it is shown at each step."""
         return self._drawn().pixels() if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """Vector environment of gymnasium: one robot in each of many worlds, which make a step in one call."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -19,14 +19,14 @@ Observations = npt.NDArray[np.float32]
 NAMES = np.array(OUTCOMES)
 
 
-class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Array]):
+class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Any]):
     """Many independent copies of `RobotEnv`, with its arguments, as arrays.
 
     Copy k with seed s + k has the episodes of a `RobotEnv` with that seed. A copy whose episode has ended begins the
     next one at the next step, with a reward of 0 (`AutoresetMode.NEXT_STEP`).
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}  # noqa: RUF012
 
     def __init__(
         self,
@@ -34,14 +34,15 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Array]):
         scenario: Source = "roundabout_crossing",
         *,
         settings: Mapping[str, float] | None = None,
+        layouts: int | None = None,
         nearest: int = 8,
         command: str = "acceleration",
         render_mode: None = None,
     ) -> None:
         if render_mode is not None:
             raise InvalidInput(f"render_mode: expected none for many worlds, found {render_mode!r}")
-        self.scenes, self.num_envs = Scenes(scenario, settings), whole(num_envs, "num_envs", 1)
-        self.worlds = Worlds([self.scenes.first()] * self.num_envs, nearest, command)
+        self.scenes, self.num_envs = Scenes(scenario, settings, layouts), whole(num_envs, "num_envs", 1)
+        self.worlds = Worlds([self.scenes.of_seed(0)] * self.num_envs, nearest, command)
         if self.worlds.kind[0] != 1:
             raise InvalidInput(f"scenario: expected one robot, found {self.worlds.kind[0]}; use FleetEnv")
         self.single_observation_space = observation_space(self.worlds)
@@ -85,4 +86,4 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Array]):
     def _load(self, some: Sequence[int], options: dict[str, Any] | None) -> None:
         """Begin the next episode in some worlds."""
         for k in some:
-            self.worlds.load(k, self.scenes.next(self._generators[k], options))
+            self.scenes.begin(self.worlds, k, self._generators[k], options)

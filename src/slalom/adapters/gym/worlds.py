@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from slalom.adapters.gym.bodies import Surroundings, observed, shortened, surroundings
+from slalom.adapters.gym.bodies import Bodies, Surroundings, observed, shortened
 from slalom.adapters.gym.clearance import Moved, least_clearances
 from slalom.adapters.gym.motion import Motion
 from slalom.checks import Array, array_of, known, whole
@@ -74,7 +75,8 @@ class Worlds:
         self.kind = _kind(first)
         r, self.dimension, self.period = self.kind
         self.nearest, self.command = whole(nearest, "nearest", 1), known(command, "command", COMMANDS)
-        self.scenarios, self.motions = list(scenarios), [Motion(each, self.period) for each in scenarios]
+        self.scenarios = list(scenarios)
+        self.bodies = Bodies([Motion(each, self.period) for each in scenarios], r)
         self.position, self.velocity = np.zeros((w, r, self.dimension)), np.zeros((w, r, self.dimension))
         self.steps, self.acting = np.zeros(w, np.int64), np.zeros((w, r), np.bool_)
         self.there, self.robots = np.ones((w, r), np.bool_), _Robots((w, r))
@@ -88,8 +90,8 @@ class Worlds:
         """Length of an observation."""
         return 3 * self.dimension + self.nearest * (2 * self.dimension + 2)
 
-    def load(self, w: int, scenario: Scenario) -> None:
-        """Begin a new episode in world w."""
+    def load(self, w: int, scenario: Scenario, motion: Motion | None = None) -> None:
+        """Begin a new episode in world w, with the motion of its obstacles if that was made before."""
         if _kind(scenario) != self.kind:
             raise InvalidInput(
                 f"scenario: expected the number of robots, the dimension and the period {self.kind} in every world, "
@@ -100,7 +102,8 @@ class Worlds:
         for robot in scenario.robots:
             if not isinstance(robot.shape, Disc | Ball):
                 raise InvalidInput(f"{robot.name}.shape: expected a disc or a ball, found {type(robot.shape).__name__}")
-        self.scenarios[w], self.motions[w] = scenario, Motion(scenario, self.period)
+        self.scenarios[w] = scenario
+        self.bodies = self.bodies.replaced(w, motion or Motion(scenario, self.period))
         self.position[w] = [robot.state.position for robot in scenario.robots]
         self.velocity[w] = [robot.state.velocity for robot in scenario.robots]
         self.steps[w], self.acting[w], self.there[w] = 0, True, True
@@ -181,20 +184,21 @@ class Worlds:
             self._around = None
         return Transition(np.where(moves, reward, 0.0), clearance, outcome)
 
-    def observations(self) -> Array:
-        """Observations (W, R, size), in [-1, 1], as float32.
+    def observations(self) -> npt.NDArray[np.float32]:
+        """Observations (W, R, size), in [-1, 1].
 
         First the own velocity in units of max_speed, the offset to the goal in units of sight and the velocity of the
         goal relative to the robot in units of twice max_speed; then the nearest bodies, see `bodies.observed`. Vectors
         longer than 1 are shortened to 1.
         """
         robots, (w, r) = self.robots, self.acting.shape
+        seen = observed(self._surroundings(), robots.radius, robots.sight, robots.max_speed, self.nearest)
         max_speed = robots.max_speed[..., None]
         own = [
             self.velocity / max_speed,
             shortened((self._goal - self.position) / robots.sight[..., None]),
             shortened((self._goal_velocity - self.velocity) / (2.0 * max_speed)),
-            observed(self._surroundings(), robots.radius, robots.sight, robots.max_speed, self.nearest).reshape(w, r, -1),
+            seen.reshape(w, r, -1),
         ]
         # Rounding may leave a length just above 1.
         return np.clip(np.concatenate(own, axis=-1), -1.0, 1.0).astype(np.float32)
@@ -202,7 +206,7 @@ class Worlds:
     def _surroundings(self) -> Surroundings:
         if self._around is None:
             here = (self.position, self.velocity, self.robots.radius, self.there)
-            self._around = surroundings(self.motions, self.steps, *here)
+            self._around = self.bodies.around(self.steps, *here)
         return self._around
 
     def _set_goals(self, w: int, some: Sequence[int]) -> None:
