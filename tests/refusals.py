@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from slalom import ConstantVelocity, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary, method
+from slalom import ConstantVelocity, Disc, Goal, Limits, Obstacle, Polyline, Rectangle, State, Stationary, method
 from slalom.bounds import BOUNDS
 from slalom.cli.viewing import view
 from slalom.live import edits
@@ -104,7 +104,84 @@ def other_kinematics(_: Path) -> object:
     return agent.compute_cmd_internal(0.1)
 
 
+def gym(call: Callable[[SimpleNamespace], object]) -> Callable[[Path], object]:
+    """A call with the environments of gymnasium and PettingZoo, which are imported when it is made."""
+
+    def made(_: Path) -> object:
+        import gymnasium
+
+        from slalom.adapters import gym as kinds
+
+        names = {name: getattr(kinds, name) for name in kinds.__all__}
+        return call(SimpleNamespace(**names, gymnasium=gymnasium))
+
+    return made
+
+
+def renamed(seed: int) -> Scenario:
+    """Two robots, one of which is named by the seed."""
+    return replace(SCENE, robots=(PAIR[0], replace(PAIR[1], name=f"robot {seed}")))
+
+
+def in_a_box(kinds: SimpleNamespace) -> object:
+    """A robot that is no disc, in an environment."""
+    return kinds.RobotEnv(replace(SCENE, robots=(replace(ROBOT, shape=Rectangle(1.0, 1.0)),)))
+
+
+OF_GYM: list[tuple[str, str, Callable[[Path], object]]] = [
+    (
+        "_segments",
+        r"obstacle 'b': expected a disc, a ball or walls at rest .*, found Rectangle on Stationary",
+        gym(lambda g: g.RobotEnv(replace(SCENE, obstacles=(Obstacle(Rectangle(1, 1), Stationary((9, 9)), "b"),)))),
+    ),
+    (
+        "Worlds.load",
+        r"scenario: expected .* \(1, 2, 0\.1\) in every world, found \(2, 2, 0\.1\)",
+        gym(lambda g: g.RobotEnv(lambda seed: replace(SCENE, robots=PAIR) if seed else SCENE).reset()),
+    ),
+    (
+        "Worlds.load",
+        r"scenario: expected a world that does not repeat",
+        gym(lambda g: g.FleetEnv("navground_corridor")),
+    ),
+    ("Worlds.load", r"robot\.shape: expected a disc or a ball, found Rectangle", gym(in_a_box)),
+    ("Scenes.__init__", r"settings: expected none", gym(lambda g: g.RobotEnv(SCENE, settings={"dt": 0.2}))),
+    ("Scenes.__init__", r"scenario: expected a name, .* found 3", gym(lambda g: g.RobotEnv(3))),
+    (
+        "Scenes.begin",
+        r"options\['scenario_seed'\]: expected a whole number, found 0\.5",
+        gym(lambda g: g.RobotEnv(SCENE).reset(options={"scenario_seed": 0.5})),
+    ),
+    ("RobotEnv.__init__", r"scenario: expected one robot, found 2", gym(lambda g: g.RobotEnv(renamed))),
+    ("RobotEnv.step", r"step: expected a running episode", gym(lambda g: g.RobotEnv(SCENE).step(np.zeros(2)))),
+    ("RobotsEnv.__init__", r"render_mode: expected none", gym(lambda g: g.RobotsEnv(2, SCENE, render_mode="human"))),
+    ("RobotsEnv.__init__", r"scenario: expected one robot, found 2", gym(lambda g: g.RobotsEnv(2, renamed))),
+    (
+        "RobotsEnv.reset",
+        r"seed: expected one or 2, found 3",
+        gym(lambda g: g.RobotsEnv(2, SCENE).reset(seed=[1, 2, 3])),
+    ),
+    ("RobotsEnv.step", r"step: expected running episodes", gym(lambda g: g.RobotsEnv(2, SCENE).step(np.zeros((2, 2))))),
+    (
+        "FleetEnv.reset",
+        r"scenario: expected the robots \['robot', 'robot 0'\], found",
+        gym(lambda g: g.FleetEnv(renamed).reset(options={"scenario_seed": 5})),
+    ),
+    (
+        "FleetEnv.step",
+        r"actions: expected one of each of \[\], found \['x'\]",
+        gym(lambda g: g.FleetEnv().step({"x": 0})),
+    ),
+    (
+        "SafetyFilter.__init__",
+        r"env: expected a RobotEnv, possibly wrapped, found",
+        gym(lambda g: g.SafetyFilter(g.gymnasium.make("CartPole-v1"))),
+    ),
+]
+"""Of environments."""
+
 REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
+    *OF_GYM,
     ("_Group._unwrap", r"world_period: expected the period", moved_at_once),
     ("_lead", r"kinematics: expected omnidirectional ones", other_kinematics),
     ("view", r"view: .*slalom\[view\]", without_server),
