@@ -142,7 +142,7 @@ def test_many_worlds_are_single_environments_to_the_bit():
         assert np.array_equal(observations[k], env.reset(seed=7 + k)[0])
     over, ends = [False] * 3, 0
     for _ in range(60):
-        actions = rng.uniform(-1, 1, (3, 2)) + (0.7, 0.0)
+        actions = rng.uniform(-1, 1, (3, 2)) + np.array([0.7, 0.0])
         observations, rewards, ended, late, info = many.step(actions)
         for k, env in enumerate(single):
             if over[k]:

@@ -55,6 +55,8 @@ class RobotEnv(gymnasium.Env[Observation, Array]):
         self.worlds = Worlds([self.scenes.of_seed(0)], nearest, command)
         if self.worlds.kind[0] != 1:
             raise InvalidInput(f"scenario: expected one robot, found {self.worlds.kind[0]}; use FleetEnv")
+        # The first episode begins with `reset`.
+        self.worlds.acting[:] = False
         self.observation_space, self.action_space = observation_space(self.worlds), action_space(self.worlds)
         self.render_mode = None if render_mode is None else known(render_mode, "render_mode", RENDER_MODES)
         self._picture: Picture | None = None
