@@ -9,7 +9,19 @@ from unittest.mock import patch
 
 import numpy as np
 
-from slalom import ConstantVelocity, Disc, Goal, Limits, Obstacle, Polyline, Rectangle, State, Stationary, method
+from slalom import (
+    ConstantVelocity,
+    Disc,
+    FollowVelocity,
+    Goal,
+    Limits,
+    Obstacle,
+    Polyline,
+    Rectangle,
+    State,
+    Stationary,
+    method,
+)
 from slalom.bounds import BOUNDS
 from slalom.cli.viewing import view
 from slalom.live import edits
@@ -19,7 +31,9 @@ from slalom.live.page import renderer
 from slalom.live.recorded import recorded
 from slalom.live.seen import decisions
 from slalom.live.session import Session
-from slalom.sim import Recording, gallery, simulate
+from slalom.peers import contender
+from slalom.registry import Kind, Registry
+from slalom.sim import Recording, compare, gallery, simulate
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Sampled
@@ -180,8 +194,77 @@ OF_GYM: list[tuple[str, str, Callable[[Path], object]]] = [
 ]
 """Of environments."""
 
+
+def entry_point(point: str) -> Callable[[Path], object]:
+    """A table that is asked for the parts of packages, of which one has an entry point."""
+
+    def made(folder: Path) -> object:
+        about = folder / "bad-1.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text("Metadata-Version: 2.1\nName: bad\nVersion: 1\n")
+        (about / "entry_points.txt").write_text(f"[test.refused]\n{point}\n")
+        table = Registry("test.refused", Kind(lambda part: not isinstance(part, str), "no text"), {"one": 1.0})
+        with patch.object(sys, "path", [str(folder), *sys.path]):
+            return len(table)
+
+    return made
+
+
+AIMED = replace(ROBOT, objective=FollowVelocity((0.0, 1.0)))
+OF_PARTS: list[tuple[str, str, Callable[[Path], object]]] = [
+    (
+        "Registry._add",
+        r"entry point 'a' of test\.refused: expected no_such:x to be importable",
+        entry_point("a = no_such:x"),
+    ),
+    (
+        "Registry._add",
+        r"entry point 'a' of test\.refused: expected no text, found 'json'",
+        entry_point("a = json:__name__"),
+    ),
+    (
+        "Registry._add",
+        r"entry point 'one' of test\.refused: expected a name that is free",
+        entry_point("one = math:pi"),
+    ),
+    (
+        "Registry._add",
+        r"entry point 'a' of test\.refused: expected the name of its part, found 'nao'",
+        entry_point("a = refusals:NAO"),
+    ),
+    ("contender", r"method: expected a method, such as method\('nao'\), or its name; found 3", lambda _: contender(3)),
+    (
+        "_decider_and_rows",
+        r"robot\.objective: expected none for nao with 2 robots, found",
+        lambda _: simulate(replace(SCENE, robots=(AIMED, PAIR[1])), NAO),
+    ),
+    (
+        "Scenario.decider",
+        r"objective: expected none for nao_ahead, found",
+        lambda _: simulate(replace(SCENE, robots=(AIMED,)), "nao_ahead"),
+    ),
+    ("load", r"scenario: expected a name, an Entry or a Scenario, found 3", lambda _: compare(3, ["vo"], 1)),
+    (
+        "named_metrics",
+        r"metric: expected a name or a function .*, found 3",
+        lambda _: compare(SCENE, [NAO], 1, metrics=[3]),
+    ),
+    (
+        "compare_all",
+        r"store: expected scenarios, methods and metrics by name, found",
+        lambda tmp: compare("head_on", [NAO], 1, store=tmp / "kept"),
+    ),
+    (
+        "_contenders",
+        r"methods: expected different names, found two methods named 'nao'",
+        lambda _: compare("head_on", ["nao", replace(method("vo"), name="nao")], 1),
+    ),
+]
+"""Of parts of other packages, and of objects in their place."""
+
 REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     *OF_GYM,
+    *OF_PARTS,
     ("_Group._unwrap", r"world_period: expected the period", moved_at_once),
     ("_lead", r"kinematics: expected omnidirectional ones", other_kinematics),
     ("view", r"view: .*slalom\[view\]", without_server),

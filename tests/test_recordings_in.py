@@ -31,7 +31,7 @@ from slalom.cli import call
 from slalom.cli.recorded import Crossing, Reading
 from slalom.cli.running import RECORDING_METHOD
 from slalom.goal import Goal
-from slalom.io.formats import format_of_suffix, FORMATS, read_recording, write_recording
+from slalom.io.formats import FORMATS, format_of_suffix, read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.io.tracks import sample_data
 from slalom.sim import Recording, Robot, Scenario, load, simulate

@@ -255,7 +255,8 @@ class Mix:
 OBJECTIVES: Final = Registry[type[Objective]](
     "slalom.objectives",
     Kind(
-        lambda part: isinstance(part, type) and hasattr(part, "aims") and hasattr(part, "cost"), "a class of objectives"
+        lambda part: isinstance(part, type) and all(hasattr(part, name) for name in ("aims", "cost")),
+        "a class of objectives",
     ),
     {
         "arrive": Arrive,

@@ -214,7 +214,7 @@ GALLERY: Final = Registry[Entry](
 
 
 def build(name: str | Entry, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """Build a scenario of the gallery, or of an entry, with changed parameters of its own or settings of every scenario.
+    """Build a scenario of the gallery, or of an entry, with changed parameters of its own or settings of all scenarios.
 
     Raises:
         InvalidInput: an unknown name or parameter (the message lists the known ones), a negative seed.

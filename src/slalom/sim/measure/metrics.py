@@ -122,7 +122,9 @@ METRICS: Final = Registry[Callable[[Recording], float]](
         )
     },
 )
-"""Metrics by name; packages add to them by entry points of the group slalom.metrics. Those of one robot take a parameter `robot`, the others are of all robots."""
+"""Metrics by name; packages add to them by entry points of the group slalom.metrics.
+
+Those of one robot take a parameter `robot`, the others are of all robots."""
 
 
 def summary(recording: Recording) -> dict[str, Any]:
