@@ -193,7 +193,7 @@ def test_a_format_reads_files(package: Path, tmp_path: Path) -> None:
     (tmp_path / "cars.spaced").write_text("id,t,x,y\n1,0,0,0\n1,1,1,0\n1,2,2,0\n")
     read = read_recording(tmp_path / "cars.spaced", "spaced")
     assert read.format == "spaced"
-    assert isinstance(read.agents[0].trajectory, Sampled)
+    assert isinstance(next(iter(read.agents.values())).trajectory, Sampled)
 
 
 def test_a_store_knows_the_version_of_the_package(package: Path, tmp_path: Path) -> None:

@@ -58,8 +58,7 @@ def compare(
     seeds
         Number of seeds per scenario; by default as in the study, or 100.
     metrics
-        Names from `slalom list metrics`, separated by commas, whose means the table has too; by default those of the
-        study.
+        Names from `slalom list metrics`, separated by commas: further columns; by default those of the study.
     only
         Run only these scenarios of a study.
     jobs
@@ -81,9 +80,7 @@ def compare(
     from slalom.sim.sweep.study import compare_all, flat
     from slalom.sim.sweep.study_yaml import is_study, named
 
-    chosen = None if methods is None else _listed(methods)
-    measured = None if metrics is None else _listed(metrics)
-    changed = parse_settings(settings)
+    chosen, measured, changed = _listed(methods), _listed(metrics), parse_settings(settings)
     study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, metrics=measured, only=only, data=data)
     writable(page)
     _print_notes(study)
@@ -92,17 +89,16 @@ def compare(
         tables = compare_all(study.rows, **options, progress=lambda done, total: advance(done / total))
     if page is not None:
         _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, measured, only, data, page))
-    single = len(scenarios) == 1 and not is_study(scenarios[0])
-    rows = flat(tables)
+    single, rows = len(scenarios) == 1 and not is_study(scenarios[0]), flat(tables)
     result = tables[0] if single else {"rows": rows, "left_out": study.missing}
     print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
     killed = any(failure["killed"] for row in rows for failure in row["failures"])
     return DONE if any(row["runs"] for row in rows) and not killed else FAILED
 
 
-def _listed(names: str) -> list[str]:
-    """Return names that are separated by commas."""
-    return [name.strip() for name in names.split(",") if name.strip()]
+def _listed(names: str | None) -> list[str] | None:
+    """Return names that are separated by commas; None for none."""
+    return None if names is None else [name.strip() for name in names.split(",") if name.strip()]
 
 
 def _print_notes(study: "Study") -> None:

@@ -154,14 +154,16 @@ def method(name: str) -> Any:
 
 
 def contender(given: str | Method | Peer) -> Method | Peer:
-    """Method or peer, by name (see `contender_named`) or itself; the package of a peer must be installed.
+    """Method or peer, by name (see `contender_named`), whose package must be installed; or itself.
 
     Raises:
         InvalidInput: an unknown name, or a package that is not installed; something else than a method.
     """
     if not isinstance(given, str | Method | Peer):
         raise InvalidInput(f"method: expected a method, such as method('nao'), or its name; found {shown(given)}")
-    chosen = contender_named(given) if isinstance(given, str) else given
+    if not isinstance(given, str):
+        return given
+    chosen = contender_named(given)
     if isinstance(chosen, Peer):
         imported(chosen.package)
     return chosen

@@ -92,7 +92,7 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
         name, folder = one.scenario, cases if is_cases(one.scenario) else path.parent
         there = not is_cases(name) or (folder / name).exists()
         place = str(folder / name) if there and (is_file(name) or is_cases(name)) else name
-        row = Row(place, one.settings, one.methods or spec.methods, one.seeds or spec.seeds, spec.metrics)
+        row = Row(place, one.settings, one.methods or spec.methods, one.seeds or spec.seeds, tuple(spec.metrics))
         (rows if there else left_out).append(row)
         mistakes += _unfit(path, root, k, row) if there else []
     mistakes += _unknown(path, root, ("methods",), spec.methods)
