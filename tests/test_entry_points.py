@@ -18,9 +18,10 @@ from slalom.objective import OBJECTIVES
 from slalom.peers import CONTENDERS, PEERS, Peer
 from slalom.registry import Kind, Registry
 from slalom.sim import compare, compare_all, gallery, load, read_study, simulate
+from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.gallery import GALLERY, Entry
 from slalom.sim.measure.metrics import METRICS
-from slalom.sim.sweep.study import Row
+from slalom.sim.sweep.study import Row, cases_of
 from slalom.trajectory import Sampled
 
 TABLES = (METHODS, GALLERY, METRICS, OBJECTIVES, FORMATS)
@@ -183,6 +184,9 @@ def test_a_study_and_a_scenario_file_name_them(package: Path, tmp_path: Path) ->
     (tmp_path / "own.yaml").write_text(f"robot: {robot}, goal: {{position: [0, 9]}}}}\nduration: 3\n")
     run = simulate(load(str(tmp_path / "own.yaml")), "ao")
     np.testing.assert_allclose(run.velocities[-1, 0], (0.5, 0.0), atol=1e-6)
+    assert scenario_text(load(str(tmp_path / "own.yaml"))).count("drift") == 1
+    (case,) = cases_of(Row(str(tmp_path / "own.yaml"), {}, ["vo"], 1))
+    assert case.content["scenario"]["packages"] == ["a-package-of-parts 1.2"]
     rows = "[{scenario: own.yaml}, {scenario: two_cars, settings: {seconds: 1}}]"
     (tmp_path / "study.yaml").write_text(f"methods: [steady]\nseeds: 1\nmetrics: [steps]\nscenarios: {rows}\n")
     tables = compare_all(read_study(tmp_path / "study.yaml").rows)

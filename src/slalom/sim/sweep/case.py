@@ -14,6 +14,7 @@ from slalom.checks import shown
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.io import cadrl
 from slalom.methods import METHODS, Method
+from slalom.objective import OBJECTIVES
 from slalom.peers import Peer, contender
 from slalom.sim.files.scenario_yaml import files_of, read_scenario
 from slalom.sim.gallery import GALLERY, Entry, build as build_gallery
@@ -211,12 +212,17 @@ def digests_of(name: str) -> list[str]:
 def scenario_content(name: Source, settings: Mapping[str, float], scenario: Scenario) -> Content:
     """Return what a result depends on of a `scenario` that was loaded by that name with those settings.
 
-    The code of a package that adds a scenario is known by its version, that of an object not at all.
+    The code of a package that adds parts is known by its version, that of an object not at all.
     """
     if not isinstance(name, str):
         return {"name": scenario.name, "settings": dict(settings), "object": id(name)}
     if is_file(name) or is_cases(name):
-        return {"name": scenario.name, "settings": dict(settings), "files": digests_of(name)}
+        methods = {robot.method.name.partition("@")[0] for robot in scenario.robots if robot.method is not None}
+        kinds = {type(robot.objective) for robot in scenario.robots}
+        packages = [METHODS.packages[one] for one in sorted(methods) if one in METHODS.packages]
+        packages += [package for one, package in OBJECTIVES.packages.items() if OBJECTIVES[one] in kinds]
+        added = {"packages": packages} if packages else {}
+        return {"name": scenario.name, "settings": dict(settings), "files": digests_of(name), **added}
     package = {"package": GALLERY.packages[name]} if name in GALLERY.packages else {}
     return {"name": name, "parameters": dict(scenario.parameters), **package}
 
