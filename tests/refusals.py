@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from tempfile import mkdtemp
 from types import SimpleNamespace
 from unittest.mock import patch
 
@@ -199,12 +200,13 @@ def entry_point(point: str) -> Callable[[Path], object]:
     """A table that is asked for the parts of packages, of which one has an entry point."""
 
     def made(folder: Path) -> object:
-        about = folder / "bad-1.dist-info"
+        place = Path(mkdtemp(dir=folder))
+        about = place / "bad-1.dist-info"
         about.mkdir()
         (about / "METADATA").write_text("Metadata-Version: 2.1\nName: bad\nVersion: 1\n")
         (about / "entry_points.txt").write_text(f"[test.refused]\n{point}\n")
         table = Registry("test.refused", Kind(lambda part: not isinstance(part, str), "no text"), {"one": 1.0})
-        with patch.object(sys, "path", [str(folder), *sys.path]):
+        with patch.object(sys, "path", [str(place), *sys.path]):
             return len(table)
 
     return made

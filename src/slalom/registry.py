@@ -72,13 +72,13 @@ class Registry(UserDict[str, Part], Generic[Part]):
         from importlib.metadata import entry_points
 
         # While packages are imported they may look into this table.
-        self._complete = True
+        self._complete, done = True, False
         try:
             for point in sorted(entry_points(group=self.group)):
                 self._add(point)
-        except InvalidInput:
-            self._complete = False
-            raise
+            done = True
+        finally:
+            self._complete = done
 
     def _add(self, point: "EntryPoint") -> None:
         where = f"entry point {point.name!r} of {self.group}"
