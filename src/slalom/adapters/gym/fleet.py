@@ -5,18 +5,17 @@ from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
-import numpy.typing as npt
 from pettingzoo import ParallelEnv
 
-from slalom.adapters.gym.robot import RENDER_MODES, Observation
+from slalom.adapters.gym.robot import Observation
 from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
-from slalom.adapters.gym.worlds import OUTCOMES, RUNNING, TIME, Worlds
-from slalom.checks import Array, known
+from slalom.adapters.gym.shown import RENDER_MODES, Shown, checked_mode, information
+from slalom.adapters.gym.worlds import RUNNING, TIME, Worlds
+from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.view.scene import Picture
 
 
-class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
+class FleetEnv(Shown, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
     """Several robots among each other and among obstacles; agents are the names of the robots.
 
     Observations, rewards and information of each agent are as in `RobotEnv`, with its arguments. Other robots are
@@ -49,8 +48,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
         self.possible_agents, self.agents = self._names(), list[str]()
         self.observation_spaces = {name: observation_space(self.worlds) for name in self.possible_agents}
         self.action_spaces = {name: action_space(self.worlds) for name in self.possible_agents}
-        self.render_mode = None if render_mode is None else known(render_mode, "render_mode", RENDER_MODES)
-        self._picture: Picture | None = None
+        self.render_mode = checked_mode(render_mode)
         self._random = gymnasium.utils.seeding.np_random(None)[0]
 
     def observation_space(self, agent: str) -> gymnasium.Space[Any]:
@@ -88,15 +86,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
         made, acted = self.worlds.step(given), list(self.agents)
         rewards, clearances, outcomes = (column[0].tolist() for column in made)
         time = float(self.worlds.steps[0] * self.worlds.period)
-        infos = {
-            name: {
-                "outcome": OUTCOMES[outcomes[k]],
-                "is_success": OUTCOMES[outcomes[k]] == "arrived",
-                "clearance": clearances[k],
-                "time": time,
-            }
-            for name, k in rows.items()
-        }
+        infos = {name: information(outcomes[k], clearances[k], time) for name, k in rows.items()}
         self.agents = [name for name in acted if outcomes[rows[name]] == RUNNING]
         self._show()
         return (
@@ -107,29 +97,9 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
             infos,
         )
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """Picture (height, width, 3) with render_mode "rgb_array"; with "human" it is shown at each step."""
-        return self._drawn().pixels() if self.render_mode == "rgb_array" else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._picture is not None:
-            self._picture.close()
-            self._picture = None
-
     def _names(self) -> list[str]:
         return [robot.name for robot in self.worlds.scenarios[0].robots]
 
     def _observations(self, agents: list[str]) -> dict[str, Observation]:
         seen = self.worlds.observations()[0]
         return {name: seen[self.possible_agents.index(name)] for name in agents}
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._drawn().show()
-
-    def _drawn(self) -> Picture:
-        if self._picture is None:
-            self._picture = Picture(self.worlds.scenarios[0], window=self.render_mode == "human")
-        self._picture.draw(self.worlds.position[0], self.worlds.velocity[0], self.worlds.there[0], self.worlds.now())
-        return self._picture

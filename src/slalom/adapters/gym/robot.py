@@ -8,16 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
-from slalom.adapters.gym.worlds import OUTCOMES, RUNNING, TIME, Worlds
-from slalom.checks import Array, known
+from slalom.adapters.gym.shown import RENDER_MODES, Shown, checked_mode, information
+from slalom.adapters.gym.worlds import RUNNING, TIME, Worlds
+from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.view.scene import Picture
 
 Observation = npt.NDArray[np.float32]
-RENDER_MODES = ("rgb_array", "human")
 
 
-class RobotEnv(gymnasium.Env[Observation, Array]):
+class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
     """One robot among obstacles that do not avoid it.
 
     Observations and rewards are those of `worlds.Worlds`. An episode is terminated by arrival or collision, and
@@ -58,8 +57,7 @@ class RobotEnv(gymnasium.Env[Observation, Array]):
         # The first episode begins with `reset`.
         self.worlds.acting[:] = False
         self.observation_space, self.action_space = observation_space(self.worlds), action_space(self.worlds)
-        self.render_mode = None if render_mode is None else known(render_mode, "render_mode", RENDER_MODES)
-        self._picture: Picture | None = None
+        self.render_mode = checked_mode(render_mode)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -67,7 +65,7 @@ class RobotEnv(gymnasium.Env[Observation, Array]):
         """Begin an episode in the scenario of the seed `options["scenario_seed"]`, or of a seed that is drawn."""
         super().reset(seed=seed)
         self.scenes.begin(self.worlds, 0, self.np_random, options)
-        self._close_picture()
+        self.close()
         self._show()
         return self.worlds.observations()[0, 0], {"time": 0.0}
 
@@ -77,35 +75,8 @@ class RobotEnv(gymnasium.Env[Observation, Array]):
             raise InvalidInput("step: expected a running episode, found one that has ended or not begun; call reset")
         made = self.worlds.step(np.asarray(action, np.float64)[None, None])
         outcome = int(made.outcomes[0, 0])
-        info = {
-            "outcome": OUTCOMES[outcome],
-            "is_success": OUTCOMES[outcome] == "arrived",
-            "clearance": float(made.clearances[0, 0]),
-            "time": float(self.worlds.steps[0] * self.worlds.period),
-        }
+        time = float(self.worlds.steps[0] * self.worlds.period)
+        info = information(outcome, float(made.clearances[0, 0]), time)
         self._show()
         ended, late = outcome not in (RUNNING, TIME), outcome == TIME
         return self.worlds.observations()[0, 0], float(made.rewards[0, 0]), ended, late, info
-
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """Picture (height, width, 3) with render_mode "rgb_array"; with "human" it is shown at each step."""
-        return self._drawn().pixels() if self.render_mode == "rgb_array" else None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        self._close_picture()
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._drawn().show()
-
-    def _drawn(self) -> Picture:
-        if self._picture is None:
-            self._picture = Picture(self.worlds.scenarios[0], window=self.render_mode == "human")
-        self._picture.draw(self.worlds.position[0], self.worlds.velocity[0], self.worlds.there[0], self.worlds.now())
-        return self._picture
-
-    def _close_picture(self) -> None:
-        if self._picture is not None:
-            self._picture.close()
-            self._picture = None
