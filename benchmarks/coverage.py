@@ -85,13 +85,13 @@ def coverage(tracks: RecordedTracks, confidence: float, seconds: float) -> list[
         calibration.observe(seen)
         for k, lead in enumerate(calibration.coverage):
             if now < begin + lead.lead + WARM:
-                before[k] = lead.count, round(lead.count * lead.measured) if lead.count else 0
+                before[k] = lead.errors, round(lead.errors * lead.measured) if lead.errors else 0
     return [
         {
             "lead": lead.lead,
             "promised": confidence,
-            "errors": int(lead.count - count),
-            "held": int(round(lead.count * lead.measured) - held) if lead.count else 0,
+            "errors": int(lead.errors - count),
+            "held": int(round(lead.errors * lead.measured) - held) if lead.errors else 0,
             "radius": lead.radius,
         }
         for lead, (count, held) in zip(calibration.coverage, before, strict=True)

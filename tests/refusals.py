@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from tempfile import mkdtemp
 from types import SimpleNamespace
 from unittest.mock import patch
 
@@ -16,12 +17,14 @@ from slalom import (
     ControlObstacle,
     Disc,
     Fleet,
+    FollowVelocity,
     Goal,
     Limits,
     Navigator,
     Obstacle,
     ObstacleWindow,
     Polyline,
+    Rectangle,
     State,
     Stationary,
     Tracker,
@@ -38,6 +41,8 @@ from slalom.live.page import renderer
 from slalom.live.recorded import recorded
 from slalom.live.seen import decisions
 from slalom.live.session import Session
+from slalom.peers import contender
+from slalom.registry import Kind, Registry
 from slalom.sim import Recording, compare, gallery, simulate
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
@@ -145,7 +150,7 @@ def observed_again(_: Path) -> object:
     return calibration.observe(seen)
 
 
-REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
+OF_CALIBRATION: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Calibration.__post_init__", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
     (
         "Calibration.__post_init__",
@@ -158,6 +163,143 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         r"radii: expected some of at least 0 m, found \[-1.0\]",
         lambda _: enclosing_error([1.0], [-1.0]),
     ),
+]
+"""Of calibrated radii."""
+
+
+def gym(call: Callable[[SimpleNamespace], object]) -> Callable[[Path], object]:
+    """A call with the environments of gymnasium and PettingZoo, which are imported when it is made."""
+
+    def made(_: Path) -> object:
+        import gymnasium
+
+        from slalom.adapters import gym as kinds
+
+        names = {name: getattr(kinds, name) for name in kinds.__all__}
+        return call(SimpleNamespace(**names, gymnasium=gymnasium))
+
+    return made
+
+
+def renamed(seed: int) -> Scenario:
+    """Two robots, one of which is named by the seed."""
+    return replace(SCENE, robots=(PAIR[0], replace(PAIR[1], name=f"robot {seed}")))
+
+
+def in_a_box(kinds: SimpleNamespace) -> object:
+    """A robot that is no disc, in an environment."""
+    return kinds.RobotEnv(replace(SCENE, robots=(replace(ROBOT, shape=Rectangle(1.0, 1.0)),)))
+
+
+OF_GYM: list[tuple[str, str, Callable[[Path], object]]] = [
+    (
+        "_segments",
+        r"obstacle 'b': expected a disc, a ball or walls at rest .*, found Rectangle on Stationary",
+        gym(lambda g: g.RobotEnv(replace(SCENE, obstacles=(Obstacle(Rectangle(1, 1), Stationary((9, 9)), "b"),)))),
+    ),
+    (
+        "Worlds.load",
+        r"scenario: expected .* \(1, 2, 0\.1\) in every world, found \(2, 2, 0\.1\)",
+        gym(lambda g: g.RobotEnv(lambda seed: replace(SCENE, robots=PAIR) if seed else SCENE).reset()),
+    ),
+    (
+        "Worlds.load",
+        r"scenario: expected a world that does not repeat",
+        gym(lambda g: g.FleetEnv("navground_corridor")),
+    ),
+    ("Worlds.load", r"robot\.shape: expected a disc or a ball, found Rectangle", gym(in_a_box)),
+    ("Scenes.__init__", r"settings: expected none", gym(lambda g: g.RobotEnv(SCENE, settings={"dt": 0.2}))),
+    ("Scenes.__init__", r"scenario: expected a name, .* found 3", gym(lambda g: g.RobotEnv(3))),
+    (
+        "Scenes.begin",
+        r"options\['scenario_seed'\]: expected a whole number, found 0\.5",
+        gym(lambda g: g.RobotEnv(SCENE).reset(options={"scenario_seed": 0.5})),
+    ),
+    ("RobotEnv.__init__", r"scenario: expected one robot, found 2", gym(lambda g: g.RobotEnv(renamed))),
+    ("RobotEnv.step", r"step: expected a running episode", gym(lambda g: g.RobotEnv(SCENE).step(np.zeros(2)))),
+    ("RobotsEnv.__init__", r"render_mode: expected none", gym(lambda g: g.RobotsEnv(2, SCENE, render_mode="human"))),
+    ("RobotsEnv.__init__", r"scenario: expected one robot, found 2", gym(lambda g: g.RobotsEnv(2, renamed))),
+    (
+        "RobotsEnv.reset",
+        r"seed: expected one or 2, found 3",
+        gym(lambda g: g.RobotsEnv(2, SCENE).reset(seed=[1, 2, 3])),
+    ),
+    ("RobotsEnv.step", r"step: expected running episodes", gym(lambda g: g.RobotsEnv(2, SCENE).step(np.zeros((2, 2))))),
+    (
+        "FleetEnv.reset",
+        r"scenario: expected the robots \['robot', 'robot 0'\], found",
+        gym(lambda g: g.FleetEnv(renamed).reset(options={"scenario_seed": 5})),
+    ),
+    (
+        "FleetEnv.step",
+        r"actions: expected one of each of \[\], found \['x'\]",
+        gym(lambda g: g.FleetEnv().step({"x": 0})),
+    ),
+    (
+        "SafetyFilter.__init__",
+        r"env: expected a RobotEnv, possibly wrapped, found",
+        gym(lambda g: g.SafetyFilter(g.gymnasium.make("CartPole-v1"))),
+    ),
+]
+"""Of environments."""
+
+
+def entry_point(point: str) -> Callable[[Path], object]:
+    """A table that is asked for the parts of packages, of which one has an entry point."""
+
+    def made(folder: Path) -> object:
+        place = Path(mkdtemp(dir=folder))
+        about = place / "bad-1.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text("Metadata-Version: 2.1\nName: bad\nVersion: 1\n")
+        (about / "entry_points.txt").write_text(f"[test.refused]\n{point}\n")
+        table = Registry("test.refused", Kind(lambda part: not isinstance(part, str), "no text"), {"one": 1.0})
+        with patch.object(sys, "path", [str(place), *sys.path]):
+            return len(table)
+
+    return made
+
+
+AIMED = replace(ROBOT, objective=FollowVelocity((0.0, 1.0)))
+OF_PARTS: list[tuple[str, str, Callable[[Path], object]]] = [
+    ("Registry._add", r"entry point 'a' of test\.refused: expected no_such:x to be .*", entry_point("a = no_such:x")),
+    ("Registry._add", r"entry point 'a' .*: expected no text, found 'json'", entry_point("a = json:__name__")),
+    ("Registry._add", r"entry point 'one' .*: expected a name that is free", entry_point("one = math:pi")),
+    ("Registry._add", r"entry point 'a' .*: expected the name of its part, .*'nao'", entry_point("a = refusals:NAO")),
+    ("contender", r"method: expected a method, such as method\('nao'\), or its name; found 3", lambda _: contender(3)),
+    (
+        "_decider_and_rows",
+        r"robot\.objective: expected none for nao with 2 robots, found",
+        lambda _: simulate(replace(SCENE, robots=(AIMED, PAIR[1])), NAO),
+    ),
+    (
+        "Scenario.decider",
+        r"objective: expected none for nao_ahead, found",
+        lambda _: simulate(replace(SCENE, robots=(AIMED,)), "nao_ahead"),
+    ),
+    ("load", r"scenario: expected a name, an Entry or a Scenario, found 3", lambda _: compare(3, ["vo"], 1)),
+    (
+        "named_metrics",
+        r"metric: expected .*, found 3",
+        lambda _: compare(SCENE, [NAO], 1, metrics=[3]),
+    ),
+    (
+        "compare_all",
+        r"store: expected scenarios, methods and metrics by name, found",
+        lambda tmp: compare("head_on", [NAO], 1, store=tmp / "kept"),
+    ),
+    (
+        "_contenders",
+        r"methods: expected different names, found two methods named 'nao'",
+        lambda _: compare("head_on", ["nao", replace(method("vo"), name="nao")], 1),
+    ),
+]
+"""Of parts of other packages, and of objects in their place."""
+
+REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
+    *OF_CALIBRATION,
+    *OF_GYM,
+    *OF_PARTS,
     ("_Group._unwrap", r"world_period: expected the period", moved_at_once),
     ("_lead", r"kinematics: expected omnidirectional ones", other_kinematics),
     ("view", r"view: .*slalom\[view\]", without_server),

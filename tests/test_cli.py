@@ -19,11 +19,12 @@ from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome, kernels
 from slalom.cli import call
 from slalom.forecast import foresight_of
 from slalom.io.formats import FORMATS
+from slalom.objective import OBJECTIVES
 from slalom.paper.titles import TITLES
 from slalom.peers import CONTENDERS, PEERS, contender
 from slalom.sim import Recording, load, simulate
 from slalom.sim.gallery import GALLERY
-from slalom.sim.measure.metrics import summary
+from slalom.sim.measure.metrics import METRICS, summary
 from slalom.sim.sweep.case import Failure
 
 SCENE = """\
@@ -218,11 +219,13 @@ def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
 
 
 def test_list(say: Say) -> None:
-    kinds = ("scenarios", "methods", "foresights", "formats", "figures")
+    kinds = ("scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures")
     every, *parts = (say("list", *what) for what in ([], *([kind] for kind in kinds)))
     assert {said.code for said in (every, *parts)} == {0}
     assert every.out == "".join(said.out for said in parts)
-    scenarios, methods, foresights, formats, figures = parts
+    scenarios, methods, foresights, metrics, objectives, formats, figures = parts
+    assert all(f"  {name} " in metrics.out for name in METRICS)
+    assert all(f"  {name} " in objectives.out for name in OBJECTIVES)
     for entry in GALLERY.values():
         assert entry.name in scenarios.out
         assert entry.sentence in scenarios.out
@@ -238,7 +241,7 @@ def test_list(say: Say) -> None:
 
 def test_list_json(say: Say) -> None:
     both = say("list", "--json").json
-    assert set(both) == {"scenarios", "methods", "foresights", "formats", "figures"}
+    assert set(both) == {"scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures"}
     assert {name: row["level"] for name, row in both["foresights"].items()} == {
         name: foresight_of(rule) for name, rule in FORESIGHTS.items()
     }
@@ -648,8 +651,9 @@ def test_help_is_quick() -> None:
 
 
 def test_lists_are_quick() -> None:
-    """Nothing that compiles, reads or draws is imported for them."""
-    assert not HEAVY - {"numpy", "shapely"} & imported(["list"])
+    """Nothing that compiles, reads or draws is imported for them; metrics need what reads recordings."""
+    assert not HEAVY - {"numpy", "shapely", "h5py"} & imported(["list"])
+    assert not HEAVY - {"numpy", "shapely"} & imported(["list", "methods"])
 
 
 def test_the_program_and_the_module_are_the_command_line() -> None:

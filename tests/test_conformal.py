@@ -24,7 +24,7 @@ def test_the_promised_share_of_errors_is_held(confidence: float) -> None:
     walked(calibration, np.random.default_rng(1), 200, 0.1)
     for lead in calibration.coverage:
         assert lead.promised == confidence
-        assert lead.count > 3000
+        assert lead.errors > 3000
         assert lead.measured == pytest.approx(confidence, abs=0.015)
 
 
@@ -60,9 +60,9 @@ def test_positions_between_observations_are_interpolated_and_long_gaps_are_not()
     calibration = Calibration(0.9, (0.5,), max_gap=1.0)
     for t in (0.0, 0.4, 0.8):
         calibration.observe(Tracks([(2.0 * t, 0.0)], [(2.0, 0.0)], 0.3, t, ids=["a"]))
-    assert calibration.coverage[0].count == 1
+    assert calibration.coverage[0].errors == 1
     calibration.observe(Tracks([(9.0, 0.0)], [(2.0, 0.0)], 0.3, 3.0, ids=["a"]))
-    assert calibration.coverage[0].count == 1
+    assert calibration.coverage[0].errors == 1
     assert calibration.coverage[0].measured == 1.0
 
 
@@ -71,7 +71,7 @@ def test_a_track_that_was_out_of_sight_begins_anew() -> None:
     calibration.observe(Tracks([(0.0, 0.0)], [(1.0, 0.0)], 0.3, 0.0, ids=["a"]))
     calibration.observe(Tracks([(5.0, 0.0)], [(1.0, 0.0)], 0.3, 0.25, ids=["b"]))
     calibration.observe(Tracks([(9.0, 9.0)], [(1.0, 0.0)], 0.3, 0.5, ids=["a"]))
-    assert calibration.coverage[0].count == 0
+    assert calibration.coverage[0].errors == 0
 
 
 def test_a_forecast_that_is_right_has_no_error() -> None:

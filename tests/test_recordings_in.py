@@ -31,7 +31,7 @@ from slalom.cli import call
 from slalom.cli.recorded import Crossing, Reading
 from slalom.cli.running import RECORDING_METHOD
 from slalom.goal import Goal
-from slalom.io.formats import FORMAT_OF_SUFFIX, FORMATS, read_recording, write_recording
+from slalom.io.formats import FORMATS, format_of_suffix, read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.io.tracks import sample_data
 from slalom.sim import Recording, Robot, Scenario, load, simulate
@@ -350,7 +350,7 @@ def test_a_sweep_depends_on_every_file_that_is_read(say: Say, tmp_path: Path) ->
 # Recordings out.
 
 
-@pytest.mark.parametrize("suffix", FORMAT_OF_SUFFIX)
+@pytest.mark.parametrize("suffix", format_of_suffix())
 def test_a_run_is_written_as_a_recording(suffix: str, say: Say) -> None:
     """Positions of the robot and of the people at the steps, to the bit; ids are kept."""
     tokens = ("run", "people.csv", *WAY, "--at", 1.7, "--without", "5")
@@ -358,7 +358,7 @@ def test_a_run_is_written_as_a_recording(suffix: str, say: Say) -> None:
     said = say(*tokens, "--out", f"run{suffix}")
     assert f"run{suffix}: ids: robot is 10" in said.err
     run, read = Recording.load("run.h5"), read_recording(f"run{suffix}")
-    assert read.format == FORMAT_OF_SUFFIX[suffix]
+    assert read.format == format_of_suffix()[suffix]
     assert not read.notes
     first = 0.0 if "frame_rate" in signature(FORMATS[read.format].writer).parameters else 1.7
     np.testing.assert_allclose(read.agents["10"].trajectory.times, run.times - 1.7 + first, rtol=0, atol=1e-9)
@@ -424,7 +424,7 @@ def test_robots_that_have_left_are_not_written(say: Say) -> None:
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@pytest.mark.parametrize("suffix", FORMAT_OF_SUFFIX)
+@pytest.mark.parametrize("suffix", format_of_suffix())
 def test_conversion(name: str, suffix: str, say: Say, tmp_path: Path) -> None:
     """Every format to every one that is written: places to the bit, times as near as frames are."""
     sample = SAMPLES[name]
@@ -444,7 +444,7 @@ def test_conversion(name: str, suffix: str, say: Say, tmp_path: Path) -> None:
         "source": sample.name,
         "target": f"out{suffix}",
         "from": name,
-        "to": FORMAT_OF_SUFFIX[suffix],
+        "to": format_of_suffix()[suffix],
         "agents": 3,
         "frame_rate": None if suffix == ".csv" else 1.0 / sample.tick,
         "notes": notes,

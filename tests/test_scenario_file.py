@@ -276,7 +276,7 @@ holds: @[]
 """
 IN_ROBOT = (
     "shape, radius, name, method, margin, priority, position, velocity, max_speed, max_acceleration, velocity_bounds, "
-    "acceleration_bounds, bounds, goal"
+    "acceleration_bounds, bounds, objective, goal"
 )
 AT_TOP = (
     "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, period"

@@ -468,7 +468,7 @@ def test_every_mistake_of_a_study_is_a_line(study: Path) -> None:
     with pytest.raises(InvalidFile) as caught:
         read_study(study)
     assert sorted(caught.value.mistakes) == [
-        f"{study}:1:1: titel: expected one of title, text, methods, seeds, scenarios; found 'titel'; "
+        f"{study}:1:1: titel: expected one of title, text, methods, seeds, metrics, scenarios; found 'titel'; "
         "did you mean 'title'?",
         f"{study}:2:8: seeds: expected 1 or more, found 0",
         f"{study}:3:10: methods: expected at least 1 entries, found 0",

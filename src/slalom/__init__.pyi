@@ -69,7 +69,6 @@ from .manoeuvre import Manoeuvre as Manoeuvre
 from .methods import (
     METHODS as METHODS,
     Method as Method,
-    method as method,
 )
 from .navigator import Navigator as Navigator
 from .objective import (
@@ -87,6 +86,7 @@ from .obstacle import Obstacle as Obstacle
 from .obstacle_table import ObstacleTable as ObstacleTable
 from .obstacle_window import ObstacleWindow as ObstacleWindow
 from .path_goal import PathGoal as PathGoal
+from .peers.table import method as method
 from .precompile import compile as compile
 from .response import (
     AccelerateThenBrake as AccelerateThenBrake,

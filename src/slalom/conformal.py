@@ -24,7 +24,7 @@ class Coverage(NamedTuple):
     lead: float  # [s] prediction time
     promised: float  # share of the errors that the radius shall hold
     measured: float  # share that it held; nan without an error
-    count: int  # errors that were judged
+    errors: int  # that were judged
     radius: float  # [m] now
 
 

@@ -17,6 +17,7 @@ from slalom.forecast import (
     foresight_of,
 )
 from slalom.limits import Limits
+from slalom.registry import Kind, Registry
 from slalom.response import (
     AccelerateThenBrake,
     AccelerateThenCoast,
@@ -127,79 +128,82 @@ def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> 
     )
 
 
-METHODS: Final[dict[str, Method]] = {
-    method.name: method
-    for method in (
-        Method(
-            "vo",
-            _velocity,
-            AtConstantVelocity(),
-            "Velocity obstacle: a new velocity; obstacles keep theirs.",
-            "Fiorini and Shiller, IJRR 17(7), 1998",
-        ),
-        Method(
-            "rvo",
-            _velocity,
-            AtConstantVelocity(),
-            "Reciprocal velocity obstacle: as vo, and of the change that avoids another robot each makes half.",
-            "van den Berg, Lin and Manocha, ICRA 2008",
-            share=0.5,
-        ),
-        Method(
-            "nlvo",
-            _velocity,
-            Known(),
-            "Nonlinear velocity obstacle: a new velocity; obstacles follow known trajectories.",
-            "Shiller, Large and Sekhavat, ICRA 2001",
-        ),
-        Method(
-            "avo",
-            _lagged,
-            AtConstantVelocity(),
-            "Acceleration-velocity obstacle: a new velocity, approached with a lag; obstacles keep theirs.",
-            "van den Berg, Snape, Guy and Manocha, ICRA 2011",
-        ),
-        Method(
-            "ao",
-            _acceleration,
-            AtConstantAcceleration(),
-            "Acceleration obstacle: a new acceleration; obstacles keep theirs.",
-            "Stern and Shiller, arXiv:2504.13637 and arXiv:2506.06255, 2025",
-            robot_forecast=AtConstantAcceleration(),
-            responses_among=_braking,
-        ),
-        Method(
-            "nao",
-            _acceleration,
-            Known(),
-            "Nonlinear acceleration obstacle: a new acceleration; obstacles follow known trajectories.",
-            "Stern and Shiller, arXiv:2506.06255, 2025",
-            robot_forecast=AcceleratingBriefly(0.1),
-            responses_among=_braking,
-            share=0.5,
-            regain=1.0,
-            agrees=True,
-        ),
-        Method(
-            "nao_ahead",
-            _acceleration,
-            Known(),
-            "As nao, with a search over sequences of accelerations. One robot among obstacles.",
-            "Sequences: docs/theory.md, 18; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
-            looks_ahead=True,
-        ),
-        Method(
-            "nao_shared",
-            _ending_at_rest,
-            Known(),
-            "As nao, and robots publish manoeuvres that end at rest; each avoids all published before it.",
-            "The guarantee: docs/theory.md, 16; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
-            robot_forecast=Known(),
-            shared=True,
-        ),
-    )
-}
-"""Methods by name."""
+_ROWS: Final = (
+    Method(
+        "vo",
+        _velocity,
+        AtConstantVelocity(),
+        "Velocity obstacle: a new velocity; obstacles keep theirs.",
+        "Fiorini and Shiller, IJRR 17(7), 1998",
+    ),
+    Method(
+        "rvo",
+        _velocity,
+        AtConstantVelocity(),
+        "Reciprocal velocity obstacle: as vo, and of the change that avoids another robot each makes half.",
+        "van den Berg, Lin and Manocha, ICRA 2008",
+        share=0.5,
+    ),
+    Method(
+        "nlvo",
+        _velocity,
+        Known(),
+        "Nonlinear velocity obstacle: a new velocity; obstacles follow known trajectories.",
+        "Shiller, Large and Sekhavat, ICRA 2001",
+    ),
+    Method(
+        "avo",
+        _lagged,
+        AtConstantVelocity(),
+        "Acceleration-velocity obstacle: a new velocity, approached with a lag; obstacles keep theirs.",
+        "van den Berg, Snape, Guy and Manocha, ICRA 2011",
+    ),
+    Method(
+        "ao",
+        _acceleration,
+        AtConstantAcceleration(),
+        "Acceleration obstacle: a new acceleration; obstacles keep theirs.",
+        "Stern and Shiller, arXiv:2504.13637 and arXiv:2506.06255, 2025",
+        robot_forecast=AtConstantAcceleration(),
+        responses_among=_braking,
+    ),
+    Method(
+        "nao",
+        _acceleration,
+        Known(),
+        "Nonlinear acceleration obstacle: a new acceleration; obstacles follow known trajectories.",
+        "Stern and Shiller, arXiv:2506.06255, 2025",
+        robot_forecast=AcceleratingBriefly(0.1),
+        responses_among=_braking,
+        share=0.5,
+        regain=1.0,
+        agrees=True,
+    ),
+    Method(
+        "nao_ahead",
+        _acceleration,
+        Known(),
+        "As nao, with a search over sequences of accelerations. One robot among obstacles.",
+        "Sequences: docs/theory.md, 18; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
+        looks_ahead=True,
+    ),
+    Method(
+        "nao_shared",
+        _ending_at_rest,
+        Known(),
+        "As nao, and robots publish manoeuvres that end at rest; each avoids all published before it.",
+        "The guarantee: docs/theory.md, 16; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
+        robot_forecast=Known(),
+        shared=True,
+    ),
+)
+
+METHODS: Final = Registry[Method](
+    "slalom.methods",
+    Kind(lambda part: isinstance(part, Method), "a Method"),
+    {method.name: method for method in _ROWS},
+)
+"""Methods by name; packages add to them by entry points of the group slalom.methods."""
 
 
 def method(name: str) -> Method:
@@ -209,7 +213,7 @@ def method(name: str) -> Method:
         InvalidInput: an unknown method or foresight; the message lists the known ones.
     """
     plain, at, foresight = text(name, "name").partition("@")
-    found = METHODS[known(plain, "method", list(METHODS))]
+    found = METHODS.find(plain, "method")
     return found.with_foresight(foresight) if at else found
 
 

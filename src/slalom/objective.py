@@ -11,6 +11,7 @@ from slalom.checks import Array, Checked, not_negative, positive, vector
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Admissible, Limits
+from slalom.registry import Kind, Registry
 from slalom.response import Response
 from slalom.state import State
 from slalom.tolerances import COARSE_SAMPLES, FINE_SAMPLES, FIRST_SAMPLE, IMMEDIATE
@@ -251,12 +252,19 @@ class Mix:
         return sum(weight * part.cost(motion, situation, until) for weight, part in self.parts) / weights
 
 
-OBJECTIVES: Final[dict[str, type[Objective]]] = {
-    "arrive": Arrive,
-    "keep_acceleration": KeepAcceleration,
-    "follow_acceleration": FollowAcceleration,
-    "follow_velocity": FollowVelocity,
-    "most_clearance": MostClearance,
-    "mix": Mix,
-}
-"""Objectives by the name that files of decisions use."""
+OBJECTIVES: Final = Registry[type[Objective]](
+    "slalom.objectives",
+    Kind(
+        lambda part: isinstance(part, type) and all(hasattr(part, name) for name in ("aims", "cost")),
+        "a class of objectives",
+    ),
+    {
+        "arrive": Arrive,
+        "keep_acceleration": KeepAcceleration,
+        "follow_acceleration": FollowAcceleration,
+        "follow_velocity": FollowVelocity,
+        "most_clearance": MostClearance,
+        "mix": Mix,
+    },
+)
+"""Objectives by the name that files use; packages add to them by entry points of the group slalom.objectives."""

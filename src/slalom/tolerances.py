@@ -1476,3 +1476,18 @@ FIT_SLACK: Final = 1e-12
 
 Larger: a larger bound. Smaller: rounding may leave no corner of the linear programme.
 """
+
+# Environments of gymnasium and PettingZoo
+
+GYM_BLOCK: Final = 64
+"""[1] Steps for which the motion of obstacles is computed at once, for each world.
+
+Larger: more memory, about 1 kB for each obstacle and 16 steps, and more work for episodes that end early. Smaller:
+slower steps.
+"""
+
+INTERVENTION: Final = 1e-6
+"""[1] A filter has intervened if it changes an acceleration by more than this, in units of the largest one.
+
+Larger: small changes count as none. Smaller: rounding counts as an intervention.
+"""

@@ -31,6 +31,7 @@ def compare(
     settings: Settings = None,
     methods: str | None = None,
     seeds: int | None = None,
+    metrics: str | None = None,
     only: Names = None,
     jobs: int = 1,
     backend: str | None = None,
@@ -56,6 +57,8 @@ def compare(
         Names from `slalom list methods`, separated by commas; by default those of the study, or vo,nlvo,avo,ao,nao.
     seeds
         Number of seeds per scenario; by default as in the study, or 100.
+    metrics
+        Names from `slalom list metrics`, separated by commas: further columns; by default those of the study.
     only
         Run only these scenarios of a study.
     jobs
@@ -77,29 +80,32 @@ def compare(
     from slalom.sim.sweep.study import compare_all, flat
     from slalom.sim.sweep.study_yaml import is_study, named
 
-    chosen = None if methods is None else [name.strip() for name in methods.split(",") if name.strip()]
-    changed = parse_settings(settings)
-    study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, only=only, data=data)
+    chosen, measured, changed = _listed(methods), _listed(metrics), parse_settings(settings)
+    study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, metrics=measured, only=only, data=data)
     writable(page)
     _print_notes(study)
     options: Any = {"jobs": jobs, "backend": backend, "store": store, "adopt": adopt, "note": print_message}
     with progress("comparing") as advance:
         tables = compare_all(study.rows, **options, progress=lambda done, total: advance(done / total))
     if page is not None:
-        _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, only, data, page))
-    single = len(scenarios) == 1 and not is_study(scenarios[0])
-    rows = flat(tables)
+        _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, measured, only, data, page))
+    single, rows = len(scenarios) == 1 and not is_study(scenarios[0]), flat(tables)
     result = tables[0] if single else {"rows": rows, "left_out": study.missing}
     print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
     killed = any(failure["killed"] for row in rows for failure in row["failures"])
     return DONE if any(row["runs"] for row in rows) and not killed else FAILED
 
 
+def _listed(names: str | None) -> list[str] | None:
+    """Return names that are separated by commas; None for none."""
+    return None if names is None else [name.strip() for name in names.split(",") if name.strip()]
+
+
 def _print_notes(study: "Study") -> None:
     """Print the notes on repairs and assumptions of all scenario files, each once, and the files left out."""
     from slalom.sim.sweep.case import is_file, load
 
-    messages = [note for row in study.rows if is_file(row.scenario) for note in load(row.scenario, row.settings).notes]
+    messages = [note for row in study.rows if is_file(row.name) for note in load(row.scenario, row.settings).notes]
     for note in dict.fromkeys(messages):
         print_message(note)
     for name in study.missing:
@@ -121,6 +127,7 @@ def _command(
     settings: Sequence[str] | None,
     methods: Sequence[str] | None,
     seeds: int | None,
+    metrics: list[str] | None,
     only: Sequence[str] | None,
     data: Path | None,
     page: Path,
@@ -130,6 +137,7 @@ def _command(
     tokens += [token for setting in settings or () for token in ("--set", setting)]
     tokens += [] if methods is None else ["--methods", ",".join(methods)]
     tokens += [] if seeds is None else ["--seeds", str(seeds)]
+    tokens += [] if metrics is None else ["--metrics", ",".join(metrics)]
     tokens += ["--only", *only] if only else []
     # The folder differs between machines; the page must not.
     tokens += [] if data is None else ["--data", "DATA_DIR"]

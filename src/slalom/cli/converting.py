@@ -33,15 +33,15 @@ def convert(
     """
     import numpy as np
 
-    from slalom.io.formats import FORMAT_OF_SUFFIX, read_recording, write_recording, writer_settings
+    from slalom.io.formats import format_of_suffix, read_recording, write_recording, writer_settings
     from slalom.sim.files.recorded_traffic import chosen
     from slalom.sim.measure.export_tracks import with_numeric_ids
 
-    if target.suffix not in FORMAT_OF_SUFFIX:
-        raise InvalidInput(f"expected a file that ends in {', '.join(FORMAT_OF_SUFFIX)}; found {str(target)!r}")
+    if target.suffix not in format_of_suffix():
+        raise InvalidInput(f"expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}")
     if source.exists() and target.exists() and target.samefile(source):
         raise InvalidInput(f"{target}: expected a file other than the source, found the same")
-    name, read = FORMAT_OF_SUFFIX[target.suffix], reading or Reading()
+    name, read = format_of_suffix()[target.suffix], reading or Reading()
     framed = "frame_rate" in writer_settings(name)
     if out_frame_rate is not None and not framed:
         raise InvalidInput(f"--out-frame-rate: expected only with a format with frame numbers, found it with {name}")

@@ -1,45 +1,96 @@
 """`slalom list`."""
 
-from typing import Literal
+import inspect
+from collections.abc import Callable
+from typing import Any, Final, Literal
 
 from slalom.cli.console import DONE, Flag, print_result
 from slalom.cli.report import FORESIGHT_SENTENCES, list_text
 
+Rows = dict[str, dict[str, Any]]
+
 
 def list_(
-    kind: Literal["scenarios", "methods", "foresights", "formats", "figures"] | None = None, /, *, json: Flag = False
+    kind: Literal["scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures"] | None = None,
+    /,
+    *,
+    json: Flag = False,
 ) -> int:
-    """List the scenarios of the gallery, methods, foresights, formats of recordings, and figures of the paper.
+    """List scenarios, methods, foresights, metrics, objectives, formats of recordings, and figures of the paper.
+
+    Installed packages add scenarios, methods, metrics, objectives and formats by entry points.
 
     Parameters
     ----------
     kind
-        List only entries of this kind: scenarios, methods, foresights, formats or figures.
+        List only entries of this kind.
     json
         Print one JSON object.
     """
-    from slalom.forecast import FORESIGHTS, foresight_of
-    from slalom.io.formats import FORMATS
-    from slalom.paper.titles import TITLES
-    from slalom.peers import CONTENDERS
-    from slalom.sim.gallery import GALLERY
-
-    scenarios = {e.name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for e in GALLERY.values()}
-    methods = {
-        m.name: {"sentence": m.sentence, "source": m.source, "foresight": m.foresight} for m in CONTENDERS.values()
-    }
-    foresights = {
-        name: {"sentence": FORESIGHT_SENTENCES[name], "level": foresight_of(rule)} for name, rule in FORESIGHTS.items()
-    }
-    formats = {f.name: {"sentence": f.sentence, "mark": f.mark, "suffix": f.suffix} for f in FORMATS.values()}
-    figures = {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
-    tables = (
-        ("scenarios", scenarios),
-        ("methods", methods),
-        ("foresights", foresights),
-        ("formats", formats),
-        ("figures", figures),
-    )
-    result = {k: v for k, v in tables if kind in (None, k)}
+    kinds = [each for each in TABLES if kind in (None, each)]
+    result = {each: TABLES[each]() for each in kinds}
     print_result(result, json, lambda: list_text(result))
     return DONE
+
+
+def _scenarios() -> Rows:
+    from slalom.sim.gallery import GALLERY
+
+    return {name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for name, e in GALLERY.items()}
+
+
+def _methods() -> Rows:
+    from slalom.peers import CONTENDERS
+
+    return {
+        name: {"sentence": m.sentence, "source": m.source, "foresight": m.foresight} for name, m in CONTENDERS.items()
+    }
+
+
+def _foresights() -> Rows:
+    from slalom.forecast import FORESIGHTS, foresight_of
+
+    return {
+        name: {"sentence": FORESIGHT_SENTENCES[name], "level": foresight_of(rule)} for name, rule in FORESIGHTS.items()
+    }
+
+
+def _metrics() -> Rows:
+    from slalom.sim.measure.metrics import METRICS
+
+    return {name: {"sentence": _first_line(metric)} for name, metric in METRICS.items()}
+
+
+def _objectives() -> Rows:
+    from slalom.objective import OBJECTIVES
+
+    return {name: {"sentence": _first_line(objective)} for name, objective in OBJECTIVES.items()}
+
+
+def _formats() -> Rows:
+    from slalom.io.formats import FORMATS
+
+    return {name: {"sentence": f.sentence, "mark": f.mark, "suffix": f.suffix} for name, f in FORMATS.items()}
+
+
+def _figures() -> Rows:
+    from slalom.paper.titles import TITLES
+
+    return {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
+
+
+TABLES: Final[dict[str, Callable[[], Rows]]] = {
+    "scenarios": _scenarios,
+    "methods": _methods,
+    "foresights": _foresights,
+    "metrics": _metrics,
+    "objectives": _objectives,
+    "formats": _formats,
+    "figures": _figures,
+}
+"""What can be listed, each imported when it is."""
+
+
+def _first_line(part: object) -> str:
+    """The first line of the docstring of a function or class."""
+    return (inspect.getdoc(part) or "").partition("\n")[0]

@@ -119,7 +119,17 @@ def table_text(result: dict[str, Any]) -> str:
             lines.append(f"{name:{width}}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>14}")
     for name, row in result["methods"].items():
         lines += [f"{name}: {reason}" for reason in _failures(row, result["seeds"])]
+        lines += [f"{name}: {metric} {_metric(row, metric)}" for metric in row.get("metrics", ())]
     return "\n".join(lines)
+
+
+def _metric(row: dict[str, Any], name: str) -> str:
+    """Format the mean of a metric with its confidence interval; "-" where it has no value."""
+    found = row.get("metrics", {}).get(name)
+    if found is None or found["mean"] is None:
+        return "-"
+    interval = "" if found["interval"] is None else f" ({found['interval'][0]:.4g}-{found['interval'][1]:.4g})"
+    return f"{found['mean']:.4g}{interval}"
 
 
 def page_text(
@@ -137,6 +147,9 @@ def page_text(
         command: command line that made the page. versions: version by name of library or method.
         left_out: names of the missing files of test cases.
     """
+    rows = [row for table in tables for row in table["methods"].values()]
+    metrics = list(dict.fromkeys(name for row in rows for name in row.get("metrics", ())))
+    heads = [*COLUMNS, *metrics]
     made_with = ", ".join(f"{name} {version}" for name, version in versions.items())
     lines = [
         f"# {title or 'Comparison'}",
@@ -151,8 +164,8 @@ def page_text(
         "Student's for means. Foresight: knowledge of obstacles and, with several robots, of the other robots.",
         "",
         *([_omission_sentence(left_out), ""] if left_out else []),
-        f"| {' | '.join(COLUMNS)} |",
-        "|---" * len(COLUMNS) + "|",
+        f"| {' | '.join(heads)} |",
+        "|---" * len(heads) + "|",
     ]
     for table in tables:
         for name, row in table["methods"].items():
@@ -168,6 +181,7 @@ def page_text(
                 ", ".join(_number(x, 2) for x in row["extra_time"] or [None]),
                 _number(row["efficacy"], 2),
                 _number(row["min_clearance"], 3),
+                *(_metric(row, name) for name in metrics),
             ]
             lines.append("| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |")
     return "\n".join(lines) + "\n"

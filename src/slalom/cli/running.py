@@ -261,11 +261,11 @@ def _print_notes(notes: Sequence[str]) -> None:
 
 def _output_format(out: Path | None, dimension: int) -> str:
     """Return the format of the output file, "" for HDF5. Raises InvalidInput if it cannot hold the run."""
-    from slalom.io.formats import FORMAT_OF_SUFFIX, writer_settings
+    from slalom.io.formats import format_of_suffix, writer_settings
 
     if out is None:
         return ""
-    formats = {".h5": "", ".hdf5": "", **FORMAT_OF_SUFFIX}
+    formats = {".h5": "", ".hdf5": "", **format_of_suffix()}
     if out.suffix not in formats:
         raise InvalidInput(f"--out: expected a file that ends in {', '.join(formats)}; found {str(out)!r}")
     name = formats[out.suffix]

@@ -13,6 +13,7 @@ from slalom.io import commonroad, geographic, pedestrians, tracks, vehicles, wri
 from slalom.io.input_file import beginning_of
 from slalom.io.recorded import RecordedTracks, Rows
 from slalom.io.repair import tracks_of
+from slalom.registry import Kind, Registry
 
 RECOGNITION_BYTES: Final = 4096
 """Number of bytes at the start of a file from which its format is recognised."""
@@ -73,98 +74,104 @@ def _numbers(suffix: str, line: str) -> bool:
         return False
 
 
-FORMATS: Final[dict[str, Format]] = {
-    row.name: row
-    for row in (
-        Format(
-            "csv",
-            "Slalom's own format: t, id, x, y and, if known, z, radius, length, width and kind; s and m.",
-            "",
-            tracks.csv_rows,
-            "a header with t,id,x,y",
-            _header("t", "id", "x", "y"),
-            writers.write_csv,
-            ".csv",
-        ),
-        Format(
-            "eth_ucy",
-            "ETH and UCY pedestrians: frame, id, x, y separated by white space, or ETH's obsmat.txt.",
-            "pedestrian",
-            pedestrians.eth_ucy,
-            "lines of 4 or 8 numbers separated by white space",
-            _numbers,
-        ),
-        Format(
-            "trajnet",
-            "TrajNet++ pedestrians: scenes and tracks, one JSON object per line.",
-            "pedestrian",
-            pedestrians.trajnet,
-            'lines that begin with {"scene" or {"track"',
-            lambda suffix, line: line.replace(" ", "").startswith(('{"scene"', '{"track"')),
-            writers.write_trajnet,
-            ".ndjson",
-        ),
-        Format(
-            "pedpy",
-            "PedPy text and the pedestrian dynamics data archive: id, frame, x, y below comment lines.",
-            "pedestrian",
-            pedestrians.pedpy_text,
-            "a first line that begins with #",
-            lambda suffix, line: line.lstrip().startswith("#"),
-        ),
-        Format(
-            "jupedsim",
-            "SQLite databases of JuPedSim.",
-            "pedestrian",
-            pedestrians.jupedsim,
-            "the SQLite signature",
-            lambda suffix, line: line.startswith("SQLite format 3"),
-            writers.write_jupedsim,
-            ".sqlite",
-        ),
-        Format(
-            "drone",
-            "Drone data sets highD, inD, rounD, exiD and uniD: NN_tracks.csv.",
-            "car",
-            vehicles.drone,
-            f"a header with {','.join(vehicles.CENTRES)} or {','.join(vehicles.CORNERS)}",
-            lambda suffix, line: _header(*vehicles.CENTRES)(suffix, line) or _header(*vehicles.CORNERS)(suffix, line),
-        ),
-        Format(
-            "interaction",
-            "INTERACTION road users.",
-            "car",
-            vehicles.interaction,
-            f"a header with {','.join(vehicles.CASES)}",
-            _header(*vehicles.CASES),
-        ),
-        Format(
-            "commonroad",
-            "CommonRoad scenarios, 2018b and 2020a: dynamic obstacles.",
-            "car",
-            commonroad.commonroad,
-            "the suffix .xml",
-            lambda suffix, line: suffix == ".xml",
-        ),
-        Format(
-            "ais",
-            "Ships: tables with time, MMSI, latitude and longitude.",
-            "ship",
-            geographic.ais,
-            "a header with mmsi, a latitude and a longitude",
-            _geographic_header("mmsi"),
-        ),
-        Format(
-            "adsb",
-            "Aircraft: tables with time, ICAO address, latitude, longitude and altitude.",
-            "aircraft",
-            geographic.adsb,
-            "a header with icao24, a latitude and a longitude",
-            _geographic_header("icao24"),
-        ),
-    )
-}
-"""Formats by name."""
+FORMATS: Final = Registry[Format](
+    "slalom.formats",
+    Kind(lambda part: isinstance(part, Format), "a Format of slalom.io.formats"),
+    {
+        row.name: row
+        for row in (
+            Format(
+                "csv",
+                "Slalom's own format: t, id, x, y and, if known, z, radius, length, width and kind; s and m.",
+                "",
+                tracks.csv_rows,
+                "a header with t,id,x,y",
+                _header("t", "id", "x", "y"),
+                writers.write_csv,
+                ".csv",
+            ),
+            Format(
+                "eth_ucy",
+                "ETH and UCY pedestrians: frame, id, x, y separated by white space, or ETH's obsmat.txt.",
+                "pedestrian",
+                pedestrians.eth_ucy,
+                "lines of 4 or 8 numbers separated by white space",
+                _numbers,
+            ),
+            Format(
+                "trajnet",
+                "TrajNet++ pedestrians: scenes and tracks, one JSON object per line.",
+                "pedestrian",
+                pedestrians.trajnet,
+                'lines that begin with {"scene" or {"track"',
+                lambda suffix, line: line.replace(" ", "").startswith(('{"scene"', '{"track"')),
+                writers.write_trajnet,
+                ".ndjson",
+            ),
+            Format(
+                "pedpy",
+                "PedPy text and the pedestrian dynamics data archive: id, frame, x, y below comment lines.",
+                "pedestrian",
+                pedestrians.pedpy_text,
+                "a first line that begins with #",
+                lambda suffix, line: line.lstrip().startswith("#"),
+            ),
+            Format(
+                "jupedsim",
+                "SQLite databases of JuPedSim.",
+                "pedestrian",
+                pedestrians.jupedsim,
+                "the SQLite signature",
+                lambda suffix, line: line.startswith("SQLite format 3"),
+                writers.write_jupedsim,
+                ".sqlite",
+            ),
+            Format(
+                "drone",
+                "Drone data sets highD, inD, rounD, exiD and uniD: NN_tracks.csv.",
+                "car",
+                vehicles.drone,
+                f"a header with {','.join(vehicles.CENTRES)} or {','.join(vehicles.CORNERS)}",
+                lambda suffix, line: (
+                    _header(*vehicles.CENTRES)(suffix, line) or _header(*vehicles.CORNERS)(suffix, line)
+                ),
+            ),
+            Format(
+                "interaction",
+                "INTERACTION road users.",
+                "car",
+                vehicles.interaction,
+                f"a header with {','.join(vehicles.CASES)}",
+                _header(*vehicles.CASES),
+            ),
+            Format(
+                "commonroad",
+                "CommonRoad scenarios, 2018b and 2020a: dynamic obstacles.",
+                "car",
+                commonroad.commonroad,
+                "the suffix .xml",
+                lambda suffix, line: suffix == ".xml",
+            ),
+            Format(
+                "ais",
+                "Ships: tables with time, MMSI, latitude and longitude.",
+                "ship",
+                geographic.ais,
+                "a header with mmsi, a latitude and a longitude",
+                _geographic_header("mmsi"),
+            ),
+            Format(
+                "adsb",
+                "Aircraft: tables with time, ICAO address, latitude, longitude and altitude.",
+                "aircraft",
+                geographic.adsb,
+                "a header with icao24, a latitude and a longitude",
+                _geographic_header("icao24"),
+            ),
+        )
+    },
+)
+"""Formats by name; packages add to them by entry points of the group slalom.formats."""
 
 
 def read_recording(
@@ -190,15 +197,16 @@ def read_recording(
         InvalidInput: an unknown format, unknown or invalid settings.
     """
     path = Path(path)
-    row = FORMATS[known(format_of(path) if format is None else format, "format", list(FORMATS))]
+    row = FORMATS.find(format_of(path) if format is None else format, "format")
     _check(row.reader, row.name, settings)
     rows = row.reader(path, **settings)
     found = tracks_of(rows, gap=gap, max_speed=max_speed, interpolation=interpolation)
     return replace(found, format=row.name)
 
 
-FORMAT_OF_SUFFIX: Final[dict[str, str]] = {row.suffix: row.name for row in FORMATS.values() if row.writer}
-"""Name of the format that is written, by suffix of the file."""
+def format_of_suffix() -> dict[str, str]:
+    """Return the name of the format that is written, by suffix of the file."""
+    return {row.suffix: row.name for row in FORMATS.values() if row.writer}
 
 
 def write_recording(path: Path | str, tracks: RecordedTracks, format: str, **settings: Any) -> None:
@@ -208,7 +216,7 @@ def write_recording(path: Path | str, tracks: RecordedTracks, format: str, **set
         InvalidInput: another format, unknown or invalid settings, tracks that the format cannot hold.
         InvalidFile: a file that cannot be written.
     """
-    writer = FORMATS[known(format, "format", list(FORMAT_OF_SUFFIX.values()))].writer
+    writer = FORMATS[known(format, "format", list(format_of_suffix().values()))].writer
     assert writer is not None
     _check(writer, format, settings)
     writer(Path(path), tracks, **settings)
@@ -221,14 +229,14 @@ def files_of(path: Path) -> list[Path]:
 
 def writer_settings(name: str) -> list[str]:
     """Return the names of the settings of a writer: frame_rate if the format stores frame and agent numbers."""
-    writer = FORMATS[known(name, "format", list(FORMAT_OF_SUFFIX.values()))].writer
+    writer = FORMATS[known(name, "format", list(format_of_suffix().values()))].writer
     assert writer is not None
     return list(_keywords(writer))
 
 
 def reader_settings(name: str) -> list[str]:
     """Return the names of the settings of the reader of a format, such as frame_rate."""
-    return list(_keywords(FORMATS[known(name, "format", list(FORMATS))].reader))
+    return list(_keywords(FORMATS.find(name, "format").reader))
 
 
 def format_of(path: Path) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final, cast
 
-from slalom.checks import Array, known
+from slalom.checks import Array, known, shown
 from slalom.errors import InvalidInput
 from slalom.methods import METHODS, Method
 from slalom.peers.behaviours import Behaviours
@@ -142,13 +142,28 @@ CONTENDERS: Final[Mapping[str, Method | Peer]] = ChainMap(cast(Any, PEERS), cast
 """Methods and peers by name."""
 
 
-def contender(name: str) -> Method | Peer:
-    """Method or peer by name, see `contender_named`; the package of a peer must be installed.
+def method(name: str) -> Any:
+    """Method or peer by any name of `slalom list methods`, or NAME@FORESIGHT, as in nao@observed.
+
+    The result is a `Method`, or a `Peer` for methods of other projects, which only the simulator runs.
 
     Raises:
-        InvalidInput: an unknown name, or a package that is not installed.
+        InvalidInput: an unknown method or foresight; the message lists the known ones.
     """
-    chosen = contender_named(name)
+    return contender_named(name)
+
+
+def contender(given: str | Method | Peer) -> Method | Peer:
+    """Method or peer, by name (see `contender_named`), whose package must be installed; or itself.
+
+    Raises:
+        InvalidInput: an unknown name, or a package that is not installed; something else than a method.
+    """
+    if not isinstance(given, str | Method | Peer):
+        raise InvalidInput(f"method: expected a method, such as method('nao'), or its name; found {shown(given)}")
+    if not isinstance(given, str):
+        return given
+    chosen = contender_named(given)
     if isinstance(chosen, Peer):
         imported(chosen.package)
     return chosen

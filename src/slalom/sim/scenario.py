@@ -30,6 +30,7 @@ from slalom.lookahead.navigator import LookAhead
 from slalom.methods import HOLDS, Method
 from slalom.navigator import Navigator
 from slalom.navigator_checks import checked_holds
+from slalom.objective import Arrive, Objective
 from slalom.obstacle import Obstacle
 from slalom.periodic import Period, checked_period, displaced, images_met, in_box
 from slalom.shape import Shape
@@ -46,6 +47,7 @@ class Robot:
     Attributes:
         method: by which it decides; None: that of the run. margin: [m]; None: that of the scenario.
         priority: above 0, of a robot among others, see `Fleet`.
+        objective: what a single robot minimises; None: to arrive.
 
     Raises:
         InvalidInput: a shape or a goal of another dimension than the state, a negative margin or priority.
@@ -59,6 +61,7 @@ class Robot:
     method: Method | None = None
     margin: float | None = None
     priority: float = 1.0
+    objective: Objective | None = None
 
     def __post_init__(self) -> None:
         text(self.name, "name")
@@ -69,6 +72,8 @@ class Robot:
         if self.method is not None:
             has(self.method, *METHOD, f"{self.name}.method")
         positive(self.priority, f"{self.name}.priority")
+        if self.objective is not None:
+            has(self.objective, ("aims", "cost"), "an objective, such as Arrive()", f"{self.name}.objective")
         if self.margin is not None:
             not_negative(self.margin, f"{self.name}.margin")
         for part, dimension in (("shape", self.shape.dimension), ("goal", self.goal.trajectory.dimension)):
@@ -238,11 +243,13 @@ class Scenario:
         """The `Navigator` of the only robot, or its `LookAhead`.
 
         Raises:
-            InvalidInput: a method that looks ahead in a periodic world.
+            InvalidInput: a method that looks ahead in a periodic world, or with an objective.
         """
         navigator = self.navigator(method)
         if not method.looks_ahead:
             return navigator
+        if self.robot.objective is not None:
+            raise InvalidInput(f"objective: expected none for {method.name}, found {self.robot.objective!r}")
         if self.period is not None:
             raise InvalidInput(
                 f"method: expected one that does not look ahead in a periodic world, found {method.name}"
@@ -263,6 +270,7 @@ class Scenario:
             holds=self.holds,
             patience=self.patience,
             detours=DETOURS if len(self.robots) > 1 else (),
+            objective=Arrive() if own.objective is None else own.objective,
         )
 
 

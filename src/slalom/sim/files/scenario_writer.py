@@ -14,6 +14,7 @@ from slalom.bounds import BOUNDS
 from slalom.checks import Checked
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
+from slalom.objective import OBJECTIVES
 from slalom.obstacle import Obstacle
 from slalom.path_goal import PathGoal
 from slalom.shape import SHAPES
@@ -85,6 +86,8 @@ def _robot(robot: Robot) -> dict[str, Any]:
             found[name] = [{"normal": _plain(b.normal), "offset": b.offset} for b in getattr(limits, name)]
     if limits.bounds:
         found["bounds"] = [_part(bound, BOUNDS) for bound in limits.bounds]
+    if robot.objective is not None:
+        found["objective"] = _part(robot.objective, OBJECTIVES)
     return found
 
 

@@ -164,8 +164,9 @@ class _Parts:
         if state is None or shape is None:
             return None
         chosen, name = None if me.method is None else method(me.method), me.name or _name({}, place[-1])
+        objective = None if me.objective is None else me.objective.build()
         robot = self.attempt(
-            (*place, "goal"), lambda: Robot(shape, limits, state, goal, name, chosen, me.margin, me.priority)
+            (*place, "goal"), lambda: Robot(shape, limits, state, goal, name, chosen, me.margin, me.priority, objective)
         )
         return robot if len(self.mistakes) == before else None
 

@@ -11,7 +11,7 @@ from slalom.methods import HOLDS, method
 from slalom.path_goal import PathGoal
 from slalom.shape import Shape, round_shape
 from slalom.sim.files.schema_base import Built, Model, NotNegative, Positive, Text, Vector
-from slalom.sim.files.schema_parts import BoundModel, ShapeModel, TrajectoryModel, UncertaintyModel
+from slalom.sim.files.schema_parts import BoundModel, ObjectiveModel, ShapeModel, TrajectoryModel, UncertaintyModel
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.trajectory import Stationary
 
@@ -105,6 +105,7 @@ class RobotSpec(Shaped):
     velocity_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
     acceleration_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
     bounds: list[BoundModel] = Field(default_factory=list)
+    objective: ObjectiveModel | None = None
     goal: GoalSpec
 
 

@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from slalom.checks import known
 from slalom.errors import InvalidInput
+from slalom.registry import Kind, Registry
 from slalom.sim.gallery import open_space, rooms, single_robot
 from slalom.sim.gallery.crowdnav import crowdnav
 from slalom.sim.scenario import SETTINGS, Scenario
@@ -30,196 +30,203 @@ class Entry:
     sentence: str
 
 
-GALLERY: Final[dict[str, Entry]] = {
-    entry.name: entry
-    for entry in (
-        Entry("empty", single_robot.empty, {"distance": 20.0}, "A single robot drives to its goal and stops."),
-        Entry(
-            "head_on", single_robot.head_on, {"speed": 5.0, "offset": 0.0}, "One car drives straight towards the robot."
-        ),
-        Entry(
-            "curved_road",
-            single_robot.curved_road,
-            {"radius": 30.0, "speed": 8.0},
-            "Four vehicles on a curved road: VO predicts collisions that NLVO does not.",
-        ),
-        Entry(
-            "roundabout_crossing",
-            single_robot.roundabout_crossing,
-            {"max_acceleration": 4.0, "speed": 1.0},
-            "The paper's roundabout: 30 vehicles in three lanes, crossed from left to right.",
-        ),
-        Entry(
-            "roundabout_exit",
-            single_robot.roundabout_exit,
-            {"max_acceleration": 4.0, "speed": 1.0},
-            "The paper's roundabout, entered on the left and left at the top.",
-        ),
-        Entry(
-            "merging",
-            single_robot.merging,
-            {"max_acceleration": 4.0, "speed": 1.0, "gap": 6.0, "wait": 3.0, "exit": 180.0},
-            "The paper's roundabout: a robot merges into the outer lane and leaves at a later exit.",
-        ),
-        Entry(
-            "drones_crossing",
-            single_robot.drones_crossing,
-            {"drones": 8.0, "speed": 1.5},
-            "In space: a drone crosses a hall among drones that fly on planned polynomials.",
-        ),
-        Entry(
-            "corridor",
-            single_robot.corridor,
-            {"people": 6.0, "door": 1.4},
-            "A corridor with a doorway, through which people walk in both directions.",
-        ),
-        Entry(
-            "circle",
-            open_space.circle,
-            {
-                "robots": 4.0,
-                "radius": 20.0,
-                "robot_radius": 1.5,
-                "noise": 1e-3,
-                "max_speed": 2.0,
-                "max_acceleration": 2.0,
-            },
-            "Robots on a circle, each with its goal on the opposite side.",
-        ),
-        Entry(
-            "circle_random",
-            open_space.circle_random,
-            {"robots": 10.0, "radius": 20.0, "robot_radius": 1.5, "max_speed": 2.0, "max_acceleration": 2.0},
-            "Robots at random positions on a circle, each with its goal on the opposite side.",
-        ),
-        Entry(
-            "ring",
-            open_space.ring,
-            {
-                "robots": 10.0,
-                "radius": 25.0,
-                "robot_radius": 0.5,
-                "noise": 0.01,
-                "max_speed": 1.5,
-                "max_acceleration": 2.0,
-            },
-            "Robots on a circle that start at maximum speed, as in comparisons of ORCA and related methods.",
-        ),
-        Entry(
-            "random_goals",
-            open_space.random_goals,
-            {"robots": 8.0, "side": 20.0, "robot_radius": 0.5, "max_speed": 1.5, "max_acceleration": 2.0},
-            "Robots at random positions with random goals.",
-        ),
-        Entry(
-            "crossing_streams",
-            open_space.crossing_streams,
-            {
-                "robots": 20.0,
-                "angle": 90.0,
-                "lanes": 3.0,
-                "robot_radius": 0.3,
-                "max_speed": 1.5,
-                "max_acceleration": 2.0,
-            },
-            "Two streams of robots in lanes that cross at an angle.",
-        ),
-        Entry(
-            "corridor_swap",
-            rooms.corridor_swap,
-            {
-                "robots": 20.0,
-                "width": 6.0,
-                "length": 20.0,
-                "robot_radius": 0.3,
-                "max_speed": 1.5,
-                "max_acceleration": 2.0,
-            },
-            "Two groups of robots in a corridor swap sides.",
-        ),
-        Entry(
-            "doorway",
-            rooms.doorway,
-            {
-                "robots": 20.0,
-                "both": 0.0,
-                "door": 1.4,
-                "room": 8.0,
-                "robot_radius": 0.3,
-                "max_speed": 1.5,
-                "max_acceleration": 2.0,
-            },
-            "Robots pass a doorway from one room to the next; with both=1 half of them in each direction.",
-        ),
-        Entry(
-            "navground_antipodal",
-            open_space.navground_antipodal,
-            {
-                "robots": 20.0,
-                "radius": 2.0,
-                "robot_radius": 0.1,
-                "noise": 0.005,
-                "max_speed": 0.08,
-                "max_acceleration": 0.2,
-            },
-            "Twenty small slow robots swap positions on a circle, as in navground's Antipodal.",
-        ),
-        Entry(
-            "navground_cross",
-            open_space.navground_cross,
-            {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
-            "Twenty small slow robots cross a square from all sides, as in navground's Cross.",
-        ),
-        Entry(
-            "navground_cross_torus",
-            open_space.navground_cross_torus,
-            {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
-            "Twenty small slow robots move in four directions in a periodic square, as in navground's CrossTorus.",
-        ),
-        Entry(
-            "navground_corridor",
-            rooms.navground_corridor,
-            {
-                "robots": 20.0,
-                "length": 8.0,
-                "width": 0.6,
-                "robot_radius": 0.08,
-                "max_speed": 0.12,
-                "max_acceleration": 0.2,
-            },
-            "Twenty small slow robots move in both directions in a periodic corridor, as in navground's Corridor.",
-        ),
-        Entry(
-            "crowdnav",
-            crowdnav,
-            {"people": 5.0, "max_acceleration": 1.0},
-            "Test case number SEED of CrowdNav: people avoid each other but not the robot.",
-        ),
-        Entry(
-            "recorded_roundabout",
-            single_robot.recorded_roundabout,
-            {"at": 6.4, "random": 0.0},
-            "A recorded roundabout with 30 cars, which yield to each other but not to the robot.",
-        ),
-    )
-}
-"""Scenarios of the gallery by name."""
+GALLERY: Final = Registry[Entry](
+    "slalom.scenarios",
+    Kind(lambda part: isinstance(part, Entry), "an Entry of slalom.sim.gallery"),
+    {
+        entry.name: entry
+        for entry in (
+            Entry("empty", single_robot.empty, {"distance": 20.0}, "A single robot drives to its goal and stops."),
+            Entry(
+                "head_on",
+                single_robot.head_on,
+                {"speed": 5.0, "offset": 0.0},
+                "One car drives straight towards the robot.",
+            ),
+            Entry(
+                "curved_road",
+                single_robot.curved_road,
+                {"radius": 30.0, "speed": 8.0},
+                "Four vehicles on a curved road: VO predicts collisions that NLVO does not.",
+            ),
+            Entry(
+                "roundabout_crossing",
+                single_robot.roundabout_crossing,
+                {"max_acceleration": 4.0, "speed": 1.0},
+                "The paper's roundabout: 30 vehicles in three lanes, crossed from left to right.",
+            ),
+            Entry(
+                "roundabout_exit",
+                single_robot.roundabout_exit,
+                {"max_acceleration": 4.0, "speed": 1.0},
+                "The paper's roundabout, entered on the left and left at the top.",
+            ),
+            Entry(
+                "merging",
+                single_robot.merging,
+                {"max_acceleration": 4.0, "speed": 1.0, "gap": 6.0, "wait": 3.0, "exit": 180.0},
+                "The paper's roundabout: a robot merges into the outer lane and leaves at a later exit.",
+            ),
+            Entry(
+                "drones_crossing",
+                single_robot.drones_crossing,
+                {"drones": 8.0, "speed": 1.5},
+                "In space: a drone crosses a hall among drones that fly on planned polynomials.",
+            ),
+            Entry(
+                "corridor",
+                single_robot.corridor,
+                {"people": 6.0, "door": 1.4},
+                "A corridor with a doorway, through which people walk in both directions.",
+            ),
+            Entry(
+                "circle",
+                open_space.circle,
+                {
+                    "robots": 4.0,
+                    "radius": 20.0,
+                    "robot_radius": 1.5,
+                    "noise": 1e-3,
+                    "max_speed": 2.0,
+                    "max_acceleration": 2.0,
+                },
+                "Robots on a circle, each with its goal on the opposite side.",
+            ),
+            Entry(
+                "circle_random",
+                open_space.circle_random,
+                {"robots": 10.0, "radius": 20.0, "robot_radius": 1.5, "max_speed": 2.0, "max_acceleration": 2.0},
+                "Robots at random positions on a circle, each with its goal on the opposite side.",
+            ),
+            Entry(
+                "ring",
+                open_space.ring,
+                {
+                    "robots": 10.0,
+                    "radius": 25.0,
+                    "robot_radius": 0.5,
+                    "noise": 0.01,
+                    "max_speed": 1.5,
+                    "max_acceleration": 2.0,
+                },
+                "Robots on a circle that start at maximum speed, as in comparisons of ORCA and related methods.",
+            ),
+            Entry(
+                "random_goals",
+                open_space.random_goals,
+                {"robots": 8.0, "side": 20.0, "robot_radius": 0.5, "max_speed": 1.5, "max_acceleration": 2.0},
+                "Robots at random positions with random goals.",
+            ),
+            Entry(
+                "crossing_streams",
+                open_space.crossing_streams,
+                {
+                    "robots": 20.0,
+                    "angle": 90.0,
+                    "lanes": 3.0,
+                    "robot_radius": 0.3,
+                    "max_speed": 1.5,
+                    "max_acceleration": 2.0,
+                },
+                "Two streams of robots in lanes that cross at an angle.",
+            ),
+            Entry(
+                "corridor_swap",
+                rooms.corridor_swap,
+                {
+                    "robots": 20.0,
+                    "width": 6.0,
+                    "length": 20.0,
+                    "robot_radius": 0.3,
+                    "max_speed": 1.5,
+                    "max_acceleration": 2.0,
+                },
+                "Two groups of robots in a corridor swap sides.",
+            ),
+            Entry(
+                "doorway",
+                rooms.doorway,
+                {
+                    "robots": 20.0,
+                    "both": 0.0,
+                    "door": 1.4,
+                    "room": 8.0,
+                    "robot_radius": 0.3,
+                    "max_speed": 1.5,
+                    "max_acceleration": 2.0,
+                },
+                "Robots pass a doorway from one room to the next; with both=1 half of them in each direction.",
+            ),
+            Entry(
+                "navground_antipodal",
+                open_space.navground_antipodal,
+                {
+                    "robots": 20.0,
+                    "radius": 2.0,
+                    "robot_radius": 0.1,
+                    "noise": 0.005,
+                    "max_speed": 0.08,
+                    "max_acceleration": 0.2,
+                },
+                "Twenty small slow robots swap positions on a circle, as in navground's Antipodal.",
+            ),
+            Entry(
+                "navground_cross",
+                open_space.navground_cross,
+                {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
+                "Twenty small slow robots cross a square from all sides, as in navground's Cross.",
+            ),
+            Entry(
+                "navground_cross_torus",
+                open_space.navground_cross_torus,
+                {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
+                "Twenty small slow robots move in four directions in a periodic square, as in navground's CrossTorus.",
+            ),
+            Entry(
+                "navground_corridor",
+                rooms.navground_corridor,
+                {
+                    "robots": 20.0,
+                    "length": 8.0,
+                    "width": 0.6,
+                    "robot_radius": 0.08,
+                    "max_speed": 0.12,
+                    "max_acceleration": 0.2,
+                },
+                "Twenty small slow robots move in both directions in a periodic corridor, as in navground's Corridor.",
+            ),
+            Entry(
+                "crowdnav",
+                crowdnav,
+                {"people": 5.0, "max_acceleration": 1.0},
+                "Test case number SEED of CrowdNav: people avoid each other but not the robot.",
+            ),
+            Entry(
+                "recorded_roundabout",
+                single_robot.recorded_roundabout,
+                {"at": 6.4, "random": 0.0},
+                "A recorded roundabout with 30 cars, which yield to each other but not to the robot.",
+            ),
+        )
+    },
+)
+"""Scenarios by name; packages add to them by entry points of the group slalom.scenarios."""
 
 
-def build(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """Build a scenario of the gallery, with changed parameters of its own or settings of every scenario.
+def build(name: str | Entry, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
+    """Build a scenario of the gallery, or of an entry, with changed parameters of its own or settings of all scenarios.
 
     Raises:
         InvalidInput: an unknown name or parameter (the message lists the known ones), a negative seed.
     """
-    entry = GALLERY[known(name, "scenario", list(GALLERY))]
+    entry = name if isinstance(name, Entry) else GALLERY.find(name, "scenario")
     if seed < 0:
         raise InvalidInput(f"seed: expected 0 or more, found {seed}")
     changed = dict(settings or {})
     unknown = [key for key in changed if key not in entry.parameters and key not in SETTINGS]
     if unknown:
         names = ", ".join([*entry.parameters, *SETTINGS])
-        raise InvalidInput(f"parameter of {name}: expected one of {names}; found {unknown[0]!r}")
+        raise InvalidInput(f"parameter of {entry.name}: expected one of {names}; found {unknown[0]!r}")
     parameters = {**entry.parameters, **{k: v for k, v in changed.items() if k in entry.parameters}}
     scenario = entry.build({**parameters, "seed": seed}, np.random.default_rng(seed))
     scenario = scenario.with_settings({k: v for k, v in changed.items() if k not in entry.parameters})

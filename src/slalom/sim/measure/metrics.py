@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from slalom.checks import Array
+from slalom.registry import Kind, Registry
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches, positions_at
 from slalom.sim.measure.oscillation import (
     changed_choices as changed_choices,
@@ -84,40 +85,46 @@ def _count(passive: Array, between: Array) -> int:
     return int((passive < -COLLISION).sum()) + int((between < -COLLISION).sum()) // 2
 
 
-METRICS: Final[dict[str, Callable[[Recording], float]]] = {
-    function.__name__: function
-    for function in (
-        success,
-        arrived,
-        collisions,
-        min_clearance,
-        time,
-        extra_time,
-        path_length,
-        spl,
-        adjustments,
-        adjustment_rate,
-        sign_reversals,
-        max_speed,
-        mean_speed,
-        efficacy,
-        max_acceleration,
-        mean_acceleration,
-        max_jerk,
-        mean_jerk,
-        heading_change,
-        stalled_time,
-        failures_to_progress,
-        clearing_distance,
-        space_compliance,
-        min_time_to_collision,
-        without_safe_choice,
-        side_flips,
-        heading_variation,
-        changed_choices,
-    )
-}
-"""Metrics by name. Those of one robot take a parameter `robot`, the others are of all robots."""
+METRICS: Final = Registry[Callable[[Recording], float]](
+    "slalom.metrics",
+    Kind(callable, "a function of a recording"),
+    {
+        function.__name__: function
+        for function in (
+            success,
+            arrived,
+            collisions,
+            min_clearance,
+            time,
+            extra_time,
+            path_length,
+            spl,
+            adjustments,
+            adjustment_rate,
+            sign_reversals,
+            max_speed,
+            mean_speed,
+            efficacy,
+            max_acceleration,
+            mean_acceleration,
+            max_jerk,
+            mean_jerk,
+            heading_change,
+            stalled_time,
+            failures_to_progress,
+            clearing_distance,
+            space_compliance,
+            min_time_to_collision,
+            without_safe_choice,
+            side_flips,
+            heading_variation,
+            changed_choices,
+        )
+    },
+)
+"""Metrics by name; packages add to them by entry points of the group slalom.metrics.
+
+Those of one robot take a parameter `robot`, the others are of all robots."""
 
 
 def summary(recording: Recording) -> dict[str, Any]:

@@ -20,12 +20,13 @@ from typing import Literal, overload
 
 import numpy as np
 
-from slalom.checks import METHOD, Array, flag, has, whole
+from slalom.checks import Array, flag, has, whole
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Indices
 from slalom.methods import Method
-from slalom.peers import Peer
+from slalom.objective import Objective
+from slalom.peers import Peer, contender
 from slalom.sim.measure.recording import Recording
 from slalom.sim.measure.run_log import RunLog, Step
 from slalom.sim.measure.run_summary import RunSummary
@@ -40,8 +41,9 @@ from slalom.sim.scenario import Scenario
 @overload
 def simulate(
     scenario: Scenario,
-    method: Method | Peer,
+    method: Method | Peer | str,
     *,
+    objective: Objective | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
@@ -52,8 +54,9 @@ def simulate(
 @overload
 def simulate(
     scenario: Scenario,
-    method: Method | Peer,
+    method: Method | Peer | str,
     *,
+    objective: Objective | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
@@ -63,8 +66,9 @@ def simulate(
 
 def simulate(
     scenario: Scenario,
-    method: Method | Peer,
+    method: Method | Peer | str,
     *,
+    objective: Objective | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
@@ -84,7 +88,8 @@ def simulate(
     lost. It depends neither on the order of `scenario.robots` nor on `threads`.
 
     Args:
-        method: by which all robots decide that have none of their own.
+        method: by which all robots decide that have none of their own; itself or its name.
+        objective: of robots that have none of their own, for scenarios of one robot; None: to arrive.
         seed: from which the scenario was built, for the record; it also draws the errors of sensing and messages.
         progress: called with the share of the duration that has passed.
         threads: number of threads in which a fleet decides; None: NUMBA_NUM_THREADS, by default one per core.
@@ -93,13 +98,14 @@ def simulate(
             some hundred bytes per robot and step.
 
     Raises:
-        InvalidInput: not a scenario or not a method; two robots of one name; a method for one robot alone; with a
-            shared method, manoeuvres that last longer than the horizon.
+        InvalidInput: not a scenario or not a method; two robots of one name; a method for one robot alone; an objective
+            of one of several robots, of a peer, or of a method that looks ahead; with a shared method, manoeuvres that
+            last longer than the horizon.
     """
     if progress is not None:
         has(progress, ("__call__",), "a function", "progress")
     flag(record, "record")
-    run = Run(scenario, method, seed=seed, threads=threads, record=record)
+    run = Run(scenario, method, objective=objective, seed=seed, threads=threads, record=record)
     for share in run.steps():
         if progress:
             progress(share)
@@ -113,24 +119,28 @@ class Run:
         log: the steps made so far, and the states after them. decider: holds the states and the latest decisions.
 
     Args:
-        scenario, method, seed, threads, record: see `simulate`, which also lists what is refused.
+        scenario, method, objective, seed, threads, record: see `simulate`, which also lists what is refused.
     """
 
     def __init__(
         self,
         scenario: Scenario,
-        method: Method | Peer,
+        method: Method | Peer | str,
         *,
+        objective: Objective | None = None,
         seed: int = 0,
         threads: int | None = None,
         record: bool = True,
     ) -> None:
         has(scenario, ("robots", "obstacles"), "a scenario, such as gallery.build('ring')", "scenario")
-        if not isinstance(method, Peer):
-            has(method, *METHOD, "method")
+        method = contender(method)
         whole(seed, "seed")
         if threads is not None:
             whole(threads, "threads", 1)
+        if objective is not None:
+            has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+            robots = (replace(robot, objective=robot.objective or objective) for robot in scenario.robots)
+            scenario = replace(scenario, robots=tuple(robots))
         self.decider, self._rows = _decider_and_rows(scenario, method, seed, threads)
         several = len(scenario.robots) > 1 and not isinstance(method, Peer)
         # A peer refuses robots with methods of their own.
@@ -178,6 +188,13 @@ def _decider_and_rows(
 ) -> tuple[Decider, Indices]:
     """The decider of a run, and the row of each robot of the scenario in it."""
     rows = np.arange(len(scenario.robots))
+    alone = len(rows) == 1 and not isinstance(method, Peer)
+    for robot in scenario.robots:
+        if robot.objective is not None and not alone:
+            raise InvalidInput(
+                f"{robot.name}.objective: expected none for {method.name} with {len(rows)} robots, "
+                f"found {robot.objective!r}"
+            )
     if isinstance(method, Peer):
         return PeerDecider(scenario, method), rows
     if len(rows) == 1:

@@ -69,6 +69,16 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
         "min_clearance": finite(min(clearances, default=np.inf)),
         "outcomes": dict(sorted(outcomes.items())),
         "failures": _failures(results),
+        **({"metrics": _metrics([row["metrics"] for row in rows])} if rows and "metrics" in rows[0] else {}),
+    }
+
+
+def _metrics(rows: Sequence[Mapping[str, float | None]]) -> dict[str, Any]:
+    """Return mean and confidence interval of each metric over the runs in which it is finite."""
+    found = {name: [value for row in rows if (value := row[name]) is not None] for name in rows[0]}
+    return {
+        name: {"mean": float(np.mean(values)) if values else None, "interval": mean_interval(values)}
+        for name, values in found.items()
     }
 
 

@@ -3,20 +3,23 @@
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from slalom.checks import shown
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.io import cadrl
-from slalom.methods import Method
+from slalom.methods import METHODS, Method
+from slalom.objective import OBJECTIVES
 from slalom.peers import Peer, contender
 from slalom.sim.files.scenario_yaml import files_of, read_scenario
-from slalom.sim.gallery import GALLERY, build as build_gallery
-from slalom.sim.measure.metrics import extra_time, finite, summary
+from slalom.sim.gallery import GALLERY, Entry, build as build_gallery
+from slalom.sim.measure.metrics import METRICS, extra_time, finite, summary
+from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import Scenario
 from slalom.sim.sweep.case_file import case_of, is_cases
@@ -25,6 +28,10 @@ ABOVE: Final = ("__main__.py", "adapters", "cli", "live", "paper", "precompile.p
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
 
 Content = dict[str, Any]
+Source = str | Entry | Scenario
+"""A scenario by name or file, as an entry of the gallery, or itself."""
+Metric = str | Callable[[Recording], float]
+"""A metric by name, or a function of a recording."""
 
 
 def sources_digest(root: Path = Path(__file__).parents[2]) -> str:
@@ -52,17 +59,18 @@ class Case:
     """A run that any process can make.
 
     Attributes:
-        scenario: a name of the gallery, or the absolute path of a scenario file or of a file of test cases. settings,
-            method, seed: see `run_one`.
+        scenario: a name of the gallery, the absolute path of a scenario file or of a file of test cases, or a scenario
+            or entry of the gallery itself. settings, method, seed: see `run_one`. metrics: see `measured`.
         content: everything that the result depends on, JSON-ready: scenario and method with their parameters, seed,
             versions, digests of the sources and of files. Parameters of the gallery include the defaults.
     """
 
-    scenario: str
+    scenario: Source
     settings: Mapping[str, float]
-    method: str
+    method: str | Method | Peer
     seed: int
     content: Content
+    metrics: Sequence[Metric] = ()
 
     @cached_property
     def key(self) -> str:
@@ -82,12 +90,18 @@ def canonical(content: Any) -> str:
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def load(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """Return the scenario of a gallery name or, for a name that ends in .yaml or .yml, of a file.
+def load(name: Source, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
+    """Return the scenario of a gallery name or entry, of a file for a name that ends in .yaml or .yml, or itself.
 
     Raises:
-        InvalidInput: an unknown name or setting. InvalidFile: mistakes in the file.
+        InvalidInput: an unknown name or setting; something else than a scenario. InvalidFile: mistakes in the file.
     """
+    if isinstance(name, Scenario):
+        return name.with_settings(settings or {})
+    if isinstance(name, Entry):
+        return build_gallery(name, settings, seed=seed)
+    if not isinstance(name, str):
+        raise InvalidInput(f"scenario: expected a name, an Entry or a Scenario, found {shown(name)}")
     if is_file(name):
         return read_scenario(name).with_settings(settings or {})
     if name not in GALLERY:
@@ -95,13 +109,13 @@ def load(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 
     return build_gallery(name, settings, seed=seed)
 
 
-def drawn(name: str, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
+def drawn(name: Source, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
     """Return the scenario of a study with a seed: as `load`, or the case of that number of a file of test cases.
 
     Raises:
         InvalidInput: as `load`; no such case. InvalidFile: mistakes in the file.
     """
-    if is_cases(name):
+    if isinstance(name, str) and is_cases(name):
         return case_of(name, cadrl.read_cases(name), settings or {}, seed)
     return load(name, settings, seed=seed)
 
@@ -111,14 +125,31 @@ def is_file(name: str) -> bool:
     return name.endswith((".yaml", ".yml"))
 
 
-def measured(scenario: Scenario, method: str, seed: int) -> dict[str, Any]:
-    """Return the summary of one run and the extra time of each robot, as JSON reads it back; without decision times."""
+def measured(
+    scenario: Scenario, method: str | Method | Peer, seed: int, metrics: Sequence[Metric] = ()
+) -> dict[str, Any]:
+    """Return the summary of one run and the extra time of each robot, as JSON reads it back; without decision times.
+
+    With `metrics`, also their values by name.
+    """
     recording = simulate(scenario, contender(method), seed=seed)
     row = summary(recording)
     del row["decision_us"]
     extra = [finite(extra_time(recording, k)) for k in range(len(recording.shapes))]
+    row |= {"metrics": {n: finite(float(of(recording))) for n, of in named_metrics(metrics).items()}} if metrics else {}
     result: dict[str, Any] = json.loads(canonical({**row, "extra_times": extra, "digest": recording.digest()}))
     return result
+
+
+def named_metrics(metrics: Sequence[Metric]) -> dict[str, Callable[[Recording], float]]:
+    """Return functions by name. Raises InvalidInput for an unknown name, or for what is no function."""
+    found: dict[str, Callable[[Recording], float]] = {}
+    for one in metrics:
+        function = METRICS.find(one, "metric") if isinstance(one, str) else one
+        if not callable(function):
+            raise InvalidInput(f"metric: expected a name or a function of a recording, found {shown(function)}")
+        found[one if isinstance(one, str) else getattr(one, "__name__", repr(one))] = function
+    return found
 
 
 def run_one(name: str, settings: Mapping[str, float], method: str, seed: int) -> dict[str, Any]:
@@ -138,13 +169,14 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
         )
     try:
         files = tuple(case.content["scenario"].get("files", ()))
-        if is_cases(case.scenario):
-            scenario = case_of(case.scenario, _read_cases(case.scenario, files), case.settings, case.seed)
+        name = case.scenario if isinstance(case.scenario, str) else ""
+        if is_cases(name):
+            scenario = case_of(name, _read_cases(name, files), case.settings, case.seed)
         elif files:
-            scenario = _read(case.scenario, files).with_settings(case.settings)
+            scenario = _read(name, files).with_settings(case.settings)
         else:
             scenario = load(case.scenario, case.settings, seed=case.seed)
-        return measured(scenario, case.method, case.seed)
+        return measured(scenario, case.method, case.seed, case.metrics)
     except InvalidInput as error:
         return Failure(str(error))
 
@@ -177,11 +209,22 @@ def digests_of(name: str) -> list[str]:
     return [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
 
 
-def scenario_content(name: str, settings: Mapping[str, float], scenario: Scenario) -> Content:
-    """Return what a result depends on of a `scenario` that was loaded by that name with those settings."""
+def scenario_content(name: Source, settings: Mapping[str, float], scenario: Scenario) -> Content:
+    """Return what a result depends on of a `scenario` that was loaded by that name with those settings.
+
+    The code of a package that adds parts is known by its version, that of an object not at all.
+    """
+    if not isinstance(name, str):
+        return {"name": scenario.name, "settings": dict(settings), "object": id(name)}
     if is_file(name) or is_cases(name):
-        return {"name": scenario.name, "settings": dict(settings), "files": digests_of(name)}
-    return {"name": name, "parameters": dict(scenario.parameters)}
+        methods = {robot.method.name.partition("@")[0] for robot in scenario.robots if robot.method is not None}
+        kinds = {type(robot.objective) for robot in scenario.robots}
+        packages = [METHODS.packages[one] for one in sorted(methods) if one in METHODS.packages]
+        packages += [package for one, package in OBJECTIVES.packages.items() if OBJECTIVES[one] in kinds]
+        added = {"packages": packages} if packages else {}
+        return {"name": scenario.name, "settings": dict(settings), "files": digests_of(name), **added}
+    package = {"package": GALLERY.packages[name]} if name in GALLERY.packages else {}
+    return {"name": name, "parameters": dict(scenario.parameters), **package}
 
 
 def method_content(method: Method | Peer) -> Content:
@@ -194,7 +237,18 @@ def method_content(method: Method | Peer) -> Content:
         own: Content = {"limited": method.limited, "inflation": method.inflation, "walls": method.walls}
         return {**shared, **own, "settings": _values(method.crowd)}
     own = {"share": method.share, "regain": method.regain, "shared": method.shared, "ahead": method.looks_ahead}
+    plain = method.name.partition("@")[0]
+    if plain in METHODS.packages:
+        own["package"] = METHODS.packages[plain]
     return {**shared, **own, "forecast": _values(method.forecast), "of_robots": _values(method.robot_forecast)}
+
+
+def metrics_content(metrics: Sequence[Metric]) -> Content:
+    """Return what results depend on of metrics: the versions of packages that add them, objects as such."""
+    return {
+        name: METRICS.packages.get(name, "") if METRICS.get(name) is function else id(function)
+        for name, function in named_metrics(metrics).items()
+    }
 
 
 def _values(value: Any) -> Any:

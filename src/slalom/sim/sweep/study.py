@@ -10,15 +10,18 @@ from slalom.checks import flag, has, listing, number, shown, text, whole
 from slalom.errors import InvalidInput
 from slalom.io.cadrl import read_cases
 from slalom.methods import Method
-from slalom.peers import CONTENDERS, contender
+from slalom.peers import CONTENDERS, Peer, contender
 from slalom.sim.sweep.aggregate import aggregate
 from slalom.sim.sweep.case import (
     SOURCES,
     Case,
     Failure,
+    Metric,
+    Source,
     drawn,
     is_file,
     method_content,
+    metrics_content,
     run_case,
     scenario_content,
     versions,
@@ -36,21 +39,29 @@ SEEDS: Final = 100
 class Row(NamedTuple):
     """A scenario with settings, and the methods to compare on seeds 0, 1, ...
 
-    For a file of test cases, the seeds are the first cases.
+    For a file of test cases, the seeds are the first cases. Scenario and methods are names or objects, metrics names or
+    functions of a recording.
     """
 
-    scenario: str
+    scenario: Source
     settings: Mapping[str, float] = {}
-    methods: Sequence[str] = METHODS
+    methods: Sequence[str | Method | Peer] = METHODS
     seeds: int = SEEDS
+    metrics: Sequence[Metric] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self.scenario if isinstance(self.scenario, str) else self.scenario.name
 
 
 def compare(
-    name: str,
-    methods: Sequence[str],
+    name: Source,
+    methods: Sequence[str | Method | Peer],
     seeds: int,
     *,
     settings: Mapping[str, float] | None = None,
+    metrics: Sequence[Metric] = (),
     jobs: int = 1,
     backend: str | None = None,
     store: Path | str | None = None,
@@ -60,6 +71,10 @@ def compare(
 ) -> dict[str, Any]:
     """Compare methods on the same `seeds` scenarios (seeds 0, 1, ...), see `compare_all`.
 
+    Args:
+        name: of the gallery or a file; or an `Entry` of the gallery, or a `Scenario` for every seed.
+        methods: names or objects. metrics: names of `metrics.METRICS`, or functions of a recording.
+
     Returns:
         {"scenario", "seeds", "settings", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived",
         "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance", "outcomes", "failures"}}}:
@@ -67,9 +82,10 @@ def compare(
         adjustments and efficacy; the mean time of the last arrival [s] over runs in which all arrived; the 50th, 75th
         and 90th percentile of the extra time [s] of all robots that arrived; the least clearance [m] of all runs.
         "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
-        reasons of runs without a result, each with its seeds. A value without data is None.
+        reasons of runs without a result, each with its seeds. A value without data is None. With metrics,
+        {"metrics": {name: {"mean", "interval"}}} over the runs in which the value is finite.
     """
-    row = Row(name, {} if settings is None else settings, methods, seeds)
+    row = Row(name, {} if settings is None else settings, methods, seeds, metrics)
     return compare_all([row], jobs=jobs, backend=backend, store=store, adopt=adopt, progress=progress, note=note)[0]
 
 
@@ -95,15 +111,19 @@ def compare_all(
         progress: called with the number of finished runs and of all. note: called with a sentence on adopted runs.
 
     Raises:
-        InvalidInput: an unknown scenario, setting, method or backend, or a value out of range. InvalidFile: mistakes
-            in a scenario file; a damaged file in the store; former runs with other results. All but the last are
-            raised before any run.
+        InvalidInput: an unknown scenario, setting, method, metric or backend, or a value out of range; two methods of
+            one name; objects with a store, which knows no code but slalom's and that of packages by their version.
+            InvalidFile: mistakes in a scenario file; a damaged file in the store; former runs with other results. All
+            but the last are raised before any run.
     """
     _refuse_kinds(rows, jobs, backend, store, progress, note)
     if flag(adopt, "adopt") and store is None:
         raise InvalidInput("adopt: expected a store with runs of former code, found no store")
     if jobs == 0:
         raise InvalidInput("jobs: expected a number of processes, or -1 for one per core, found 0")
+    objects = [each for row in rows for each in (row.scenario, *row.methods, *row.metrics) if not isinstance(each, str)]
+    if store is not None and objects:
+        raise InvalidInput(f"store: expected scenarios, methods and metrics by name, found {shown(objects[0])}")
     plan = [cases_of(row) for row in rows]
     # Seeds first: joblib sizes batches by the durations of the last runs, which are then like the next ones.
     cases = {case.key: case for case in sorted(chain.from_iterable(plan), key=lambda case: case.seed)}
@@ -130,12 +150,10 @@ def _refuse_kinds(
 ) -> None:
     """Raise InvalidInput for arguments of other kinds."""
     for row in rows:
-        text(row.scenario, "name")
         if not isinstance(row.settings, Mapping):
             raise InvalidInput(f"settings: expected numbers by name, found {shown(row.settings)}")
-        listing(row.methods, "names of methods", "methods")
-        for k, method in enumerate(row.methods):
-            text(method, f"methods[{k}]")
+        listing(row.methods, "methods or their names", "methods")
+        listing(row.metrics, "metrics or their names", "metrics")
         whole(row.seeds, "seeds", 1)
     whole(jobs, "jobs", -1)
     if backend is not None:
@@ -152,27 +170,41 @@ def cases_of(row: Row) -> list[Case]:
     if not len(row.methods):
         raise InvalidInput(f"methods: expected at least one of {', '.join(CONTENDERS)}; found none")
     settings = {name: number(value, name) for name, value in row.settings.items()}
-    contenders = {name: contender(name) for name in row.methods}
-    scenario = drawn(row.scenario, settings)
-    if is_cases(row.scenario):
-        refuse_more(row.scenario, read_cases(row.scenario), row.seeds)
-    a_file = is_file(row.scenario) or is_cases(row.scenario)
-    name = str(Path(row.scenario).resolve()) if a_file else row.scenario
+    contenders = _contenders(row)
+    metrics = {"metrics": metrics_content(row.metrics)} if row.metrics else {}
+    scenario, name = drawn(row.scenario, settings), row.scenario
+    if isinstance(name, str) and is_cases(name):
+        refuse_more(name, read_cases(name), row.seeds)
+    if isinstance(name, str) and (is_file(name) or is_cases(name)):
+        name = str(Path(name).resolve())
     content = scenario_content(row.scenario, settings, scenario)
-    for method in contenders.values():
+    for _, method in contenders.values():
         if isinstance(method, Method):
             # Settings that a navigator refuses are a mistake, also where no run would reach them.
             scenario.navigator(method)
     cases = []
-    for called, method in contenders.items():
+    for given, method in contenders.values():
+        by_name = isinstance(given, str)
         shared = {
             "scenario": content,
-            "method": method_content(method),
+            "method": method_content(method) if by_name else {"name": method.name, "object": id(method)},
+            **metrics,
             "sources": SOURCES,
             "versions": versions([method]),
         }
-        cases += [Case(name, settings, called, seed, {**shared, "seed": seed}) for seed in range(row.seeds)]
+        cases += [Case(name, settings, given, seed, {**shared, "seed": seed}, row.metrics) for seed in range(row.seeds)]
     return cases
+
+
+def _contenders(row: Row) -> dict[str, tuple[str | Method | Peer, Method | Peer]]:
+    """Return the methods of a row as they were given, and themselves, by name."""
+    found: dict[str, tuple[str | Method | Peer, Method | Peer]] = {}
+    for given in row.methods:
+        method = contender(given)
+        name = given if isinstance(given, str) else method.name
+        if found.setdefault(name, (given, method))[1] != method:
+            raise InvalidInput(f"methods: expected different names, found two methods named {name!r}")
+    return found
 
 
 def _finished(store: Store | None, cases: Mapping[str, Case], jobs: int) -> Iterator[tuple[str, Result]]:
@@ -201,10 +233,10 @@ def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
     """Return the table of `compare` from the results of the cases of the row."""
     parts = [results[first : first + row.seeds] for first in range(0, len(results), row.seeds)]
     return {
-        "scenario": row.scenario,
+        "scenario": row.name,
         "seeds": row.seeds,
         "settings": dict(row.settings),
-        "methods": {name: aggregate(part) for name, part in zip(dict.fromkeys(row.methods), parts, strict=True)},
+        "methods": {name: aggregate(part) for name, part in zip(_contenders(row), parts, strict=True)},
     }
 
 

@@ -14,6 +14,7 @@ from slalom.io.recorded import first_of
 from slalom.peers import contender_named
 from slalom.sim.files.schema_base import Model, Place
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, messages, where
+from slalom.sim.measure.metrics import METRICS
 from slalom.sim.sweep.case import drawn, is_file
 from slalom.sim.sweep.case_file import is_cases, refuse_more
 from slalom.sim.sweep.study import METHODS, SEEDS, Row
@@ -39,6 +40,7 @@ class StudySpec(Model):
     text: str = ""
     methods: list[str] = Field(default_factory=lambda: list(METHODS), min_length=1)
     seeds: int = Field(default=SEEDS, ge=1)
+    metrics: list[str] = Field(default_factory=list)
     scenarios: list[ScenarioRowSpec] = Field(min_length=1)
 
 
@@ -56,7 +58,7 @@ class Study(NamedTuple):
     @property
     def missing(self) -> list[str]:
         """The missing files of test cases, each once."""
-        return list(dict.fromkeys(row.scenario for row in self.left_out))
+        return list(dict.fromkeys(row.name for row in self.left_out))
 
 
 def is_study(name: str) -> bool:
@@ -90,10 +92,14 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
         name, folder = one.scenario, cases if is_cases(one.scenario) else path.parent
         there = not is_cases(name) or (folder / name).exists()
         place = str(folder / name) if there and (is_file(name) or is_cases(name)) else name
-        row = Row(place, one.settings, one.methods or spec.methods, one.seeds or spec.seeds)
+        row = Row(place, one.settings, one.methods or spec.methods, one.seeds or spec.seeds, tuple(spec.metrics))
         (rows if there else left_out).append(row)
         mistakes += _unfit(path, root, k, row) if there else []
     mistakes += _unknown(path, root, ("methods",), spec.methods)
+    for k, name in enumerate(spec.metrics):
+        if name not in METRICS:
+            at, expected = ("metrics", k), ", ".join(METRICS)
+            mistakes.append(f"{where(path, root, at)}: {dotted(at)}expected one of {expected}; found {name!r}")
     for k, one in enumerate(spec.scenarios):
         mistakes += _unknown(path, root, ("scenarios", k, "methods"), one.methods or ())
     if mistakes:
@@ -107,12 +113,13 @@ def named(
     settings: Mapping[str, float] | None = None,
     methods: Sequence[str] | None = None,
     seeds: int | None = None,
+    metrics: Sequence[str] | None = None,
     only: Sequence[str] | None = None,
     data: Path | str | None = None,
 ) -> Study:
     """Return the studies and scenarios of these names as one study; a single study keeps its title and text.
 
-    Settings are added to those of every row; methods and seeds replace those of every row.
+    Settings are added to those of every row; methods, seeds and metrics replace those of every row.
 
     Args:
         only: scenarios whose rows are kept; a file of test cases by its name without the folder.
@@ -138,6 +145,7 @@ def named(
                 {**row.settings, **(settings or {})},
                 row.methods if methods is None else methods,
                 row.seeds if seeds is None else seeds,
+                row.metrics if metrics is None else metrics,
             )
             for row in rows
             if not only or _called(row) in only
@@ -155,15 +163,15 @@ def named(
 
 def _called(row: Row) -> str:
     """Return the name of the scenario of a row in `only`."""
-    return Path(row.scenario).name if is_cases(row.scenario) else row.scenario
+    return Path(row.name).name if is_cases(row.name) else row.name
 
 
 def _unfit(path: Path, root: Node | None, k: int, row: Row) -> list[str]:
     """Return the mistakes in the scenario of a row, in its settings and in its number of cases."""
     try:
         drawn(row.scenario, row.settings)
-        if is_cases(row.scenario):
-            refuse_more(row.scenario, read_cases(row.scenario), row.seeds)
+        if is_cases(row.name):
+            refuse_more(row.name, read_cases(row.name), row.seeds)
     except InvalidFile as error:
         return error.mistakes
     except InvalidInput as error:

@@ -1,0 +1,27 @@
+"""Environments of gymnasium and PettingZoo: `RobotEnv`, `RobotsEnv` for many worlds at once, `FleetEnv`.
+
+`import slalom.adapters.gym` registers slalom/NAME-v0 in gymnasium for each scenario of the gallery with one robot.
+"""
+
+import gymnasium
+
+from slalom.adapters.gym.fleet import FleetEnv
+from slalom.adapters.gym.robot import RobotEnv
+from slalom.adapters.gym.safety_filter import SafetyFilter
+from slalom.adapters.gym.vector import RobotsEnv
+
+__all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter"]
+
+SINGLE = (
+    *("empty", "head_on", "curved_road", "roundabout_crossing", "roundabout_exit", "merging", "drones_crossing"),
+    *("corridor", "crowdnav", "recorded_roundabout"),
+)
+"""Scenarios of the gallery with one robot."""
+
+for _name in SINGLE:
+    gymnasium.register(
+        f"slalom/{_name}-v0",
+        entry_point="slalom.adapters.gym.robot:RobotEnv",
+        vector_entry_point="slalom.adapters.gym.vector:RobotsEnv",
+        kwargs={"scenario": _name},
+    )

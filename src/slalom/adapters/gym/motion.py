@@ -1,0 +1,158 @@
+"""Motion of the obstacles of a scenario at the ends of equal steps, and how far it leaves the straight line between."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.checks import Array
+from slalom.errors import InvalidInput
+from slalom.kernels.arrays import Flags
+from slalom.obstacle import Obstacle
+from slalom.shape import Ball, Disc
+from slalom.sim.scenario import Scenario
+from slalom.sim.shape_distance import segment_distance
+from slalom.tolerances import GYM_BLOCK
+from slalom.trajectory import Stationary
+
+
+class Motion:
+    """Discs, balls and walls of a scenario, computed in blocks of GYM_BLOCK steps.
+
+    Attributes:
+        moving: n discs or balls. radii: (n,) [m].
+        walls: m obstacles, one for each wall. ends: (m, 2, d) [m] of walls. wall_radii: (m,) [m].
+
+    Args:
+        keep: whether to keep all blocks, for scenarios of several episodes.
+
+    Raises:
+        InvalidInput: an obstacle that is no disc, no ball and no wall at rest.
+    """
+
+    def __init__(self, scenario: Scenario, period: float, *, keep: bool = False) -> None:
+        self.start, self.period, d = scenario.start, period, scenario.dimension
+        self.moving = [each for each in scenario.obstacles if isinstance(each.shape, Disc | Ball)]
+        self.radii = np.array([each.shape.bounding_radius for each in self.moving])
+        self.walls: list[Obstacle] = []
+        ends: list[Array] = []
+        wall_radii: list[float] = []
+        for obstacle in scenario.obstacles:
+            if not isinstance(obstacle.shape, Disc | Ball):
+                for corners, radius in _segments(obstacle):
+                    self.walls.append(obstacle)
+                    ends.append(corners)
+                    wall_radii.append(radius)
+        self.ends, self.wall_radii = np.array(ends).reshape(-1, 2, d), np.array(wall_radii)
+        self._blocks: dict[int, _Block] = {}
+        self._keep = keep
+
+    def at(self, step: int) -> tuple[Array, Array, Flags]:
+        """Positions (n, d) [m], velocities (n, d) [m/s] and existence (n,) at the begin of a step."""
+        block, k = self._block(step), step % GYM_BLOCK
+        return block.positions[k], block.velocities[k], block.there[k]
+
+    def during(self, step: int) -> tuple[Array, Flags]:
+        """Largest distance (n,) [m] from the chord of a step, and existence (n,) at any time of it."""
+        block, k = self._block(step), step % GYM_BLOCK
+        return block.bends[k], block.during[k]
+
+    def _block(self, step: int) -> "_Block":
+        number = step // GYM_BLOCK
+        found = self._blocks.get(number)
+        if found is None:
+            if not self._keep:
+                # An episode goes on by one step at a time: it needs this block and the one before.
+                self._blocks.pop(number - 2, None)
+            found = self._blocks[number] = self._computed(number * GYM_BLOCK)
+        return found
+
+    def _computed(self, first: int) -> "_Block":
+        """The block that begins with a step."""
+        times: Array = np.asarray(self.start + self.period * (first + np.arange(GYM_BLOCK + 1)), np.float64)
+        n, d, k = len(self.moving), self.ends.shape[2], GYM_BLOCK
+        exists, during = np.zeros((k, n), np.bool_), np.zeros((k, n), np.bool_)
+        block = _Block(np.zeros((k, n, d)), np.zeros((k, n, d)), exists, np.zeros((k, n)), during)
+        for j, obstacle in enumerate(self.moving):
+            trajectory, (start, end) = obstacle.trajectory, obstacle.trajectory.span
+            within = np.clip(times, start, end)
+            block.positions[:, j], block.velocities[:, j] = (
+                trajectory.position(within[:-1]),
+                trajectory.velocity(within[:-1]),
+            )
+            exists[:, j] = (start <= times[:-1]) & (times[:-1] <= end)
+            during[:, j] = (start < times[1:]) & (times[:-1] < end)
+            if within[0] < within[-1]:
+                partly = during[:, j] & ((times[:-1] < start) | (times[1:] > end))
+                block.bends[:, j] = _bends(obstacle, float(within[0]), float(within[-1]), times)
+                block.bends[partly, j] += self.period * trajectory.speed_bound(float(within[0]), float(within[-1]))
+        return block
+
+
+class _Block(NamedTuple):
+    """Motion of n obstacles during k steps."""
+
+    positions: Array  # (k, n, d) [m] at the begins
+    velocities: Array  # (k, n, d) [m/s]
+    there: Flags  # (k, n)
+    bends: Array  # (k, n) [m]
+    during: Flags  # (k, n)
+
+
+def _segments(obstacle: Obstacle) -> list[tuple[Array, float]]:
+    """Ends (2, d) [m] and radius [m] of each wall of an obstacle."""
+    parts = obstacle.shape.parts
+    if not isinstance(obstacle.trajectory, Stationary) or any(len(part.corners) > 2 for part in parts):
+        raise InvalidInput(
+            f"obstacle {obstacle.name!r}: expected a disc, a ball or walls at rest (Polyline, Capsule), "
+            f"found {type(obstacle.shape).__name__} on {type(obstacle.trajectory).__name__}"
+        )
+    axis, found = obstacle.direction(0.0), []
+    for corners, radius in parts:
+        if corners.shape[1] == 2:
+            corners = corners[:, :1] * axis + corners[:, 1:] * np.array([-axis[1], axis[0]])
+        ends = obstacle.trajectory.initial_position + corners
+        found.append((np.stack([ends[0], ends[-1]]), radius))
+    return found
+
+
+def _bends(obstacle: Obstacle, begin: float, end: float, times: Array) -> Array:
+    """Bounds (k,) [m] of the distance from the chord between times (k + 1,) [s].
+
+    A curve with |acceleration| <= M stays within M h^2 / 8 of its chord. A jump of the velocity by c at the time s of a
+    step adds at most c s (h - s) / h.
+    """
+    trajectory, h = obstacle.trajectory, times[1] - times[0]
+    if not len(trajectory.breaks(begin, end)):
+        return np.full(len(times) - 1, trajectory.acceleration_bound(begin, end) * h * h / 8.0)
+    path = trajectory.path(begin, end)
+    width, p = np.diff(path.times)[:, None], path.points
+    second = np.maximum(
+        np.linalg.norm(p[:, 2] - 2.0 * p[:, 1] + p[:, 0], axis=1),
+        np.linalg.norm(p[:, 3] - 2.0 * p[:, 2] + p[:, 1], axis=1),
+    )
+    curvature = 6.0 * second / width[:, 0] ** 2
+    jumps = np.linalg.norm(3.0 * ((p[1:, 1] - p[1:, 0]) / width[1:] - (p[:-1, 3] - p[:-1, 2]) / width[:-1]), axis=1)
+    # Pieces that each step meets; the last step may end after the path.
+    low = np.clip(np.searchsorted(path.times, times[:-1], side="right") - 1, 0, len(p) - 1)
+    high = np.clip(np.searchsorted(path.times, times[1:], side="left") - 1, 0, len(p) - 1)
+    bends = np.array([curvature[a : b + 1].max() for a, b in zip(low, high)]) * h * h / 8.0
+    bends += 2.0 * path.error.max(initial=0.0)
+    knots = path.times[1:-1]
+    step = np.clip(np.searchsorted(times, knots, side="right") - 1, 0, len(bends) - 1)
+    since = np.clip(knots - times[step], 0.0, h)
+    np.add.at(bends, step, jumps * since * (h - since) / h)
+    return np.asarray(bends)
+
+
+def nearest_on(ends: Array, points: Array) -> Array:
+    """Offsets (..., m, d) [m] from points (..., d) to the nearest points of segments between `ends` (..., m, 2, d)."""
+    begin, along = ends[..., 0, :] - points[..., None, :], ends[..., 1, :] - ends[..., 0, :]
+    square = np.maximum((along * along).sum(axis=-1), 1e-300)
+    share = np.clip(-(begin * along).sum(axis=-1) / square, 0.0, 1.0)
+    return np.asarray(begin + share[..., None] * along)
+
+
+def least_distances(before: Array, after: Array) -> Array:
+    """Distances (...) [m] of the origin to the segments from `before` to `after`, both (..., d) [m]."""
+    shape, d = before.shape[:-1], before.shape[-1]
+    return segment_distance(before.reshape(-1, d), after.reshape(-1, d)).reshape(shape)

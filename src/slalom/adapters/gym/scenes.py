@@ -1,0 +1,77 @@
+"""Scenarios of episodes by name or as objects, and the spaces that environments share."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import Space
+from gymnasium.spaces import Box
+
+from slalom.adapters.gym.motion import Motion
+from slalom.adapters.gym.worlds import Worlds
+from slalom.checks import whole
+from slalom.errors import InvalidInput
+from slalom.sim.gallery import build
+from slalom.sim.scenario import Scenario
+
+Source = str | Scenario | Callable[[int], Scenario]
+"""A name of the gallery; one scenario for every episode; or a function from a seed to a scenario."""
+SEED, SEEDS = "scenario_seed", 2**31
+"""The option of `reset` that names the seed of the scenario; seeds that are drawn are below SEEDS."""
+
+
+class Scenes:
+    """Begins episodes: each in the scenario of a seed that is drawn.
+
+    Args:
+        source: see `Source`. settings: parameters and settings of the gallery.
+        layouts: number of different scenarios, of the seeds 0 to layouts - 1, which are built once; None: a new one for
+            each episode.
+    """
+
+    def __init__(self, source: Source, settings: Mapping[str, float] | None, layouts: int | None) -> None:
+        if settings and not isinstance(source, str):
+            raise InvalidInput(f"settings: expected none for a scenario that is not of the gallery, found {settings}")
+        if not (isinstance(source, str | Scenario) or callable(source)):
+            raise InvalidInput(f"scenario: expected a name, a Scenario or a function of the seed, found {source!r}")
+        self._source, self._settings = source, settings
+        self._layouts = None if layouts is None else whole(layouts, "layouts", 1)
+        self._built: dict[int, tuple[Scenario, Motion]] = {}
+
+    def of_seed(self, seed: int) -> Scenario:
+        """The scenario of a seed."""
+        if isinstance(self._source, str):
+            return build(self._source, self._settings, seed=seed)
+        return self._source if isinstance(self._source, Scenario) else self._source(seed)
+
+    def begin(
+        self, worlds: Worlds, w: int, rng: np.random.Generator, options: Mapping[str, object] | None = None
+    ) -> None:
+        """Begin an episode in world w, in the scenario of the seed that `options` name, or of one that is drawn.
+
+        Other options are those of wrappers.
+
+        Raises:
+            InvalidInput: a seed that is not a whole number.
+        """
+        drawn = int(rng.integers(SEEDS if self._layouts is None else self._layouts))
+        seed = (options or {}).get(SEED, drawn)
+        if isinstance(seed, bool) or not isinstance(seed, int):
+            raise InvalidInput(f"options[{SEED!r}]: expected a whole number, found {seed!r}")
+        if self._layouts is None:
+            worlds.load(w, self.of_seed(seed))
+            return
+        if seed not in self._built:
+            scenario = self.of_seed(seed)
+            self._built[seed] = scenario, Motion(scenario, worlds.period, keep=True)
+        worlds.load(w, *self._built[seed])
+
+
+def action_space(worlds: Worlds) -> Space[Any]:
+    """Space of the action of one robot."""
+    return Box(-1.0, 1.0, (worlds.dimension,), np.float32)
+
+
+def observation_space(worlds: Worlds) -> Space[Any]:
+    """Space of the observation of one robot."""
+    return Box(-1.0, 1.0, (worlds.size,), np.float32)

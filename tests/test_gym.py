@@ -1,0 +1,247 @@
+"""Environments of gymnasium and PettingZoo, judged by the checks of these packages and by independent distances."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from slalom import Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
+from slalom.sim import gallery
+from slalom.sim.gallery import GALLERY
+from slalom.sim.scenario import Robot, Scenario
+from slalom.sim.shape_distance import clearances
+from slalom.trajectory import Circular, Sampled
+
+gymnasium = pytest.importorskip("gymnasium", reason="the package gymnasium is not installed")
+pytest.importorskip("pettingzoo", reason="the package PettingZoo is not installed")
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+from pettingzoo.test import parallel_api_test, parallel_seed_test  # noqa: E402
+
+from slalom.adapters.gym import SINGLE, FleetEnv, RobotEnv, RobotsEnv, SafetyFilter  # noqa: E402
+
+FLEETS = ("ring", "corridor_swap")
+SEED = "scenario_seed"
+
+
+def towards_goal(observation, noise=0.0):
+    """The action of a policy that sees no obstacle."""
+    return observation[2:4] / max(np.linalg.norm(observation[2:4]), 1e-9) + noise
+
+
+def test_every_scenario_of_one_robot_is_registered():
+    assert {name for name in GALLERY if len(gallery.build(name).robots) == 1} == set(SINGLE)
+    for name in SINGLE:
+        assert gymnasium.make(f"slalom/{name}-v0").unwrapped.worlds.scenarios[0].name == name
+
+
+@pytest.mark.parametrize("name", ["roundabout_crossing", "drones_crossing", "corridor"])
+@pytest.mark.parametrize("command", ["acceleration", "velocity"])
+def test_gymnasium_finds_no_fault(name, command):
+    env = gymnasium.make(f"slalom/{name}-v0", command=command).unwrapped
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env)
+
+
+@pytest.mark.parametrize("name", FLEETS)
+def test_petting_zoo_finds_no_fault(name):
+    parallel_api_test(FleetEnv(name), num_cycles=30)
+    parallel_seed_test(lambda: FleetEnv(name), num_cycles=5)
+
+
+@pytest.mark.parametrize("scenario", ["drones_crossing", "recorded_roundabout", "corridor"])
+def test_clearance_is_that_of_samples_of_the_true_motion(scenario):
+    """A lower bound that is close, where the step is 0.1 s; and a collision exactly where samples overlap."""
+    env, rng = RobotEnv(scenario), np.random.default_rng(5)
+    shape, h, ends = env.worlds.scenarios[0].robot.shape, env.worlds.period, set()
+    for seed in range(4):
+        observation, _ = env.reset(seed=seed, options={SEED: seed})
+        going = True
+        while going:
+            d = env.worlds.dimension
+            p, v, now = env.worlds.position[0, 0].copy(), env.worlds.velocity[0, 0].copy(), env.worlds.now()
+            aim = observation[d : 2 * d] / np.linalg.norm(observation[d : 2 * d])
+            observation, _, ended, late, info = env.step(aim + rng.normal(0.0, 0.3, d))
+            a, t = (env.worlds.velocity[0, 0] - v) / h, np.linspace(0.0, h, 41)[:, None]
+            path, times = p + t * v + 0.5 * t * t * a, now + t[:, 0]
+            there = [o for o in env.worlds.scenarios[0].obstacles if o.exists(now) and o.exists(now + h)]
+            least = min((clearances(o, shape, times, path).min() for o in there), default=np.inf)
+            way = np.linalg.norm(h * v) + 0.1 if scenario == "corridor" else 0.06
+            assert info["clearance"] <= least + 1e-6
+            assert min(least, 50.0) <= info["clearance"] + way
+            assert (info["outcome"] == "collision") == (least < -1e-5)
+            going = not (ended or late)
+        ends.add(info["outcome"])
+    assert "collision" in ends
+
+
+def test_a_kink_within_a_step_is_not_missed():
+    """An obstacle that touches the robot between the ends of a step, by a track with a corner there."""
+    track = Sampled([0.0, 0.05, 0.1, 9.0], [(0.0, 3.0), (0.0, 0.5), (0.0, 3.0), (0.0, 3.0)], "linear")
+    robot = Robot(Disc(0.4), Limits(1.0, 1.0), State((0, 0), (0, 0)), Goal(Stationary((9.0, 0.0)), 0.5))
+    env = RobotEnv(Scenario("kink", (robot,), (Obstacle(Disc(0.4), track),)))
+    env.reset(seed=0)
+    _, reward, ended, _, info = env.step(np.zeros(2))
+    assert ended
+    assert info["outcome"] == "collision"
+    assert info["clearance"] == pytest.approx(-0.3, abs=1e-4)
+    assert reward == pytest.approx(-1.0 - 0.1 / 60.0)
+
+
+def test_actions_obey_the_limits():
+    for command in ("acceleration", "velocity"):
+        env, rng = RobotEnv("empty", command=command), np.random.default_rng(0)
+        env.reset(seed=0)
+        for _ in range(50):
+            before = env.worlds.velocity[0, 0].copy()
+            env.step(rng.uniform(-1.5, 1.5, 2))
+            assert np.linalg.norm(env.worlds.velocity[0, 0] - before) <= 0.1 * 1.0 + 1e-12
+            assert np.linalg.norm(env.worlds.velocity[0, 0]) <= 2.0 + 1e-12
+
+
+def test_the_observation_is_what_the_page_says():
+    robot = Robot(Disc(0.5), Limits(2.0, 1.0), State((0, 0), (1, 0)), Goal(Stationary((6.0, 0.0)), 0.5))
+    rock, wall = (
+        Obstacle(Disc(1.0), Stationary((0.0, 6.0))),
+        Obstacle(Polyline([(-3, -4), (3, -4)]), Stationary((0, 0))),
+    )
+    moon = Obstacle(Disc(0.7), Circular((3.0, 0.0), 4.0, 1.0))
+    far = Obstacle(Disc(1.0), Stationary((50.0, 0.0)))
+    observation, _ = RobotEnv(Scenario("s", (robot,), (far, wall, rock, moon)), nearest=4).reset(seed=0)
+    own, rows = observation[:6], observation[6:].reshape(4, 6)
+    np.testing.assert_allclose(own, [0.5, 0.0, 0.5, 0.0, -0.25, 0.0], atol=1e-6)
+    # Sight is 2 m/s times 6 s. By clearance: the wall 3.5 m, the rock 4.5 m, the moon 5.8 m.
+    np.testing.assert_allclose(rows[0], [1, 0, -4 / 12, -0.25, 0, 0.5 / 12], atol=1e-6)
+    np.testing.assert_allclose(rows[1], [1, 0, 6 / 12, -0.25, 0, 1.5 / 12], atol=1e-6)
+    np.testing.assert_allclose(rows[2], [1, 7 / 12, 0, -0.25, 0.25, 1.2 / 12], atol=1e-6)
+    assert not rows[3].any()
+
+
+def test_returns_of_an_arrival_and_of_the_end_of_time():
+    env = RobotEnv("empty", settings={"distance": 4.0, "duration": 20.0})
+    observation, _ = env.reset(seed=0)
+    total, going = 0.0, True
+    while going:
+        observation, reward, ended, late, info = env.step(0.5 * towards_goal(observation) - 2.0 * observation[:2])
+        total, going = total + reward, not (ended or late)
+    assert info["is_success"]
+    # Progress is the way to where it stops, within the tolerance of 0.2 m of 4 m.
+    assert total == pytest.approx(1.0 + 1.0 - info["time"] / 20.0, abs=0.05)
+    env.reset(seed=0)
+    steps = [env.step(np.zeros(2)) for _ in range(200)]
+    assert [late for _, _, _, late, _ in steps] == [False] * 199 + [True]
+    assert sum(reward for _, reward, *_ in steps) == pytest.approx(-1.0)
+
+
+def test_many_worlds_are_single_environments_to_the_bit():
+    """Also after some of them have ended and begun again."""
+    many, rng = RobotsEnv(3, "roundabout_crossing", nearest=3), np.random.default_rng(1)
+    single = [RobotEnv("roundabout_crossing", nearest=3) for _ in range(3)]
+    observations, _ = many.reset(seed=7)
+    for k, env in enumerate(single):
+        assert np.array_equal(observations[k], env.reset(seed=7 + k)[0])
+    over, ends = [False] * 3, 0
+    for _ in range(60):
+        actions = rng.uniform(-1, 1, (3, 2)) + np.array([0.7, 0.0])
+        observations, rewards, ended, late, info = many.step(actions)
+        for k, env in enumerate(single):
+            if over[k]:
+                found = (*env.reset(), 0.0, False, False)
+                assert np.array_equal(observations[k], found[0])
+                assert rewards[k] == 0.0
+                over[k] = False
+                continue
+            seen, reward, stop, out, about = env.step(actions[k])
+            assert np.array_equal(observations[k], seen)
+            assert (rewards[k], ended[k], late[k]) == (reward, stop, out)
+            assert info["outcome"][k] == about["outcome"]
+            assert info["clearance"][k] == about["clearance"]
+            over[k] = stop or out
+            ends += over[k]
+    assert ends >= 3
+
+
+def test_layouts_are_built_once_and_repeat():
+    built = []
+    env = RobotEnv(lambda seed: built.append(seed) or gallery.build("head_on", {"duration": 0.5}), layouts=2)
+    for k in range(10):
+        env.reset(seed=k)
+    assert sorted(set(built[1:])) == [0, 1]
+    assert len(built) == 3
+
+
+@pytest.mark.parametrize("name", ["roundabout_crossing", "crowdnav"])
+@pytest.mark.parametrize("command", ["acceleration", "velocity"])
+def test_a_blind_policy_collides_without_the_filter_and_not_with_it(name, command):
+    if name == "crowdnav":
+        pytest.importorskip("pyrvo", reason="the package pyrvo is not installed")
+    for seed in range(2):
+        bare, rng = RobotEnv(name, command=command), np.random.default_rng(seed)
+        for env in (bare, SafetyFilter(bare)):
+            observation, _ = env.reset(seed=seed, options={SEED: seed})
+            going, changed = True, 0
+            while going:
+                observation, _, ended, late, info = env.step(towards_goal(observation, rng.normal(0, 0.3, 2)))
+                going, changed = not (ended or late) and info["time"] < 12.0, changed + info.get("intervened", 0)
+                assert info.get("certified", True)
+            assert (info["outcome"] == "collision") == (env is bare)
+        assert changed > 0
+
+
+def test_the_filter_changes_no_safe_action():
+    env = SafetyFilter(gymnasium.make("slalom/empty-v0"))
+    env.reset(seed=0)
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        info = env.step(rng.uniform(-1, 1, 2))[-1]
+        assert not info["intervened"]
+        np.testing.assert_allclose(info["applied"], info["wanted"], atol=1e-9)
+        assert info["filter"] == "CLEAR"
+
+
+def test_robots_that_stop_stay_and_others_leave():
+    def at(x, stop, name):
+        return Robot(
+            Disc(0.3), Limits(1.0, 1.0), State((x, 0.0), (0.5, 0.0)), Goal(Stationary((x + 0.1, 0.0)), 0.6, stop), name
+        )
+
+    env = FleetEnv(Scenario("two", (at(0.0, True, "stays"), at(5.0, False, "passes"), at(10.0, True, "third"))))
+    env.reset(seed=0)
+    still = {name: np.zeros(2) for name in env.agents}
+    *_, ended, _, info = env.step(still)
+    assert ended == dict.fromkeys(("stays", "passes", "third"), True)
+    assert {about["outcome"] for about in info.values()} == {"arrived"}
+    assert env.agents == []
+    assert env.worlds.there[0].tolist() == [True, False, True]
+
+
+def test_two_robots_that_meet_both_collide():
+    def heading(x, speed, name):
+        state = State((x, 0.0), (speed, 0.0))
+        return Robot(Disc(0.5), Limits(2.0, 1.0), state, Goal(Stationary((-x, 0.0)), 0.2), name)
+
+    env = FleetEnv(Scenario("meet", (heading(-1.0, 2.0, "left"), heading(1.0, -2.0, "right"))))
+    env.reset(seed=0)
+    for _ in range(3):
+        found = env.step({name: np.zeros(2) for name in env.agents})
+        if not env.agents:
+            break
+    assert {name: about["outcome"] for name, about in found[-1].items()} == dict.fromkeys(
+        ("left", "right"), "collision"
+    )
+    assert found[-1]["left"]["time"] == pytest.approx(0.3)
+
+
+def test_pictures_show_the_step():
+    env = RobotEnv("head_on", render_mode="rgb_array")
+    env.reset(seed=0)
+    before = env.render()
+    env.step(np.ones(2))
+    after = env.render()
+    assert before.shape == after.shape == (480, 480, 3)
+    assert (before != after).any()
+    window = FleetEnv("circle", render_mode="human")
+    window.reset(seed=0)
+    window.step({name: np.zeros(2) for name in window.agents})
+    assert window.render() is None
+    window.close()
