@@ -55,7 +55,7 @@ def test_commands_parse(command):
 
 @pytest.mark.parametrize("example", ["crossing.yaml", "mixed.yaml"])
 def test_example_scenario_runs(example, capsys):
-    assert call(["run", str(ROOT / "examples" / example), "--json"]) == DONE
+    assert call(["run", f"sample:{example}", "--json"]) == DONE
     assert '"collisions": 0' in capsys.readouterr().out
 
 

@@ -1439,3 +1439,15 @@ VIEW_EXPORTED: Final = 150
 
 Larger: larger files, about 6 kB for each among 30 obstacles. Smaller: longer steps between them in short runs.
 """
+
+ESTIMATE_AFTER: Final = 3.0
+"""[s] Time after the first report of progress at which the command line estimates the rest.
+
+Larger: a better estimate. Smaller: an earlier one.
+"""
+
+LONG_COMMAND: Final = 30.0
+"""[s] Least rest of a command of which the command line says how long it takes.
+
+Larger: fewer commands say it. Smaller: short commands say it too.
+"""

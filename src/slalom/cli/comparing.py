@@ -11,10 +11,12 @@ from slalom.cli.console import (
     Flag,
     Names,
     Settings,
+    new_page,
     parse_settings,
     print_message,
     print_result,
     progress,
+    resolved,
     writable,
     writing,
 )
@@ -38,6 +40,7 @@ def compare(
     adopt: Flag = False,
     data: Path | None = None,
     page: Path | None = None,
+    force: Flag = False,
     json: Flag = False,
 ) -> int:
     """Compare methods on the same scenarios and seeds 0, 1, ...; the table does not depend on the number of jobs.
@@ -49,7 +52,7 @@ def compare(
     ----------
     scenarios
         Names from `slalom list scenarios`, .yaml files, .csv files of test cases (case,agent,x,y,goal_x,goal_y,
-        pref_speed,radius), or study files, which list scenarios, settings and methods.
+        pref_speed,radius), or study files, which list scenarios, settings and methods. Also sample:study.yaml.
     settings
         NAME=VALUE for parameters of the scenarios or settings of every scenario; may be repeated.
     methods
@@ -71,6 +74,8 @@ def compare(
         and listed.
     page
         Write the table with confidence intervals, the command and the versions to this Markdown file.
+    force
+        Replace a page that exists.
     json
         Print one JSON object.
     """
@@ -79,7 +84,8 @@ def compare(
 
     chosen = None if methods is None else [name.strip() for name in methods.split(",") if name.strip()]
     changed = parse_settings(settings)
-    study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, only=only, data=data)
+    study = named([resolved(name) for name in scenarios], settings=changed, methods=chosen, seeds=seeds, only=only, data=data)
+    new_page(page, force)
     writable(page)
     _print_notes(study)
     options: Any = {"jobs": jobs, "backend": backend, "store": store, "adopt": adopt, "note": print_message}
@@ -87,7 +93,7 @@ def compare(
         tables = compare_all(study.rows, **options, progress=lambda done, total: advance(done / total))
     if page is not None:
         _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, only, data, page))
-    single = len(scenarios) == 1 and not is_study(scenarios[0])
+    single = len(scenarios) == 1 and not is_study(resolved(scenarios[0]))
     rows = flat(tables)
     result = tables[0] if single else {"rows": rows, "left_out": study.missing}
     print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))

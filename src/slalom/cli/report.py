@@ -23,6 +23,8 @@ FORESIGHT_SENTENCES: Final = {
 }
 """Descriptions of the names of `forecast.FORESIGHTS`, for METHOD@FORESIGHT."""
 
+FILES: Final = (".csv", ".yaml", ".yml")
+"""Suffixes of the scenarios that are files."""
 COLUMNS: Final = (
     "scenario",
     "method",
@@ -180,10 +182,11 @@ def _omission_sentence(left_out: Sequence[str]) -> str:
 
 
 def _scenario_text(result: dict[str, Any]) -> str:
-    """Return a scenario with its settings; for a file of test cases its name without the folder."""
+    """Return a scenario with its settings; for a file its name without the folder."""
     settings = ", ".join(f"{name}={value:g}" for name, value in result["settings"].items())
     scenario = str(result["scenario"])
-    return f"{Path(scenario).name if scenario.endswith('.csv') else scenario} {settings}".rstrip()
+    # The folder differs between machines; the page must not.
+    return f"{Path(scenario).name if scenario.endswith(FILES) else scenario} {settings}".rstrip()
 
 
 def _number(value: float | None, digits: int) -> str:

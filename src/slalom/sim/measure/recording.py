@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
+from typing import Any
 
 import h5py
 import numpy as np
@@ -37,7 +38,9 @@ from slalom.sim.measure.hdf5_parts import (
     unbounded,
 )
 from slalom.sim.measure.hdf5_tree import Group, read_tree
+from slalom.sim.measure.hdf5_units import add_units
 from slalom.sim.measure.run_log import RunLog
+from slalom.sim.measure.tidy_table import to_pandas
 from slalom.uncertainty import UNCERTAINTIES
 
 FORMAT, READABLE_FORMATS = "slalom recording 2", ("slalom recording 1", "slalom recording 2")
@@ -193,10 +196,19 @@ class Recording:
         content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
         return hashlib.sha256(content).hexdigest()
 
+    def to_pandas(self) -> Any:
+        """Return a pandas.DataFrame with one row for each time and robot, see `tidy_table.COLUMNS`.
+
+        Raises:
+            InvalidInput: pandas is not installed (`pip install slalom[data]`).
+        """
+        return to_pandas(self)
+
     def save(self, path: FilePath | str) -> None:
         """Write an HDF5 file, with navground's group and attribute names if they exist.
 
         `poses` holds the position and, last, the heading of the velocity [rad]; `twists` the velocity and, last, 0.
+        Every array has the attribute `units`, see `hdf5_units`.
         """
         with h5py.File(path, "w") as file:
             file.attrs["format"] = FORMAT
@@ -246,6 +258,7 @@ class Recording:
                 if obstacle.uncertainty is not None:
                     save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)
                 save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
+            add_units(run)
 
     @classmethod
     def load(cls, path: FilePath | str) -> "Recording":
