@@ -3,7 +3,7 @@
 import re
 import sys
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory
 from typing import Any
 
 DOCS = Path(__file__).parent
@@ -46,6 +46,8 @@ EXECUTED = ("start", "tutorials/")
 GENERATED = DOCS / "generated"
 OUTSIDE = re.compile(r"\[([^\]]+)\]\((?:\.\./)+(tests|tools|benchmarks|src)/[^)]*\)")
 """Links to files of the repository that are not part of the site: their text remains."""
+ANCHORS = re.compile(r"^(#+ )<a id=\"(\w+)\"></a>(.*)$", re.MULTILINE)
+"""Headings with an anchor in HTML, which becomes a target of the site."""
 EXAMPLES = re.compile(r"\]\((?:\.\./)*examples/(\w+)\.py\)")
 
 
@@ -73,7 +75,7 @@ def prepare(app: Any, docname: str, source: list[str]) -> None:
     if docname.startswith("generated/"):
         text = text.replace("](docs/", "](../").replace("](CHANGELOG.md)", "](changelog.md)").replace("](CONTRIBUTING.md)", "](contributing.md)")
     if docname.startswith(EXECUTED):
-        folder, drawn = Path(mkdtemp(dir=app.outdir)), []
+        drawn: list[Path] = []
 
         def save(figure: Any) -> str:
             target = GENERATED / "figures" / f"{docname.replace('/', '_')}_{len(drawn)}.svg"
@@ -82,11 +84,24 @@ def prepare(app: Any, docname: str, source: list[str]) -> None:
             drawn.append(target)
             return f"{up}generated/figures/{target.name}"
 
-        text = executed(text, folder, save)
-    source[0] = text
+        with TemporaryDirectory() as folder:
+            text = executed(text, Path(folder), save)
+    source[0] = ANCHORS.sub(r"(\2)=\n\1\3", text)
+
+
+def escape(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    """Escape the norm |x| in docstrings, which reStructuredText takes for a substitution; not within backticks."""
+    if what in ("attribute", "data", "property"):
+        # napoleon takes the words before a colon in the first line for a type.
+        lines.insert(0, "\\")
+    for k, line in enumerate(lines):
+        parts = line.split("`")
+        parts[::2] = [part.replace("|", "\\|") for part in parts[::2]]
+        lines[k] = "`".join(parts)
 
 
 def setup(app: Any) -> None:
     """Connect the steps above to the build."""
     app.connect("builder-inited", generate)
     app.connect("source-read", prepare)
+    app.connect("autodoc-process-docstring", escape, priority=400)

@@ -1,6 +1,7 @@
 """Reference pages of the documentation site, generated from the program: no list in them is written by hand."""
 
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import NoneType
 from typing import Annotated, Any, Final, Literal, get_args, get_origin
@@ -82,6 +83,8 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "slalom.vehicle": (),
 }
 """Public names of modules; all of `__all__` where none are named."""
+HOMES: Final = {"METHODS": "slalom.methods", "FORESIGHTS": "slalom.forecast"}
+"""Modules of public names that are neither classes nor functions."""
 OWN_PAGES: Final = {"io", "peers", "sim", "tracking", "vehicle", "view"}
 """Public modules of slalom, which are documented in places of their own."""
 
@@ -102,7 +105,7 @@ def entry(module: str, name: str) -> str:
     elif callable(thing):
         kind, options = "autofunction", []
     else:
-        kind, options, home = "autodata", ["   :no-value:"], module
+        kind, options, home = "autodata", ["   :no-value:"], HOMES[name]
     own = home if home.startswith("slalom") else module
     return "\n".join(["```{eval-rst}", f".. {kind}:: {own}.{name}", *options, "```", ""])
 
@@ -126,7 +129,8 @@ def api() -> str:
 def command_line() -> str:
     """Return the page of the commands, as cyclopts describes them."""
     text = app.generate_docs(output_format="markdown", include_hidden=False)
-    body = text[text.index("## slalom run") :]
+    # The usage names the module that runs, here that of the build of the site.
+    body = re.sub(r"^(slalom [\w-]+) -m \S+", r"\1", text[text.index("## slalom run") :], flags=re.MULTILINE)
     head = "# Command line\n\nExit code 0: success. 1: a collision, a robot that did not arrive, no safe manoeuvre, or no "
     return f"{head}result. 2: bad input.\nResults are on stdout, everything else on stderr.\n\n{body}\n"
 

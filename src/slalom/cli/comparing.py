@@ -21,6 +21,7 @@ from slalom.cli.console import (
     writing,
 )
 from slalom.cli.report import page_text, table_text
+from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.sim.sweep.study_yaml import Study
@@ -38,6 +39,8 @@ def compare(
     backend: str | None = None,
     store: Path | None = None,
     adopt: Flag = False,
+    shard: str | None = None,
+    merge: Flag = False,
     data: Path | None = None,
     page: Path | None = None,
     force: Flag = False,
@@ -69,6 +72,10 @@ def compare(
         Folder that keeps every finished run, created if needed; the same command resumes an interrupted comparison.
     adopt
         Adopt runs of former code from the store if a sample of them, run again, gives the same numbers.
+    shard
+        K/N: make only share K of N of the runs, for several machines that share the store.
+    merge
+        Make no run; the table of the runs in the store, which says what is missing. Exit code 1 if something is.
     data
         Folder of the test cases that a study names; by default the folder of the study. Missing files are left out
         and listed.
@@ -79,16 +86,20 @@ def compare(
     json
         Print one JSON object.
     """
+    from slalom.sim.sweep.shard import MISSING, Shard
     from slalom.sim.sweep.study import compare_all, flat
     from slalom.sim.sweep.study_yaml import is_study, named
 
     chosen = None if methods is None else [name.strip() for name in methods.split(",") if name.strip()]
     changed = parse_settings(settings)
     study = named([resolved(name) for name in scenarios], settings=changed, methods=chosen, seeds=seeds, only=only, data=data)
+    part = None if shard is None else Shard.of(shard)
+    if part is not None and page is not None:
+        raise InvalidInput(f"--page: expected without --shard, which has a part of the runs; found {str(page)!r}")
     new_page(page, force)
     writable(page)
     _print_notes(study)
-    options: Any = {"jobs": jobs, "backend": backend, "store": store, "adopt": adopt, "note": print_message}
+    options: Any = {"jobs": jobs, "backend": backend, "store": store, "adopt": adopt, "shard": part, "merge": merge, "note": print_message}
     with progress("comparing") as advance:
         tables = compare_all(study.rows, **options, progress=lambda done, total: advance(done / total))
     if page is not None:
@@ -98,7 +109,8 @@ def compare(
     result = tables[0] if single else {"rows": rows, "left_out": study.missing}
     print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
     killed = any(failure["killed"] for row in rows for failure in row["failures"])
-    return DONE if any(row["runs"] for row in rows) and not killed else FAILED
+    lost = any(failure["reason"] == MISSING.reason for row in rows for failure in row["failures"])
+    return DONE if any(row["runs"] for row in rows) and not killed and not lost else FAILED
 
 
 def _print_notes(study: "Study") -> None:

@@ -25,6 +25,7 @@ from slalom.sim.sweep.case import (
 )
 from slalom.sim.sweep.case_file import is_cases, refuse_more
 from slalom.sim.sweep.pool import map_surviving_kills, working_with
+from slalom.sim.sweep.shard import MISSING, OTHER, Shard
 from slalom.sim.sweep.store import Result, Store
 
 METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
@@ -80,6 +81,8 @@ def compare_all(
     backend: str | None = None,
     store: Path | str | None = None,
     adopt: bool = False,
+    shard: Shard | None = None,
+    merge: bool = False,
     progress: Callable[[int, int], None] | None = None,
     note: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
@@ -92,6 +95,8 @@ def compare_all(
         jobs: processes; -1 for one per core. backend: of joblib, see `pool.working_with`.
         store: folder, made if it does not exist. Every finished run is stored there, and no stored run is made again,
             see `Store`. adopt: take over runs of former code from it first, see `Store.adopt`.
+        shard: make only these of the runs; the rows have the runs of other shards that are in the store already.
+        merge: make no run; runs that are not in the store are failures in the rows.
         progress: called with the number of finished runs and of all. note: called with a sentence on adopted runs.
 
     Raises:
@@ -101,6 +106,10 @@ def compare_all(
     """
     if adopt and store is None:
         raise InvalidInput("adopt: expected a store with runs of former code, found no store")
+    if (shard is not None or merge) and store is None:
+        raise InvalidInput("store: expected the folder that all shards share, found none")
+    if shard is not None and merge:
+        raise InvalidInput("merge: expected without shard, found both")
     if jobs == 0 or any(row.seeds < 1 for row in rows):
         least = min((row.seeds for row in rows), default=1)
         raise InvalidInput(f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {least} and {jobs}")
@@ -117,7 +126,9 @@ def compare_all(
         results: dict[str, Result] = dict(kept.read(cases.values())) if kept else {}
         if progress and results:
             progress(len(results), len(cases))
-        missing = {key: case for key, case in cases.items() if key not in results}
+        own = {} if merge else cases if shard is None else shard.part(cases)
+        results |= {key: MISSING if merge else OTHER for key in cases if key not in results and key not in own}
+        missing = {key: case for key, case in own.items() if key not in results}
         for key, result in _finished(kept, missing, jobs):
             results[key] = result
             if progress:
