@@ -62,6 +62,10 @@ chromium:
 	@command -v npm >/dev/null && (cd web && npm ci --silent) \
 		|| echo "Node is not installed: the bundle of the view is not built again."
 
+# Builds sdist and wheel in out/dist, lists them, and installs them into clean environments of every Python there is.
+release-check: .venv/test.stamp
+	PIP_CONSTRAINT= $(BIN)/python tools/release_check.py
+
 # What continuous integration runs.
 ci: demo kernels golden chromium
 	$(MAKE) test DRAWS=commit
