@@ -38,6 +38,7 @@ napoleon_use_rtype = False
 python_use_unqualified_type_names = True
 add_module_names = False
 nitpicky = False
+highlight_language = "none"
 pygments_style = "tango"
 pygments_dark_style = "monokai"
 
@@ -63,7 +64,10 @@ def generate(app: Any) -> None:
     for name, page in PAGES.items():
         write(GENERATED / f"{name}.md", page())
     for path in sorted((ROOT / "examples").glob("*.py")):
-        write(GENERATED / f"{path.stem}.md", f"# {path.stem[3:].replace('_', ' ').capitalize()}\n\n```python\n{path.read_text()}```\n")
+        write(
+            GENERATED / f"{path.stem}.md",
+            f"# {path.stem[3:].replace('_', ' ').capitalize()}\n\n```python\n{path.read_text()}```\n",
+        )
     for name in ("CHANGELOG", "CONTRIBUTING", "SECURITY"):
         write(GENERATED / f"{name.lower()}.md", (ROOT / f"{name}.md").read_text())
 
@@ -73,7 +77,11 @@ def prepare(app: Any, docname: str, source: list[str]) -> None:
     up = "../" * docname.count("/")
     text = EXAMPLES.sub(rf"]({up}generated/\1.md)", OUTSIDE.sub(r"\1", source[0]))
     if docname.startswith("generated/"):
-        text = text.replace("](docs/", "](../").replace("](CHANGELOG.md)", "](changelog.md)").replace("](CONTRIBUTING.md)", "](contributing.md)")
+        text = (
+            text.replace("](docs/", "](../")
+            .replace("](CHANGELOG.md)", "](changelog.md)")
+            .replace("](CONTRIBUTING.md)", "](contributing.md)")
+        )
     if docname.startswith(EXECUTED):
         drawn: list[Path] = []
 

@@ -515,7 +515,9 @@ def test_show_says_what_run_said(say: Say) -> None:
     said = say("run", "scene.yaml", "--out", "a/b/run.h5", "--figure", "c/run.svg", "--json")
     shown = say("show", "a/b/run.h5", "--figure", "d/e/run.svg", "--json")
     assert (shown.code, shown.json) == (0, said.json)
-    drawn = [re.sub(r"id=\"[^\"]*\"|#[a-z]\w+|<dc:date>.*", "", Path(f).read_text()) for f in ("c/run.svg", "d/e/run.svg")]
+    drawn = [
+        re.sub(r"id=\"[^\"]*\"|#[a-z]\w+|<dc:date>.*", "", Path(f).read_text()) for f in ("c/run.svg", "d/e/run.svg")
+    ]
     assert drawn[0] == drawn[1]
     assert say("show", "a/b/run.h5").out.startswith("scene with nao, seed 0: arrived, no collision\n")
     said = say("run", "a/b/run.h5")
@@ -628,8 +630,15 @@ BAD = [
     ("convert run.h5 run.txt", r"expected a file that ends in \.csv, \.parquet for a run; found 'run\.txt'"),
     ("export-scenario full", r"scenario: expected a \.yaml file or one of empty, .*; found 'full'"),
     ("export-scenario circle --set sight_noise=1", r"sight_noise: expected 0 in a file, found 1"),
+    ("compare empty --shard 3/2 --store kept", r"shard: expected K/N with K from 1 to N, found '3/2'"),
+    ("compare empty --shard 0/2 --store kept", r"shard: expected K/N with K from 1 to N, found '0/2'"),
+    ("compare empty --shard two --store kept", r"shard: expected K/N with K from 1 to N, found 'two'"),
+    ("compare empty --shard 1/2", r"store: expected the folder that all shards share, found none"),
+    ("compare empty --merge", r"store: expected the folder that all shards share, found none"),
+    ("compare empty --shard 1/2 --merge --store kept", r"merge: expected without shard, found both"),
+    ("compare empty --shard 1/2 --page a.md --store kept", r"--page: expected without --shard, .*; found 'a\.md'"),
     ("reproduce best", r"figure or claim: expected one of .*; found 'best'"),
-    ("compare empty --page scene.yaml", r"--page: expected a new file, or --force to replace it; found 'scene\.yaml', "),
+    ("compare empty --page scene.yaml", r"--page: expected a new file, or --force .*; found 'scene\.yaml', "),
     ("reproduce --page scene.yaml", r"--page: expected a new file, or --force to replace it; found 'scene\.yaml', "),
     ("run empty --set duration=0.1 --out folder.h5", r"folder\.h5: expected .*, found "),
     ("run empty --set duration=0.1 --figure folder.svg", r"folder\.svg: expected .*, found "),
@@ -706,7 +715,9 @@ def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
 # The program itself.
 
 
-@pytest.mark.parametrize("command", ["run", "list", "decide", "compare", "convert", "reproduce", "show", "export-scenario"])
+@pytest.mark.parametrize(
+    "command", ["run", "list", "decide", "compare", "convert", "reproduce", "show", "export-scenario"]
+)
 def test_every_command_has_help(command: str, say: Say) -> None:
     said = say(command, "--help")
     assert said.code == 0

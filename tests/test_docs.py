@@ -24,7 +24,9 @@ def blocks(language: str) -> list[tuple[str, str]]:
     found = []
     for page in PAGES:
         if page in TUTORIALS and language == "python":
-            found.append((page.name, "\n".join(text for name, text in BLOCK.findall(page.read_text()) if name == language)))
+            found.append(
+                (page.name, "\n".join(text for name, text in BLOCK.findall(page.read_text()) if name == language))
+            )
             continue
         found += [(page.name, text) for name, text in BLOCK.findall(page.read_text()) if name == language]
     return found

@@ -61,7 +61,11 @@ def words_of(line: str) -> list[str]:
     more = SHORTER.get(words[1], [])
     if ">" in words:
         return words
-    return [*words, *more] if "--seeds" not in words else [*words[: words.index("--seeds")], *more, *words[words.index("--seeds") + 2 :]]
+    return (
+        [*words, *more]
+        if "--seeds" not in words
+        else [*words[: words.index("--seeds")], *more, *words[words.index("--seeds") + 2 :]]
+    )
 
 
 def run(command: list[str], folder: Path, installed: Path) -> subprocess.CompletedProcess[str]:

@@ -1,8 +1,8 @@
 """Checks of a release: `make release-check`. Needs PyPI; minutes for each Python.
 
-Builds the sdist and from it the wheel, compares the wheel with the sources, and installs it into a clean environment of
-every Python that is available. There it runs from another folder, without a home, as a user that cannot write to the
-installation.
+Builds the sdist and from it the wheel, compares the wheel with the sources, and installs it into a clean environment
+of every Python that is available. There it runs from another folder, without a home, and without the right to write
+into the installation.
 """
 
 import argparse
@@ -13,7 +13,8 @@ import subprocess
 import sys
 import tarfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from email.parser import Parser
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -82,7 +83,14 @@ def check_contents(sdist: Path, wheel: Path) -> None:
             raise Failed(f"{wheel.name}: {what}: {', '.join(sorted(found))}")
     if wheel.stat().st_size > LARGEST:
         raise Failed(f"{wheel.name}: expected at most {LARGEST / 1e6:g} MB, found {wheel.stat().st_size / 1e6:.2f}")
-    for name in ("Summary", "Keywords", "Requires-Python", "License-Expression", "Description-Content-Type", "Project-URL"):
+    for name in (
+        "Summary",
+        "Keywords",
+        "Requires-Python",
+        "License-Expression",
+        "Description-Content-Type",
+        "Project-URL",
+    ):
         if not metadata.get(name):
             raise Failed(f"{wheel.name}: expected {name} in the metadata, found none")
 
@@ -107,18 +115,34 @@ def check_installed(python: str, wheel: Path, folder: Path) -> None:
     required([*pip, "install", "--quiet", wheel])
     print(f"  {required([*pip, 'check']).strip()}")
     other.mkdir()
-    # A user without rights to the installation and without a home: nobody, where this program runs as root.
-    user: dict[str, object] = {}
-    if os.getuid() == 0:
-        user = {"user": 65534, "group": 65534, "extra_groups": []}
-        shutil.chown(other, 65534, 65534)
-        folder.chmod(0o755)
     settings = {"PATH": os.defpath, "HOME": "/nonexistent", "PYTHONDONTWRITEBYTECODE": "1", "MPLCONFIGDIR": str(other)}
-    for code, words in SMOKE:
-        done = run([environment / "bin" / "slalom", *words], cwd=other, env=settings, **user)
-        if done.returncode != code or not (done.stdout or code):
-            raise Failed(f"slalom {' '.join(words)}: expected exit code {code}, found {done.returncode}\n{done.stderr}")
-        print(f"  slalom {' '.join(words)}: {done.returncode}")
+    with read_only(environment) as prefix:
+        for code, words in SMOKE:
+            done = run([*prefix, environment / "bin" / "slalom", *words], cwd=other, env=settings)
+            if done.returncode != code or not (done.stdout or code):
+                said = f"found {done.returncode}\n{done.stdout}{done.stderr}"
+                raise Failed(f"slalom {' '.join(words)}: expected exit code {code}, {said}")
+            print(f"  slalom {' '.join(words)}: {done.returncode}")
+
+
+@contextmanager
+def read_only(folder: Path) -> Iterator[list[str]]:
+    """Take the right to write into a folder away; yield the beginning of commands for which that holds.
+
+    For root it holds only without capabilities, which setpriv drops.
+    """
+    prefix = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.getuid() == 0 else []
+    paths = [folder, *folder.rglob("*")]
+    modes = {path: path.stat().st_mode for path in paths if not path.is_symlink()}
+    try:
+        for path, mode in modes.items():
+            path.chmod(mode & ~0o222)
+        if not run([*prefix, "touch", folder / "written"]).returncode:
+            raise Failed(f"{folder}: expected a folder that cannot be written, found one that can")
+        yield prefix
+    finally:
+        for path, mode in modes.items():
+            path.chmod(mode)
 
 
 def main() -> None:

@@ -64,9 +64,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         *("Response", "Velocity", "LaggedVelocity", "Acceleration", "AccelerateThenBrake", "AccelerateThenCoast"),
         *("AccelerateThenStop", "AccelerationSequence", "Jerk", "AccelerationLag", "advance", "Affine"),
     ),
-    "Bounds": (
-        *("Bound", "Box", "ConvexPolygon", "Friction", "HeadingCone", "LeastSpeed", "TurningRadius"),
-    ),
+    "Bounds": (*("Bound", "Box", "ConvexPolygon", "Friction", "HeadingCone", "LeastSpeed", "TurningRadius"),),
     "Objectives": (
         *("Objective", "Aim", "Arrive", "FollowVelocity", "FollowAcceleration", "KeepAcceleration", "Mix"),
         *("MostClearance", "preferred_control"),
@@ -131,7 +129,9 @@ def command_line() -> str:
     text = app.generate_docs(output_format="markdown", include_hidden=False)
     # The usage names the module that runs, here that of the build of the site.
     body = re.sub(r"^(slalom [\w-]+) -m \S+", r"\1", text[text.index("## slalom run") :], flags=re.MULTILINE)
-    head = "# Command line\n\nExit code 0: success. 1: a collision, a robot that did not arrive, no safe manoeuvre, or no "
+    head = (
+        "# Command line\n\nExit code 0: success. 1: a collision, a robot that did not arrive, no safe manoeuvre, or no "
+    )
     return f"{head}result. 2: bad input.\nResults are on stdout, everything else on stderr.\n\n{body}\n"
 
 
@@ -277,7 +277,12 @@ def keys(model: type[BaseModel], meanings: Mapping[str, str] | None = None) -> s
 
 def scenario_files() -> str:
     """Return the page of all keys of scenario files and study files."""
-    lines = ["# Scenario and study files", "", "Every key, from the schema that reads the files. SI units and radians.", ""]
+    lines = [
+        "# Scenario and study files",
+        "",
+        "Every key, from the schema that reads the files. SI units and radians.",
+        "",
+    ]
     titled = {
         "A scenario": ScenarioSpec,
         "A robot": RobotSpec,
@@ -313,7 +318,10 @@ def run_files() -> str:
         ("`period`", "[m] of a periodic world, absent otherwise"),
         ("group `parameters`", "parameters of the gallery"),
         ("group `settings`", "settings with which the robots decided"),
-        ("group `robots/K`", "`name`, `max_speed` [m/s], `max_acceleration` [m/s^2], `goal_tolerance` [m], `goal_stop`"),
+        (
+            "group `robots/K`",
+            "`name`, `max_speed` [m/s], `max_acceleration` [m/s^2], `goal_tolerance` [m], `goal_stop`",
+        ),
         ("group `obstacles/K`", "`name`, `heading` [rad or motion]"),
         ("groups `shape`, `trajectory`, `goal`, `bounds/J`, `uncertainty`", "`kind` and fields, as in scenario files"),
     ]
@@ -389,8 +397,8 @@ def metrics() -> str:
         rows.append((f"`{name}`", of, FORMULAS[name], sentence))
     text = (
         "`slalom.sim.metrics` has one function for each, and `METRICS` the table. Those of one robot take the name or\n"
-        "number of the robot of a fleet. Clearances are between surfaces and in continuous time, unless they are at the\n"
-        "steps `i`. `t_k` is the arrival of robot k; x, v and a are position, velocity and acceleration."
+        "number of the robot of a fleet. Clearances are between surfaces and in continuous time, unless they are\n"
+        "at the steps `i`. `t_k` is the arrival of robot k; x, v and a are position, velocity and acceleration."
     )
     return "\n".join(["# Metrics", "", text, "", table(["metric", "of", "formula", "meaning"], rows), ""])
 
@@ -423,7 +431,8 @@ def outcomes() -> str:
 def names() -> str:
     """Return the page of everything that has a name on the command line."""
     scenarios = [
-        (f"`{e.name}`", e.sentence, ", ".join(f"`{k}={v:g}`" for k, v in e.parameters.items())) for e in GALLERY.values()
+        (f"`{e.name}`", e.sentence, ", ".join(f"`{k}={v:g}`" for k, v in e.parameters.items()))
+        for e in GALLERY.values()
     ]
     methods = [(f"`{m.name}`", m.sentence, m.foresight, m.source) for m in CONTENDERS.values()]
     formats = [(f"`{f.name}`", f.sentence, f.mark, f.suffix or "-") for f in FORMATS.values()]

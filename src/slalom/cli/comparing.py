@@ -92,14 +92,24 @@ def compare(
 
     chosen = None if methods is None else [name.strip() for name in methods.split(",") if name.strip()]
     changed = parse_settings(settings)
-    study = named([resolved(name) for name in scenarios], settings=changed, methods=chosen, seeds=seeds, only=only, data=data)
-    part = None if shard is None else Shard.of(shard)
+    study = named(
+        [resolved(name) for name in scenarios], settings=changed, methods=chosen, seeds=seeds, only=only, data=data
+    )
+    part = None if shard is None else Shard.named(shard)
     if part is not None and page is not None:
         raise InvalidInput(f"--page: expected without --shard, which has a part of the runs; found {str(page)!r}")
     new_page(page, force)
     writable(page)
     _print_notes(study)
-    options: Any = {"jobs": jobs, "backend": backend, "store": store, "adopt": adopt, "shard": part, "merge": merge, "note": print_message}
+    options: Any = {
+        "jobs": jobs,
+        "backend": backend,
+        "store": store,
+        "adopt": adopt,
+        "shard": part,
+        "merge": merge,
+        "note": print_message,
+    }
     with progress("comparing") as advance:
         tables = compare_all(study.rows, **options, progress=lambda done, total: advance(done / total))
     if page is not None:

@@ -31,8 +31,8 @@ def decide(
     Parameters
     ----------
     scene
-        A .yaml scenario file (also sample:crossing.yaml), a name from `slalom list scenarios`, or a .json file that `Decision.dump` wrote. That
-        decision is repeated; exit code 1 also if the result is not the same to the bit.
+        A .yaml scenario file (also sample:crossing.yaml), a name from `slalom list scenarios`, or a .json file that
+        `Decision.dump` wrote. That decision is repeated; exit code 1 also if the result is not the same to the bit.
     method
         A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. Not for a .json file, which has its own.
     foresight
@@ -104,7 +104,7 @@ def _repeat(file: str, json: bool, figure: Path | None) -> int:
 
 
 def _of_controls(decision: "Decision", navigator: "Navigator") -> dict[str, object]:
-    """Clearance [m] of the selected control; the preferred one, the time [s] after which it collides, and the limits."""
+    """Clearance [m] of the selected control; the preferred one, the time [s] until it collides, and the limits."""
     import numpy as np
 
     from slalom.control_obstacle import ControlObstacle

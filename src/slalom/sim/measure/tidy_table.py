@@ -115,7 +115,9 @@ def _imported(name: str) -> Any:
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        raise InvalidInput(f"{name}: expected the packages of `pip install slalom[data]`, found no {error.name}") from None
+        raise InvalidInput(
+            f"{name}: expected the packages of `pip install slalom[data]`, found no {error.name}"
+        ) from None
 
 
 WRITERS: Final[Mapping[str, Callable[["Recording", Path], None]]] = {".csv": write_csv, ".parquet": write_parquet}

@@ -15,13 +15,13 @@ MISSING: Final = Failure("no result in the store: its shard has not finished, or
 
 
 class Shard(NamedTuple):
-    """Share number `number` of `count`, from 1."""
+    """Share `number` of `of`, from 1."""
 
     number: int
-    count: int
+    of: int
 
     @classmethod
-    def of(cls, text: str) -> "Shard":
+    def named(cls, text: str) -> "Shard":
         """Return the shard of a text such as 2/8. Raises InvalidInput for any other text."""
         number, slash, count = text.partition("/")
         if not (slash and number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
@@ -29,8 +29,8 @@ class Shard(NamedTuple):
         return cls(int(number), int(count))
 
     def part(self, items: Mapping[str, Item]) -> dict[str, Item]:
-        """Return the items of this shard: every `count`-th, so that all shards have as many, up to one.
+        """Return the items of this shard: every `of`-th, so that all shards have as many, up to one.
 
         Together the shards have every item once, as long as the items and their order are the same.
         """
-        return {key: item for k, (key, item) in enumerate(items.items()) if k % self.count == self.number - 1}
+        return {key: item for k, (key, item) in enumerate(items.items()) if k % self.of == self.number - 1}
