@@ -2,8 +2,11 @@
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from cyclopts import Group, Parameter
 
 from slalom.cli.console import (
     DONE,
@@ -27,6 +30,45 @@ if TYPE_CHECKING:
     from slalom.sim.sweep.study_yaml import Study
 
 
+WORK = Group("Where runs are made and kept", sort_key=1)
+
+
+@Parameter(name="*", group=WORK)
+@dataclass(frozen=True, kw_only=True)
+class Work:
+    """Options of processes, of the store, and of several machines.
+
+    Parameters
+    ----------
+    jobs
+        Number of processes; -1 for one per core.
+    backend
+        Backend of joblib: loky (by default), threading, sequential, dask, ray.
+    store
+        Folder that keeps every finished run, created if needed; the same command resumes an interrupted comparison.
+    adopt
+        Adopt runs of former code from the store if a sample of them, run again, gives the same numbers.
+    shard
+        K/N: make only share K of N of the runs, for several machines that share the store.
+    merge
+        Make no run; the table of the runs in the store, which says what is missing. Exit code 1 if something is.
+    """
+
+    jobs: int = 1
+    backend: str | None = None
+    store: Path | None = None
+    adopt: Flag = False
+    shard: str | None = None
+    merge: Flag = False
+
+    def settings(self) -> dict[str, Any]:
+        """Return the keyword arguments of `compare_all`."""
+        from slalom.sim.sweep.shard import Shard
+
+        shard = None if self.shard is None else Shard.named(self.shard)
+        return {**vars(self), "shard": shard}
+
+
 def compare(
     scenarios: list[str],
     /,
@@ -35,12 +77,7 @@ def compare(
     methods: str | None = None,
     seeds: int | None = None,
     only: Names = None,
-    jobs: int = 1,
-    backend: str | None = None,
-    store: Path | None = None,
-    adopt: Flag = False,
-    shard: str | None = None,
-    merge: Flag = False,
+    work: Work | None = None,
     data: Path | None = None,
     page: Path | None = None,
     force: Flag = False,
@@ -64,18 +101,6 @@ def compare(
         Number of seeds per scenario; by default as in the study, or 100.
     only
         Run only these scenarios of a study.
-    jobs
-        Number of processes; -1 for one per core.
-    backend
-        Backend of joblib: loky (by default), threading, sequential, dask, ray.
-    store
-        Folder that keeps every finished run, created if needed; the same command resumes an interrupted comparison.
-    adopt
-        Adopt runs of former code from the store if a sample of them, run again, gives the same numbers.
-    shard
-        K/N: make only share K of N of the runs, for several machines that share the store.
-    merge
-        Make no run; the table of the runs in the store, which says what is missing. Exit code 1 if something is.
     data
         Folder of the test cases that a study names; by default the folder of the study. Missing files are left out
         and listed.
@@ -86,7 +111,6 @@ def compare(
     json
         Print one JSON object.
     """
-    from slalom.sim.sweep.shard import MISSING, Shard
     from slalom.sim.sweep.study import compare_all, flat
     from slalom.sim.sweep.study_yaml import is_study, named
 
@@ -95,32 +119,32 @@ def compare(
     study = named(
         [resolved(name) for name in scenarios], settings=changed, methods=chosen, seeds=seeds, only=only, data=data
     )
-    part = None if shard is None else Shard.named(shard)
-    if part is not None and page is not None:
+    options = (work or Work()).settings()
+    if options["shard"] is not None and page is not None:
         raise InvalidInput(f"--page: expected without --shard, which has a part of the runs; found {str(page)!r}")
     new_page(page, force)
     writable(page)
     _print_notes(study)
-    options: Any = {
-        "jobs": jobs,
-        "backend": backend,
-        "store": store,
-        "adopt": adopt,
-        "shard": part,
-        "merge": merge,
-        "note": print_message,
-    }
     with progress("comparing") as advance:
-        tables = compare_all(study.rows, **options, progress=lambda done, total: advance(done / total))
+        tables = compare_all(
+            study.rows, **options, note=print_message, progress=lambda done, total: advance(done / total)
+        )
     if page is not None:
         _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, only, data, page))
     single = len(scenarios) == 1 and not is_study(resolved(scenarios[0]))
     rows = flat(tables)
     result = tables[0] if single else {"rows": rows, "left_out": study.missing}
     print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
-    killed = any(failure["killed"] for row in rows for failure in row["failures"])
-    lost = any(failure["reason"] == MISSING.reason for row in rows for failure in row["failures"])
-    return DONE if any(row["runs"] for row in rows) and not killed and not lost else FAILED
+    return _exit_code(rows)
+
+
+def _exit_code(rows: Sequence[dict[str, Any]]) -> int:
+    """Return FAILED if there is no run, a process was killed repeatedly, or a merge did not find a run."""
+    from slalom.sim.sweep.shard import MISSING
+
+    failures = [failure for row in rows for failure in row["failures"]]
+    lost = any(failure["killed"] or failure["reason"] == MISSING.reason for failure in failures)
+    return FAILED if lost or not any(row["runs"] for row in rows) else DONE
 
 
 def _print_notes(study: "Study") -> None:

@@ -159,6 +159,7 @@ def _with_settings(loaded: "Scenario", settings: dict[str, float]) -> "Scenario"
 
 
 def print_notes(notes: Sequence[str]) -> None:
+    """Print notes on what was read or written, a line each."""
     for note in notes:
         print_message(note)
 
