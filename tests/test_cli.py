@@ -345,7 +345,7 @@ def test_compare_and_studies_take_levels_of_foresight(say: Say) -> None:
     Path("study.yaml").write_text("methods: [nao@present]\nseeds: 1\nscenarios: [{scenario: scene.yaml}]\n")
     (row,) = say("compare", "study.yaml", "--set", "duration=0.3", "--page", "page.md", "--json").json["rows"]
     assert (row["method"], row["foresight"]) == ("nao@present", "present")
-    assert "| nao@present | present | 1 |" in Path("page.md").read_text()
+    assert "| nao@present | present | 1, deterministic |" in Path("page.md").read_text()
     Path("study.yaml").write_text("methods: [nao@seen, orca@observed]\nscenarios: [{scenario: scene.yaml}]\n")
     said = say("compare", "study.yaml")
     assert said.code == 2
@@ -383,12 +383,20 @@ def test_compare_several(say: Say) -> None:
     ]
     for row in rows:
         alone = say("compare", row["scenario"], *tokens, "--json").json
-        assert row == {"scenario": row["scenario"], "seeds": 2, "settings": {"duration": 0.5}} | {
+        assert row == {
+            "scenario": row["scenario"],
+            "seeds": 2,
+            "settings": {"duration": 0.5},
+            "deterministic": True,
+        } | {
             "method": row["method"],
             **alone["methods"][row["method"]],
         }
     text = say("compare", "head_on", "scene.yaml", *tokens).out
-    assert re.findall(r"^(.*), 2 seeds$", text, re.M) == ["head_on duration=0.5", "scene.yaml duration=0.5"]
+    assert re.findall(r"^(.*), deterministic: 1 run$", text, re.M) == [
+        "head_on duration=0.5",
+        "scene.yaml duration=0.5",
+    ]
 
 
 def test_compare_a_study(say: Say) -> None:
@@ -420,12 +428,12 @@ def test_compare_writes_a_page(say: Say) -> None:
     assert shlex.split(command) == ["slalom", *tokens]
     lines = [line for line in page.splitlines() if line.startswith("|")]
     assert [line.split(" | ")[:4] for line in lines[2:]] == [
-        ["| head_on duration=0.5", "avo", "observed", "3"],
-        ["| scene.yaml duration=0.3", "vo", "observed", "3"],
-        ["| scene.yaml duration=0.3", "ao", "observed", "3"],
+        ["| head_on duration=0.5", "avo", "observed", "1, deterministic"],
+        ["| scene.yaml duration=0.3", "vo", "observed", "1, deterministic"],
+        ["| scene.yaml duration=0.3", "ao", "observed", "1, deterministic"],
     ]
     assert {line.count("|") for line in lines} == {12}
-    assert "0 (0-56 %)" in lines[2]
+    assert "| 1, deterministic | 0 | 0 | 0 | - |" in lines[2]
     Path("a b.md").unlink()
     assert say(*shlex.split(command)[1:]).code == 0
     assert Path("a b.md").read_text() == page
@@ -501,7 +509,7 @@ def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.Monke
     assert said.code == 1
     assert "avo: 2 did not run (seeds 1, 3): its process was killed" in said.out
     assert (
-        "| avo | observed | 3; 2 did not run (seeds 1, 3): its process was killed | 0 (0-56 %) |"
+        "| avo | observed | 1, deterministic; 2 did not run (seeds 1, 3): its process was killed | 0 |"
         in Path("page.md").read_text()
     )
 

@@ -17,6 +17,7 @@ from slalom.sim.sweep.case import (
     Case,
     Failure,
     drawn,
+    is_deterministic,
     is_file,
     method_content,
     run_case,
@@ -62,11 +63,13 @@ def compare(
     """Compare methods on the same `seeds` scenarios (seeds 0, 1, ...), see `compare_all`.
 
     Returns:
-        {"scenario", "seeds", "settings", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived",
-        "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance", "outcomes", "failures"}}}:
+        {"scenario", "seeds", "settings", "deterministic", "methods": {name: {"runs", "runs_with_collision",
+        "runs_all_arrived", "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance",
+        "outcomes", "failures"}}}:
         counts of runs, where a successful run has all robots arrived and no collision; means over the runs of
         adjustments and efficacy; the mean time of the last arrival [s] over runs in which all arrived; the 50th, 75th
         and 90th percentile of the extra time [s] of all robots that arrived; the least clearance [m] of all runs.
+        "deterministic" says that the runs of all seeds are the same; they are one run, without intervals.
         "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
         reasons of runs without a result, each with its seeds. A value without data is None.
     """
@@ -188,12 +191,14 @@ def _recalled(store: Store | None, cases: Iterable[Case]) -> dict[str, Result]:
 
 def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
     """Return the table of `compare` from the results of the cases of the row."""
+    same = is_deterministic(row.scenario, row.settings)
     parts = [results[first : first + row.seeds] for first in range(0, len(results), row.seeds)]
     return {
         "scenario": row.scenario,
         "seeds": row.seeds,
         "settings": dict(row.settings),
-        "methods": {name: aggregate(part) for name, part in zip(dict.fromkeys(row.methods), parts, strict=True)},
+        "deterministic": same,
+        "methods": {name: aggregate(part, same) for name, part in zip(dict.fromkeys(row.methods), parts, strict=True)},
     }
 
 
