@@ -45,9 +45,7 @@ def test_tables_count_one_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     text = capsys.readouterr().out
     assert "head_on duration=0.3, deterministic: 1 run\n" in text
     assert "circle duration=0.3, 3 seeds\n" in text
-    rows = [
-        line for line in page.read_text().splitlines() if line.startswith("| head_on") or line.startswith("| circle")
-    ]
+    rows = [line for line in page.read_text().splitlines() if line.startswith(("| head_on", "| circle"))]
     assert "| recorded | 1, deterministic | 0 | 0 | 0 |" in rows[0]
     assert "| 3 | 0 (0-56 %) |" in rows[1]
     assert call([*tokens, "--json"]) == 0

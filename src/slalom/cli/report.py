@@ -151,7 +151,8 @@ def page_text(
         "Last arrival: mean over the runs in which all robots arrived. Extra time: travel time of arrived robots minus "
         "the time of the straight path at maximum speed; quantiles 50, 75 and 90 %. Efficacy: mean rate of approach to "
         "the goal, as a share of the maximum speed. In parentheses: 95 % confidence intervals, Wilson's for shares and "
-        "Student's for means; none where all seeds give the same run. Foresight: knowledge of obstacles and, with several robots, of the other robots.",
+        "Student's for means; none where all seeds give the same run. Foresight: knowledge of obstacles and, with "
+        "several robots, of the other robots.",
         "",
         *([_omission_sentence(left_out), ""] if left_out else []),
         f"| {' | '.join(COLUMNS)} |",
