@@ -74,6 +74,7 @@ def run(command: list[str], folder: Path, installed: Path) -> subprocess.Complet
     return subprocess.run(command, cwd=folder, env=settings, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_the_wheel_is_what_runs(installed: Path, tmp_path: Path) -> None:
     """Not the clone."""
     done = run([sys.executable, "-c", "import slalom; print(slalom.__file__)"], tmp_path, installed)
