@@ -8,7 +8,7 @@ PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundari
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all test-paper kernels golden chromium ci lint bench clean
+.PHONY: demo docs test test-all test-paper kernels golden chromium ci lint bench release-check clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -23,6 +23,11 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 .venv/bench.stamp: .venv/run.stamp
 	$(BIN)/python -m pip install --quiet --editable '.[peers,bench]'
 	@touch $@
+
+# The documentation site, in out/site. Every warning is an error.
+docs: .venv/test.stamp
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs out/site
+	@echo "The site is out/site/index.html."
 
 demo: .venv/run.stamp
 	@mkdir -p out
@@ -57,6 +62,10 @@ chromium:
 		|| echo "Chromium cannot be installed here: the tests of the view in a browser are skipped."
 	@command -v npm >/dev/null && (cd web && npm ci --silent) \
 		|| echo "Node is not installed: the bundle of the view is not built again."
+
+# Builds sdist and wheel in out/dist, lists them, and installs them into clean environments of every Python there is.
+release-check: .venv/test.stamp
+	PIP_CONSTRAINT= $(BIN)/python tools/release_check.py
 
 # What continuous integration runs.
 ci: demo kernels golden chromium

@@ -19,9 +19,11 @@ from typing import Any
 
 from program import finish, options, table, target
 
+from slalom.io.tracks import sample_data
+
 REPEATS = 3
 """Runs with a full cache."""
-SCENE = Path(__file__).parents[1] / "examples" / "crossing.yaml"
+SCENE = sample_data("crossing.yaml")
 DECIDE = """
 import slalom
 limits = slalom.Limits(max_speed=10.0, max_acceleration=4.0)

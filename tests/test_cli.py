@@ -17,8 +17,10 @@ from galleries import FLEETS, NAMES
 import slalom
 from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome, kernels
 from slalom.cli import call
+from slalom.cli.console import progress
 from slalom.forecast import foresight_of
 from slalom.io.formats import FORMATS
+from slalom.io.tracks import SAMPLES, sample_data
 from slalom.objective import OBJECTIVES
 from slalom.paper.titles import TITLES
 from slalom.peers import CONTENDERS, PEERS, contender
@@ -219,11 +221,11 @@ def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
 
 
 def test_list(say: Say) -> None:
-    kinds = ("scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures")
+    kinds = ("scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples")
     every, *parts = (say("list", *what) for what in ([], *([kind] for kind in kinds)))
     assert {said.code for said in (every, *parts)} == {0}
     assert every.out == "".join(said.out for said in parts)
-    scenarios, methods, foresights, metrics, objectives, formats, figures = parts
+    scenarios, methods, foresights, metrics, objectives, formats, figures, samples = parts
     assert all(f"  {name} " in metrics.out for name in METRICS)
     assert all(f"  {name} " in objectives.out for name in OBJECTIVES)
     for entry in GALLERY.values():
@@ -236,12 +238,14 @@ def test_list(say: Say) -> None:
         assert method.source in methods.out
     assert all(name in figures.out and title in figures.out for name, title in TITLES.items())
     assert all(re.search(rf"^  {name} +[A-Z].*\.$", foresights.out, re.M) for name in FORESIGHTS)
+    assert all(f"{name} " in samples.out and sentence in samples.out for name, sentence in SAMPLES.items())
     assert all(row.name in formats.out and row.sentence in formats.out for row in FORMATS.values())
 
 
 def test_list_json(say: Say) -> None:
     both = say("list", "--json").json
-    assert set(both) == {"scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures"}
+    kinds = {"scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples"}
+    assert set(both) == kinds
     assert {name: row["level"] for name, row in both["foresights"].items()} == {
         name: foresight_of(rule) for name, rule in FORESIGHTS.items()
     }
@@ -279,6 +283,18 @@ def test_decide_time_to_collision_is_that_of_the_preferred_control(say: Say) -> 
     found = say("decide", "ahead.yaml", "--method", "nlvo", "--json").json
     assert found["preferred"] == pytest.approx([2.0, 0.0])
     assert found["time_to_collision"] == pytest.approx(6.5 / 2.0, abs=1e-6)
+    assert found["preferred_admissible"]
+    said = say("decide", "ahead.yaml", "--method", "nlvo")
+    assert "\npreferred collides after 3.25 s" in said.out
+    assert "exceeds" not in said.out
+
+
+def test_decide_shows_the_limits_that_the_preferred_control_exceeds(say: Say) -> None:
+    """The goal is far, and the robot may not accelerate as it would have to."""
+    found = say("decide", "scene.yaml", "--json").json
+    assert np.linalg.norm(found["preferred"]) > 1.0
+    assert (found["preferred_admissible"], found["max_speed"], found["max_acceleration"]) == (False, 2.0, 1.0)
+    assert "exceeds the limits (2 m/s, 1 m/s^2)" in say("decide", "scene.yaml").out
 
 
 def test_decide_fails_when_nothing_is_safe(say: Say) -> None:
@@ -333,7 +349,7 @@ def test_compare_and_studies_take_levels_of_foresight(say: Say) -> None:
     Path("study.yaml").write_text("methods: [nao@present]\nseeds: 1\nscenarios: [{scenario: scene.yaml}]\n")
     (row,) = say("compare", "study.yaml", "--set", "duration=0.3", "--page", "page.md", "--json").json["rows"]
     assert (row["method"], row["foresight"]) == ("nao@present", "present")
-    assert "| nao@present | present | 1 |" in Path("page.md").read_text()
+    assert "| nao@present | present | 1, deterministic |" in Path("page.md").read_text()
     Path("study.yaml").write_text("methods: [nao@seen, orca@observed]\nscenarios: [{scenario: scene.yaml}]\n")
     said = say("compare", "study.yaml")
     assert said.code == 2
@@ -371,12 +387,20 @@ def test_compare_several(say: Say) -> None:
     ]
     for row in rows:
         alone = say("compare", row["scenario"], *tokens, "--json").json
-        assert row == {"scenario": row["scenario"], "seeds": 2, "settings": {"duration": 0.5}} | {
+        assert row == {
+            "scenario": row["scenario"],
+            "seeds": 2,
+            "settings": {"duration": 0.5},
+            "deterministic": True,
+        } | {
             "method": row["method"],
             **alone["methods"][row["method"]],
         }
     text = say("compare", "head_on", "scene.yaml", *tokens).out
-    assert re.findall(r"^(.*), 2 seeds$", text, re.M) == ["head_on duration=0.5", "scene.yaml duration=0.5"]
+    assert re.findall(r"^(.*), deterministic: 1 run$", text, re.M) == [
+        "head_on duration=0.5",
+        "scene.yaml duration=0.5",
+    ]
 
 
 def test_compare_a_study(say: Say) -> None:
@@ -408,12 +432,12 @@ def test_compare_writes_a_page(say: Say) -> None:
     assert shlex.split(command) == ["slalom", *tokens]
     lines = [line for line in page.splitlines() if line.startswith("|")]
     assert [line.split(" | ")[:4] for line in lines[2:]] == [
-        ["| head_on duration=0.5", "avo", "observed", "3"],
-        ["| scene.yaml duration=0.3", "vo", "observed", "3"],
-        ["| scene.yaml duration=0.3", "ao", "observed", "3"],
+        ["| head_on duration=0.5", "avo", "observed", "1, deterministic"],
+        ["| scene.yaml duration=0.3", "vo", "observed", "1, deterministic"],
+        ["| scene.yaml duration=0.3", "ao", "observed", "1, deterministic"],
     ]
     assert {line.count("|") for line in lines} == {12}
-    assert "0 (0-56 %)" in lines[2]
+    assert "| 1, deterministic | 0 | 0 | 0 | - |" in lines[2]
     Path("a b.md").unlink()
     assert say(*shlex.split(command)[1:]).code == 0
     assert Path("a b.md").read_text() == page
@@ -444,7 +468,7 @@ def test_compare_says_which_files_of_cases_are_not_there(say: Say) -> None:
     extra = ", ".join(f"{x:.2f}" for x in row["extra_time"])
     assert line.endswith(f"| {extra} | {row['efficacy']:.2f} | {row['min_clearance']:.3f} |")
     shutil.copy("folder/two.csv", "folder/three.csv")
-    said = say(*tokens, "--page", "page.md", "--json")
+    said = say(*tokens, "--page", "page.md", "--force", "--json")
     assert (said.err, said.json["left_out"]) == ("", [])
     assert "eft out" not in Path("page.md").read_text()
     alone = say("compare", "folder/two.csv", "--methods", "nao_shared", "--seeds", "1", "--json").json
@@ -474,7 +498,7 @@ def test_compare_says_what_cannot_run(say: Say) -> None:
     (line,) = [line for line in Path("page.md").read_text().splitlines() if " | orca | " in line]
     assert "0; none ran: drone: expected a disc" in line
     assert line.endswith("| - | - | - | - | - | - | - |")
-    assert say(*tokens, "--methods", "orca").code == 1
+    assert say(*tokens, "--force", "--methods", "orca").code == 1
 
 
 def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -489,9 +513,86 @@ def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.Monke
     assert said.code == 1
     assert "avo: 2 did not run (seeds 1, 3): its process was killed" in said.out
     assert (
-        "| avo | observed | 3; 2 did not run (seeds 1, 3): its process was killed | 0 (0-56 %) |"
+        "| avo | observed | 1, deterministic; 2 did not run (seeds 1, 3): its process was killed | 0 |"
         in Path("page.md").read_text()
     )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# show, export-scenario, samples, pages, progress
+
+
+def test_show_says_what_run_said(say: Say) -> None:
+    """Of the file alone, with the same figure; folders are made."""
+    said = say("run", "scene.yaml", "--out", "a/b/run.h5", "--figure", "c/run.svg", "--json")
+    shown = say("show", "a/b/run.h5", "--figure", "d/e/run.svg", "--json")
+    assert (shown.code, shown.json) == (0, said.json)
+    drawn = [
+        re.sub(r"id=\"[^\"]*\"|#[a-z]\w+|<dc:date>.*", "", Path(f).read_text()) for f in ("c/run.svg", "d/e/run.svg")
+    ]
+    assert drawn[0] == drawn[1]
+    assert say("show", "a/b/run.h5").out.startswith("scene with nao, seed 0: arrived, no collision\n")
+    said = say("run", "a/b/run.h5")
+    assert said.code == 2
+    assert said.err.startswith("scenario: expected a scenario or recorded tracks, found the run 'a/b/run.h5', which ")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_scenario_of_the_gallery_can_be_exported(name: str, say: Say) -> None:
+    """The file is the same scenario: written again, it is the same text, and its robots move the same."""
+    said = say("export-scenario", name, "--seed", "3")
+    assert (said.code, said.err) == (0, "")
+    Path("again.yaml").write_text(said.out)
+    assert say("export-scenario", "again.yaml").out == said.out
+    one, two = load(name, seed=3), load("again.yaml")
+    assert [(r.name, r.limits.max_speed) for r in one.robots] == [(r.name, r.limits.max_speed) for r in two.robots]
+    for a, b in zip((*one.robots, *one.obstacles), (*two.robots, *two.obstacles), strict=True):
+        a, b = (part.goal.trajectory if hasattr(part, "goal") else part.trajectory for part in (a, b))
+        t = max(one.start, a.span[0])
+        assert b.position(t) == pytest.approx(a.position(t), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_samples_are_named_from_anywhere(name: str, say: Say) -> None:
+    """Each is a file that its command reads."""
+    tokens = {"study.yaml": ["compare", "--set", "duration=0.3"], "roundabout_ring_11.csv": ["convert", "ring.sqlite"]}
+    command, *rest = tokens.get(name, ["run", "--set", "duration=0.3"])
+    said = say(command, f"sample:{name}", *rest)
+    assert said.code in (0, 1), said.err
+    assert said.out
+
+
+def test_every_file_that_slalom_brings_is_a_sample() -> None:
+    assert {path.name for path in sample_data("").iterdir()} - {"README.md"} == set(SAMPLES)
+
+
+def test_a_page_is_replaced_only_if_told(say: Say) -> None:
+    tokens = ["compare", "head_on", "--set", "duration=0.3", "--methods", "vo", "--seeds", "1", "--page", "new/page.md"]
+    assert say(*tokens).code == 0
+    page = Path("new/page.md").read_text()
+    Path("new/page.md").write_text("mine")
+    said = say(*tokens)
+    assert (said.code, said.out) == (2, "")
+    assert Path("new/page.md").read_text() == "mine"
+    assert say(*tokens, "--force").code == 0
+    assert Path("new/page.md").read_text() == page
+
+
+def test_reproduce_takes_several_names(say: Say) -> None:
+    said = say("reproduce", "moving_obstacle", "linear_vo", "moving_obstacle", "--quick", "--out", "x/y", "--json")
+    assert said.json["entries"] == ["moving_obstacle", "linear_vo"]
+    assert sorted(path.name for path in Path("x/y").iterdir()) == ["linear_vo.svg", "moving_obstacle.svg", "paper.md"]
+
+
+def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
+    """Once, from the pace after the first report; short ones say nothing."""
+    for pace, said in ((1.0, "running: about 2 min\n"), (0.1, "")):
+        clock = iter(range(1000))
+        monkeypatch.setattr("slalom.cli.console.time.monotonic", lambda: pace * next(clock))  # noqa: B023
+        with progress("running") as advance:
+            for k in range(100):
+                advance(k / 100)
+        assert capsys.readouterr().err == said
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -528,8 +629,29 @@ BAD = [
     ("run empty --set distance=0 --out run.csv", r"run: expected at least one step to write, found a robot "),
     ("run drones_crossing --out run.ndjson", r"--out: expected \.h5 or \.csv for a run in space, found 'run\.ndjson'"),
     ("run empty --figure a.gif", r"--figure: expected a file that ends in \.svg, \.pdf or \.png, found 'a\.gif'"),
-    ("run empty --figure none/a.svg", r"none/a\.svg: expected .*, found "),
-    ("run empty --out none/a.h5", r"none/a\.h5: expected .*, found "),
+    ("run empty --figure scene.yaml/a.svg", r"scene\.yaml/a\.svg: expected a file that can be written, found "),
+    ("run empty --out scene.yaml/a.h5", r"scene\.yaml/a\.h5: expected a file that can be written, found "),
+    ("run empty --method best --out none/a.h5", r"method: expected one of .*; found 'best'"),
+    ("run sample:none.yaml", r"sample: expected one of crossing\.yaml, .*; found 'none\.yaml'"),
+    ("run run.h5", r"run\.h5: expected a readable file, found "),
+    ("show run.h5", r"run\.h5: expected a readable HDF5 recording, found "),
+    ("show scene.yaml", r"scene\.yaml: expected an HDF5 recording, found "),
+    ("show run.h5 --figure a.gif", r"--figure: expected a file that ends in .*, found 'a\.gif'"),
+    ("convert run.h5 run.csv --gap 1", r"--gap: expected only with recorded tracks, found it with the run 'run\.h5'"),
+    ("convert run.h5 run.csv --out-frame-rate 1", r"--out-frame-rate: expected only with recorded tracks, found it "),
+    ("convert run.h5 run.txt", r"expected a file that ends in \.csv, \.parquet for a run; found 'run\.txt'"),
+    ("export-scenario full", r"scenario: expected a \.yaml file or one of empty, .*; found 'full'"),
+    ("export-scenario circle --set sight_noise=1", r"sight_noise: expected 0 in a file, found 1"),
+    ("compare empty --shard 3/2 --store kept", r"shard: expected K/N with K from 1 to N, found '3/2'"),
+    ("compare empty --shard 0/2 --store kept", r"shard: expected K/N with K from 1 to N, found '0/2'"),
+    ("compare empty --shard two --store kept", r"shard: expected K/N with K from 1 to N, found 'two'"),
+    ("compare empty --shard 1/2", r"store: expected the folder that all shards share, found none"),
+    ("compare empty --merge", r"store: expected the folder that all shards share, found none"),
+    ("compare empty --shard 1/2 --merge --store kept", r"merge: expected without shard, found both"),
+    ("compare empty --shard 1/2 --page a.md --store kept", r"--page: expected without --shard, .*; found 'a\.md'"),
+    ("reproduce best", r"figure or claim: expected one of .*; found 'best'"),
+    ("compare empty --page scene.yaml", r"--page: expected a new file, or --force .*; found 'scene\.yaml', "),
+    ("reproduce --page scene.yaml", r"--page: expected a new file, or --force to replace it; found 'scene\.yaml', "),
     ("run empty --set duration=0.1 --out folder.h5", r"folder\.h5: expected .*, found "),
     ("run empty --set duration=0.1 --figure folder.svg", r"folder\.svg: expected .*, found "),
     ("run empty --set distance=0 --figure a.svg", r"--figure: expected a run with at least one step"),
@@ -543,7 +665,7 @@ BAD = [
     ("decide empty --method nao@seen", r"foresight: expected one of recorded, .*; found 'seen'"),
     ("decide data.csv", r"scenario: expected a \.yaml file or one of .*; found 'data\.csv'"),
     ("decide empty --figure a", r"--figure: expected a file that ends in .*, found 'a'"),
-    ("decide empty --figure none/a.svg", r"none/a\.svg: expected .*, found "),
+    ("decide empty --figure scene.yaml/a.svg", r"scene\.yaml/a\.svg: expected a file that can be written, found "),
     ("list everything", r"everything"),
     ("compare full", r"scenario: expected"),
     ("compare empty --methods best", r"method: expected one of .*; found 'best'"),
@@ -559,7 +681,7 @@ BAD = [
     ("compare empty --only ring", r"only: expected one of empty; found 'ring'"),
     ("compare empty --backend fast", r"backend: expected loky, .*; found 'fast'"),
     ("compare empty --data folder", r"data: expected only with a study file, found it with empty"),
-    ("compare empty --page none/a.md", r"none/a\.md: expected a file in a folder that exists"),
+    ("compare empty --page scene.yaml/a.md", r"scene\.yaml/a\.md: expected a file that can be written"),
     ("compare empty --seeds 1 --store scene.yaml", r"store: expected a folder that exists or can be made, found "),
     ("fly empty", r"fly"),
     ("--fly", r"--fly"),
@@ -605,7 +727,9 @@ def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
 # The program itself.
 
 
-@pytest.mark.parametrize("command", ["run", "list", "decide", "compare", "convert", "reproduce"])
+@pytest.mark.parametrize(
+    "command", ["run", "list", "decide", "compare", "convert", "reproduce", "show", "export-scenario"]
+)
 def test_every_command_has_help(command: str, say: Say) -> None:
     said = say(command, "--help")
     assert said.code == 0
@@ -617,6 +741,7 @@ def test_every_command_has_help(command: str, say: Say) -> None:
     options |= {"decide": ("--method", "--json", "--figure"), "compare": ("--set", "--methods", "--seeds", "--jobs")}
     options["compare"] += ("--only", "--backend", "--store", "--data", "--page", "--json")
     options |= {"reproduce": ("--out", "--page", "--seeds", "--jobs", "--quick", "--json")}
+    options |= {"show": ("--figure", "--figure-at", "--json"), "export-scenario": ("--set", "--seed")}
     for option in options[command]:
         assert option in said.out
 

@@ -104,7 +104,18 @@ from slalom.io.database import rows_of_queries
 from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.peers import PEERS, contender
-from slalom.sim import Recording, Robot, Scenario, compare, gallery, load, read_scenario, read_study, simulate
+from slalom.sim import (
+    Recording,
+    Robot,
+    Scenario,
+    compare,
+    compare_all,
+    gallery,
+    load,
+    read_scenario,
+    read_study,
+    simulate,
+)
 from slalom.sim.files.decision_file import _decision, read_decision
 from slalom.sim.files.schema import GoalSpec, ScenarioSpec, Shaped, known_method
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
@@ -112,7 +123,9 @@ from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.gallery import build
 from slalom.sim.measure.hdf5_child import Refused
 from slalom.sim.measure.metrics import path_length
+from slalom.sim.measure.tidy_table import _imported, write_table
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
+from slalom.sim.sweep.shard import Shard
 from slalom.sim.sweep.store import Store, _Former, _refuse_another
 from slalom.sim.sweep.study_yaml import named
 from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
@@ -2330,7 +2343,7 @@ CASES = [
         on_recording(*CROSS, "--format", "ais", "--columns", "time"),
     ),
     Case(
-        "_method_name",
+        "method_name",
         InvalidInput,
         r"--foresight: expected none with nao@present, or present; found 'observed'",
         command("run", "empty", "--method", "nao@present", "--foresight", "observed"),
@@ -2418,10 +2431,75 @@ CASES = [
         ),
     ),
     Case(
-        "writable",
+        "new_page",
         InvalidInput,
-        r"expected a file in a folder that exists, found no folder",
-        command("run", "empty", "--set", "duration=0.1", "--out", "{}/none/a.h5"),
+        r"--page: expected a new file, or --force to replace it; found .*, which exists",
+        lambda folder: (
+            (folder / "a.md").write_text(""),
+            command("compare", "empty", "--page", "{}/a.md")(folder),
+        ),
+    ),
+    Case(
+        "_refuse_run",
+        InvalidInput,
+        r"scenario: expected a scenario or recorded tracks, found the run .*, which is over; `slalom show` prints it",
+        lambda folder: ((folder / "a.h5").write_text(""), command("run", "{}/a.h5")(folder)),
+    ),
+    Case(
+        "_convert_run",
+        InvalidInput,
+        r"--gap: expected only with recorded tracks, found it with the run",
+        command("convert", "{}/a.h5", "{}/a.csv", "--gap", "1"),
+    ),
+    Case(
+        "_convert_run",
+        InvalidInput,
+        r"expected a file that ends in \.csv, \.parquet for a run; found",
+        command("convert", "{}/a.h5", "{}/a.xls"),
+    ),
+    Case(
+        "compare",
+        InvalidInput,
+        r"--page: expected without --shard, which has a part of the runs; found",
+        command("compare", "empty", "--shard", "1/2", "--store", "{}/runs", "--page", "{}/new.md"),
+    ),
+    Case(
+        "Shard.named",
+        InvalidInput,
+        r"shard: expected K/N with K from 1 to N, found '3/2'",
+        lambda _: Shard.named("3/2"),
+    ),
+    Case(
+        "compare_all",
+        InvalidInput,
+        r"store: expected the folder that all shards share, found none",
+        lambda _: compare_all([], shard=Shard(1, 2)),
+    ),
+    Case(
+        "compare_all",
+        InvalidInput,
+        r"merge: expected without shard, found both",
+        lambda folder: compare_all([], store=folder, shard=Shard(1, 2), merge=True),
+    ),
+    Case(
+        "write_table",
+        InvalidInput,
+        r"path: expected a file that ends in \.csv, \.parquet; found 'a\.xls'",
+        lambda _: write_table(simulate(load("empty", {"duration": 0.1}), METHODS["nao"]), "a.xls"),
+    ),
+    Case(
+        "write_table",
+        InvalidFile,
+        r"a\.csv: expected a file that can be written, found ",
+        lambda folder: write_table(
+            simulate(load("empty", {"duration": 0.1}), METHODS["nao"]), folder / "none" / "a.csv"
+        ),
+    ),
+    Case(
+        "_imported",
+        InvalidInput,
+        r"numpy\.pandas: expected the packages of `pip install slalom\[data\]`, found no numpy\.pandas",
+        lambda _: _imported("numpy.pandas"),
     ),
     Case(
         "replay",

@@ -520,7 +520,7 @@ def test_the_recording_that_is_shipped(say: Say) -> None:
 
 def test_the_example_of_a_scenario_file(say: Say) -> None:
     """Its window is the run; two cars are left out."""
-    path = Path(__file__).parents[1] / "examples" / "recorded.yaml"
+    path = sample_data("recorded.yaml")
     scenario = load(str(path))
     assert (scenario.start, scenario.duration) == (6.4, pytest.approx(60.0))
     assert len(scenario.obstacles) == 28

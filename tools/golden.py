@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 import slalom
+from slalom.io.tracks import sample_data
 from slalom.peers import contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, read_scenario, simulate
 from slalom.sim.measure.metrics import METRICS
@@ -219,7 +220,7 @@ def scene_ahead(kind: str) -> tuple[str, Recording]:
 
 def scene_from_file(path: str) -> tuple[str, Recording]:
     """A scenario file, as the command line reads it."""
-    scenario = read_scenario(ROOT / path).with_settings({"duration": 4.0})
+    scenario = read_scenario(sample_data(path)).with_settings({"duration": 4.0})
     return f"run {path}", simulate(scenario, contender("nao"), seed=1)
 
 
@@ -243,7 +244,7 @@ def runs() -> Iterator[tuple[Callable[..., tuple[str, Recording]], tuple[Any, ..
         yield scene_of_trouble, (kind,)
     for kind in ("gate", "walled in"):
         yield scene_ahead, (kind,)
-    for path in ("examples/crossing.yaml", "examples/recorded.yaml"):
+    for path in ("crossing.yaml", "recorded.yaml"):
         yield scene_from_file, (path,)
 
 

@@ -1491,3 +1491,17 @@ INTERVENTION: Final = 1e-6
 
 Larger: small changes count as none. Smaller: rounding counts as an intervention.
 """
+
+# The command line
+
+ESTIMATE_AFTER: Final = 3.0
+"""[s] Time after the first report of progress at which the command line estimates the rest.
+
+Larger: a better estimate. Smaller: an earlier one.
+"""
+
+LONG_COMMAND: Final = 30.0
+"""[s] Least rest of a command of which the command line says how long it takes.
+
+Larger: fewer commands say it. Smaller: short commands say it too.
+"""

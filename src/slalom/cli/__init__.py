@@ -1,5 +1,6 @@
-"""Command line: run, list, decide, compare, convert, view, export,
-reproduce, compile. Results on stdout, everything else on stderr.
+"""Command line: run, list, decide, compare, convert, show, export-scenario, view, export, reproduce, compile.
+
+Results on stdout, everything else on stderr.
 
 Each module holds one or two commands. Heavy imports are inside the commands, so that `slalom --help` starts fast.
 """
@@ -16,9 +17,11 @@ from slalom.cli.comparing import compare
 from slalom.cli.compiling import compile_
 from slalom.cli.console import BAD_INPUT, DONE, FAILED, print_message
 from slalom.cli.converting import convert
+from slalom.cli.deciding import decide
 from slalom.cli.listing import list_
 from slalom.cli.reproducing import reproduce
-from slalom.cli.running import decide, run
+from slalom.cli.running import run
+from slalom.cli.showing import export_scenario, show
 from slalom.cli.viewing import export, view
 from slalom.errors import SlalomError
 
@@ -37,6 +40,8 @@ app.command(list_, name="list", help_format="markdown")
 app.command(decide, help_format="markdown")
 app.command(compare, help_format="markdown")
 app.command(convert, help_format="markdown")
+app.command(show, help_format="markdown")
+app.command(export_scenario, name="export-scenario", help_format="markdown")
 app.command(view, help_format="markdown")
 app.command(export, help_format="markdown")
 app.command(reproduce, help_format="markdown")

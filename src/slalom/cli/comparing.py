@@ -2,8 +2,11 @@
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from cyclopts import Group, Parameter
 
 from slalom.cli.console import (
     DONE,
@@ -11,17 +14,59 @@ from slalom.cli.console import (
     Flag,
     Names,
     Settings,
+    new_page,
     parse_settings,
     print_message,
     print_result,
     progress,
+    resolved,
     writable,
     writing,
 )
 from slalom.cli.report import page_text, table_text
+from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.sim.sweep.study_yaml import Study
+
+
+WORK = Group("Where runs are made and kept", sort_key=1)
+
+
+@Parameter(name="*", group=WORK)
+@dataclass(frozen=True, kw_only=True)
+class Work:
+    """Options of processes, of the store, and of several machines.
+
+    Parameters
+    ----------
+    jobs
+        Number of processes; -1 for one per core.
+    backend
+        Backend of joblib: loky (by default), threading, sequential, dask, ray.
+    store
+        Folder that keeps every finished run, created if needed; the same command resumes an interrupted comparison.
+    adopt
+        Adopt runs of former code from the store if a sample of them, run again, gives the same numbers.
+    shard
+        K/N: make only share K of N of the runs, for several machines that share the store.
+    merge
+        Make no run; the table of the runs in the store, which says what is missing. Exit code 1 if something is.
+    """
+
+    jobs: int = 1
+    backend: str | None = None
+    store: Path | None = None
+    adopt: Flag = False
+    shard: str | None = None
+    merge: Flag = False
+
+    def settings(self) -> dict[str, Any]:
+        """Return the keyword arguments of `compare_all`."""
+        from slalom.sim.sweep.shard import Shard
+
+        shard = None if self.shard is None else Shard.named(self.shard)
+        return {**vars(self), "shard": shard}
 
 
 def compare(
@@ -33,12 +78,10 @@ def compare(
     seeds: int | None = None,
     metrics: str | None = None,
     only: Names = None,
-    jobs: int = 1,
-    backend: str | None = None,
-    store: Path | None = None,
-    adopt: Flag = False,
+    work: Work | None = None,
     data: Path | None = None,
     page: Path | None = None,
+    force: Flag = False,
     json: Flag = False,
 ) -> int:
     """Compare methods on the same scenarios and seeds 0, 1, ...; the table does not depend on the number of jobs.
@@ -50,7 +93,7 @@ def compare(
     ----------
     scenarios
         Names from `slalom list scenarios`, .yaml files, .csv files of test cases (case,agent,x,y,goal_x,goal_y,
-        pref_speed,radius), or study files, which list scenarios, settings and methods.
+        pref_speed,radius), or study files, which list scenarios, settings and methods. Also sample:study.yaml.
     settings
         NAME=VALUE for parameters of the scenarios or settings of every scenario; may be repeated.
     methods
@@ -61,19 +104,13 @@ def compare(
         Names from `slalom list metrics`, separated by commas: further columns; by default those of the study.
     only
         Run only these scenarios of a study.
-    jobs
-        Number of processes; -1 for one per core.
-    backend
-        Backend of joblib: loky (by default), threading, sequential, dask, ray.
-    store
-        Folder that keeps every finished run, created if needed; the same command resumes an interrupted comparison.
-    adopt
-        Adopt runs of former code from the store if a sample of them, run again, gives the same numbers.
     data
         Folder of the test cases that a study names; by default the folder of the study. Missing files are left out
         and listed.
     page
         Write the table with confidence intervals, the command and the versions to this Markdown file.
+    force
+        Replace a page that exists.
     json
         Print one JSON object.
     """
@@ -81,19 +118,33 @@ def compare(
     from slalom.sim.sweep.study_yaml import is_study, named
 
     chosen, measured, changed = _listed(methods), _listed(metrics), parse_settings(settings)
-    study = named(scenarios, settings=changed, methods=chosen, seeds=seeds, metrics=measured, only=only, data=data)
+    files = [resolved(name) for name in scenarios]
+    study = named(files, settings=changed, methods=chosen, seeds=seeds, metrics=measured, only=only, data=data)
+    options = (work or Work()).settings()
+    if options["shard"] is not None and page is not None:
+        raise InvalidInput(f"--page: expected without --shard, which has a part of the runs; found {str(page)!r}")
+    new_page(page, force)
     writable(page)
     _print_notes(study)
-    options: Any = {"jobs": jobs, "backend": backend, "store": store, "adopt": adopt, "note": print_message}
     with progress("comparing") as advance:
-        tables = compare_all(study.rows, **options, progress=lambda done, total: advance(done / total))
+        tables = compare_all(
+            study.rows, **options, note=print_message, progress=lambda done, total: advance(done / total)
+        )
     if page is not None:
         _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, measured, only, data, page))
-    single, rows = len(scenarios) == 1 and not is_study(scenarios[0]), flat(tables)
+    single, rows = len(scenarios) == 1 and not is_study(files[0]), flat(tables)
     result = tables[0] if single else {"rows": rows, "left_out": study.missing}
     print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
-    killed = any(failure["killed"] for row in rows for failure in row["failures"])
-    return DONE if any(row["runs"] for row in rows) and not killed else FAILED
+    return _exit_code(rows)
+
+
+def _exit_code(rows: Sequence[dict[str, Any]]) -> int:
+    """Return FAILED if there is no run, a process was killed repeatedly, or a merge did not find a run."""
+    from slalom.sim.sweep.shard import MISSING
+
+    failures = [failure for row in rows for failure in row["failures"]]
+    lost = any(failure["killed"] or failure["reason"] == MISSING.reason for failure in failures)
+    return FAILED if lost or not any(row["runs"] for row in rows) else DONE
 
 
 def _listed(names: str | None) -> list[str] | None:

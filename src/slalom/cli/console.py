@@ -1,6 +1,7 @@
 """Shared parts of the commands: exit codes, settings, checks of output files, progress bar, printing."""
 
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,8 @@ DONE, FAILED, BAD_INPUT = 0, 1, 2
 Settings = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, negative=())]
 Names = Annotated[list[str] | None, Parameter(consume_multiple=True, negative=())]
 Flag = Annotated[bool, Parameter(negative=())]
+SAMPLE = "sample:"
+"""Beginning of the name of a file that slalom brings, see `resolved`."""
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
@@ -31,16 +34,37 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
 
 
 def drawable(figure: Path | None) -> None:
-    """Raise InvalidInput for a figure file that cannot be saved; called before the computation."""
+    """Raise InvalidInput for a figure file of a format that cannot be drawn."""
     if figure is not None and figure.suffix not in (".svg", ".pdf", ".png"):
         raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
-    writable(figure)
 
 
-def writable(path: Path | None) -> None:
-    """Raise InvalidInput if the folder of `path` does not exist; called before the computation."""
-    if path is not None and not path.parent.is_dir():
-        raise InvalidInput(f"{path}: expected a file in a folder that exists, found no folder {str(path.parent)!r}")
+def writable(*paths: Path | None) -> None:
+    """Make the folders of the files to write; called after all checks of input and before the computation."""
+    for path in paths:
+        if path is not None:
+            with writing(path):
+                path.parent.mkdir(parents=True, exist_ok=True)
+
+
+def new_page(page: Path | None, force: bool) -> None:
+    """Raise InvalidInput for a page that exists, which is replaced only with `force`."""
+    if page is not None and page.exists() and not force:
+        raise InvalidInput(f"--page: expected a new file, or --force to replace it; found {str(page)!r}, which exists")
+
+
+def resolved(name: str) -> str:
+    """Return the path of the sample file that `name` names as in sample:crossing.yaml, else `name`.
+
+    Raises:
+        InvalidInput: an unknown sample.
+    """
+    if not name.startswith(SAMPLE):
+        return name
+    from slalom.checks import known
+    from slalom.io.tracks import SAMPLES, sample_data
+
+    return str(sample_data(known(name.removeprefix(SAMPLE), "sample", list(SAMPLES))))
 
 
 @contextmanager
@@ -55,9 +79,13 @@ def writing(path: Path) -> Iterator[None]:
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar on stderr if it is a terminal; yield a function of the share done."""
+    """Show the progress on stderr; yield a function of the share done.
+
+    A terminal shows a bar with the time that remains. Elsewhere one line says early how long a command of LONG_COMMAND
+    or more will take.
+    """
     if not sys.stderr.isatty():
-        yield lambda share: None
+        yield _Estimate(label).advance
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -65,6 +93,30 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(label, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+class _Estimate:
+    """Prints once how long the rest takes, from the pace since the first report: kernels compile before it."""
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+        self.begin: tuple[float, float] | None = None
+        self.said = False
+
+    def advance(self, share: float) -> None:
+        """Note the share done, and print the estimate if the rest is long."""
+        from slalom.tolerances import ESTIMATE_AFTER, LONG_COMMAND
+
+        now = time.monotonic()
+        if self.begin is None:
+            self.begin = now, share
+        since, first = self.begin
+        if self.said or share <= first or now - since < ESTIMATE_AFTER:
+            return
+        self.said = True
+        rest = (now - since) * (1.0 - share) / (share - first)
+        if rest >= LONG_COMMAND:
+            print_message(f"{self.label}: about {rest / 60.0:.0f} min")
 
 
 def vector_of(text: str, option: str) -> list[float]:

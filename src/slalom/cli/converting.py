@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from slalom.cli.console import DONE, Flag, print_message, print_result, writable
-from slalom.cli.recorded import Reading
+from slalom.cli.console import DONE, Flag, print_message, print_result, resolved, writable
+from slalom.cli.recorded import Reading, given_options
+from slalom.cli.running import RUNS
 from slalom.errors import InvalidInput
 
 
@@ -18,12 +19,14 @@ def convert(
 ) -> int:
     """Read a recording of any format and write it as .csv, .ndjson (TrajNet++) or .sqlite (JuPedSim).
 
+    A run (.h5) is written as a tidy table, .csv or .parquet: one row for each time and robot.
+
     Notes on repaired and omitted rows are printed on stderr.
 
     Parameters
     ----------
     source
-        A recording of a format from `slalom list formats`.
+        A recording of a format from `slalom list formats`, or a file that `slalom run --out run.h5` wrote.
     target
         File to write; its suffix selects the format.
     out_frame_rate
@@ -37,6 +40,9 @@ def convert(
     from slalom.sim.files.recorded_traffic import chosen
     from slalom.sim.measure.export_tracks import with_numeric_ids
 
+    source = Path(resolved(str(source)))
+    if source.suffix in RUNS:
+        return _convert_run(source, target, out_frame_rate, reading, json)
     if target.suffix not in format_of_suffix():
         raise InvalidInput(f"expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}")
     if source.exists() and target.exists() and target.samefile(source):
@@ -45,8 +51,8 @@ def convert(
     framed = "frame_rate" in writer_settings(name)
     if out_frame_rate is not None and not framed:
         raise InvalidInput(f"--out-frame-rate: expected only with a format with frame numbers, found it with {name}")
-    writable(target)
     tracks = chosen(read_recording(source, **read.settings()), read.agent_selection(), source.name)
+    writable(target)
     steps = np.concatenate([np.diff(agent.trajectory.times) for agent in tracks.agents.values()])
     rate = out_frame_rate or round(1.0 / float(np.median(steps)), 4)
     if framed:
@@ -64,4 +70,23 @@ def convert(
         "notes": list(tracks.notes),
     }
     print_result(result, json, lambda: f"{source} ({tracks.format}), {len(tracks.agents)} agents -> {target} ({name})")
+    return DONE
+
+
+def _convert_run(source: Path, target: Path, rate: float | None, reading: Reading | None, json: bool) -> int:
+    """Write a run as a tidy table; return the exit code."""
+    from slalom.sim import Recording
+    from slalom.sim.measure.tidy_table import WRITERS, write_table
+
+    options = [*given_options(reading), *(["out-frame-rate"] if rate is not None else [])]
+    if options:
+        raise InvalidInput(f"--{options[0]}: expected only with recorded tracks, found it with the run {str(source)!r}")
+    if target.suffix not in WRITERS:
+        raise InvalidInput(f"expected a file that ends in {', '.join(WRITERS)} for a run; found {str(target)!r}")
+    recording = Recording.load(source)
+    writable(target)
+    write_table(recording, target)
+    robots, rows = recording.positions.shape[1], recording.times.size * recording.positions.shape[1]
+    result = {"source": str(source), "target": str(target), "robots": robots, "rows": rows}
+    print_result(result, json, lambda: f"{source} (run), {robots} robots -> {target}, {rows} rows")
     return DONE

@@ -11,12 +11,13 @@ Rows = dict[str, dict[str, Any]]
 
 
 def list_(
-    kind: Literal["scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures"] | None = None,
+    kind: Literal["scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples"]
+    | None = None,
     /,
     *,
     json: Flag = False,
 ) -> int:
-    """List scenarios, methods, foresights, metrics, objectives, formats of recordings, and figures of the paper.
+    """List scenarios, methods, foresights, metrics, objectives, formats of recordings, figures, and sample files.
 
     Installed packages add scenarios, methods, metrics, objectives and formats by entry points.
 
@@ -79,6 +80,12 @@ def _figures() -> Rows:
     return {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
 
 
+def _samples() -> Rows:
+    from slalom.io.tracks import SAMPLES
+
+    return {name: {"sentence": sentence} for name, sentence in SAMPLES.items()}
+
+
 TABLES: Final[dict[str, Callable[[], Rows]]] = {
     "scenarios": _scenarios,
     "methods": _methods,
@@ -87,6 +94,7 @@ TABLES: Final[dict[str, Callable[[], Rows]]] = {
     "objectives": _objectives,
     "formats": _formats,
     "figures": _figures,
+    "samples": _samples,
 }
 """What can be listed, each imported when it is."""
 

@@ -136,7 +136,7 @@ def is_recording(scenario: str, reading: Reading | None, crossing: Crossing | No
     from slalom.sim.gallery import GALLERY
     from slalom.sim.sweep.case import is_file
 
-    given = [*_given(crossing), *_given(reading)]
+    given = [*given_options(crossing), *given_options(reading)]
     if not is_file(scenario) and scenario not in GALLERY:
         return bool(Path(scenario).is_file() or Path(scenario).suffix or given)
     if given:
@@ -171,7 +171,7 @@ def scenario_of(path: str, reading: Reading | None, crossing: Crossing | None, a
     )
 
 
-def _given(options: Reading | Crossing | None) -> list[str]:
+def given_options(options: Reading | Crossing | None) -> list[str]:
     """Return the names of the options that were given, without the leading dashes."""
     if options is None:
         return []

@@ -23,6 +23,8 @@ FORESIGHT_SENTENCES: Final = {
 }
 """Descriptions of the names of `forecast.FORESIGHTS`, for METHOD@FORESIGHT."""
 
+FILES: Final = (".csv", ".yaml", ".yml")
+"""Suffixes of the scenarios that are files."""
 COLUMNS: Final = (
     "scenario",
     "method",
@@ -104,13 +106,14 @@ def table_text(result: dict[str, Any]) -> str:
     """Format a comparison in one scenario as a table, one row per method, followed by the runs without a result."""
     width = max(8, *(len(name) + 1 for name in result["methods"]))
     lines = [
-        f"{_scenario_text(result)}, {result['seeds']} seeds",
+        f"{_scenario_text(result)}, {_runs_text(result)}",
         f"{'method':{width}}{'foresight':>10}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}"
         f"{'clearance m':>14}",
     ]
     for name, row in result["methods"].items():
         if row["runs"]:
-            counts = f"{row['foresight']:>10}{row['runs_with_collision']:>10}{row['runs_all_arrived']:>10}"
+            collided, arrived = (_count(result, row, f"runs_{what}") for what in ("with_collision", "all_arrived"))
+            counts = f"{row['foresight']:>10}{collided:>10}{arrived:>10}"
             lines.append(
                 f"{name:{width}}{counts}{_number(row['time'], 2):>10}{row['adjustments']:>10.1f}"
                 f"{_number(row['min_clearance'], 3):>14}"
@@ -161,7 +164,8 @@ def page_text(
         "Last arrival: mean over the runs in which all robots arrived. Extra time: travel time of arrived robots minus "
         "the time of the straight path at maximum speed; quantiles 50, 75 and 90 %. Efficacy: mean rate of approach to "
         "the goal, as a share of the maximum speed. In parentheses: 95 % confidence intervals, Wilson's for shares and "
-        "Student's for means. Foresight: knowledge of obstacles and, with several robots, of the other robots.",
+        "Student's for means; none where all seeds give the same run. Foresight: knowledge of obstacles and, with "
+        "several robots, of the other robots.",
         "",
         *([_omission_sentence(left_out), ""] if left_out else []),
         f"| {' | '.join(heads)} |",
@@ -173,10 +177,10 @@ def page_text(
                 _scenario_text(table),
                 name,
                 row["foresight"] or "-",
-                "; ".join([str(row["runs"]), *_failures(row, table["seeds"])]),
-                _share(row, "runs_with_collision"),
-                _share(row, "runs_all_arrived"),
-                _share(row, "runs_successful"),
+                "; ".join([_runs_of(table, row), *_failures(row, table["seeds"])]),
+                _share(table, row, "runs_with_collision"),
+                _share(table, row, "runs_all_arrived"),
+                _share(table, row, "runs_successful"),
                 _mean(row),
                 ", ".join(_number(x, 2) for x in row["extra_time"] or [None]),
                 _number(row["efficacy"], 2),
@@ -194,20 +198,38 @@ def _omission_sentence(left_out: Sequence[str]) -> str:
 
 
 def _scenario_text(result: dict[str, Any]) -> str:
-    """Return a scenario with its settings; for a file of test cases its name without the folder."""
+    """Return a scenario with its settings; for a file its name without the folder."""
     settings = ", ".join(f"{name}={value:g}" for name, value in result["settings"].items())
     scenario = str(result["scenario"])
-    return f"{Path(scenario).name if scenario.endswith('.csv') else scenario} {settings}".rstrip()
+    # The folder differs between machines; the page must not.
+    return f"{Path(scenario).name if scenario.endswith(FILES) else scenario} {settings}".rstrip()
 
 
 def _number(value: float | None, digits: int) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
 
-def _share(row: dict[str, Any], count: str) -> str:
+def _runs_text(table: dict[str, Any]) -> str:
+    """Return the number of seeds, or that all give the same run."""
+    return "deterministic: 1 run" if table["deterministic"] else f"{table['seeds']} seeds"
+
+
+def _runs_of(table: dict[str, Any], row: dict[str, Any]) -> str:
+    """Return the number of runs of a method; equal runs are one."""
+    return "1, deterministic" if table["deterministic"] and row["runs"] else str(row["runs"])
+
+
+def _count(table: dict[str, Any], row: dict[str, Any], name: str) -> int:
+    """Return a count of runs; equal runs are one."""
+    return min(row[name], 1) if table["deterministic"] else int(row[name])
+
+
+def _share(table: dict[str, Any], row: dict[str, Any], count: str) -> str:
     """Format a count and the confidence interval of its share."""
     if not row["runs"]:
         return "-"
+    if table["deterministic"]:
+        return str(_count(table, row, count))
     low, high = row[f"{count}_interval"]
     return f"{row[count]} ({100 * low:.0f}-{100 * high:.0f} %)"
 

@@ -2,27 +2,26 @@
 
 from pathlib import Path
 
-from slalom.cli.console import DONE, Flag, print_result, progress, writable, writing
+from slalom.cli.console import DONE, Flag, new_page, print_result, progress, writable, writing
 from slalom.cli.report import files_text
 
 
 def reproduce(
-    name: str | None = None,
-    /,
-    *,
+    *names: str,
     out: Path = Path("out/paper"),
     page: Path | None = None,
     seeds: int = 300,
     jobs: int = 2,
     quick: Flag = False,
+    force: Flag = False,
     json: Flag = False,
 ) -> int:
-    """Draw the figures of the paper and measure its claims; all of them, or only the one named.
+    """Draw the figures of the paper and measure its claims; all of them, or those named. All take about half an hour.
 
     Parameters
     ----------
-    name
-        A figure or claim from `slalom list figures`.
+    names
+        Figures and claims from `slalom list figures`.
     out
         Folder for NAME.svg of each figure and NAME.json of each claim; created if needed.
     page
@@ -33,15 +32,18 @@ def reproduce(
         Number of processes; -1 for one per core.
     quick
         Use coarse grids and short runs, as a test of the command.
+    force
+        Replace a page of --page that exists.
     json
         Print one JSON object.
     """
     from slalom.paper import work
 
-    names, effort = work.names_of(name), work.Effort(seeds, jobs, quick)
+    chosen, effort = work.names_of(names), work.Effort(seeds, jobs, quick)
+    new_page(page, force)
     writable(page)
     with progress("reproducing") as advance, writing(out):
-        written = work.make(names, out, effort, page_path=page, progress=advance)
-    result = {**effort._asdict(), "entries": names, "files": [str(path) for path in written]}
+        written = work.make(chosen, out, effort, page_path=page, progress=advance)
+    result = {**effort._asdict(), "entries": chosen, "files": [str(path) for path in written]}
     print_result(result, json, lambda: files_text(result))
     return DONE

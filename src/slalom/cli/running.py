@@ -1,4 +1,4 @@
-"""`slalom run` and `slalom decide`."""
+"""`slalom run`."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,20 +14,19 @@ from slalom.cli.console import (
     print_message,
     print_result,
     progress,
+    resolved,
     writable,
     writing,
 )
 from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
-from slalom.cli.report import formatted, run_text
+from slalom.cli.report import run_text
 from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from slalom.decision import Decision
-    from slalom.goal import Goal
-    from slalom.navigator import Navigator
-    from slalom.shape import Shape
     from slalom.sim import Recording, Scenario
 
+RUNS = (".h5", ".hdf5")
+"""Suffixes of the files of runs."""
 DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
 """Default methods. The default for recordings can wait for gaps, which one constant acceleration cannot."""
 
@@ -53,7 +52,8 @@ def run(
     Parameters
     ----------
     scenario
-        A name from `slalom list scenarios`, a .yaml file, or a recording of a format from `slalom list formats`.
+        A name from `slalom list scenarios`, a .yaml file, or a recording of a format from `slalom list formats`. Files
+        that slalom brings are named as in sample:crossing.yaml (`slalom list samples`).
     settings
         NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     method
@@ -77,11 +77,12 @@ def run(
     json
         Print one JSON object.
     """
+    scenario = resolved(scenario)
+    _refuse_run(scenario)
     recorded = is_recording(scenario, reading, crossing)
-    name = _method_name(method or (RECORDING_METHOD if recorded else DEFAULT_METHOD), foresight)
+    name = method_name(method or (RECORDING_METHOD if recorded else DEFAULT_METHOD), foresight)
     figure_time = figure_at if recorded else _figure_time(at, figure_at)
     drawable(figure)
-    writable(out)
     changed = parse_settings(settings)
     if recorded:
         loaded = _with_settings(scenario_of(scenario, reading, crossing, at), changed)
@@ -109,11 +110,12 @@ def _run(
 
     chosen = contender(name)
     _output_format(out, loaded.dimension)
-    _print_notes(loaded.notes)
+    writable(out, figure)
+    print_notes(loaded.notes)
     with progress("running") as advance:
         recording = simulate(loaded, chosen, seed=seed, progress=advance)
     result = summary(recording)
-    _print_notes(ends_before(loaded, float(recording.times[-1])))
+    print_notes(ends_before(loaded, float(recording.times[-1])))
     if out is not None:
         _write(recording, out)
     if figure is not None:
@@ -122,114 +124,16 @@ def _run(
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
 
 
-def decide(
-    scene: str,
-    /,
-    *,
-    method: str | None = None,
-    foresight: str | None = None,
-    json: Flag = False,
-    figure: Path | None = None,
-) -> int:
-    """Make one decision at the start of a scenario, or repeat one; exit code 1 if no manoeuvre is safe.
-
-    Parameters
-    ----------
-    scene
-        A .yaml scenario file, a name from `slalom list scenarios`, or a .json file that `Decision.dump` wrote. That
-        decision is repeated; exit code 1 also if the result is not the same to the bit.
-    method
-        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. Not for a .json file, which has its own.
-    foresight
-        Knowledge of the method about obstacles, as in `slalom run`.
-    json
-        Print one JSON object.
-    figure
-        Draw the decision to this .svg, .pdf or .png file.
-    """
-    if scene.endswith(".json"):
-        if method or foresight:
-            raise InvalidInput(f"--method: expected none with the file of a decision, found {method or foresight!r}")
-        return _repeat(scene, json, figure)
-    from slalom.methods import method as method_of
-    from slalom.sim import load
-
-    chosen, loaded = method_of(_method_name(method or DEFAULT_METHOD, foresight)), load(scene)
-    if len(loaded.robots) > 1:
-        found = f"{len(loaded.robots)} robots; `slalom run` runs them"
-        raise InvalidInput(f"scenario: expected one with one robot to decide for, found {found}")
-    drawable(figure)
-    _print_notes(loaded.notes)
-    navigator, robot = loaded.navigator(chosen), loaded.robot
-    traffic = loaded.around(robot.state, loaded.start, chosen)
-    decision = loaded.decider(chosen).decide(robot.state, traffic, robot.goal, now=loaded.start)
-    manoeuvre = decision.manoeuvre
-    result = {
-        "scenario": loaded.name,
-        "method": chosen.name,
-        "foresight": chosen.foresight,
-        "response": repr(manoeuvre.response),
-        "control": [float(x) for x in manoeuvre.control],
-        "acceleration": [float(x) for x in manoeuvre.mean_acceleration(loaded.start, navigator.period)],
-        "status": decision.outcome.name,
-        "sentence": decision.outcome.value,
-        **_clearance(decision, robot.shape),
-    }
-    _draw_decision(decision, navigator, robot.goal, loaded.name, figure)
-    print_result(result, json, lambda: "\n".join(f"{k:18} {formatted(v)}" for k, v in result.items()))
-    return DONE if decision.safe else FAILED
+def _refuse_run(scenario: str) -> None:
+    """Raise InvalidInput for a run that was recorded, which is not a scenario."""
+    if Path(scenario).suffix in RUNS and Path(scenario).is_file():
+        raise InvalidInput(
+            f"scenario: expected a scenario or recorded tracks, found the run {scenario!r}, which is over; "
+            "`slalom show` prints it, `slalom convert` writes it in other formats, `slalom view` replays it"
+        )
 
 
-def _repeat(file: str, json: bool, figure: Path | None) -> int:
-    """Repeat the decision of a file, draw and print it; return the exit code."""
-    from slalom.sim.files.decision_file import read_decision
-
-    drawable(figure)
-    read = read_decision(file)
-    decision, same = read.repeat()
-    navigator, goal = read.inputs.navigator, read.inputs.goal
-    if figure is not None and goal is None:
-        raise InvalidInput("--figure: expected a decision with a goal to draw, found one without")
-    result = {
-        "file": file,
-        "method": navigator.method.name,
-        "repeated": same,
-        **decision.as_dict(),
-        **_clearance(decision, navigator.robot),
-    }
-    if not same:
-        print_message(f"{file}: the decision differs from the one that was written, with {read.versions}")
-    if goal is not None:
-        _draw_decision(decision, navigator, goal, file, figure)
-    print_result(result, json, lambda: "\n".join(f"{k:18} {formatted(v)}" for k, v in result.items()))
-    return DONE if same and decision.safe else FAILED
-
-
-def _clearance(decision: "Decision", robot: "Shape") -> dict[str, object]:
-    """The clearance [m] of the control from all obstacles, and the time [s] after which the preferred one collides."""
-    import numpy as np
-
-    from slalom.control_obstacle import ControlObstacle
-    from slalom.sim.measure.metrics import finite
-
-    manoeuvre, blocked = decision.manoeuvre, decision.blocked
-    without_margin = ControlObstacle(manoeuvre.response, blocked.state, blocked.obstacles, robot)
-    return {
-        "clearance": finite(float(without_margin.clearance(np.array(manoeuvre.control)))),
-        "preferred": [float(x) for x in decision.preferred],
-        "time_to_collision": finite(float(without_margin.time_to_collision(decision.preferred))),
-    }
-
-
-def _draw_decision(decision: "Decision", navigator: "Navigator", goal: "Goal", title: str, figure: Path | None) -> None:
-    if figure is not None:
-        from slalom import view
-
-        with writing(figure):
-            view.save(view.decision(decision, navigator, goal, title=title), figure)
-
-
-def _method_name(method: str, foresight: str | None) -> str:
+def method_name(method: str, foresight: str | None) -> str:
     """Return NAME@FORESIGHT. Raises InvalidInput if the method already has another foresight."""
     plain, at, own = method.partition("@")
     if foresight is None or (at and own == foresight):
@@ -254,7 +158,8 @@ def _with_settings(loaded: "Scenario", settings: dict[str, float]) -> "Scenario"
     return loaded.with_settings(settings)
 
 
-def _print_notes(notes: Sequence[str]) -> None:
+def print_notes(notes: Sequence[str]) -> None:
+    """Print notes on what was read or written, a line each."""
     for note in notes:
         print_message(note)
 
@@ -295,4 +200,4 @@ def _write(recording: "Recording", out: Path) -> None:
     settings = {"frame_rate": 1.0 / recording.dt} if writer_settings(name) else {}
     tracks = as_tracks(recording, frames=bool(settings))
     write_recording(out, tracks, name, **settings)
-    _print_notes([f"{out}: {note}" for note in tracks.notes])
+    print_notes([f"{out}: {note}" for note in tracks.notes])

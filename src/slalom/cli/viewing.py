@@ -3,9 +3,19 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slalom.cli.console import DONE, Settings, parse_settings, print_line, print_message, progress, writable, writing
+from slalom.cli.console import (
+    DONE,
+    Settings,
+    parse_settings,
+    print_line,
+    print_message,
+    progress,
+    resolved,
+    writable,
+    writing,
+)
 from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
-from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD
+from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, RUNS
 from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -45,7 +55,7 @@ def view(
     browser
         Whether to open the browser; with --no-browser only the address is printed.
     """
-    loaded, name = _loaded(scenario, parse_settings(settings), method, seed, at, crossing, reading)
+    loaded, name = _loaded(resolved(scenario), parse_settings(settings), method, seed, at, crossing, reading)
     from slalom.methods import method as method_of
 
     chosen = method_of(name)
@@ -86,8 +96,8 @@ def export(run: Path, page: Path, /, *, robot: int = 0, every: float | None = No
     """
     from slalom.live.export import export as write
 
-    writable(page)
     recording = _recording(run)
+    writable(page)
     with progress("exporting") as advance, writing(page):
         write(recording, page, robot=robot, interval=every, progress=advance)
     print_line(str(page))
@@ -110,7 +120,7 @@ def _loaded(
     reading: Reading | None,
 ) -> tuple["Scenario", str]:
     """The scenario of a name or a file, and the name of the method."""
-    if Path(name).suffix in (".h5", ".hdf5") and Path(name).is_file():
+    if Path(name).suffix in RUNS and Path(name).is_file():
         from slalom.live.recorded import recorded
         from slalom.sim import Recording
 

@@ -4,9 +4,10 @@
 repairs.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -18,6 +19,16 @@ from slalom.io.table import comma_table
 from slalom.trajectory import Sampled
 
 COLUMNS = ("t", "id", "x", "y")
+
+
+SAMPLES: Final[Mapping[str, str]] = {
+    "crossing.yaml": "A robot crosses a road with three cars and a pedestrian.",
+    "mixed.yaml": "Three robots with methods, margins and priorities of their own.",
+    "recorded.yaml": "A robot in a recording, as a scenario file.",
+    "study.yaml": "A study: two methods in two scenarios.",
+    "roundabout_ring_11.csv": "A recording of 30 cars in a roundabout.",
+}
+"""Files that slalom brings, for `sample_data` and for the command line as sample:NAME."""
 
 
 def sample_data(name: str) -> Path:

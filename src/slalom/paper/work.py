@@ -15,9 +15,9 @@ from slalom.view import save
 __all__ = ["Effort", "links_from", "make", "names_of", "read_results"]
 
 
-def names_of(name: str | None) -> list[str]:
-    """Return the names of the entries to produce: the given one, or all. Raises InvalidInput for an unknown name."""
-    return list(ENTRIES) if name is None else [known(name, "figure or claim", list(ENTRIES))]
+def names_of(names: Sequence[str]) -> list[str]:
+    """Return the names of the entries to produce: the given ones, or all. Raises InvalidInput for an unknown name."""
+    return [known(name, "figure or claim", list(ENTRIES)) for name in dict.fromkeys(names)] or list(ENTRIES)
 
 
 def make(

@@ -53,9 +53,9 @@ def scenario_text(scenario: Scenario) -> str:
     content["holds"] = [float(hold) for hold in scenario.holds]
     if scenario.period is not None:
         content["period"] = [float(x) for x in scenario.period]
-    robots = [_robot(robot) for robot in scenario.robots]
-    content |= {"robot": robots[0]} if len(robots) == 1 else {"robots": robots}
     end = scenario.start + scenario.duration + scenario.horizon
+    robots = [_robot(robot, scenario.start, end) for robot in scenario.robots]
+    content |= {"robot": robots[0]} if len(robots) == 1 else {"robots": robots}
     if scenario.obstacles:
         content["obstacles"] = [_obstacle(obstacle, scenario.start, end) for obstacle in scenario.obstacles]
     yaml, stream = YAML(), io.StringIO()
@@ -65,7 +65,7 @@ def scenario_text(scenario: Scenario) -> str:
     return stream.getvalue()
 
 
-def _robot(robot: Robot) -> dict[str, Any]:
+def _robot(robot: Robot, start: float, end: float) -> dict[str, Any]:
     limits = robot.limits
     found: dict[str, Any] = {
         "name": robot.name,
@@ -75,7 +75,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
         "max_speed": limits.max_speed,
         "max_acceleration": limits.max_acceleration,
         "priority": float(robot.priority),
-        "goal": _goal(robot.goal),
+        "goal": _goal(robot.goal, start, end),
     }
     if robot.method is not None:
         found["method"] = robot.method.name
@@ -91,7 +91,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
     return found
 
 
-def _goal(goal: Goal) -> dict[str, Any]:
+def _goal(goal: Goal, start: float, end: float) -> dict[str, Any]:
     shared = {"tolerance": goal.tolerance, "stop": goal.stop}
     if isinstance(goal, PathGoal):
         path: dict[str, Any] = {"points": _plain(goal.points), "lookahead": goal.lookahead}
@@ -100,7 +100,7 @@ def _goal(goal: Goal) -> dict[str, Any]:
         return {"path": path, **shared}
     if isinstance(goal.trajectory, Stationary):
         return {"position": _plain(goal.trajectory.initial_position), **shared}
-    return {"trajectory": _part(goal.trajectory, TRAJECTORIES), **shared}
+    return {"trajectory": _part(_in_files(goal.trajectory, start, end), TRAJECTORIES), **shared}
 
 
 def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:

@@ -5,11 +5,10 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
+from typing import Any
 
-import h5py
 import numpy as np
 
-from slalom.bounds import BOUNDS
 from slalom.checks import Array, array, array_of, positive, short, shown, whole
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.goal import Goal
@@ -18,7 +17,6 @@ from slalom.obstacle import Obstacle
 from slalom.periodic import Period, checked_period
 from slalom.shape import Shape
 from slalom.sim.measure.hdf5_parts import (
-    HALF_SPACES,
     listed,
     load_goal,
     load_holds,
@@ -28,20 +26,16 @@ from slalom.sim.measure.hdf5_parts import (
     member,
     named_numbers,
     numbers,
-    save_part,
-    save_shape,
-    save_trajectory,
     scalar,
     text,
     texts,
     unbounded,
 )
+from slalom.sim.measure.hdf5_run import FORMAT, READABLE_FORMATS, save_run
 from slalom.sim.measure.hdf5_tree import Group, read_tree
 from slalom.sim.measure.run_log import RunLog
-from slalom.uncertainty import UNCERTAINTIES
+from slalom.sim.measure.tidy_table import to_pandas
 
-FORMAT, READABLE_FORMATS = "slalom recording 2", ("slalom recording 1", "slalom recording 2")
-"""Name of the written format, and of the readable ones."""
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
 Which = int | str | None
@@ -193,59 +187,21 @@ class Recording:
         content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
         return hashlib.sha256(content).hexdigest()
 
+    def to_pandas(self) -> Any:
+        """Return a pandas.DataFrame with one row for each time and robot, see `tidy_table.COLUMNS`.
+
+        Raises:
+            InvalidInput: pandas is not installed (`pip install slalom[data]`).
+        """
+        return to_pandas(self)
+
     def save(self, path: FilePath | str) -> None:
         """Write an HDF5 file, with navground's group and attribute names if they exist.
 
         `poses` holds the position and, last, the heading of the velocity [rad]; `twists` the velocity and, last, 0.
+        Every array has the attribute `units`, see `hdf5_units`.
         """
-        with h5py.File(path, "w") as file:
-            file.attrs["format"] = FORMAT
-            run = file.create_group("run_0")
-            run.attrs.update(
-                scenario=self.scenario,
-                method=self.method,
-                seed=self.seed,
-                time_step=self.dt,
-                steps=len(self.accelerations),
-                final_sim_time=float(self.times[-1]),
-                digest=self.digest(),
-                foresight=self.foresight,
-            )
-            if self.period is not None:
-                run.attrs["period"] = self.period
-            run.create_group("parameters").attrs.update(self.parameters)
-            run.create_group("settings").attrs.update(self.settings)
-            run["holds"] = np.array(self.holds)
-            heading = np.arctan2(self.velocities[..., 1], self.velocities[..., 0])[..., None]
-            run["times"] = self.times
-            run["poses"] = np.concatenate([self.positions, heading], axis=-1)
-            run["twists"] = np.concatenate([self.velocities, np.zeros_like(heading)], axis=-1)
-            for name in ("accelerations", "controls", "decision_times", "arrived"):
-                run[name] = getattr(self, name)
-            for name in ("responses", "outcomes"):
-                texts = np.array(getattr(self, name), dtype=h5py.string_dtype())
-                run[name] = texts.reshape(self.decision_times.shape)
-            span = float(self.times[0]), float(self.times[-1])
-            for k, (shape, limits, goal) in enumerate(zip(self.shapes, self.limits, self.goals)):
-                group = run.create_group(f"robots/{k}")
-                save_shape(group.create_group("shape"), shape)
-                group.attrs["name"] = self.names[k]
-                group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
-                for name in HALF_SPACES:
-                    bounds = getattr(limits, name)
-                    rows = np.array([(*bound.normal, bound.offset) for bound in bounds])
-                    group[name] = rows.reshape(-1, self.dimension + 1)
-                for j, bound in enumerate(limits.bounds):
-                    save_part(group.create_group(f"bounds/{j}"), bound, BOUNDS)
-                group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
-                save_trajectory(group.create_group("goal"), goal.trajectory, *span)
-            for k, obstacle in enumerate(self.obstacles):
-                group = run.create_group(f"obstacles/{k}")
-                group.attrs.update(name=obstacle.name, heading=obstacle.heading)
-                save_shape(group.create_group("shape"), obstacle.shape)
-                if obstacle.uncertainty is not None:
-                    save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)
-                save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
+        save_run(self, path)
 
     @classmethod
     def load(cls, path: FilePath | str) -> "Recording":

@@ -41,10 +41,16 @@ def mean_interval(values: Sequence[float]) -> list[float] | None:
     return [mean - half, mean + half]
 
 
-def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
-    """Return the results of seeds 0, 1, ... as one row, JSON-ready; see `study.compare`."""
+def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: bool = False) -> dict[str, Any]:
+    """Return the results of seeds 0, 1, ... as one row, JSON-ready; see `study.compare`.
+
+    Args:
+        deterministic: whether all runs are the same; the row then has no confidence intervals.
+    """
     rows = [row for row in results if not isinstance(row, Failure)]
     times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
+    # Equal runs are one: they say nothing about others.
+    share, mean = (_no_interval, _no_interval) if deterministic else (wilson, mean_interval)
     good = sum(row["arrived"] == row["robots"] and not row["collisions"] for row in rows)
     extra = [seconds for row in rows for seconds in row["extra_times"] if seconds is not None]
     collided = sum(row["collisions"] > 0 for row in rows)
@@ -56,15 +62,15 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure]) -> dict[str, Any]:
         "foresight": rows[0]["foresight"] if rows else None,
         "runs": len(rows),
         "runs_with_collision": collided,
-        "runs_with_collision_interval": wilson(collided, len(rows)),
+        "runs_with_collision_interval": share(collided, len(rows)),
         "runs_all_arrived": len(times),
-        "runs_all_arrived_interval": wilson(len(times), len(rows)),
+        "runs_all_arrived_interval": share(len(times), len(rows)),
         "runs_successful": good,
-        "runs_successful_interval": wilson(good, len(rows)),
+        "runs_successful_interval": share(good, len(rows)),
         "adjustments": float(np.mean([row["adjustments"] for row in rows])) if rows else None,
         "efficacy": float(np.mean([row["efficacy"] for row in rows])) if rows else None,
         "time": finite(float(np.mean(times))) if times else None,
-        "time_interval": mean_interval(times),
+        "time_interval": mean(times),
         "extra_time": [float(x) for x in np.percentile(extra, PERCENTILES)] if extra else None,
         "min_clearance": finite(min(clearances, default=np.inf)),
         "outcomes": dict(sorted(outcomes.items())),
@@ -80,6 +86,10 @@ def _metrics(rows: Sequence[Mapping[str, float | None]]) -> dict[str, Any]:
         name: {"mean": float(np.mean(values)) if values else None, "interval": mean_interval(values)}
         for name, values in found.items()
     }
+
+
+def _no_interval(*_: Any) -> None:
+    """Return the interval of equal runs: none."""
 
 
 def _failures(results: Sequence[Mapping[str, Any] | Failure]) -> list[dict[str, Any]]:

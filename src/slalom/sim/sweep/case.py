@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property, partial
@@ -26,6 +27,9 @@ from slalom.sim.sweep.case_file import case_of, is_cases
 
 ABOVE: Final = ("__main__.py", "adapters", "cli", "live", "paper", "precompile.py", "view")
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
+
+RANDOM: Final = ("message_delay", "message_loss", "sight_noise", "sight_loss")
+"""Settings above 0 that make runs of one scenario differ by seed."""
 
 Content = dict[str, Any]
 Source = str | Entry | Scenario
@@ -118,6 +122,22 @@ def drawn(name: Source, settings: Mapping[str, float] | None = None, *, seed: in
     if isinstance(name, str) and is_cases(name):
         return case_of(name, cadrl.read_cases(name), settings or {}, seed)
     return load(name, settings, seed=seed)
+
+
+def is_deterministic(name: Source, settings: Mapping[str, float] | None = None) -> bool:
+    """Return whether the runs of all seeds are the same: equal scenarios of two seeds, and no random errors.
+
+    False also for a scenario that cannot be compared, such as one with a Python function.
+    """
+    if isinstance(name, str) and is_cases(name):
+        return False
+    one, two = (drawn(name, settings, seed=seed) for seed in (0, 1))
+    if any(getattr(one, setting) for setting in RANDOM):
+        return False
+    try:
+        return pickle.dumps(one) == pickle.dumps(two)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return False
 
 
 def is_file(name: str) -> bool:

@@ -19,6 +19,7 @@ from slalom.sim.sweep.case import (
     Metric,
     Source,
     drawn,
+    is_deterministic,
     is_file,
     method_content,
     metrics_content,
@@ -28,6 +29,7 @@ from slalom.sim.sweep.case import (
 )
 from slalom.sim.sweep.case_file import is_cases, refuse_more
 from slalom.sim.sweep.pool import map_surviving_kills, working_with
+from slalom.sim.sweep.shard import MISSING, OTHER, Shard
 from slalom.sim.sweep.store import Result, Store
 
 METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
@@ -76,11 +78,13 @@ def compare(
         methods: names or objects. metrics: names of `metrics.METRICS`, or functions of a recording.
 
     Returns:
-        {"scenario", "seeds", "settings", "methods": {name: {"runs", "runs_with_collision", "runs_all_arrived",
-        "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance", "outcomes", "failures"}}}:
+        {"scenario", "seeds", "settings", "deterministic", "methods": {name: {"runs", "runs_with_collision",
+        "runs_all_arrived", "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance",
+        "outcomes", "failures"}}}:
         counts of runs, where a successful run has all robots arrived and no collision; means over the runs of
         adjustments and efficacy; the mean time of the last arrival [s] over runs in which all arrived; the 50th, 75th
         and 90th percentile of the extra time [s] of all robots that arrived; the least clearance [m] of all runs.
+        "deterministic" says that the runs of all seeds are the same; they are one run, without intervals.
         "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
         reasons of runs without a result, each with its seeds. A value without data is None. With metrics,
         {"metrics": {name: {"mean", "interval"}}} over the runs in which the value is finite.
@@ -96,6 +100,8 @@ def compare_all(
     backend: str | None = None,
     store: Path | str | None = None,
     adopt: bool = False,
+    shard: Shard | None = None,
+    merge: bool = False,
     progress: Callable[[int, int], None] | None = None,
     note: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
@@ -108,6 +114,8 @@ def compare_all(
         jobs: processes; -1 for one per core. backend: of joblib, see `pool.working_with`.
         store: folder, made if it does not exist. Every finished run is stored there, and no stored run is made again,
             see `Store`. adopt: take over runs of former code from it first, see `Store.adopt`.
+        shard: make only these of the runs; the rows have the runs of other shards that are in the store already.
+        merge: make no run; runs that are not in the store are failures in the rows.
         progress: called with the number of finished runs and of all. note: called with a sentence on adopted runs.
 
     Raises:
@@ -119,6 +127,10 @@ def compare_all(
     _refuse_kinds(rows, jobs, backend, store, progress, note)
     if flag(adopt, "adopt") and store is None:
         raise InvalidInput("adopt: expected a store with runs of former code, found no store")
+    if (shard is not None or merge) and store is None:
+        raise InvalidInput("store: expected the folder that all shards share, found none")
+    if shard is not None and merge:
+        raise InvalidInput("merge: expected without shard, found both")
     if jobs == 0:
         raise InvalidInput("jobs: expected a number of processes, or -1 for one per core, found 0")
     objects = [each for row in rows for each in (row.scenario, *row.methods, *row.metrics) if not isinstance(each, str)]
@@ -137,7 +149,9 @@ def compare_all(
         results: dict[str, Result] = dict(kept.read(cases.values())) if kept else {}
         if progress and results:
             progress(len(results), len(cases))
-        missing = {key: case for key, case in cases.items() if key not in results}
+        own = {} if merge else cases if shard is None else shard.part(cases)
+        results |= {key: MISSING if merge else OTHER for key in cases if key not in results and key not in own}
+        missing = {key: case for key, case in own.items() if key not in results}
         for key, result in _finished(kept, missing, jobs):
             results[key] = result
             if progress:
@@ -231,12 +245,14 @@ def _recalled(store: Store | None, cases: Iterable[Case]) -> dict[str, Result]:
 
 def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
     """Return the table of `compare` from the results of the cases of the row."""
+    same = is_deterministic(row.scenario, row.settings)
     parts = [results[first : first + row.seeds] for first in range(0, len(results), row.seeds)]
     return {
         "scenario": row.name,
         "seeds": row.seeds,
         "settings": dict(row.settings),
-        "methods": {name: aggregate(part) for name, part in zip(_contenders(row), parts, strict=True)},
+        "deterministic": same,
+        "methods": {name: aggregate(part, same) for name, part in zip(_contenders(row), parts, strict=True)},
     }
 
 

@@ -1,0 +1,142 @@
+"""`slalom decide`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slalom.cli.console import DONE, FAILED, Flag, drawable, print_message, print_result, resolved, writable, writing
+from slalom.cli.report import formatted
+from slalom.cli.running import DEFAULT_METHOD, method_name, print_notes
+from slalom.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from slalom.decision import Decision
+    from slalom.goal import Goal
+    from slalom.navigator import Navigator
+
+LABELS = {"time_to_collision": "preferred collides"}
+"""Words for keys of the result, where the key alone does not say which control it means."""
+
+
+def decide(
+    scene: str,
+    /,
+    *,
+    method: str | None = None,
+    foresight: str | None = None,
+    json: Flag = False,
+    figure: Path | None = None,
+) -> int:
+    """Make one decision at the start of a scenario, or repeat one; exit code 1 if no manoeuvre is safe.
+
+    Parameters
+    ----------
+    scene
+        A .yaml scenario file (also sample:crossing.yaml), a name from `slalom list scenarios`, or a .json file that
+        `Decision.dump` wrote. That decision is repeated; exit code 1 also if the result is not the same to the bit.
+    method
+        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. Not for a .json file, which has its own.
+    foresight
+        Knowledge of the method about obstacles, as in `slalom run`.
+    json
+        Print one JSON object.
+    figure
+        Draw the decision to this .svg, .pdf or .png file.
+    """
+    scene = resolved(scene)
+    if scene.endswith(".json"):
+        if method or foresight:
+            raise InvalidInput(f"--method: expected none with the file of a decision, found {method or foresight!r}")
+        return _repeat(scene, json, figure)
+    from slalom.methods import method as method_of
+    from slalom.sim import load
+
+    chosen, loaded = method_of(method_name(method or DEFAULT_METHOD, foresight)), load(scene)
+    if len(loaded.robots) > 1:
+        found = f"{len(loaded.robots)} robots; `slalom run` runs them"
+        raise InvalidInput(f"scenario: expected one with one robot to decide for, found {found}")
+    drawable(figure)
+    print_notes(loaded.notes)
+    navigator, robot = loaded.navigator(chosen), loaded.robot
+    traffic = loaded.around(robot.state, loaded.start, chosen)
+    decision = loaded.decider(chosen).decide(robot.state, traffic, robot.goal, now=loaded.start)
+    manoeuvre = decision.manoeuvre
+    result = {
+        "scenario": loaded.name,
+        "method": chosen.name,
+        "foresight": chosen.foresight,
+        "response": repr(manoeuvre.response),
+        "control": [float(x) for x in manoeuvre.control],
+        "acceleration": [float(x) for x in manoeuvre.mean_acceleration(loaded.start, navigator.period)],
+        "status": decision.outcome.name,
+        "sentence": decision.outcome.value,
+        **_of_controls(decision, navigator),
+    }
+    writable(figure)
+    _draw_decision(decision, navigator, robot.goal, loaded.name, figure)
+    print_result(result, json, lambda: _text(result))
+    return DONE if decision.safe else FAILED
+
+
+def _repeat(file: str, json: bool, figure: Path | None) -> int:
+    """Repeat the decision of a file, draw and print it; return the exit code."""
+    from slalom.sim.files.decision_file import read_decision
+
+    drawable(figure)
+    read = read_decision(file)
+    decision, same = read.repeat()
+    navigator, goal = read.inputs.navigator, read.inputs.goal
+    if figure is not None and goal is None:
+        raise InvalidInput("--figure: expected a decision with a goal to draw, found one without")
+    result = {
+        "file": file,
+        "method": navigator.method.name,
+        "repeated": same,
+        **decision.as_dict(),
+        **_of_controls(decision, navigator),
+    }
+    writable(figure)
+    if not same:
+        print_message(f"{file}: the decision differs from the one that was written, with {read.versions}")
+    if goal is not None:
+        _draw_decision(decision, navigator, goal, file, figure)
+    print_result(result, json, lambda: _text(result))
+    return DONE if same and decision.safe else FAILED
+
+
+def _of_controls(decision: "Decision", navigator: "Navigator") -> dict[str, object]:
+    """Clearance [m] of the selected control; the preferred one, the time [s] until it collides, and the limits."""
+    import numpy as np
+
+    from slalom.control_obstacle import ControlObstacle
+    from slalom.sim.measure.metrics import finite
+
+    manoeuvre, blocked, limits = decision.manoeuvre, decision.blocked, navigator.limits
+    without_margin = ControlObstacle(manoeuvre.response, blocked.state, blocked.obstacles, navigator.robot)
+    admissible = limits.admissible(manoeuvre.response, blocked.state, navigator.horizon)
+    return {
+        "clearance": finite(float(without_margin.clearance(np.array(manoeuvre.control)))),
+        "preferred": [float(x) for x in decision.preferred],
+        "preferred_admissible": bool(admissible.contains(decision.preferred)),
+        "max_speed": limits.max_speed,
+        "max_acceleration": limits.max_acceleration,
+        "time_to_collision": finite(float(without_margin.time_to_collision(decision.preferred))),
+    }
+
+
+def _text(result: dict[str, Any]) -> str:
+    """Format a decision, one line for each value."""
+    shown = dict(result)
+    admissible = shown.pop("preferred_admissible")
+    limits = f"{shown.pop('max_speed'):.4g} m/s, {shown.pop('max_acceleration'):.4g} m/s^2"
+    shown["preferred"] = formatted(shown["preferred"]) + ("" if admissible else f", exceeds the limits ({limits})")
+    first = shown["time_to_collision"]
+    shown["time_to_collision"] = "not within the horizon" if first is None else f"after {formatted(first)} s"
+    return "\n".join(f"{LABELS.get(key, key):18} {formatted(value)}" for key, value in shown.items())
+
+
+def _draw_decision(decision: "Decision", navigator: "Navigator", goal: "Goal", title: str, figure: Path | None) -> None:
+    if figure is not None:
+        from slalom import view
+
+        with writing(figure):
+            view.save(view.decision(decision, navigator, goal, title=title), figure)

@@ -1,0 +1,71 @@
+"""`slalom show` and `slalom export-scenario`."""
+
+from pathlib import Path
+
+from slalom.cli.console import (
+    DONE,
+    Flag,
+    Settings,
+    drawable,
+    parse_settings,
+    print_line,
+    print_result,
+    resolved,
+    writable,
+    writing,
+)
+from slalom.cli.report import run_text
+from slalom.cli.running import print_notes
+
+
+def show(run: Path, /, *, figure: Path | None = None, figure_at: float | None = None, json: Flag = False) -> int:
+    """Print the result of a run, as `slalom run` printed it, and draw it on wish.
+
+    Parameters
+    ----------
+    run
+        A file that `slalom run --out run.h5` wrote.
+    figure
+        Draw a decision of the run to this .svg, .pdf or .png file; with several robots their tracks.
+    figure_at
+        Time [s] after the start of the decision to draw; by default one before the closest approach.
+    json
+        Print one JSON object.
+    """
+    from slalom.sim import Recording
+    from slalom.sim.measure.metrics import summary
+
+    drawable(figure)
+    recording = Recording.load(run)
+    result = summary(recording)
+    if figure is not None:
+        from slalom import view
+        from slalom.live.recorded import recorded
+        from slalom.view.replay import replay
+
+        writable(figure)
+        found = recorded(recording)
+        print_notes(found.notes)
+        with writing(figure):
+            view.save(replay(recording, found.scenario, recording.method, figure_at), figure)
+    print_result(result, json, lambda: run_text(recording, result))
+    return DONE
+
+
+def export_scenario(scenario: str, /, *, settings: Settings = None, seed: int = 0) -> int:
+    """Print a scenario as YAML, a scenario file to run or to change: `slalom export-scenario circle > circle.yaml`.
+
+    Parameters
+    ----------
+    scenario
+        A name from `slalom list scenarios`, or a .yaml file.
+    settings
+        NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
+    seed
+        Seed of random scenarios.
+    """
+    from slalom.sim import load
+    from slalom.sim.files.scenario_writer import scenario_text
+
+    print_line(scenario_text(load(resolved(scenario), parse_settings(settings), seed=seed)).rstrip("\n"))
+    return DONE

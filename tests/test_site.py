@@ -1,0 +1,99 @@
+"""The documentation site: it builds without a warning, its links lead somewhere, and its reference is complete."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+import slalom
+from slalom.cli import app
+from slalom.sim.files.schema import ScenarioSpec
+from slalom.sim.measure.metrics import METRICS
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tools"))
+
+import site_blocks  # noqa: E402
+import site_reference  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, built with every warning as an error."""
+    pytest.importorskip("sphinx")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "docs", str(folder)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return folder
+
+
+@pytest.mark.slow
+def test_links_within_the_site_lead_somewhere(site: Path) -> None:
+    """To a file, and to a part of it that exists; no page loads anything from a network."""
+    texts = {path: path.read_text() for path in site.rglob("*.html")}
+    assert len(texts) > 40
+    ids = {path: {*re.findall(r'\bid="([^"]+)"', text)} for path, text in texts.items()}
+    for path, text in texts.items():
+        assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(?:https?:)?//[^"]*"', text), path
+        if path.parent.name == "_modules" or "_modules" in path.parts:
+            continue
+        for link in re.findall(r'<a [^>]*href="([^"]+)"', text):
+            parts = urlsplit(link)
+            if parts.scheme:
+                continue
+            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            assert target.exists(), f"{path.relative_to(site)}: {link}"
+            assert not parts.fragment or target not in ids or unquote(parts.fragment) in ids[target], f"{path}: {link}"
+
+
+@pytest.mark.slow
+def test_blocks_have_their_output(site: Path) -> None:
+    """Of Python, of commands, and as figures."""
+    start = (site / "start.html").read_text()
+    assert "crossing with nao, seed 0: arrived, no collision" in start
+    assert "The nearest safe control to the preferred one was chosen." in start
+    assert re.search(r'<img [^>]*src="_images/start_0\.svg"', start)
+
+
+@pytest.mark.slow
+def test_every_public_name_is_in_the_reference(site: Path) -> None:
+    text = (site / "generated" / "api.html").read_text()
+    names = {name for name in slalom.__all__ if not name.startswith("__")} - site_reference.OWN_PAGES
+    missing = {name for name in names if not re.search(rf'id="slalom[\w.]*\.{name}"', text)}
+    assert not missing
+
+
+def test_reference_pages_are_complete() -> None:
+    """Commands with their options, keys, metrics: from the program, in the pages."""
+    assert set(site_reference.FORMULAS) == set(METRICS)
+    assert "autoclass:: slalom.navigator.Navigator" in site_reference.api()
+    commands = site_reference.command_line()
+    for name in ("run", "list", "decide", "compare", "convert", "show", "export-scenario", "view", "export", "compile"):
+        assert app[name] is not None
+        assert f"\n## slalom {name}\n" in commands
+    assert " -m " not in commands
+    assert all(option in commands for option in ("--shard", "--merge", "--force", "--figure-at"))
+    keys = site_reference.scenario_files()
+    assert all(f"| `{key}` |" in keys for key in ScenarioSpec.model_fields)
+    for model, meanings in site_reference.MEANINGS.items():
+        assert set(meanings) == set(getattr(site_reference, model).model_fields), model
+
+
+def test_a_missing_name_stops_the_build(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(site_reference, "SECTIONS", {"Errors": site_reference.SECTIONS["Errors"]})
+    with pytest.raises(ValueError, match=r"SECTIONS: expected every public name of slalom, found none of \['Acceler"):
+        site_reference.api()
+
+
+def test_blocks_that_fail_stop_the_build(tmp_path: Path) -> None:
+    """Blocks of a page share one namespace; a failing one is an error."""
+    page = "```python\nx = 2\n```\n\n```python\nprint(x + 1)\n```\n\n```yaml\nx: 1\n```\n"
+    assert site_blocks.executed(page, tmp_path, str).count("```text\n3\n```") == 1
+    with pytest.raises(ZeroDivisionError):
+        site_blocks.executed("```python\n1 / 0\n```\n", tmp_path, str)
+    with pytest.raises(RuntimeError, match="slalom run full: expected a command that works, found scenario: expected"):
+        site_blocks.executed("```console\n$ slalom run full\n```\n", tmp_path, str)

@@ -1,0 +1,171 @@
+"""Checks of a release: `make release-check`. Needs PyPI; minutes for each Python.
+
+Builds the sdist and from it the wheel, compares the wheel with the sources, and installs it into a clean environment
+of every Python that is available. There it runs from another folder, without a home, and without the right to write
+into the installation.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from email.parser import Parser
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).parents[1]
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
+LARGEST = 1.5e6
+"""[B] Largest wheel: the sources, a recording of 1.5 MB before compression, and the renderer of the view."""
+EXPECTED = re.compile(r"slalom/[\w/]+\.(py|pyi)|slalom/py\.typed|slalom/data/[\w.]+|slalom/live/renderer/[\w.]+")
+"""Files that belong into the wheel, besides its metadata."""
+SMOKE = (
+    (0, ["--version"]),
+    (0, ["list", "--json"]),
+    (0, ["export-scenario", "head_on"]),
+    (0, ["decide", "sample:crossing.yaml", "--json"]),
+    (0, ["run", "sample:crossing.yaml", "--out", "new/run.h5", "--figure", "new/run.svg"]),
+    (0, ["show", "new/run.h5", "--json"]),
+    (0, ["convert", "new/run.h5", "new/run.csv"]),
+    (2, ["run", "none.yaml"]),
+)
+"""Exit codes and words of commands."""
+
+
+class Failed(SystemExit):
+    """A check that did not hold; its text is printed, and the exit code is 1."""
+
+
+def run(command: Sequence[str | Path], **settings: object) -> subprocess.CompletedProcess[str]:
+    """Run a program and return what it said."""
+    return subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False, **settings)  # type: ignore[call-overload]
+
+
+def required(command: Sequence[str | Path], **settings: object) -> str:
+    """Return the output of a program that must succeed."""
+    done = run(command, **settings)
+    if done.returncode:
+        raise Failed(f"{' '.join(map(str, command))}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def built(folder: Path) -> tuple[Path, Path]:
+    """Return the sdist, and the wheel that is built from it."""
+    required([sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT])
+    (sdist,), (wheel,) = folder.glob("*.tar.gz"), folder.glob("*.whl")
+    return sdist, wheel
+
+
+def check_contents(sdist: Path, wheel: Path) -> None:
+    """Print and check what is in both files."""
+    with zipfile.ZipFile(wheel) as file:
+        sizes = {info.filename: info.file_size for info in file.infolist()}
+        metadata = Parser().parsestr(file.read(next(name for name in sizes if name.endswith("METADATA"))).decode())
+    inside = {name for name in sizes if ".dist-info/" not in name}
+    strange = sorted(name for name in inside if not EXPECTED.fullmatch(name))
+    tracked = required(["git", "ls-files", "src/slalom"], cwd=ROOT).splitlines()
+    missing = sorted({name.removeprefix("src/") for name in tracked} - inside)
+    with tarfile.open(sdist) as file:
+        shipped = {name.partition("/")[2] for name in file.getnames()}
+    needed = {"README.md", "CHANGELOG.md", "SECURITY.md", "LICENSE", "CITATION.cff", "pyproject.toml", "docs/conf.py"}
+    print(f"{sdist.name}: {sdist.stat().st_size / 1e6:.2f} MB, {len(shipped)} files")
+    print(f"{wheel.name}: {wheel.stat().st_size / 1e6:.2f} MB, {len(sizes)} files, of which the largest are")
+    for name in sorted(sizes, key=lambda name: -sizes[name])[:6]:
+        print(f"  {sizes[name] / 1e3:8.1f} kB  {name}")
+    for what, found in (("unexpected", strange), ("missing", missing), ("missing in the sdist", needed - shipped)):
+        if found:
+            raise Failed(f"{wheel.name}: {what}: {', '.join(sorted(found))}")
+    if wheel.stat().st_size > LARGEST:
+        raise Failed(f"{wheel.name}: expected at most {LARGEST / 1e6:g} MB, found {wheel.stat().st_size / 1e6:.2f}")
+    for name in (
+        "Summary",
+        "Keywords",
+        "Requires-Python",
+        "License-Expression",
+        "Description-Content-Type",
+        "Project-URL",
+    ):
+        if not metadata.get(name):
+            raise Failed(f"{wheel.name}: expected {name} in the metadata, found none")
+
+
+def interpreters() -> dict[str, str]:
+    """Return the available Pythons by version: on the path, and those that pyenv has installed."""
+    found: dict[str, str] = {}
+    for version in PYTHONS:
+        kept = sorted(Path.home().glob(f".pyenv/versions/{version}.*/bin/python{version}"))
+        candidates = [shutil.which(f"python{version}"), *map(str, kept)]
+        works = [path for path in candidates if path and not run([path, "-c", "import venv"]).returncode]
+        if works:
+            found[version] = works[-1]
+    return found
+
+
+def check_installed(python: str, wheel: Path, folder: Path) -> None:
+    """Install the wheel into a clean environment and use it there."""
+    environment, other = folder / "environment", folder / "elsewhere"
+    required([python, "-m", "venv", environment])
+    pip = [environment / "bin" / "python", "-m", "pip", "--disable-pip-version-check"]
+    required([*pip, "install", "--quiet", wheel])
+    print(f"  {required([*pip, 'check']).strip()}")
+    other.mkdir()
+    settings = {"PATH": os.defpath, "HOME": "/nonexistent", "PYTHONDONTWRITEBYTECODE": "1", "MPLCONFIGDIR": str(other)}
+    with read_only(environment) as prefix:
+        for code, words in SMOKE:
+            # One command compiles in memory, as where no folder can be written; the others keep what they compile.
+            kept = {} if words[0] == "decide" else {"NUMBA_CACHE_DIR": str(other / "kernels")}
+            done = run([*prefix, environment / "bin" / "slalom", *words], cwd=other, env=settings | kept)
+            if done.returncode != code or not (done.stdout or code):
+                said = f"found {done.returncode}\n{done.stdout}{done.stderr}"
+                raise Failed(f"slalom {' '.join(words)}: expected exit code {code}, {said}")
+            print(f"  slalom {' '.join(words)}: {done.returncode}")
+
+
+@contextmanager
+def read_only(folder: Path) -> Iterator[list[str]]:
+    """Take the right to write into a folder away; yield the beginning of commands for which that holds.
+
+    For root it holds only without capabilities, which setpriv drops.
+    """
+    prefix = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.getuid() == 0 else []
+    paths = [folder, *folder.rglob("*")]
+    modes = {path: path.stat().st_mode for path in paths if not path.is_symlink()}
+    try:
+        for path, mode in modes.items():
+            path.chmod(mode & ~0o222)
+        if not run([*prefix, "touch", folder / "written"]).returncode:
+            raise Failed(f"{folder}: expected a folder that cannot be written, found one that can")
+        yield prefix
+    finally:
+        for path, mode in modes.items():
+            path.chmod(mode)
+
+
+def main() -> None:
+    """Make every check; print what was seen."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--pythons", nargs="*", default=PYTHONS, help="versions to install into, if available")
+    parser.add_argument("--out", type=Path, default=ROOT / "out" / "dist", help="folder for sdist and wheel")
+    options = parser.parse_args()
+    shutil.rmtree(options.out, ignore_errors=True)
+    sdist, wheel = built(options.out)
+    check_contents(sdist, wheel)
+    available = interpreters()
+    for version in options.pythons:
+        if version not in available:
+            print(f"Python {version}: not available here, not checked")
+            continue
+        print(f"Python {version}:")
+        with TemporaryDirectory() as folder:
+            check_installed(available[version], wheel, Path(folder))
+    print(f"The release is in {options.out}.")
+
+
+if __name__ == "__main__":
+    main()
