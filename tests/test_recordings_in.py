@@ -470,7 +470,6 @@ def test_conversion_of_some_agents(say: Say, tmp_path: Path) -> None:
     for tokens, message in (
         (["a.csv", "d.xml"], "expected a file that ends in .csv, .ndjson, .sqlite; found 'd.xml'"),
         (["none.csv", "d.csv"], "none.csv: expected a readable file"),
-        (["a.csv", "none/d.csv"], "none/d.csv: expected a file in a folder that exists"),
         (["a.csv", "d.csv", "--out-frame-rate", 5], "--out-frame-rate: expected only with a format with frame numbers"),
         (["a.csv", "d.ndjson", "--out-frame-rate", 3], "agent 7: expected different multiples of 1 / 3 s, found 0.1 s"),
         (["a.csv", tmp_path / "a.csv"], f"{tmp_path / 'a.csv'}: expected a file other than the source"),

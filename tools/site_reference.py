@@ -39,7 +39,7 @@ from slalom.uncertainty import UNCERTAINTIES
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "One decision": (
         *("Navigator", "Decision", "Outcome", "LookAhead", "SequenceDecision", "Manoeuvre", "State", "Limits"),
-        *("Goal", "PathGoal", "METHODS", "Method", "method", "compile"),
+        *("Goal", "PathGoal", "METHODS", "Method", "method", "compile", "work_per_second"),
     ),
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
@@ -54,7 +54,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "Forecasts and uncertainty": (
         *("FORESIGHTS", "Forecast", "Known", "Present", "AtConstantVelocity", "AtConstantAcceleration"),
         *("AcceleratingBriefly", "AtConstantTurn", "FromPast", "Uncertainty", "BoundedError", "GaussianError"),
-        *("KalmanError", "Horizon", "HorizonByName", "SafeTime"),
+        *("KalmanError", "Horizon", "HorizonByName", "SafeTime", "Calibration", "Coverage", "enclosing_error"),
     ),
     "Control obstacles and selection": (
         *("control_obstacle", "ControlObstacle", "Element", "select", "select_many", "select_clearest", "Choice"),
@@ -157,6 +157,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "radius": "[m] of a disc, in space of a ball",
         "name": "in results and files",
         "method": "by which it decides; by default that of the run",
+        "objective": "what the robot minimises; by default it arrives as early as possible",
         "margin": "[m] its own, by default that of the scenario",
         "priority": "a robot with less of it does more of the avoidance",
         "position": "[m] at the start",
@@ -212,6 +213,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "text": "first paragraph of the page",
         "methods": "of rows without their own",
         "seeds": "number of seeds of rows without their own",
+        "metrics": "further columns, names of `slalom list metrics`",
         "scenarios": "rows: keys below",
     },
     "ScenarioRowSpec": {

@@ -46,18 +46,19 @@ class PolicyTables:
         self._skeletons = Skeletons([robot.robot, round_shape(0.0, d)] if among else [robot.robot])
         margin = robot.margin
         self._margin = margin_among(method, margin, limits.max_acceleration, robot.period) if among else margin
+        # Whole numbers would be of another type, for which the kernels are not compiled.
         self._settings = DecisionSettings(
             dimension=d,
             now=0.0,
-            period=robot.period,
-            horizon=robot.horizon,
-            regain=np.inf if method.regain is None or not among else method.regain,
-            patience=robot.patience,
-            share=method.share if among else 1.0,
-            least_share=method.share if among else 1.0,
+            period=float(robot.period),
+            horizon=float(robot.horizon),
+            regain=np.inf if method.regain is None or not among else float(method.regain),
+            patience=float(robot.patience),
+            share=float(method.share) if among else 1.0,
+            least_share=float(method.share) if among else 1.0,
             agrees=method.agrees and among,
             shared=False,
-            detours=np.array(robot.detours),
+            detours=np.array(robot.detours, dtype=np.float64),
             budget=np.inf,
         )
         self._alone = self._filled(robot_table(1, self._pieces, 1))
@@ -115,7 +116,7 @@ class PolicyTables:
             targets, robots.moving[:1] = target_paths([goal], now, now + self.robot.horizon + latest)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours))
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
-        settings = self._settings._replace(now=now, budget=1e6 * budget)
+        settings = self._settings._replace(now=float(now), budget=1e6 * float(budget))
         return DecisionTables(robots, bodies, self._table, bounds, targets, settings)
 
 

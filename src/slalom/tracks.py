@@ -160,8 +160,8 @@ class Tracks:
         pieces = Pieces(
             _each(np.stack([window.times[:-1], window.times[1:]], axis=1), total),
             points.reshape(total * k, 4, d),
-            widths[:, :-1].reshape(-1),
-            np.diff(widths, axis=1).reshape(-1),
+            widths[:, :-1].ravel(),
+            np.diff(widths, axis=1).ravel(),
             NO_TURNS,
             np.repeat(number, k),
         )

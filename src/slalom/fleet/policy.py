@@ -41,16 +41,16 @@ class Policy:
         method, own, lowest = self.method, table.priority[self.rows].max(), table.priority.min()
         return DecisionSettings(
             dimension=dimension,
-            now=now,
-            period=period,
-            horizon=self.horizon,
-            regain=np.inf if method.regain is None else method.regain,
-            patience=patience,
-            share=method.share,
-            least_share=method.share * lowest / (method.share * lowest + (1.0 - method.share) * own),
+            now=float(now),
+            period=float(period),
+            horizon=float(self.horizon),
+            regain=np.inf if method.regain is None else float(method.regain),
+            patience=float(patience),
+            share=float(method.share),
+            least_share=float(method.share * lowest / (method.share * lowest + (1.0 - method.share) * own)),
             agrees=method.agrees,
             shared=method.shared,
-            detours=np.array(detours),
+            detours=np.array(detours, dtype=np.float64),
             budget=np.inf,
         )
 

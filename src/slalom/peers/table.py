@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final, cast
 
-from slalom.checks import Array, known, shown
+from slalom.checks import Array, known, shown, text
 from slalom.errors import InvalidInput
 from slalom.methods import METHODS, Method
 from slalom.peers.behaviours import Behaviours
@@ -150,7 +150,7 @@ def method(name: str) -> Any:
     Raises:
         InvalidInput: an unknown method or foresight; the message lists the known ones.
     """
-    return contender_named(name)
+    return contender_named(text(name, "name"))
 
 
 def contender(given: str | Method | Peer) -> Method | Peer:

@@ -25,7 +25,7 @@ from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import Scenario
 from slalom.sim.sweep.case_file import case_of, is_cases
 
-ABOVE: Final = ("__main__.py", "adapters", "cli", "live", "paper", "precompile.py", "view")
+ABOVE: Final = ("__main__.py", "adapters", "cli", "live", "paper", "precompile.py", "view", "work_rate.py")
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
 
 RANDOM: Final = ("message_delay", "message_loss", "sight_noise", "sight_loss")

@@ -1,6 +1,6 @@
 """Calibrated radii on recordings: the promised share of errors within them, and the measured one.
 
-usage: python benchmarks/coverage.py DATA_DIR [--confidence 0.9 0.95 0.99] [--seconds 120] [--out FOLDER]
+usage: python benchmarks/calibration.py DATA_DIR [--confidence 0.9 0.95 0.99] [--seconds 120] [--out FOLDER]
 
 DATA_DIR contains tasks.json, which names the recordings. Agents are observed at the times of the recording, at most ten
 times a second. A velocity is the difference of two observed positions. Each agent is predicted at constant velocity
@@ -58,7 +58,7 @@ def main() -> None:
         if count:
             held = sum(row["held"] for row in few)
             print(f"{f'pooled, of fewer than {POOLED}':42} {'':8} {confidence:8.2f} {held / count:8.3f} {count:8}")
-    write("coverage", {"rows": rows}, arguments.out)
+    write("calibration", {"rows": rows}, arguments.out)
 
 
 def line(row: dict[str, Any]) -> str:
