@@ -131,9 +131,10 @@ def regular(corners: int, radius: float) -> Polygon:
     return Polygon(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-@pytest.mark.parametrize(
-    ("seed", "name"), draws(pytest.param(seed, name) for seed in range(20) for name in ("nao", "rvo"))
-)
+DRIVEN = [pytest.param(seed, name) for seed in range(20) for name in ("nao", "rvo")]
+
+
+@pytest.mark.parametrize(("seed", "name"), draws(DRIVEN))
 def test_a_polygon_of_many_corners_drives_as_the_disc(seed: int, name: str) -> None:
     """Equal arrivals and collisions; the first choices are within the polygon's error."""
     settings = {"robots": 3, "radius": 4.0, "robot_radius": 0.5, "duration": 40.0}

@@ -32,7 +32,6 @@ class _Prediction(NamedTuple):
     """A predicted position that an observation will judge."""
 
     due: float  # [s] absolute time
-    made: float  # [s] absolute time
     position: Array  # (d,) [m]
     radius: float  # [m] promised
 
@@ -164,7 +163,7 @@ class Calibration:
         for waiting, h, radius, place in zip(
             self._pending[id], self.leads, radii.tolist(), motion.position(t + np.array(self.leads)), strict=True
         ):
-            waiting.append(_Prediction(t + h, t, place, radius))
+            waiting.append(_Prediction(t + h, place, radius))
 
 
 def enclosing_error(times: Iterable[float], radii: npt.ArrayLike) -> BoundedError:
