@@ -19,6 +19,7 @@ settings.register_profile(
 settings.register_profile(
     "long", deadline=None, max_examples=500, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
+settings.register_profile("first", settings.get_profile("slalom"), max_examples=6)
 settings.load_profile("slalom")
 
 
@@ -30,6 +31,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="first: the first draws of each law; 0 to 3: those, slow tests and a quarter of the others; "
         "commit: the quarter of this commit; all (default)",
     )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw fewer examples of each property where only the first draws run."""
+    if quarters(config.getoption("draws")) is None and not config.getoption("hypothesis_profile"):
+        settings.load_profile("first")
 
 
 def pytest_report_header(config: pytest.Config) -> str:

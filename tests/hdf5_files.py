@@ -146,5 +146,6 @@ def read_with(program: str, folder: Path) -> Recording:
     assert child.count(place) == 1
     (folder / "child.py").write_text(child.replace(place, f"    {program}\n{place}"))
     write_run(folder / "a.h5")
-    with patch.object(hdf5_tree, "CHILD", folder / "child.py"), patch.object(hdf5_tree, "HDF5_SECONDS", 0.05):
+    reader = hdf5_tree.Reader(folder / "child.py")
+    with patch.object(hdf5_tree, "READER", reader), patch.object(hdf5_tree, "HDF5_SECONDS", 0.05):
         return Recording.load(folder / "a.h5")

@@ -125,6 +125,7 @@ def test_the_written_page_is_of_full_runs() -> None:
     assert all(f"## {name}: " in text for name in QUICK)
 
 
+@pytest.mark.slow
 def test_random_fleets_are_measured(tmp_path: Path) -> None:
     """Apart from the page of times."""
     done = called(FOLDER / "random_fleets.py", "--quick", "--out", tmp_path)

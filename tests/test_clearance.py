@@ -66,6 +66,7 @@ def test_clearance_of_large_controls_is_never_above_the_true_one(speed: float) -
     assert min(differences) >= -CERTIFIED
 
 
+@pytest.mark.slow
 def test_large_controls_that_are_chosen_are_clear_of_the_true_motion() -> None:
     """One by one and many at once, to the bit."""
     state, response = State((0.0, 0.0), (2.0, -1.0)), LaggedVelocity(lag=LAG)

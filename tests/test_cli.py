@@ -359,6 +359,7 @@ def test_compare_and_studies_take_levels_of_foresight(say: Say) -> None:
     assert re.match(r"study\.yaml:1:21: methods\.1: expected orca alone, .*; found 'orca@observed'", two)
 
 
+@pytest.mark.slow
 def test_compare_in_several_processes_says_the_same(say: Say) -> None:
     tokens = ["compare", "head_on", "--set", "duration=1", "--methods", "vo,nlvo", "--seeds", "2", "--json", "--jobs"]
     one, two = say(*tokens, "1"), process(*tokens, "2")

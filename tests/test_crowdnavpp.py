@@ -56,6 +56,7 @@ def crossed(file: Path) -> tuple[np.ndarray, np.ndarray]:
     return np.array(run["t"]), np.array(run["p"])
 
 
+@pytest.mark.slow
 def test_the_future_changes_no_step_before_it(tmp_path: Path) -> None:
     """Until the robot observes the first step that is different, its path is the same to the bit."""
     one, other = crossed(crowd(tmp_path / "one.npz")), crossed(crowd(tmp_path / "other.npz", 8))
@@ -82,6 +83,7 @@ def test_the_robot_obeys_the_rules_of_the_test(tmp_path: Path) -> None:
         assert np.linalg.norm(places - there, axis=1).min() > 0.3 + radius
 
 
+@pytest.mark.slow
 def test_shared_cases_are_read(tmp_path: Path) -> None:
     data = Path(__file__).parents[2] / "shared" / "data" / "crowdnavpp" / "crowdnavpp_random_dev.npz"
     if not data.exists():

@@ -5,6 +5,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -38,7 +39,18 @@ def test_python_blocks_run(page, code, tmp_path, monkeypatch):
     exec(compile(code, page, "exec"), {"__name__": "__documentation__"})
 
 
-@pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.name)
+LONG_EXAMPLES = ("03_experiment.py", "07_tracked_people.py", "08_learning.py")
+
+
+def examples() -> list[Any]:
+    """The examples as parameters; those that take seconds are of continuous integration."""
+    return [
+        pytest.param(path, id=path.name, marks=[pytest.mark.slow] if path.name in LONG_EXAMPLES else [])
+        for path in sorted((ROOT / "examples").glob("*.py"))
+    ]
+
+
+@pytest.mark.parametrize("example", examples())
 def test_examples_run(example):
     done = subprocess.run([sys.executable, example], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr

@@ -134,6 +134,7 @@ def test_every_table_has_the_part_of_the_package(package: Path) -> None:
     assert slalom.method("steady@observed").foresight == "observed"
 
 
+@pytest.mark.slow
 def test_the_parts_work_by_name(package: Path) -> None:
     run = simulate(gallery.build("two_cars", {"seconds": 1.0}), "steady")
     assert run.method == "steady"

@@ -26,8 +26,8 @@ from slalom import (
 from slalom.response import RESPONSES
 from slalom.shape import SHAPES as SERVED, round_shape
 
-CHUNKS = [*draws((2, k) for k in range(40)), *draws((3, k) for k in range(10))]
-PER_CHUNK = 50
+CHUNKS = [*draws((2, k) for k in range(80)), *draws((3, k) for k in range(20))]
+PER_CHUNK = 25
 
 SAFE = -1e-6  # [m] least true clearance of a choice
 FREE = 1e-5  # [m] clearance of a control that no better choice may have
@@ -39,7 +39,7 @@ CONTACT_TIME = 1e-3  # [s]
 
 @pytest.fixture(scope="module", params=CHUNKS, ids=lambda chunk: f"{chunk[0]}d-{chunk[1]}")
 def chunk(request):
-    """Fifty scenes, made once for all tests of the chunk."""
+    """Scenes, made once for all tests of the chunk."""
     d, k = request.param
     return [scene(number, d) for number in range(k * PER_CHUNK, (k + 1) * PER_CHUNK)]
 

@@ -78,6 +78,7 @@ def test_two_equal_robots_pass_each_other() -> None:
         assert path[:, 1, 1].max() > 0.2
 
 
+@pytest.mark.slow
 def test_random_fleets_that_observe_each_other() -> None:
     """Radii, speeds and accelerations that differ by up to four; the full figure is that of a benchmark."""
     rng, starts, targets, radii, worlds = np.random.default_rng(11), [], [], [], []

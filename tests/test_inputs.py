@@ -2632,6 +2632,7 @@ def raises() -> tuple[Raise, ...]:
     return tuple(found)
 
 
+@pytest.mark.slow
 def test_every_raise_is_reached(tmp_path: Path) -> None:
     """A new `raise` needs a case above."""
     reached = []

@@ -424,7 +424,10 @@ def brute_clearance(blocked: ControlObstacle, u: np.ndarray, horizon: float | No
         for _ in range(6):
             lengths = np.diff(times)
             rates = np.abs(np.diff(gaps)) / np.maximum(lengths, 1e-12)
-            steepest = 1.5 * np.sort(rates[lengths > 1e-6])[-1 - len(jumps)]
+            ordered = np.sort(rates[lengths > 1e-6])
+            if not len(ordered):  # the whole span is shorter than any dip
+                break
+            steepest = 1.5 * ordered[max(0, len(ordered) - 1 - len(jumps))]
             bounds = 0.5 * (gaps[1:] + gaps[:-1] - steepest * lengths)
             cells = np.argsort(bounds)[:40]
             cells = cells[(bounds[cells] < gaps.min()) & (lengths[cells] > 1e-8)]

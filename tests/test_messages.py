@@ -60,7 +60,7 @@ def test_never_do_both_hold_the_right_of_a_pair(seed):
     assert decided.min() > 0.8 * decided.max() > 10
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", draws(range(3)))
 def test_a_robot_that_decides_has_the_commitments_of_all_near_it(seed):
     """The claim on which the proof rests, with robots that walk at random and change whenever they may."""
     scenario = crowd(6, 25.0, seed, message_delay=0.7, message_loss=0.4)

@@ -1,5 +1,7 @@
 """Recordings: what is saved and loaded is the same to the bit, and anything else is refused."""
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -27,6 +29,7 @@ from slalom import (
 )
 from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
+from slalom.sim.measure import hdf5_tree
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
@@ -168,6 +171,26 @@ def test_metrics_of_the_file_are_those_of_the_run(saved: tuple[Recording, Path])
     for name, metric in metrics.METRICS.items():
         assert metric(loaded) == metric(recording), name
     assert metrics.summary(loaded) == metrics.summary(recording)
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_files_are_read_after_one_that_is_not(saved: tuple[Recording, Path], tmp_path: Path) -> None:
+    """By the same process as long as each is read, by another one afterwards; threads and forks read the same."""
+    (tmp_path / "text.h5").write_text("text")
+    assert Recording.load(saved[1]).digest() == saved[0].digest()
+    reader = hdf5_tree.READER.process
+    assert Recording.load(saved[1]).digest() == saved[0].digest()
+    assert reader is hdf5_tree.READER.process
+    with pytest.raises(InvalidFile):
+        Recording.load(tmp_path / "text.h5")
+    with ThreadPoolExecutor(4) as pool:
+        assert {run.digest() for run in pool.map(Recording.load, [saved[1]] * 8)} == {saved[0].digest()}
+    assert hdf5_tree.READER.process is not reader
+    child = os.fork()
+    if child == 0:
+        os._exit(Recording.load(saved[1]).digest() != saved[0].digest())
+    assert os.waitpid(child, 0)[1] == 0
+    assert Recording.load(saved[1]).digest() == saved[0].digest()
 
 
 def test_saving_again_gives_the_same_recording(saved: tuple[Recording, Path], tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from draws import draws
 from test_formats import SAMPLES, WALK
 
 from slalom import (
@@ -178,7 +179,7 @@ def test_a_run_lasts_as_long_as_the_recording(say: Say) -> None:
     assert "people: the used part of the recording ends at 19.9 s, before the end of the run at 22 s" in said.err
 
 
-@pytest.mark.parametrize("foresight", FORESIGHTS)
+@pytest.mark.parametrize("foresight", draws(FORESIGHTS, 2))
 def test_levels_of_foresight(foresight: str, say: Say) -> None:
     """As the same method says it, in every result; only a known future changes decisions early."""
     tokens = ["run", "people.csv", *WAY, "--at", 0.5, "--json", "--figure", "run.svg", "--figure-at", 0]
@@ -529,7 +530,7 @@ def test_the_example_of_a_scenario_file(say: Say) -> None:
 
 
 @recorded
-@pytest.mark.parametrize("name", ["ucy_zara02", "crazyswarm_swap6v", "ngsim_us101_4_1", "roundabout_open_26"])
+@pytest.mark.parametrize("name", draws(["ucy_zara02", "crazyswarm_swap6v", "ngsim_us101_4_1", "roundabout_open_26"]))
 def test_recorded_crossings(name: str, say: Say) -> None:
     """The first tasks of recordings of people, drones and cars: arrived in time, and clear by a judge of its own."""
     entry = json.loads((RECORDED / "tasks.json").read_text())[name]

@@ -7,6 +7,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from draws import draws
 
 from slalom import METHODS, InvalidInput
 from slalom.peers import PEERS
@@ -69,7 +70,7 @@ def test_a_summary_has_its_fields_and_no_others(end: RunSummary) -> None:
     assert np.array_equal(pickle.loads(pickle.dumps(end)).position, end.position)
 
 
-@pytest.mark.parametrize("method", ["nao", "nao_shared"])
+@pytest.mark.parametrize("method", draws(["nao", "nao_shared"]))
 def test_memory_does_not_grow_with_time(method: str) -> None:
     """Over the second half of a run that is not recorded; of one that is, by what it records.
 

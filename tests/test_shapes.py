@@ -134,7 +134,7 @@ class TestUncertainty:
         robot = Disc(0.2) if d == 2 else Ball(0.2)
         state = State(np.zeros(d), velocity * 0.0)
         clearances = []
-        for t in np.linspace(1e-3, 6.0, 400):
+        for t in np.linspace(1e-3, 6.0, 150):
             # The gap at one moment: an obstacle that is there for that moment only.
             moment = Obstacle(
                 shape, Sampled([t - 1e-4, t], sure.trajectory.position(np.array([t - 1e-4, t])), "linear")

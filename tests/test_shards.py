@@ -39,6 +39,7 @@ def test_the_shards_are_a_partition(count: int) -> None:
     assert max(sizes) - min(sizes) <= 1
 
 
+@pytest.mark.slow
 def test_three_shards_of_which_one_is_killed(tmp_path: Path) -> None:
     """The merge names what is missing; the killed shard goes on, and the table is that of one machine to the bit."""
     whole = compare_all(ROWS)

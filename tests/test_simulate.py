@@ -126,6 +126,7 @@ def test_the_digest_tells_runs_apart() -> None:
     assert not same(runs[0], runs[2])
 
 
+@pytest.mark.slow
 def test_a_subprocess_makes_the_same_run() -> None:
     """A fresh interpreter, another hash seed, the same bits."""
     code = (

@@ -32,6 +32,7 @@ SHORT = {"duration": 3.0}
 FLEETS = Path(__file__).parents[1] / "benchmarks" / "fleets.yaml"
 
 
+@pytest.mark.slow
 def test_jobs_do_not_matter() -> None:
     """Not even to the last bit or to the order of the keys."""
     one, two = (compare("roundabout_crossing", ["nlvo", "vo"], 2, settings=SHORT, jobs=jobs) for jobs in (1, 2))

@@ -1,9 +1,10 @@
-"""Program that reads an HDF5 file and writes its content to stdout; `hdf5_tree` runs it in a process of its own.
+"""Program that reads HDF5 files and writes their content to stdout; `hdf5_tree` runs it in a process of its own.
 
-The HDF5 library trusts its files: a malformed one can make it hang, crash or take all memory. The output is one line
-of JSON, followed by the bytes of the arrays in the order of the line. The line holds `mistake`, a text, or `tree` and
-`arrays`, the type and shape of each array. A tree has `attributes`, `groups` and `datasets` by name. A value is the
-number of its array, or `texts` and `shape`.
+The HDF5 library trusts its files: a malformed one can make it hang, crash or take all memory. Each line of stdin is
+the arguments of `answer` as JSON. The answer is one line of JSON, followed by the bytes of the arrays in the order of
+the line. The line holds `mistake`, a text, or `tree` and `arrays`, the type and shape of each array. A tree has
+`attributes`, `groups` and `datasets` by name. A value is the number of its array, or `texts` and `shape`. The program
+ends at the end of stdin, and after a mistake, since the state of the library is then unknown.
 
 The program imports nothing of slalom, so that it starts fast.
 """
@@ -107,23 +108,22 @@ class Content:
 
 
 def bound(seconds: float, memory: int) -> None:
-    """Bound the processor time [s] and the memory [B] of this process, where the operating system can."""
+    """Bound the processor time [s] from now on and the memory [B], where the operating system can; 0 s: no bound."""
     if sys.platform != "win32":
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        resource.setrlimit(resource.RLIMIT_AS, (memory, resource.getrlimit(resource.RLIMIT_AS)[1]))
         # The signal ends the process, also inside of the HDF5 library.
         signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
-def main(path: str, most: str, depth: str, seconds: str, memory: str) -> None:
-    """Write the content of a file to stdout."""
-    bound(float(seconds), int(memory))
+def answer(path: str, most: int, depth: int, seconds: float, memory: int) -> bool:
+    """Write the content of a file to stdout; whether the file could be read."""
+    bound(seconds, memory)
     content: Content | None = None
     try:
         with h5py.File(path, "r") as file:
-            content = Content(file, int(most), int(depth))
+            content = Content(file, most, depth)
         line = {"tree": content.tree, "arrays": [[a.dtype.str, a.shape] for a in content.arrays]}
     except Exception as error:
         # Whatever h5py raises for a malformed file, and MemoryError, says why the file cannot be read.
@@ -132,7 +132,21 @@ def main(path: str, most: str, depth: str, seconds: str, memory: str) -> None:
     sys.stdout.buffer.write(json.dumps(line).encode() + b"\n")
     for array in content.arrays if content else ():
         sys.stdout.buffer.write(array.tobytes())
+    sys.stdout.buffer.flush()
+    bound(0.0, memory)
+    return content is not None
+
+
+def main() -> None:
+    """Answer every line of stdin."""
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for line in sys.stdin:
+        if not answer(*json.loads(line)):
+            return
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main()

@@ -1,13 +1,16 @@
 """Content of HDF5 files, read in another process, which a malformed file can neither hang nor crash for the caller."""
 
+import atexit
+import contextlib
 import json
 import os
 import signal
 import subprocess
 import sys
+import threading
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import IO, Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -39,48 +42,118 @@ class Group:
     datasets: dict[str, Value]
 
 
+class Reader:
+    """The process that reads HDF5 files for this one, started when it is needed and after a file that it did not read.
+
+    Threads take turns. A process that was forked starts its own.
+    """
+
+    def __init__(self, program: Path) -> None:
+        self.program = program
+        self.forget()
+
+    def forget(self) -> None:
+        """Leave the process to the one that started it."""
+        self.turn = threading.Lock()
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def read(self, path: Path, size: int) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
+        """Return the line and the arrays of the answer for a file of `size` bytes; the line may hold a `mistake`."""
+        seconds, memory = HDF5_SECONDS + size / HDF5_RATE, int(HDF5_MEMORY) + 4 * size
+        request = [os.path.abspath(path), max(int(HDF5_CONTENT), size), HDF5_DEPTH, seconds, memory]
+        with self.turn:
+            process, late = self._started(), threading.Event()
+
+            def end() -> None:
+                late.set()
+                process.kill()
+
+            timer = threading.Timer(HDF5_WAIT * seconds, end)
+            timer.start()
+            try:
+                said, arrays = self._exchange(process, request)
+            except (BrokenPipeError, EOFError):
+                said, arrays = {}, []
+            finally:
+                timer.cancel()
+            if "tree" in said:
+                return said, arrays
+            code = self.close()
+        if late.is_set():
+            said = {"mistake": f"one on which reading takes more than {HDF5_WAIT * seconds:.1f} s"}
+        elif code < 0 and signal.Signals(-code).name == "SIGPROF":
+            said = {"mistake": f"one on which reading takes more than {seconds:.1f} s of processor time"}
+        return said or {"mistake": "one on which the HDF5 library crashes"}, []
+
+    def _exchange(
+        self, process: "subprocess.Popen[bytes]", request: list[Any]
+    ) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
+        """Return what the process answers. Raises BrokenPipeError or EOFError where it ends before."""
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(json.dumps(request).encode() + b"\n")
+        process.stdin.flush()
+        line = process.stdout.readline()
+        if not line.endswith(b"\n"):
+            raise EOFError
+        said = json.loads(line)
+        return said, [self._array(process.stdout, *described) for described in said.get("arrays", ())]
+
+    @staticmethod
+    def _array(stream: IO[bytes], name: str, shape: list[int]) -> npt.NDArray[Any]:
+        """The next array of an answer."""
+        array = np.empty(shape, np.dtype(name))
+        if array.size:
+            body = stream.read(array.nbytes)
+            if len(body) < array.nbytes:
+                raise EOFError
+            array[...] = np.frombuffer(body, array.dtype).reshape(shape)
+        return array
+
+    def _started(self) -> "subprocess.Popen[bytes]":
+        if self.process is None:
+            # A thread of OpenBLAS takes address space, which counts as memory.
+            self.process = subprocess.Popen(
+                [sys.executable, "-P", str(self.program)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            )
+        return self.process
+
+    def close(self) -> int:
+        """End the process and return its exit code; the next file starts another."""
+        process, self.process = self.process, None
+        if process is None:
+            return 0
+        for stream in (process.stdin, process.stdout):
+            assert stream is not None
+            with contextlib.suppress(BrokenPipeError):
+                stream.close()
+        return process.wait()
+
+
+READER: Final = Reader(CHILD)
+atexit.register(READER.close)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=READER.forget)
+
+
 def read_tree(path: Path) -> Group:
     """Return the whole content of an HDF5 file that consists of groups, numbers and texts.
 
-    The process that reads it has a limit of processor time and of memory; its start takes about 0.2 s.
+    The process that reads it has a limit of processor time and of memory. Its start takes about 0.2 s; it reads
+    further files.
 
     Raises:
         InvalidFile: no such file, no HDF5, links, objects that occur twice, other types, content far larger than the
             file, a file on which reading does not end within its limits.
     """
-    size = file_size(path, KIND)
-    seconds, memory = HDF5_SECONDS + size / HDF5_RATE, int(HDF5_MEMORY) + 4 * size
-    most = max(int(HDF5_CONTENT), size)
-    command = [sys.executable, "-P", str(CHILD), str(path), str(most), str(HDF5_DEPTH), str(seconds), str(memory)]
-    # A thread of OpenBLAS takes address space, which counts as memory.
-    settings = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    try:
-        done = subprocess.run(command, capture_output=True, env=settings, timeout=HDF5_WAIT * seconds, check=False)
-    except subprocess.TimeoutExpired:
-        raise _refused(path, f"one on which reading takes more than {HDF5_WAIT * seconds:.1f} s") from None
-    if done.returncode < 0 and signal.Signals(-done.returncode).name == "SIGPROF":
-        raise _refused(path, f"one on which reading takes more than {seconds:.1f} s of processor time")
-    head, _, body = done.stdout.partition(b"\n")
-    if done.returncode or not head:
-        raise _refused(path, "one on which the HDF5 library crashes")
-    said = json.loads(head)
+    said, arrays = READER.read(path, file_size(path, KIND))
     if "mistake" in said:
-        raise _refused(path, said["mistake"])
-    return _group(said["tree"], _arrays(said["arrays"], body))
-
-
-def _refused(path: Path, found: str) -> InvalidFile:
-    return InvalidFile([f"{path}: expected an {KIND}, found {found}"])
-
-
-def _arrays(described: list[tuple[str, list[int]]], body: bytes) -> list[npt.NDArray[Any]]:
-    """Return the arrays whose bytes follow each other in `body`, from the type and shape of each."""
-    arrays, start = [], 0
-    for name, shape in described:
-        dtype, count = np.dtype(name), int(np.prod(shape, dtype=object))
-        arrays.append(np.frombuffer(body, dtype, count, start).reshape(shape).copy())
-        start += count * dtype.itemsize
-    return arrays
+        raise InvalidFile([f"{path}: expected an {KIND}, found {said['mistake']}"])
+    return _group(said["tree"], arrays)
 
 
 def _group(tree: dict[str, Any], arrays: list[npt.NDArray[Any]]) -> Group:

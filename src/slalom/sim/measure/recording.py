@@ -205,7 +205,7 @@ class Recording:
 
     @classmethod
     def load(cls, path: FilePath | str) -> "Recording":
-        """Read a file written by `save`, in about 0.2 s more than its content takes: see `read_tree`.
+        """Read a file written by `save`; the first takes about 0.2 s more than its content: see `read_tree`.
 
         Raises:
             InvalidFile: another file; arrays whose lengths do not fit together; positions that are not finite.
