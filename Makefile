@@ -41,12 +41,13 @@ lint: .venv/test.stamp
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# Kernels are compiled once, before the workers of the tests begin, which would each compile them.
-kernels: .venv/test.stamp
-	@$(BIN)/slalom compile
+# Kernels are compiled once, before the workers of the tests begin, which would each compile them. PYTHONPATH: the
+# packages of the tests may be installed meanwhile, which takes slalom away for a moment.
+kernels: .venv/run.stamp
+	@PYTHONPATH=src $(BIN)/python -m slalom compile
 
 # The first draws of every law. DRAWS=commit adds slow tests and the quarter of the other draws that is this commit's turn.
-test: .venv/test.stamp
+test: .venv/run.stamp
 	@$(MAKE) --no-print-directory -j2 lint kernels
 	$(PYTEST) -m "not paper" --draws $(DRAWS)
 
