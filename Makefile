@@ -7,6 +7,8 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Modules that no test imports need not be compiled to bytecode.
+export PIP_NO_COMPILE := 1
 
 .PHONY: demo docs test test-all test-paper kernels golden chromium ci lint bench release-check clean
 
