@@ -1,17 +1,17 @@
 """Crossing recorded crowds that do not see the robot: cases in the format of the CrowdNav++ test.
 
 usage: python benchmarks/crowdnavpp.py DATA.npz --foresight observed [--out RESULT.json] [--jobs N] [--cases N]
-       [--confidence 0.9] [--margin 0.1]
+       [--loss 10]
 
 Rules of the test (Liu et al., ICRA 2023): steps of 0.25 s, a disc that takes any velocity up to its maximum speed, a
 goal at rest. At each step the robot observes the position and the radius of every person whose surface is within its
 sensor range. A velocity is the difference of two observed positions. Later steps of the recording, goals of people and
 where they leave are never read.
 
-Each person is predicted at constant velocity. The radius of the prediction grows at the rate that held `confidence` of
-the errors over one step so far (`slalom.Calibration`); later errors are corrected by later decisions. A robot that
-looks ahead (`nao_ahead`) keeps `margin` [m] beside. Its acceleration is bounded by ACCELERATION, which the test leaves
-open.
+Each person is predicted at constant velocity, with a radius that grows by GROWTH; later errors are corrected by later
+decisions. A robot that looks ahead (`nao_ahead`) decides with each of MARGINS and takes the decision of least expected
+loss of time (`slalom.ExpectedLoss`), where a contact is worth `loss` [s]. Its acceleration is bounded by ACCELERATION,
+which the test leaves open.
 
 The program writes {case: {"t": [s], "p": [[x, y], ...]}} for an independent judge, anew after every case. The judge
 says what collided; this program prints how many arrive, and times of decisions.
@@ -32,8 +32,8 @@ from rich.progress import track
 
 from slalom import (
     BoundedError,
-    Calibration,
     Disc,
+    ExpectedLoss,
     Goal,
     Limits,
     LookAhead,
@@ -54,8 +54,10 @@ AIM = 2.0 / 3.0
 """Of that distance is the tolerance of the goal that the robot plans for."""
 HORIZON = 1.5
 """[s] of the decisions that take over where the search has no sequence."""
-PRIOR = 0.1
-"""[m/s] growth of the radius before errors are known."""
+GROWTH = 0.1
+"""[m/s] of the radius of a prediction."""
+MARGINS = (0.05, 0.1, 0.2, 0.3)
+"""[m]"""
 
 
 class Case(NamedTuple):
@@ -77,8 +79,7 @@ class Setting(NamedTuple):
     speed: float  # [m/s]
     arrived: float  # [m]
     sight: float  # [m] between surfaces
-    confidence: float
-    margin: float  # [m]
+    loss: float  # [s] of time that a contact is worth
 
 
 def main() -> None:
@@ -88,10 +89,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--cases", type=int, help="only the first cases")
-    parser.add_argument("--confidence", type=float, default=0.9)
-    parser.add_argument("--margin", type=float, default=0.1)
+    parser.add_argument("--loss", type=float, default=10.0)
     arguments = parser.parse_args()
-    setting, cases = read(arguments.data, arguments.confidence, arguments.margin)
+    setting, cases = read(arguments.data, arguments.loss)
     cases = cases[: arguments.cases]
     runs = Parallel(n_jobs=arguments.jobs, return_as="generator")(delayed(crossed)(case, setting) for case in cases)
     found: dict[str, Any] = {}
@@ -105,15 +105,15 @@ def main() -> None:
     print(f"{np.count_nonzero(np.array(ends) < setting.arrived)} of {len(cases)} paths end at their goal")
     print(f"decision: median {1e3 * np.median(slowest):.1f} ms, 99 % {1e3 * np.quantile(slowest, 0.99):.1f} ms")
     if arguments.out is not None:
-        about = {**setting._asdict(), "acceleration": ACCELERATION, "prior": PRIOR, **describe()}
+        about = {**setting._asdict(), "acceleration": ACCELERATION, "growth": GROWTH, "margins": MARGINS, **describe()}
         arguments.out.with_suffix(".runs.json").write_text(json.dumps(about, indent=1))
 
 
-def read(file: Path, confidence: float, margin: float) -> tuple[Setting, list[Case]]:
+def read(file: Path, loss: float) -> tuple[Setting, list[Case]]:
     """The setting and the cases of a file; only what the robot may know."""
     with np.load(file) as data:
         names = ("dt", "robot_radius", "robot_v_max", "goal_radius", "sensor_range")
-        setting = Setting(*(float(data[name]) for name in names), confidence, margin)
+        setting = Setting(*(float(data[name]) for name in names), loss)
         radii: dict[int, dict[int, float]] = {}
         rows = zip(data["person_case"], data["person_id"], data["person_radius"], strict=True)
         for case, person, radius in rows:
@@ -129,17 +129,13 @@ def read(file: Path, confidence: float, margin: float) -> tuple[Setting, list[Ca
 def crossed(case: Case, setting: Setting) -> dict[str, Any]:
     """The samples of one case for the judge, and the times of its decisions [s]."""
     h, limits = setting.step, Limits(setting.speed, ACCELERATION)
-    robot = LookAhead(
-        Navigator(method("nao_ahead"), Disc(setting.radius), limits, period=h, horizon=HORIZON, margin=setting.margin)
-    )
-    calibration = Calibration(setting.confidence, (h,), prior=BoundedError(velocity=PRIOR))
+    ahead = LookAhead(Navigator(method("nao_ahead"), Disc(setting.radius), limits, period=h, horizon=HORIZON))
+    robot, growth = ExpectedLoss(ahead, MARGINS, setting.loss), BoundedError(velocity=GROWTH)
     goal, state, decision = Goal(Stationary(case.goal), AIM * setting.arrived), State(case.start, np.zeros(2)), None
     times, places, spent = [0.0], [case.start.tolist()], []
     for k in range(len(case.positions) - 1):
         now, before = k * h, perf_counter()
         tracks = seen(case, k, state.position, setting)
-        calibration.observe(tracks)
-        growth = BoundedError(velocity=float(calibration.radii()[0]) / h)
         people = [replace(person, uncertainty=growth) for person in tracks.obstacles]
         decision = robot.decide(state, people, goal, now=now, previous=decision)
         spent.append(perf_counter() - before)

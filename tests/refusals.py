@@ -16,10 +16,12 @@ from slalom import (
     ConstantVelocity,
     ControlObstacle,
     Disc,
+    ExpectedLoss,
     Fleet,
     FollowVelocity,
     Goal,
     Limits,
+    LookAhead,
     Navigator,
     Obstacle,
     ObstacleWindow,
@@ -151,6 +153,11 @@ def observed_again(_: Path) -> object:
 
 
 OF_CALIBRATION: list[tuple[str, str, Callable[[Path], object]]] = [
+    (
+        "ExpectedLoss.__post_init__",
+        "margins: expected one or more, found none",
+        lambda _: ExpectedLoss(LookAhead(Navigator(method("nao_ahead"), Disc(1.0), Limits(1.0, 1.0))), ()),
+    ),
     ("Calibration.__post_init__", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
     (
         "Calibration.__post_init__",

@@ -38,7 +38,8 @@ from slalom.uncertainty import UNCERTAINTIES
 
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "One decision": (
-        *("Navigator", "Decision", "Outcome", "LookAhead", "SequenceDecision", "Manoeuvre", "State", "Limits"),
+        *("Navigator", "Decision", "Outcome", "LookAhead", "SequenceDecision", "ExpectedLoss", "Manoeuvre"),
+        *("State", "Limits"),
         *("Goal", "PathGoal", "METHODS", "Method", "method", "compile", "work_per_second"),
     ),
     "Many robots": ("Fleet", "FleetDecision"),

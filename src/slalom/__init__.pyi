@@ -61,6 +61,7 @@ from .limits import (
     Limits as Limits,
     admissible_ball as admissible_ball,
 )
+from .lookahead.expected_loss import ExpectedLoss as ExpectedLoss
 from .lookahead.navigator import (
     LookAhead as LookAhead,
     SequenceDecision as SequenceDecision,

@@ -1198,6 +1198,18 @@ TABLE_HORIZONS: Final = 2.0
 Larger: more pieces in every table. Smaller: tables are made more often; at 1 for every decision.
 """
 
+LOSS_TIMES: Final = 8
+"""[1] Moments at which the closeness of a plan counts. More: slower decisions. Fewer: a short approach is missed."""
+
+LOSS_STEP: Final = 0.125
+"""[s] Between these moments.
+
+Larger: closeness counts that later decisions can still avoid. Smaller: a plan counts as safe until it is too late.
+"""
+
+LOSS_DISCOUNT: Final = 0.8
+"""[1] Weight of a moment, as a multiple of the one before. Larger: late closeness counts as much as an early one."""
+
 NODE_TIME_SLACK: Final = 1e-6
 """[1] Share of a period by which a time may precede that of a node and count as equal to it.
 

@@ -10,7 +10,7 @@ import sys
 import threading
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -72,43 +72,38 @@ class Reader:
             timer.start()
             try:
                 said, arrays = self._exchange(process, request)
-            except (BrokenPipeError, EOFError):
+            except BrokenPipeError:
                 said, arrays = {}, []
             finally:
                 timer.cancel()
-            if "tree" in said:
+            if "tree" in said and len(arrays) == len(said["arrays"]):
                 return said, arrays
             code = self.close()
         if late.is_set():
             said = {"mistake": f"one on which reading takes more than {HDF5_WAIT * seconds:.1f} s"}
         elif code < 0 and signal.Signals(-code).name == "SIGPROF":
             said = {"mistake": f"one on which reading takes more than {seconds:.1f} s of processor time"}
-        return said or {"mistake": "one on which the HDF5 library crashes"}, []
+        return said if "mistake" in said else {"mistake": "one on which the HDF5 library crashes"}, []
 
     def _exchange(
         self, process: "subprocess.Popen[bytes]", request: list[Any]
     ) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
-        """Return what the process answers. Raises BrokenPipeError or EOFError where it ends before."""
+        """Return what the process answers, less than an answer where it ends before."""
         assert process.stdin is not None
         assert process.stdout is not None
         process.stdin.write(json.dumps(request).encode() + b"\n")
         process.stdin.flush()
         line = process.stdout.readline()
-        if not line.endswith(b"\n"):
-            raise EOFError
-        said = json.loads(line)
-        return said, [self._array(process.stdout, *described) for described in said.get("arrays", ())]
-
-    @staticmethod
-    def _array(stream: IO[bytes], name: str, shape: list[int]) -> npt.NDArray[Any]:
-        """The next array of an answer."""
-        array = np.empty(shape, np.dtype(name))
-        if array.size:
-            body = stream.read(array.nbytes)
+        said = json.loads(line) if line.endswith(b"\n") else {}
+        arrays = []
+        for name, shape in said.get("arrays", ()):
+            array = np.empty(shape, np.dtype(name))
+            body = process.stdout.read(array.nbytes) if array.size else b""
             if len(body) < array.nbytes:
-                raise EOFError
+                break
             array[...] = np.frombuffer(body, array.dtype).reshape(shape)
-        return array
+            arrays.append(array)
+        return said, arrays
 
     def _started(self) -> "subprocess.Popen[bytes]":
         if self.process is None:

@@ -1,0 +1,110 @@
+"""Robot that looks ahead with several margins and takes the decision of least expected loss of time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.checks import Array, has, listing, not_negative
+from slalom.decision import Decision
+from slalom.errors import InvalidInput
+from slalom.forecast import predicted
+from slalom.goal import Goal
+from slalom.lookahead.navigator import LookAhead, SequenceDecision
+from slalom.obstacle_window import Obstacles, each_of
+from slalom.state import State
+from slalom.tolerances import LOSS_DISCOUNT, LOSS_STEP, LOSS_TIMES
+from slalom.uncertainty import BoundedError, Uncertainty
+
+
+@dataclass(frozen=True)
+class ExpectedLoss:
+    """Robot that weighs time against closeness: of several margins it takes the one of least expected loss.
+
+    A large margin is safe against errors of the forecast, and costs time; in a narrow gap it is no margin at all. No
+    margin serves all scenes, so `robot` decides once with each. The cost of a decision is its time to arrival, and
+    `loss` times the expected number of contacts. Errors of the forecast are taken to be exponential: at a distance c
+    from an obstacle, the probability of a contact is exp(-c / spread). The expected number is the mean over LOSS_TIMES
+    moments, later ones with less weight; the sum over obstacles counts each.
+
+    Law: the decision is one of `robot` with one of the margins, so it obeys what `LookAhead` promises with that margin.
+    With one margin, or a loss of 0 and one margin, it is that of `LookAhead`. Shapes count as their bounding balls in
+    the cost.
+
+    Attributes:
+        robot: looks ahead; its margin is replaced.
+        margins: [m] each of at least 0.
+        loss: [s] of time that one expected contact is worth.
+        spread: mean error of the forecast by prediction time.
+    """
+
+    robot: LookAhead
+    margins: Sequence[float] = (0.05, 0.1, 0.2, 0.3)
+    loss: float = 10.0
+    spread: Uncertainty = field(default_factory=lambda: BoundedError(0.1, 0.1))
+
+    def __post_init__(self) -> None:
+        has(self.robot, ("navigator", "decide", "time_horizon"), "a LookAhead", "robot")
+        listing(self.margins, "margins", "margins")
+        margins = tuple(not_negative(margin, f"margins[{k}]") for k, margin in enumerate(self.margins))
+        if not margins:
+            raise InvalidInput("margins: expected one or more, found none")
+        has(self.spread, ("radius",), "an uncertainty, such as BoundedError(0.1)", "spread")
+        object.__setattr__(self, "margins", margins)
+        object.__setattr__(self, "loss", not_negative(self.loss, "loss"))
+
+    def decide(
+        self,
+        state: State,
+        obstacles: Obstacles,
+        goal: Goal,
+        *,
+        now: float = 0.0,
+        previous: Decision | None = None,
+        delay: float = 0.0,
+    ) -> Decision:
+        """As `LookAhead.decide`, with the margin of least cost; of equal costs the first."""
+        best: tuple[float, Decision] | None = None
+        for margin in self.margins:
+            robot = replace(self.robot, navigator=replace(self.robot.navigator, margin=margin))
+            decision = robot.decide(state, obstacles, goal, now=now, previous=previous, delay=delay)
+            cost = self.cost(decision, obstacles, goal, now)
+            if best is None or cost < best[0]:
+                best = cost, decision
+        assert best is not None
+        return best[1]
+
+    def cost(self, decision: Decision, obstacles: Obstacles, goal: Goal, now: float) -> float:
+        """Time [s] from `now` to the arrival, and `loss` for each expected contact.
+
+        Without an arrival, the time is that of the rest of the way at the maximum speed, from where the decision leads
+        within the time that `LOSS_TIMES` moments span, twice over: an arrival that is known is preferred.
+        """
+        times = now + LOSS_STEP * np.arange(1, LOSS_TIMES + 1, dtype=np.float64)
+        places = decision.manoeuvre.position(times)
+        weights = LOSS_DISCOUNT ** np.arange(LOSS_TIMES)
+        contacts = float(self.contacts(places, obstacles, times, now) @ weights / weights.sum())
+        return self._time(decision, goal, now, places[-1]) + self.loss * contacts
+
+    def _time(self, decision: Decision, goal: Goal, now: float, end: Array) -> float:
+        if isinstance(decision, SequenceDecision) and np.isfinite(decision.arrival):
+            return decision.arrival - now
+        left = float(np.linalg.norm(end - goal.trajectory.position(now))) / self.robot.navigator.limits.max_speed
+        return 3.0 * LOSS_STEP * LOSS_TIMES + left
+
+    def contacts(self, places: Array, obstacles: Obstacles, times: npt.ArrayLike, now: float) -> Array:
+        """Expected number of contacts (n,) of a robot at `places` (n, d) [m] at `times` (n,) [s]."""
+        forecast, own = self.robot.navigator.method.forecast, self.robot.navigator.robot.bounding_radius
+        times = np.asarray(times, dtype=np.float64)
+        found = np.zeros(len(times))
+        for obstacle in each_of(obstacles):
+            if not obstacle.exists(now):
+                continue
+            ahead = predicted(obstacle, forecast, now).trajectory
+            there = (ahead.span[0] <= times) & (times <= ahead.span[1])
+            gaps = np.linalg.norm(ahead.position(times[there]) - places[there], axis=-1)
+            gaps -= own + obstacle.shape.bounding_radius
+            spread = np.array([self.spread.radius(t, places.shape[-1]) for t in times[there] - now])
+            found[there] += np.exp(-np.maximum(gaps, 0.0) / spread)
+        return found
