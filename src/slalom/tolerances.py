@@ -1512,11 +1512,11 @@ OCCUPIED: Final = 65
 Larger: fewer cells are obstacles. Unknown cells (-1) are decided apart.
 """
 
-GRID_NOTCH: Final = 1.0
+GRID_NOTCH: Final = 1.5
 """[cell] Depth up to which notches of an occupied region are filled, at which its outline has fewer corners.
 
-The outline of a slanted wall has steps of up to 0.71 cells; they become one edge. Larger: fewer, coarser obstacles.
-0: outlines as they are, with many times as many obstacles.
+The outline of a straight wall of any slope has steps of less than sqrt(2) cells; they become one edge. Larger: fewer,
+coarser obstacles. 0: outlines as they are, with many times as many obstacles.
 """
 
 EARLY_DECISION: Final = 0.9

@@ -28,10 +28,12 @@ def figure(commands: Sequence[Command], robot: Shape) -> Any:
     inputs = [command.decision.inputs for command in commands]
     known = [each for each in inputs if each is not None]
     goal = known[-1].goal
+    # Times since the epoch would hide differences of seconds.
+    first = known[0].now
     return driven(
-        [each.now for each in known],
+        [each.now - first for each in known],
         np.array([each.state.position for each in known]),
-        _estimated(known),
+        _estimated(known, first),
         robot=robot,
         goal=goal,
         commands={
@@ -41,16 +43,21 @@ def figure(commands: Sequence[Command], robot: Shape) -> Any:
     )
 
 
-def _estimated(inputs: Sequence[Any]) -> list[Obstacle]:
-    """The map of the last decision, and every tracked obstacle where it was estimated at each decision."""
+def _estimated(inputs: Sequence[Any], first: float) -> list[Obstacle]:
+    """The map of the last decision, and tracked obstacles where they were estimated at each.
+
+    Times are in seconds since `first`.
+    """
     seen: dict[object, list[tuple[float, Array, Shape]]] = {}
     for each in inputs:
         for part in each.obstacles:
             if isinstance(part, Tracks):
                 for id, state, radius in zip(part.ids, part.states, part.radii):
-                    seen.setdefault(id, []).append((each.now, state[0], Disc(float(radius))))
+                    seen.setdefault(id, []).append((each.now - first, state[0], Disc(float(radius))))
             elif isinstance(part, Obstacle):
-                seen.setdefault(part.name, []).append((each.now, part.trajectory.position(each.now), part.shape))
+                seen.setdefault(part.name, []).append(
+                    (each.now - first, part.trajectory.position(each.now), part.shape)
+                )
     found = [one for part in inputs[-1].obstacles if isinstance(part, ObstacleTable) for one in part.given]
     for id, rows in seen.items():
         times, places, shapes = zip(*rows)

@@ -38,6 +38,8 @@ class NodeSettings:
         Fixed frame, in which the odometry is.
     position_error
         Standard deviation of measured positions [m].
+    acceleration_error
+        Root of the spectral density of the accelerations of obstacles [m/s^2/sqrt(Hz)].
     max_age
         Time after which an obstacle without a measurement is dropped [s].
     namespaces
@@ -61,6 +63,7 @@ class NodeSettings:
     margin: float = 0.05
     frame: str = "odom"
     position_error: float = 0.1
+    acceleration_error: float = 0.1
     max_age: float = 1.0
     namespaces: Sequence[str] | None = None
     occupied: float = OCCUPIED
@@ -90,7 +93,8 @@ class NodeSettings:
             horizon=self.horizon,
             margin=self.margin,
         )
-        tracker = Tracker(filter=ConstantVelocityFilter(position=self.position_error), max_age=self.max_age)
+        motion = ConstantVelocityFilter(self.acceleration_error, self.position_error)
+        tracker = Tracker(filter=motion, max_age=self.max_age)
         return Node(
             navigator,
             vehicle,
