@@ -1,4 +1,4 @@
-"""A drone that follows setpoints of MAVLink among moving balls; its autopilot is one that does exactly as it is told."""
+"""A drone that follows setpoints of MAVLink among moving balls; its autopilot does exactly as it is told."""
 
 import sys
 from importlib.util import find_spec
@@ -43,9 +43,8 @@ def fly(seed: int) -> tuple[float, float, int]:
     """Time of arrival [s], least distance from a ball [m], and number of setpoints."""
     rng = np.random.default_rng(seed)
     velocities = rng.normal(0.0, 0.6, (12, 3))
-    places = (
-        np.column_stack([rng.uniform(-4.0, 7.0, 12), rng.normal(0.0, 0.4, (12, 2)) + (0.0, 5.0)]) - 5.0 * velocities
-    )
+    crossings = np.column_stack([rng.uniform(-4.0, 7.0, 12), rng.normal((0.0, 5.0), 0.4, (12, 2))])
+    places = crossings - 5.0 * velocities
     autopilot, decision, least = Autopilot(0.0, -8.0, -5.0), None, np.inf
     connection = SimpleNamespace(mav=mavlink.MAVLink(autopilot))  # of a real drone: mavutil.mavlink_connection(...)
     for step in range(400):

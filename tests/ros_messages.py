@@ -123,13 +123,17 @@ def bag_that_exists(folder: Path) -> object:
         return bag.write_bag([], folder)
 
 
+BAGS: list[tuple[str, str, Callable[[Path], object]]] = [
+    ("read_bag", r"drive: expected a bag of ROS, found nothing", no_bag),
+    ("write_bag", r"expected a bag that can be written, found 'it exists'", bag_that_exists),
+]
+"""Of files."""
+
 FRAMES = Frames("odom")
 PERIODS = Navigator(method("nao"), Disc(0.3), Limits(1.0, 1.0), period=0.2)
 OF_ADAPTERS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("setpoint", r"decision: expected one in space, found dimension 2", in_the_plane),
     ("replay", r"ros: .*slalom\[ros\]", without_rosbags),
-    ("read_bag", r"drive: expected a bag of ROS, found nothing", no_bag),
-    ("write_bag", r"expected a bag that can be written, found 'it exists'", bag_that_exists),
     ("_taken", r"topics: expected some of /a; found /b", lambda _: bag._taken({"/a": bag.ODOMETRY}, ["/b"])),
     ("_taken", r"topics: expected some with nav_.*; found x/msg/Y", lambda _: bag._taken({"/a": "x/msg/Y"}, ["/a"])),
     (

@@ -49,7 +49,7 @@ def test_a_drone_decides_from_its_plan_while_it_is_on_it():
     drone, made = Drone(0.25, 0.2), decision()
     plan = made.manoeuvre.position(0.5)
     for off, planned in ((0.19, True), (0.21, False)):
-        x, y, z = ned(plan + (0.0, off, 0.0)).tolist()
+        x, y, z = ned(plan + np.array([0.0, off, 0.0])).tolist()
         state = drone.state(Message(x=x, y=y, z=z, vx=0.0, vy=0.0, vz=0.0), made, 0.5)
         assert np.array_equal(state.position, plan) == planned
         assert np.any(state.velocity) == planned
