@@ -34,6 +34,8 @@ class NodeSettings:
         Time up to which collisions count [s].
     margin
         Distance to keep from obstacles [m].
+    patience
+        Time of arrival that keeping a manoeuvre may cost [s]. From a period on, speeds alternate near a stop.
     frame
         Fixed frame, in which the odometry is.
     position_error
@@ -61,6 +63,7 @@ class NodeSettings:
     period: float = 0.1
     horizon: float = 5.0
     margin: float = 0.05
+    patience: float = 0.05
     frame: str = "odom"
     position_error: float = 0.1
     acceleration_error: float = 0.1
@@ -92,6 +95,7 @@ class NodeSettings:
             period=self.period,
             horizon=self.horizon,
             margin=self.margin,
+            patience=self.patience,
         )
         motion = ConstantVelocityFilter(self.acceleration_error, self.position_error)
         tracker = Tracker(filter=motion, max_age=self.max_age)
