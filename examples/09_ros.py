@@ -1,12 +1,13 @@
 """A robot on two wheels that is told by messages of ROS 2, without ROS: the drive is kept as a bag and replayed."""
 
 import sys
-from importlib.util import find_spec
 from math import cos, sin
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-if not find_spec("rosbags"):
+try:
+    import rosbags.highlevel  # noqa: F401
+except ModuleNotFoundError:
     print("This example needs rosbags: pip install 'slalom[ros]'.")
     sys.exit()
 

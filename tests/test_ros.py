@@ -12,7 +12,7 @@ import pytest
 
 from slalom.cli import BAD_INPUT, DONE, FAILED, call
 
-pytest.importorskip("rosbags", reason="the package rosbags is not installed: pip install 'slalom[ros]'")
+pytest.importorskip("rosbags.highlevel", reason="the package rosbags is not installed: pip install 'slalom[ros]'")
 pytestmark = pytest.mark.adapters
 
 from slalom.adapters.ros import bag, definitions, wire  # noqa: E402

@@ -165,7 +165,9 @@ def test_a_robot_drives_around_a_person_to_its_goal_behind_a_wall_of_the_map():
     node = NodeSettings(position_error=0.01, acceleration_error=0.01).node()
     node.receive(grid(np.full((1, 4), 100), 0.5, pose(5.0, 0.4)))
     node.receive(goal_pose(9.0, 0.0))
-    path, commands = drive(node, 150, (marker(pose=pose(3.0)),))
+    path, commands = drive(node, 170, (marker(pose=pose(3.0)),))
+    assert node.arrived
+    assert np.array_equal(path[-1], path[-20])
     assert np.linalg.norm(path[-1] - (9.0, 0.0)) < 0.2
     assert np.linalg.norm(path - (3.0, 0.0), axis=1).min() > 0.6
     wall = shapely.box(5.0, 0.4, 7.0, 0.9)

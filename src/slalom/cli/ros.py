@@ -64,7 +64,7 @@ def replay(
 
         made.head_for(Goal(Stationary(vector_of(goal, "--goal")), made.tolerance, made.stop))
     try:
-        import rosbags  # noqa: F401
+        import rosbags.highlevel  # noqa: F401
     except ModuleNotFoundError as error:
         raise InvalidInput(f"ros: {NEEDED.format(extra='ros', name=error.name)}") from None
     from slalom.adapters.ros import bag as bags

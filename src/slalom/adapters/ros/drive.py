@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from slalom.adapters.ros.node import Command
+from slalom.adapters.ros.command import Command
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
@@ -27,7 +27,7 @@ def figure(commands: Sequence[Command], robot: Shape) -> Any:
         raise InvalidInput(f"--figure: expected at least 2 commands to draw, found {len(commands)}")
     inputs = [command.decision.inputs for command in commands]
     known = [each for each in inputs if each is not None]
-    goal = known[-1].goal
+    goal = next((each.goal for each in reversed(known) if each.goal is not None), None)
     # Times since the epoch would hide differences of seconds.
     first = known[0].now
     return driven(

@@ -1,6 +1,7 @@
 """Own state, frames and times from messages, read by attribute: messages of rosbags, rclpy and cyclonedds fit alike."""
 
-from typing import Any, Final, NamedTuple
+from collections.abc import Callable
+from typing import Any, Final, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from slalom.errors import InvalidInput
 from slalom.tolerances import QUATERNION
 from slalom.vehicle.pose import Pose
 
+T = TypeVar("T")
 SECOND: Final = 1_000_000_000
 """[ns] A second."""
 
@@ -143,3 +145,18 @@ class Frames:
             expected = f"one of {sorted(self._known)}, or a transform of it from or to {self.fixed!r} before"
             raise InvalidInput(f"{name}.header.frame_id: expected {expected}, found {shown(frame)}")
         return self._known[frame]
+
+
+class Placed(Generic[T]):
+    """Something in a frame, made anew in the fixed frame when the transform between them changes."""
+
+    def __init__(self, frame: str, make: Callable[[Placement], T]) -> None:
+        self._frame, self._make = frame, make
+        self._made: tuple[tuple[float, ...], T] | None = None
+
+    def at(self, frames: Frames, name: str) -> T:
+        """It in the fixed frame."""
+        place = frames.of(self._frame, name)
+        if self._made is None or self._made[0] != place.key:
+            self._made = place.key, self._make(place)
+        return self._made[1]

@@ -1,27 +1,30 @@
 """The core of a node: messages in, commands out. It reads no clock and no topic, so that a replay repeats it."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, Generic, NamedTuple, TypeVar
+from typing import Any, Final
 
 import numpy as np
 
+from slalom.adapters.ros.command import Command
 from slalom.adapters.ros.grid import grid_polygons, walls
 from slalom.adapters.ros.messages import (
     SECOND,
     Frames,
     Odometry,
+    Placed,
     Placement,
     odometry,
     seconds,
     xyz,
 )
 from slalom.adapters.ros.tracked import markers, objects, obstacles
-from slalom.checks import GOAL, Array, has, text
+from slalom.checks import GOAL, has, text
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.navigator import Navigator
+from slalom.objective import FollowVelocity
 from slalom.obstacle_table import ObstacleTable
 from slalom.path_goal import PathGoal
 from slalom.state import State
@@ -29,8 +32,6 @@ from slalom.tolerances import EARLY_DECISION, OCCUPIED
 from slalom.tracker import Tracker
 from slalom.trajectory import Stationary
 from slalom.vehicle.vehicle import Vehicle
-
-T = TypeVar("T")
 
 KINDS: Final = {
     "nav_msgs/msg/Odometry": ("pose", "twist", "child_frame_id"),
@@ -43,26 +44,6 @@ KINDS: Final = {
     "tf2_msgs/msg/TFMessage": ("transforms",),
 }
 """Messages that a node takes, and the fields by which it recognises them, in this order."""
-
-
-class Command(NamedTuple):
-    """What the robot is to do from the time of an odometry on, for a period."""
-
-    stamp: int  # [ns]
-    linear: Array  # (2,) [m/s] in the frame of the body, at the end of the period
-    angular: float  # [rad/s] at the end of the period
-    acceleration: Array  # (2,) [m/s^2] in the frame of the body, mean of the period; of the point ahead of the axle
-    decision: Decision
-
-    def twist(self, kinds: Any) -> Any:
-        """A geometry_msgs/Twist, made of `kinds.Twist` and `kinds.Vector3`."""
-        linear, angular = (*self.linear.tolist(), 0.0), (0.0, 0.0, self.angular)
-        return kinds.Twist(linear=_vector3(kinds, linear), angular=_vector3(kinds, angular))
-
-    def accel(self, kinds: Any) -> Any:
-        """A geometry_msgs/Accel, made of `kinds.Accel` and `kinds.Vector3`; it does not turn."""
-        linear = (*self.acceleration.tolist(), 0.0)
-        return kinds.Accel(linear=_vector3(kinds, linear), angular=_vector3(kinds, (0.0, 0.0, 0.0)))
 
 
 @dataclass
@@ -80,6 +61,8 @@ class Node:
         namespaces: those of markers that are obstacles; None: all.
         occupied: [%] least value of an occupied cell of a map. unknown: whether unknown cells are occupied.
         stop: whether the robot stops at its goal. tolerance: [m] of the goal.
+        arrived: whether the robot has stopped at its goal; it then moves only to avoid obstacles, until it is farther
+            away than twice the tolerance.
         unused: number of measurements that were too old, or came before.
     """
 
@@ -93,8 +76,9 @@ class Node:
     stop: bool = True
     tolerance: float = 0.2
     unused: int = field(default=0, init=False)
-    _goal: "_Placed[Goal] | None" = field(default=None, init=False, repr=False)
-    _map: "_Placed[ObstacleTable] | None" = field(default=None, init=False, repr=False)
+    arrived: bool = field(default=False, init=False)
+    _goal: "Placed[Goal] | None" = field(default=None, init=False, repr=False)
+    _map: "Placed[ObstacleTable] | None" = field(default=None, init=False, repr=False)
     _grid: tuple[Any, ...] | None = field(default=None, init=False, repr=False)
     _last: Command | None = field(default=None, init=False, repr=False)
 
@@ -132,10 +116,10 @@ class Node:
     def head_for(self, goal: Goal) -> None:
         """Take a goal in the fixed frame, in place of the one before."""
         has(goal, *GOAL, "goal")
-        self._head_for(_Placed(self.frame, lambda _: goal))
+        self._head_for(Placed(self.frame, lambda _: goal))
 
-    def _head_for(self, goal: "_Placed[Goal]") -> None:
-        self._goal = goal
+    def _head_for(self, goal: "Placed[Goal]") -> None:
+        self._goal, self.arrived = goal, False
         if self._last is not None:
             # The progress was that along the former path.
             self._last = self._last._replace(decision=replace(self._last.decision, progress=None))
@@ -155,7 +139,7 @@ class Node:
         key = (cells.tobytes(), info.width, info.height, info.resolution, at)
         if key != self._grid:
             polygons = grid_polygons(message, self.occupied, self.unknown)
-            self._grid, self._map = key, _Placed(message.header.frame_id, lambda place: walls(polygons, place))
+            self._grid, self._map = key, Placed(message.header.frame_id, lambda place: walls(polygons, place))
 
     def _take_goal(self, message: Any) -> None:
         """The goal of a pose or a path."""
@@ -171,7 +155,7 @@ class Node:
                 return Goal(Stationary(place.point(points[0])), self.tolerance, self.stop)
             return PathGoal(place.point(points), None, self.tolerance, self.stop)
 
-        self._head_for(_Placed(message.header.frame_id, placed))
+        self._head_for(Placed(message.header.frame_id, placed))
 
     def _command(self, seen: Odometry) -> Command | None:
         if seen.frame != self.frame:
@@ -181,12 +165,20 @@ class Node:
             return None
         now, previous = seconds(seen.stamp), None if last is None else last.decision
         state, goal = State(seen.position, seen.velocity), self._goal.at(self.frames, "goal")
+        self.arrived = self._at_rest_there(seen, goal, now)
         if self.vehicle is not None:
             state, goal = self.vehicle.state(seen.pose, previous, now), self.vehicle.goal(seen.pose, goal, now)
-        obstacles = [*self.map, *self.tracker.at(now)]
-        decision = self.navigator.decide(state, obstacles, goal, now=now, previous=previous)
+        obstacles, wanted = [*self.map, *self.tracker.at(now)], FollowVelocity(np.zeros(2)) if self.arrived else None
+        toward = None if self.arrived else goal
+        decision = self.navigator.decide(state, obstacles, toward, now=now, previous=previous, objective=wanted)
         self._last = self._following(seen, decision, now)
         return self._last
+
+    def _at_rest_there(self, seen: Odometry, goal: Goal, now: float) -> bool:
+        """Whether the robot has stopped at the goal, and since then has not left it by twice the tolerance."""
+        if self.arrived:
+            return float(np.linalg.norm(goal.position(now) - seen.position)) <= 2.0 * goal.tolerance
+        return goal.stop and goal.reached(seen.position, seen.velocity, now)
 
     @property
     def map(self) -> list[ObstacleTable]:
@@ -203,22 +195,3 @@ class Node:
             return Command(seen.stamp, plan.velocity(now + period) @ body, 0.0, acceleration, decision)
         speed, turn = self.vehicle.command(seen.pose, decision, now)
         return Command(seen.stamp, np.array([speed, 0.0]), turn, acceleration, decision)
-
-
-class _Placed(Generic[T]):
-    """Something in a frame, made anew in the fixed frame when the transform between them changes."""
-
-    def __init__(self, frame: str, make: Callable[[Placement], T]) -> None:
-        self._frame, self._make = frame, make
-        self._made: tuple[tuple[float, ...], T] | None = None
-
-    def at(self, frames: Frames, name: str) -> T:
-        """It in the fixed frame."""
-        place = frames.of(self._frame, name)
-        if self._made is None or self._made[0] != place.key:
-            self._made = place.key, self._make(place)
-        return self._made[1]
-
-
-def _vector3(kinds: Any, values: tuple[float, ...]) -> Any:
-    return kinds.Vector3(**dict(zip("xyz", values, strict=True)))
