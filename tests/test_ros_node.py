@@ -185,6 +185,20 @@ def test_equal_messages_give_equal_bits():
     assert any(np.any(a.linear != told[0][0].linear) for a in told[0])
 
 
+def test_the_date_changes_no_bit():
+    """A stamp in 2026 has too many digits for a float in seconds."""
+    told = []
+    for begin in (10, 1_780_000_000):
+        node = NodeSettings().node()
+        node.receive(goal_pose(6.0, 1.0))
+        for k in range(3):
+            now = Message(stamp=Message(sec=begin, nanosec=100_000_000 * k), frame_id="odom")
+            node.receive(Message(markers=[marker(header=now)]))
+            told.append(node.receive(odom(header=now)).linear.tobytes())
+    assert told[:3] == told[3:]
+    assert len(set(told)) > 1
+
+
 def test_decisions_are_made_once_a_period_and_with_a_goal():
     node = NodeSettings().node()
     assert node.receive(odom(10.0)) is None

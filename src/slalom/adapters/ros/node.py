@@ -80,6 +80,7 @@ class Node:
     _goal: "Placed[Goal] | None" = field(default=None, init=False, repr=False)
     _map: "Placed[ObstacleTable] | None" = field(default=None, init=False, repr=False)
     _grid: tuple[Any, ...] | None = field(default=None, init=False, repr=False)
+    _first: int | None = field(default=None, init=False, repr=False)
     _last: Command | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -129,8 +130,14 @@ class Node:
             seen = list(markers(message, self.frames, self.namespaces))
         else:
             seen = list((objects if hasattr(message, "objects") else obstacles)(message, self.frames))
-        for t, id, position, velocity, shape, heading in seen:
+        for stamp, id, position, velocity, shape, heading in seen:
+            t = self._since_first(stamp)
             self.unused += not self.tracker.update(t, id, position, velocity, shape=shape, heading=heading)
+
+    def _since_first(self, stamp: int) -> float:
+        """Time [s] since the first stamp: since 1970, the last digits of seconds would be lost."""
+        self._first = stamp if self._first is None else self._first
+        return seconds(stamp - self._first)
 
     def _take_map(self, message: Any) -> None:
         """Make polygons of a map; one that is published again unchanged costs nothing."""
@@ -163,7 +170,7 @@ class Node:
         last, period = self._last, self.navigator.period
         if self._goal is None or (last and 0 <= seen.stamp - last.stamp < EARLY_DECISION * period * SECOND):
             return None
-        now, previous = seconds(seen.stamp), None if last is None else last.decision
+        now, previous = self._since_first(seen.stamp), None if last is None else last.decision
         state, goal = State(seen.position, seen.velocity), self._goal.at(self.frames, "goal")
         self.arrived = self._at_rest_there(seen, goal, now)
         if self.vehicle is not None:

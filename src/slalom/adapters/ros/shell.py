@@ -27,13 +27,15 @@ def main() -> None:
     """Run the node until ROS shuts down."""
     import rclpy
     from geometry_msgs.msg import Twist, Vector3
+    from rcl_interfaces.msg import ParameterDescriptor
     from rclpy.node import Node as RosNode
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from rosidl_runtime_py.utilities import get_message
 
     rclpy.init()
     ros = RosNode("slalom")
-    chosen = {each.name: ros.declare_parameter(each.name, each.default).value for each in fields(NodeSettings)}
+    free = ParameterDescriptor(dynamic_typing=True)  # some are None by default
+    chosen = {each.name: ros.declare_parameter(each.name, each.default, free).value for each in fields(NodeSettings)}
     core, commands = NodeSettings(**chosen).node(), ros.create_publisher(Twist, "cmd_vel", 10)
     kinds = type("Kinds", (), {"Twist": Twist, "Vector3": Vector3})
 

@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.adapters.ros.messages import Frames, heading_of, nanoseconds, rotation, seconds, xyz
+from slalom.adapters.ros.messages import Frames, heading_of, nanoseconds, rotation, xyz
 from slalom.checks import Array, not_negative, positive
 from slalom.errors import InvalidInput
 from slalom.shape import Disc, Polygon, Polyline, Rectangle, Shape
@@ -22,9 +22,9 @@ TRACKED: Final = 1
 
 
 class Seen(NamedTuple):
-    """One measurement, as `Tracker.update` takes it."""
+    """One measurement, for `Tracker.update`."""
 
-    t: float  # [s]
+    stamp: int  # [ns]
     id: Hashable
     position: Array  # (2,) [m]
     velocity: Array | None  # (2,) [m/s]
@@ -89,7 +89,7 @@ def obstacles(message: Any, frames: Frames) -> Iterator[Seen]:
     Raises:
         InvalidInput: an obstacle without a corner; a negative radius; a frame or a time that is not known.
     """
-    place, t = frames.of(message.header.frame_id, "obstacles"), seconds(nanoseconds(message.header, "obstacles"))
+    place, stamp = frames.of(message.header.frame_id, "obstacles"), nanoseconds(message.header, "obstacles")
     for each in message.obstacles:
         name, radius = f"obstacle {each.id}", float(each.radius)
         corners = np.array([xyz(point, f"{name}: polygon")[:2] for point in each.polygon.points]).reshape(-1, 2)
@@ -102,7 +102,7 @@ def obstacles(message: Any, frames: Frames) -> Iterator[Seen]:
         else:
             shape = Polyline(around, radius) if len(corners) == 2 else Polygon(around, radius)
         velocity = place.axes @ xyz(each.velocities.twist.linear, f"{name}: velocities")[:2]
-        yield Seen(t, ("obstacle", int(each.id)), center, velocity, shape, 0.0 if len(corners) > 1 else None)
+        yield Seen(stamp, ("obstacle", int(each.id)), center, velocity, shape, 0.0 if len(corners) > 1 else None)
 
 
 def _placed(
@@ -113,7 +113,7 @@ def _placed(
     heading = None if isinstance(shape, Disc) else heading_of(axes) + place.heading
     position = place.point(xyz(each.pose.position, f"{name}: position")[:2])
     moving = None if velocity is None else place.axes @ velocity
-    return Seen(seconds(nanoseconds(each.header, name)), id, position, moving, shape, heading)
+    return Seen(nanoseconds(each.header, name), id, position, moving, shape, heading)
 
 
 def _box(sizes: Array, axes: Array, name: str) -> Shape:
