@@ -130,6 +130,18 @@ def test_messages_come_in_the_order_in_which_they_were_written(example):
     assert all(a.message == definitions.to_dds(b.message) for a, b in zip(read, written))
 
 
+def test_a_map_is_kept_for_a_reader_that_comes_later(example):
+    pytest.importorskip("cyclonedds", reason="the package cyclonedds is not installed: pip install 'slalom[ros]'")
+    one, other, world = wire.Wire(33), wire.Wire(33), example.World(0)
+    # A writer that is gone keeps nothing.
+    writers = [(one.writer(sent.topic, sent.kind), sent.message) for sent in world.beginning()]
+    for writer, message in writers:
+        one.send(writer, message)
+    for sent in world.beginning():
+        other.read(sent.topic, sent.kind)
+    assert [sent.topic for sent in other.messages(1.0)] == ["/map"]
+
+
 def test_a_node_in_another_process_answers_over_dds(tmp_path):
     """The commands that it sends are those of the replay of what it got."""
     pytest.importorskip("cyclonedds", reason="the package cyclonedds is not installed: pip install 'slalom[ros]'")

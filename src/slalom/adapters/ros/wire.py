@@ -15,8 +15,8 @@ from slalom.adapters.ros.node import Node
 
 DEPTH: Final = 10
 """Messages kept by a reader or writer, the default of ROS 2."""
-LATCHED: Final = ("nav_msgs/msg/OccupancyGrid",)
-"""Kinds of which a new reader gets the last message."""
+LATCHED: Final = ("nav_msgs/msg/OccupancyGrid", "/tf_static")
+"""Kinds and topics of which a new reader gets the last messages."""
 
 
 class Wire:
@@ -40,7 +40,7 @@ class Wire:
         """A writer of messages of cyclonedds, see `send`."""
         from cyclonedds.pub import DataWriter
 
-        return DataWriter(self._participant, self._topic(topic, kind), qos=_quality(kind))
+        return DataWriter(self._participant, self._topic(topic, kind), qos=_quality(topic, kind))
 
     def send(self, writer: Any, message: Any) -> None:
         """Write a message of cyclonedds or of rosbags."""
@@ -51,7 +51,7 @@ class Wire:
         from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
         from cyclonedds.sub import DataReader
 
-        reader = DataReader(self._participant, self._topic(topic, kind), qos=_quality(kind))
+        reader = DataReader(self._participant, self._topic(topic, kind), qos=_quality(topic, kind))
         self._readers.append((topic, kind, reader))
         self._wait.attach(ReadCondition(reader, SampleState.Any | ViewState.Any | InstanceState.Alive))
         return reader
@@ -70,7 +70,7 @@ class Wire:
     def _topic(self, topic: str, kind: str) -> Any:
         from cyclonedds.topic import Topic
 
-        return Topic(self._participant, f"rt{topic}", dds_type(kind), qos=_quality(kind))
+        return Topic(self._participant, f"rt{topic}", dds_type(kind), qos=_quality(topic, kind))
 
 
 def serve(
@@ -110,7 +110,7 @@ def dds_kinds() -> Any:
     return SimpleNamespace(**{name: dds_type(f"geometry_msgs/msg/{name}") for name in ("Twist", "Accel", "Vector3")})
 
 
-def _quality(kind: str) -> Any:
+def _quality(topic: str, kind: str) -> Any:
     """Quality of service of ROS 2: reliable, the last DEPTH messages, plain CDR."""
     from cyclonedds.core import Policy, Qos
     from cyclonedds.util import duration
@@ -118,6 +118,6 @@ def _quality(kind: str) -> Any:
     return Qos(
         Policy.Reliability.Reliable(duration(seconds=1)),
         Policy.History.KeepLast(DEPTH),
-        Policy.Durability.TransientLocal if kind in LATCHED else Policy.Durability.Volatile,
+        Policy.Durability.TransientLocal if {topic, kind} & {*LATCHED} else Policy.Durability.Volatile,
         Policy.DataRepresentation(use_cdrv0_representation=True),
     )
