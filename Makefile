@@ -2,6 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
+ADAPTERS := ros,mavlink,quadrotor
 DRAWS ?= first
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
@@ -10,7 +11,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Modules that no test imports need not be compiled to bytecode.
 export PIP_NO_COMPILE := 1
 
-.PHONY: demo docs test test-all test-paper kernels golden chromium ci lint bench release-check clean
+.PHONY: demo docs test test-adapters test-all test-paper kernels golden chromium ci lint bench release-check clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -51,10 +52,15 @@ kernels: .venv/run.stamp
 # The first draws of every law. DRAWS=commit adds slow tests and the quarter of the other draws that is this commit's turn.
 test: .venv/run.stamp
 	@$(MAKE) --no-print-directory -j2 lint kernels
-	$(PYTEST) -m "not paper" --draws $(DRAWS)
+	$(PYTEST) -m "not paper and not adapters" --draws $(DRAWS)
 
 test-all: lint kernels
 	$(PYTEST) --draws all
+
+# Adapters whose packages are extras that dev leaves out.
+test-adapters: kernels
+	$(BIN)/python -m pip install --quiet --editable '.[dev,$(ADAPTERS)]'
+	$(PYTEST) -m adapters
 
 test-paper: kernels
 	$(PYTEST) -m paper

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from unittest.mock import patch
 
 import numpy as np
+from ros_messages import OF_ADAPTERS
 
 from slalom import (
     Acceleration,
@@ -304,6 +305,7 @@ OF_PARTS: list[tuple[str, str, Callable[[Path], object]]] = [
 """Of parts of other packages, and of objects in their place."""
 
 REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
+    *OF_ADAPTERS,
     *OF_CALIBRATION,
     *OF_GYM,
     *OF_PARTS,

@@ -24,6 +24,7 @@ from hdf5_files import OF_LIBRARY, OF_RECORDING, changed, read_here, read_with
 from matplotlib.figure import Figure
 from pydantic_core import PydanticKnownError
 from refusals import REFUSALS
+from ros_messages import BAGS
 
 import slalom
 from slalom import (
@@ -2557,6 +2558,7 @@ CASES = [
     ),
 ]
 CASES += [Case(where, InvalidInput, message, call) for where, message, call in REFUSALS]
+CASES += [Case(where, InvalidFile, message, call) for where, message, call in BAGS]
 
 
 class Place(NamedTuple):

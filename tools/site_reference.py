@@ -129,7 +129,7 @@ def command_line() -> str:
     """Return the page of the commands, as cyclopts describes them."""
     text = app.generate_docs(output_format="markdown", include_hidden=False)
     # The usage names the module that runs, here that of the build of the site.
-    body = re.sub(r"^(slalom [\w-]+) -m \S+", r"\1", text[text.index("## slalom run") :], flags=re.MULTILINE)
+    body = re.sub(r"^(slalom [\w -]+?) -m \S+", r"\1", text[text.index("## slalom run") :], flags=re.MULTILINE)
     head = (
         "# Command line\n\nExit code 0: success. 1: a collision, a robot that did not arrive, no safe manoeuvre, or no "
     )

@@ -1504,6 +1504,40 @@ INTERVENTION: Final = 1e-6
 Larger: small changes count as none. Smaller: rounding counts as an intervention.
 """
 
+# Messages of ROS 2
+
+QUATERNION: Final = 1e-3
+"""[1] Largest difference from 1 of the length of a quaternion in a message; it is then normalised.
+
+More than rounding to float32 over many products. Larger: quaternions that were never set pass as rotations.
+"""
+
+UPRIGHT: Final = 1.0 - 1e-6
+"""[1] Least cosine of the tilt of a box or cylinder whose footprint counts as the one it has upright (0.08 degrees).
+
+More tilted ones count as the disc about all of them. Smaller: the footprint of a high box is underestimated.
+"""
+
+OCCUPIED: Final = 65
+"""[%] Least value of an occupied cell of an occupancy grid by default, as map servers use it.
+
+Larger: fewer cells are obstacles. Unknown cells (-1) are decided apart.
+"""
+
+GRID_NOTCH: Final = 1.5
+"""[cell] Depth up to which notches of an occupied region are filled, at which its outline has fewer corners.
+
+The outline of a straight wall of any slope has steps of less than sqrt(2) cells; they become one edge. Larger: fewer,
+coarser obstacles. 0: outlines as they are, with many times as many obstacles.
+"""
+
+EARLY_DECISION: Final = 0.9
+"""[1] Least time since the last decision, as a share of the period, after which odometry leads to the next one.
+
+Odometry comes with jitter: at 1, a message that is early by a microsecond costs a whole period. Smaller: decisions come
+more often than the period says, if odometry comes more often.
+"""
+
 # The command line
 
 ESTIMATE_AFTER: Final = 3.0

@@ -1,4 +1,4 @@
-"""Command line: run, list, decide, compare, convert, show, export-scenario, view, export, reproduce, compile.
+"""Command line: run, list, decide, compare, convert, show, export-scenario, view, export, reproduce, compile, ros.
 
 Results on stdout, everything else on stderr.
 
@@ -20,6 +20,7 @@ from slalom.cli.converting import convert
 from slalom.cli.deciding import decide
 from slalom.cli.listing import list_
 from slalom.cli.reproducing import reproduce
+from slalom.cli.ros import ros
 from slalom.cli.running import run
 from slalom.cli.showing import export_scenario, show
 from slalom.cli.viewing import export, view
@@ -46,6 +47,7 @@ app.command(view, help_format="markdown")
 app.command(export, help_format="markdown")
 app.command(reproduce, help_format="markdown")
 app.command(compile_, name="compile", help_format="markdown")
+app.command(ros)
 
 
 def main(tokens: Sequence[str] | None = None) -> None:

@@ -1,0 +1,162 @@
+"""Own state, frames and times from messages, read by attribute: messages of rosbags, rclpy and cyclonedds fit alike."""
+
+from collections.abc import Callable
+from typing import Any, Final, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from slalom.checks import Array, number, shown, vector
+from slalom.errors import InvalidInput
+from slalom.tolerances import QUATERNION
+from slalom.vehicle.pose import Pose
+
+T = TypeVar("T")
+SECOND: Final = 1_000_000_000
+"""[ns] A second."""
+
+
+def nanoseconds(header: Any, name: str) -> int:
+    """Time stamp [ns] of a header. Raises InvalidInput for a stamp of 0, which means an unknown time."""
+    stamp = int(header.stamp.sec) * SECOND + int(header.stamp.nanosec)
+    if stamp <= 0:
+        raise InvalidInput(f"{name}.header.stamp: expected a time above 0, found {stamp} ns")
+    return stamp
+
+
+def seconds(stamp: int) -> float:
+    """Time [s] of a stamp [ns], rounded once."""
+    return stamp / SECOND
+
+
+def xyz(value: Any, name: str) -> Array:
+    """Three components (3,) of a point or vector. Raises InvalidInput for numbers that are not finite."""
+    return vector((value.x, value.y, value.z), name, 3)
+
+
+def rotation(quaternion: Any, name: str) -> Array:
+    """Rotation matrix (3, 3) of a unit quaternion. Raises InvalidInput for another length, such as all zeros."""
+    x, y, z, w = (number(getattr(quaternion, axis), name) for axis in "xyzw")
+    length = float(np.sqrt(x * x + y * y + z * z + w * w))
+    if abs(length - 1.0) > QUATERNION:
+        raise InvalidInput(f"{name}: expected a quaternion of length 1, found length {length:g}")
+    x, y, z, w = (each / length for each in (x, y, z, w))
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def heading_of(matrix: Array) -> float:
+    """Direction [rad] of the x axis of a rotation matrix in the plane."""
+    return float(np.arctan2(matrix[1, 0], matrix[0, 0]))
+
+
+class Odometry(NamedTuple):
+    """Pose and motion of the robot in the frame of the header."""
+
+    stamp: int  # [ns]
+    frame: str
+    position: Array  # (2,) [m]
+    heading: float  # [rad]
+    velocity: Array  # (2,) [m/s], in the frame of the header
+    speed: float  # [m/s] along the heading
+    turn: float  # [rad/s]
+
+    @property
+    def pose(self) -> Pose:
+        """For a vehicle on wheels."""
+        return Pose(self.position, self.heading, self.speed, self.turn)
+
+
+def odometry(message: Any) -> Odometry:
+    """Read a nav_msgs/Odometry, whose twist is in the frame of the body.
+
+    Raises:
+        InvalidInput: no time stamp; numbers that are not finite; a quaternion that is none.
+    """
+    pose, twist = message.pose.pose, message.twist.twist
+    axes = rotation(pose.orientation, "odometry.pose.orientation")
+    body = xyz(twist.linear, "odometry.twist.linear")
+    return Odometry(
+        nanoseconds(message.header, "odometry"),
+        str(message.header.frame_id),
+        xyz(pose.position, "odometry.pose.position")[:2],
+        heading_of(axes),
+        (axes @ body)[:2],
+        float(body[0]),
+        number(twist.angular.z, "odometry.twist.angular.z"),
+    )
+
+
+class Placement(NamedTuple):
+    """Where a frame is in another: `position` (2,) [m] of its origin, and its `heading` [rad]."""
+
+    position: Array
+    heading: float
+
+    @property
+    def key(self) -> tuple[float, ...]:
+        """The numbers, to compare."""
+        return (*self.position.tolist(), self.heading)
+
+    @property
+    def axes(self) -> Array:
+        """Rotation matrix (2, 2)."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        return np.array([[c, -s], [s, c]])
+
+    def point(self, points: Array) -> Array:
+        """Points (..., 2) [m] of the placed frame in the other one."""
+        return self.position + points @ self.axes.T
+
+    @property
+    def inverse(self) -> "Placement":
+        """Where the other frame is in the placed one."""
+        return Placement(-self.position @ self.axes, -self.heading)
+
+
+STILL = Placement(np.zeros(2), 0.0)
+"""A frame in itself."""
+
+
+class Frames:
+    """Frames known relative to the fixed one, from tf2_msgs/TFMessage: both directions, without chains of frames."""
+
+    def __init__(self, fixed: str) -> None:
+        self.fixed = fixed
+        self._known = {fixed: STILL}
+
+    def update(self, message: Any) -> None:
+        """Take the transforms between the fixed frame and another."""
+        for each in message.transforms:
+            axes = rotation(each.transform.rotation, "transform.rotation")
+            place = Placement(xyz(each.transform.translation, "transform.translation")[:2], heading_of(axes))
+            if each.header.frame_id == self.fixed:
+                self._known[str(each.child_frame_id)] = place
+            elif each.child_frame_id == self.fixed:
+                self._known[str(each.header.frame_id)] = place.inverse
+
+    def of(self, frame: str, name: str) -> Placement:
+        """Where a frame is in the fixed one. Raises InvalidInput for a frame that is not known."""
+        if frame not in self._known:
+            expected = f"one of {sorted(self._known)}, or a transform of it from or to {self.fixed!r} before"
+            raise InvalidInput(f"{name}.header.frame_id: expected {expected}, found {shown(frame)}")
+        return self._known[frame]
+
+
+class Placed(Generic[T]):
+    """Something in a frame, made anew in the fixed frame when the transform between them changes."""
+
+    def __init__(self, frame: str, make: Callable[[Placement], T]) -> None:
+        self._frame, self._make = frame, make
+        self._made: tuple[tuple[float, ...], T] | None = None
+
+    def at(self, frames: Frames, name: str) -> T:
+        """It in the fixed frame."""
+        place = frames.of(self._frame, name)
+        if self._made is None or self._made[0] != place.key:
+            self._made = place.key, self._make(place)
+        return self._made[1]

@@ -1,0 +1,257 @@
+"""The core of a ROS 2 node on plain messages: frames, obstacles, maps, commands. No package of ROS is needed."""
+
+from types import SimpleNamespace as Message
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings, strategies as st
+from ros_messages import (
+    about,
+    an_object,
+    an_obstacle,
+    goal_pose,
+    grid,
+    header,
+    marker,
+    odom,
+    pose,
+    transform,
+    xyz,
+)
+
+from slalom import Disc, Polygon, Polyline, Rectangle
+from slalom.adapters.ros.grid import covering_polygons, grid_polygons
+from slalom.adapters.ros.messages import Frames, odometry
+from slalom.adapters.ros.node import Node
+from slalom.adapters.ros.settings import NodeSettings
+from slalom.adapters.ros.tracked import markers, objects, obstacles
+from slalom.errors import InvalidInput
+
+KINDS = Message(Twist=Message, Accel=Message, Vector3=Message)
+ANGLES = st.floats(-3.0, 3.0)
+COMPONENTS = st.floats(-5.0, 5.0)
+
+
+def placed_map(x: float = 2.0, y: float = -1.0, heading: float = 0.7) -> Frames:
+    frames = Frames("odom")
+    frames.update(transform("odom", "map", x, y, heading))
+    return frames
+
+
+@given(heading=ANGLES, tilt=st.floats(-0.5, 0.5), forward=COMPONENTS, left=COMPONENTS)
+def test_the_twist_of_odometry_is_in_the_frame_of_the_body(heading, tilt, forward, left):
+    """Against complex numbers; a robot on a ramp has the horizontal part of its velocity."""
+    read = odometry(odom(at=pose(3.0, 4.0, heading), twist=(forward, left, 0.3)))
+    velocity = complex(forward, left) * np.exp(1j * heading)
+    assert np.allclose(read.velocity, (velocity.real, velocity.imag))
+    assert read.heading == pytest.approx(heading)
+    assert (read.speed, read.turn) == (pytest.approx(forward), 0.3)
+    ramp = odometry(
+        odom(at=Message(position=xyz(), orientation=about((0.0, 1.0, 0.0), tilt)), twist=(forward, 0.0, 0.0))
+    )
+    assert np.allclose(ramp.velocity, (forward * np.cos(tilt), 0.0))
+
+
+@given(x=COMPONENTS, y=COMPONENTS, heading=ANGLES)
+def test_frames_are_known_from_either_side(x, y, heading):
+    """odom in map says the same as map in odom, which is its inverse."""
+    frames, point = placed_map(x, y, heading), np.array([1.5, -2.5])
+    inverse = frames.of("map", "").inverse
+    other = Frames("odom")
+    other.update(transform("map", "odom", *inverse.position, inverse.heading))
+    assert np.allclose(frames.of("map", "").point(point), other.of("map", "").point(point))
+    assert np.allclose(inverse.point(frames.of("map", "").point(point)), point)
+
+
+def test_markers_become_discs_and_rectangles_in_the_fixed_frame():
+    each = {"ns": "a", "header": header(frame="map")}
+    shown = [
+        marker(**each),
+        marker(**each, id=8, type=2, scale=xyz(1.0, 2.0, 3.0)),
+        marker(**each, id=9, type=1, scale=xyz(4.0, 2.0, 1.0), pose=pose(1.0, 0.0, 0.2)),
+        marker(**each, id=10, action=2),
+        marker(ns="text", type=9),
+    ]
+    person, ball, box = markers(Message(markers=shown), placed_map(), ["a"])
+    assert np.allclose(person.position, (2.0 + 4.0 * np.cos(0.7), -1.0 + 4.0 * np.sin(0.7)))
+    assert (person.id, person.velocity, person.shape, person.heading) == (("marker", "a", 7), None, Disc(0.3), None)
+    assert ball.shape == Disc(1.0)
+    assert (box.shape, box.heading) == (Rectangle(4.0, 2.0), pytest.approx(0.9))
+
+
+@pytest.mark.parametrize(("kind", "reach"), [(1, np.sqrt(14.0) / 2), (2, 1.5), (3, np.hypot(1.0, 1.5))])
+def test_a_tilted_body_is_the_disc_about_all_of_it(kind, reach):
+    lying = Message(position=xyz(), orientation=about((1.0, 0.0, 0.0), 0.5 * np.pi))
+    (seen,) = markers(Message(markers=[marker(type=kind, scale=xyz(1.0, 2.0, 3.0), pose=lying)]), Frames("odom"))
+    assert seen.shape.radius == pytest.approx(reach)
+
+
+def test_objects_have_a_velocity_once_they_are_tracked():
+    seen = list(objects(Message(objects=[an_object(), an_object(detection_level=0)]), Frames("odom")))
+    assert seen[0].velocity.tolist() == [1.0, 2.0]
+    assert seen[1].velocity is None
+    assert (seen[0].shape, seen[0].heading) == (Rectangle(4.0, 2.0), pytest.approx(0.5))
+    round_ones = [an_object(shape=Message(type=k, dimensions=d)) for k, d in ((2, [0.4]), (3, [2.0, 0.5]))]
+    assert [one.shape for one in objects(Message(objects=round_ones), Frames("odom"))] == [Disc(0.4), Disc(0.5)]
+
+
+def test_obstacles_of_costmap_converter_have_corners_in_their_frame():
+    corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 0.5)]
+    given_ones = [an_obstacle(*corners[:n], radius=0.1, velocity=(1.0, 0.0)) for n in (1, 2, 4)]
+    frames = placed_map()
+    point, line, area = obstacles(Message(header=header(frame="map"), obstacles=given_ones), frames)
+    assert (point.shape, point.heading) == (Disc(0.1), None)
+    assert isinstance(line.shape, Polyline)
+    assert isinstance(area.shape, Polygon)
+    assert np.allclose(area.position + area.shape.corners, frames.of("map", "").point(np.array(corners)))
+    assert np.allclose(area.velocity, (np.cos(0.7), np.sin(0.7)))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    size=st.tuples(st.integers(1, 25), st.integers(1, 25)),
+    share=st.sampled_from((0.1, 0.4, 0.7, 1.0)),
+    notch=st.sampled_from((0.0, 1.0, 1.5, 3.0)),
+)
+def test_polygons_of_a_map_cover_every_occupied_cell(seed, size, share, notch):
+    """They are convex, cover no more than is near an occupied cell, and without notches exactly the cells."""
+    cells = np.random.default_rng(seed).random(size) < share
+    squares = shapely.union_all([shapely.box(x, y, x + 1, y + 1) for y, x in np.argwhere(cells)])
+    polygons = [shapely.Polygon(corners) for corners in covering_polygons(cells, notch)]
+    covered = shapely.union_all(polygons)
+    assert all(one.is_valid and one.convex_hull.area - one.area < 1e-9 for one in polygons)
+    assert squares.difference(covered).area < 1e-9
+    assert covered.difference(squares.buffer(notch + 1e-9)).area < 1e-9
+    assert notch > 0.0 or covered.area == pytest.approx(cells.sum())
+
+
+def test_a_slanted_wall_becomes_one_polygon():
+    y, x = np.mgrid[:120, :120] + 0.5
+    for slope in (0.0, 0.3, 0.77, 1.0):
+        wall = (np.abs(y - 15.0 - slope * x) < 2.0) & (x > 10) & (x < 100)
+        assert len(covering_polygons(wall, 1.5)) <= 3
+        assert slope in (0.0, 1.0) or len(covering_polygons(wall, 0.0)) > 20
+
+
+def test_a_map_is_placed_turned_and_read_by_its_values():
+    cells = [[100, 0, -1], [65, 64, 0]]
+    at = pose(1.0, 2.0, 0.5 * np.pi)
+    known = shapely.union_all([shapely.Polygon(p) for p in grid_polygons(grid(cells, 0.5, at), 65, False)])
+    assert known.symmetric_difference(shapely.box(0.0, 2.0, 1.0, 2.5)).area < 1e-12
+    every = shapely.union_all([shapely.Polygon(p) for p in grid_polygons(grid(cells, 0.5, at), 65, True)])
+    assert every.area == pytest.approx(0.75)
+
+
+def drive(node: Node, steps: int, people: tuple[Message, ...] = ()) -> tuple[np.ndarray, list]:
+    """Positions and commands of a robot that does exactly as it is told, in every direction."""
+    place, velocity, commands, path = np.zeros(2), np.zeros(2), [], []
+    heading = 0.4
+    axes = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+    for k in range(steps):
+        t = 10.0 + 0.1 * k
+        for each in people:
+            node.receive(Message(markers=[Message(**{**vars(each), "header": header(t)})]))
+        command = node.receive(odom(t, pose(*place, heading), (*(velocity @ axes), 0.0)))
+        commands.append(command)
+        after = axes @ command.linear
+        place, velocity = place + 0.05 * (velocity + after), after
+        path.append(place)
+    return np.array(path), commands
+
+
+def test_a_robot_drives_around_a_person_to_its_goal_behind_a_wall_of_the_map():
+    node = NodeSettings(position_error=0.01, acceleration_error=0.01).node()
+    node.receive(grid(np.full((1, 4), 100), 0.5, pose(5.0, 0.4)))
+    node.receive(goal_pose(9.0, 0.0))
+    path, commands = drive(node, 170, (marker(pose=pose(3.0)),))
+    assert node.arrived
+    assert np.array_equal(path[-1], path[-20])
+    assert np.linalg.norm(path[-1] - (9.0, 0.0)) < 0.2
+    assert np.linalg.norm(path - (3.0, 0.0), axis=1).min() > 0.6
+    wall = shapely.box(5.0, 0.4, 7.0, 0.9)
+    assert min(wall.distance(shapely.Point(each)) for each in path) > 0.3
+    # The velocity of the person is not known at first.
+    assert all(command.decision.safe for command in commands[5:])
+
+
+def test_equal_messages_give_equal_bits():
+    made = [NodeSettings().node() for _ in range(2)]
+    for node in made:
+        node.receive(goal_pose(6.0, 1.0))
+    told = [drive(node, 20, (marker(),))[1] for node in made]
+    assert all(a.linear.tobytes() == b.linear.tobytes() for a, b in zip(*told))
+    assert any(np.any(a.linear != told[0][0].linear) for a in told[0])
+
+
+def test_the_date_changes_no_bit():
+    """A stamp in 2026 has too many digits for a float in seconds."""
+    told = []
+    for begin in (10, 1_780_000_000):
+        node = NodeSettings().node()
+        node.receive(goal_pose(6.0, 1.0))
+        for k in range(3):
+            now = Message(stamp=Message(sec=begin, nanosec=100_000_000 * k), frame_id="odom")
+            node.receive(Message(markers=[marker(header=now)]))
+            told.append(node.receive(odom(header=now)).linear.tobytes())
+    assert told[:3] == told[3:]
+    assert len(set(told)) > 1
+
+
+def test_decisions_are_made_once_a_period_and_with_a_goal():
+    node = NodeSettings().node()
+    assert node.receive(odom(10.0)) is None
+    node.receive(goal_pose(6.0, 1.0))
+    made = [node.receive(odom(t)) is not None for t in (10.0, 10.02, 10.05, 10.095, 10.19)]
+    assert made == [True, False, False, True, True]
+    with pytest.raises(InvalidInput, match="time"):
+        node.receive(odom(9.0))
+
+
+def test_commands_of_wheels_and_of_a_body_that_moves_in_every_direction():
+    """Sideways, the one turns, the other moves sideways; both accelerate towards the goal in the frame of the body."""
+    free, wheels = NodeSettings().node(), NodeSettings(track=0.4).node()
+    for node in (free, wheels):
+        node.receive(goal_pose(0.0, 5.0))
+    moved, turned = (node.receive(odom()).twist(KINDS) for node in (free, wheels))
+    assert moved.linear.y > 0.05 > abs(moved.linear.x)
+    assert (moved.angular.z, turned.linear.y) == (0.0, 0.0)
+    assert turned.angular.z > 0.1
+    back = NodeSettings().node()
+    back.receive(goal_pose(0.0, 5.0))
+    wanted = back.receive(odom(at=pose(heading=np.pi))).accel(KINDS)
+    assert wanted.linear.y == pytest.approx(-1.0, abs=0.05)
+    assert wanted.angular.z == 0.0
+
+
+def test_a_map_and_a_goal_follow_the_transform_of_their_frame():
+    node = NodeSettings().node()
+    node.frames.update(transform("odom", "map", 0.0, 0.0, 0.0))
+    shown = grid(np.full((1, 1), 100))
+    shown.header = header(frame="map")
+    node.receive(shown)
+    node.receive(goal_pose(5.0, 0.0, "map"))
+    before, first = node.receive(odom(10.0)), node.map[0]
+    assert node.map[0] is first
+    node.receive(transform("odom", "map", 0.0, 3.0, 0.0))
+    after = node.receive(odom(10.1))
+    goals = [each.decision.inputs.goal.position(0.0).tolist() for each in (before, after)]
+    assert goals == [[5.0, 0.0], [5.0, 3.0]]
+    assert node.map[0].given[0].trajectory.initial_position.tolist() == [0.25, 3.25]
+
+
+def test_a_new_path_begins_at_its_own_start():
+    node = NodeSettings().node()
+    for points in (((0.0, 0.0), (5.0, 0.0), (5.0, 0.0)), ((0.0, 0.0), (0.0, 5.0))):
+        node.receive(Message(header=header(), poses=[Message(pose=pose(*each)) for each in points]))
+        command = node.receive(odom(10.0 if points[1][0] else 10.1))
+        assert command.decision.progress == pytest.approx(0.0, abs=1e-6)
+        assert np.argmax(np.abs(command.acceleration)) == int(points[1][1] > 0.0)
+
+
+def test_measurements_that_come_again_are_counted():
+    node = NodeSettings().node()
+    for _ in range(3):
+        node.receive(Message(markers=[marker()]))
+    assert node.unused == 2
