@@ -48,6 +48,8 @@ from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Sampled
 from slalom.vehicle import Bicycle, DifferentialDrive, VehicleNavigator
+from slalom.view.film import Film
+from slalom.view.video import checked
 
 NAO = method("nao")
 ROBOT = Robot(Disc(0.5), Limits(4.0, 3.0), State((0, 0), (3, 0)), Goal(Stationary((20, 0)), 0.5))
@@ -102,6 +104,12 @@ def without_server(_: Path) -> object:
     """The command where a package of the server is not installed."""
     with patch.dict(sys.modules, {"slalom.live.server": None}):
         return view("head_on", browser=False)
+
+
+def without_video(tmp: Path) -> object:
+    """A video where PyAV is not installed."""
+    with patch.dict(sys.modules, {"av": None}):
+        return checked(tmp / "run.mp4")
 
 
 def short_horizon(_: Path) -> object:
@@ -309,6 +317,11 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("without_obstacle", r"index: expected a number below 2, found 2", lambda _: edits.without_obstacle(SCENE, 2)),
     ("with_setting", r"name: expected one of horizon, .*'dt'", lambda _: edits.with_setting(SCENE, "dt", 1.0)),
     ("export", r"path: expected a name ending in \.html", lambda tmp: export(run(), tmp / "run.txt")),
+    ("Film.__init__", r"recording: expected a run with at least one step", lambda _: Film(no_steps())),
+    ("Film.__init__", r"width: expected an even number from 320", lambda _: Film(run(), width=321)),
+    ("Film.__init__", r"fps: expected at most 60, found 100", lambda _: Film(run(), fps=100.0)),
+    ("checked", r"path: expected a name ending in \.mp4 or \.gif", lambda tmp: checked(tmp / "run.avi")),
+    ("_library", r"animate: .*slalom\[video\]", without_video),
     ("robot_of", r"robot: expected one of 0 to 0, found 1", lambda _: robot_of(recorded(run()), 1)),
     ("pack", r"scene: expected finite numbers", lambda _: pack("scene", {"x": float("nan")}, {})),
     ("renderer", r"renderer: expected a script without an end tag", bad_bundle),
