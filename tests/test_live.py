@@ -145,6 +145,47 @@ def test_a_session_answers_every_command() -> None:
     assert kinds(session.answer({"do": "select", "robot": 0})) == ["series"]
 
 
+def arrays_of(found: list[bytes], kind: str) -> dict[str, np.ndarray]:
+    return next(arrays for fields, arrays in map(unpack, found) if fields["kind"] == kind)
+
+
+@pytest.mark.parametrize("name", ["alone", "fleet"])
+def test_a_replay_shows_the_states_of_the_file(run: Recording, tmp_path: Path, name: str) -> None:
+    """Also those that no run of the scenario would reach; the control space is that of the recorded state."""
+    made = run if name == "alone" else simulate(gallery.build("circle").with_settings({"duration": 1.0}), method("nao"))
+    shifted = made.positions + np.linspace(0.0, 0.8, len(made.times))[:, None, None] * np.array([0.3, 1.0])
+    replace(made, positions=shifted).save(tmp_path / "run.h5")
+    session = Session.of(recorded(Recording.load(tmp_path / "run.h5")), method("vo"))
+    opening = session.opening()
+    scene = unpack(opening[0])[0]
+    assert (scene["recorded"], scene["method"], session.complete) == (True, "nao", True)
+    np.testing.assert_allclose(arrays_of(opening, "frames")["positions"], shifted, atol=6e-4)
+    assert session.more() == []
+    session.answer({"do": "select", "robot": len(made.shapes) - 1})
+    for k in (7, 2):
+        drift = arrays_of(session.answer({"do": "look", "step": k, "id": k}), "control")["drift"]
+        np.testing.assert_allclose(drift[0], shifted[k, -1], atol=1e-5)
+
+
+def test_a_change_of_a_replay_begins_a_run_and_undo_returns_to_the_replay(run: Recording) -> None:
+    session = Session.of(recorded(run), method("vo"))
+    session.opening()
+    drag = {"do": "drag", "what": "robot", "index": 0, "to": [1, 1], "step": 4, "gesture": 1}
+    assert unpack(session.answer(drag)[0])[0]["recorded"] is False
+    assert session.scenario.start == pytest.approx(0.4)
+    assert unpack(session.answer({"do": "undo"})[0])[0]["recorded"] is True
+    assert unpack(session.answer({"do": "method", "name": "vo"})[0])[0]["recorded"] is False
+    again = session.answer({"do": "undo"})
+    assert (session.method.name, session.complete) == ("nao", True)
+    np.testing.assert_allclose(arrays_of(again, "frames")["positions"], run.positions, atol=6e-4)
+
+
+def test_a_replay_of_another_project_has_no_control_space(run: Recording) -> None:
+    session = Session.of(recorded(replace(run, method="nao+vo")), method("nao"))
+    assert kinds(session.opening()) == ["scene", "frames", "series"]
+    assert kinds(session.answer({"do": "look", "step": 1})) == []
+
+
 @pytest.mark.parametrize(
     ("command", "sentence"),
     [

@@ -119,7 +119,6 @@ export function build(live: boolean) {
         : []),
       field("robot", parts.robot, "robot"),
       field("colour", parts.colouring, "colour"),
-      el("span", { class: "grow" }),
       ...(live ? [parts.add, parts.remove, parts.undo, parts.yaml] : []),
       parts.theme,
       parts.help,

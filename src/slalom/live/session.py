@@ -33,7 +33,8 @@ class Session:
     A change at a step makes the states of that step the begin of a new scenario. The run is made again from there.
 
     Attributes:
-        scenario, method: what runs. recorded: what is replayed, until a change; None: nothing. compared: a second method whose control space is shown beside it; None: none.
+        scenario, method: what runs. recorded: what is replayed, until a change; None: nothing.
+        compared: a second method whose control space is shown beside it; None: none.
         robot: whose control space is shown. response: number of the response that is drawn; -1: the committed one.
     """
 
