@@ -217,7 +217,7 @@ class Session:
             if first >= 0
             else (f"hits nothing within {seen.blocked.horizon:g} s.")
         )
-        numbers = ", ".join(f"{x:.2f}" for x in control).replace("-", "−")
+        numbers = ", ".join(f"{x:.2f}" for x in np.round(control, 2) + 0.0).replace("-", "−")
         limits = "" if inside else " It is outside the limits."
         elapsed = np.linspace(0.0, seen.blocked.horizon, VIEW_SAMPLES)
         path = seen.response.position(seen.state, elapsed)(control)
