@@ -37,6 +37,7 @@ from slalom.cli.viewing import view
 from slalom.live import edits
 from slalom.live.export import export, robot_of
 from slalom.live.messages import pack
+from slalom.live.notebook import widget
 from slalom.live.page import renderer
 from slalom.live.recorded import recorded
 from slalom.live.seen import decisions
@@ -110,6 +111,12 @@ def without_video(tmp: Path) -> object:
     """A video where PyAV is not installed."""
     with patch.dict(sys.modules, {"av": None}):
         return checked(tmp / "run.mp4")
+
+
+def without_widgets(_: Path) -> object:
+    """A widget where anywidget is not installed."""
+    with patch.dict(sys.modules, {"anywidget": None}):
+        return widget(run())
 
 
 def short_horizon(_: Path) -> object:
@@ -322,6 +329,8 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Film.__init__", r"fps: expected at most 60, found 100", lambda _: Film(run(), fps=100.0)),
     ("checked", r"path: expected a name ending in \.mp4 or \.gif", lambda tmp: checked(tmp / "run.avi")),
     ("_library", r"animate: .*slalom\[video\]", without_video),
+    ("widget", r"method: expected one with a scenario", lambda _: widget(SCENE)),
+    ("widget", r"widget: .*slalom\[notebook\]", without_widgets),
     ("robot_of", r"robot: expected one of 0 to 0, found 1", lambda _: robot_of(recorded(run()), 1)),
     ("pack", r"scene: expected finite numbers", lambda _: pack("scene", {"x": float("nan")}, {})),
     ("renderer", r"renderer: expected a script without an end tag", bad_bundle),

@@ -78,6 +78,7 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
     ),
     "slalom.view": ("decision", "workspace", "control_space", "paths", "save", "animate"),
+    "slalom.live.notebook": ("widget",),
     "slalom.vehicle": (),
 }
 """Public names of modules; all of `__all__` where none are named."""

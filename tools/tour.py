@@ -31,7 +31,7 @@ MOVING, SHOWN = {"width": 1000, "height": 560}, (720, 404)
 HIDDEN = (
     ".slalom header, .slalom .transport, .slalom .charts { display: none !important } .slalom .why { height: 44px }"
 )
-RATE = 12.5
+RATE = 8.0
 """[Hz] Pictures in a second of the moving picture."""
 
 
@@ -128,7 +128,7 @@ def main() -> None:
         recording.save(run)
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
         still(browser, run, turning)
-        moving(browser, run, range(0, len(recording.accelerations), 2))
+        moving(browser, run, range(0, len(recording.accelerations), 3))
         browser.close()
 
 
