@@ -34,7 +34,9 @@ from slalom import (
 )
 from slalom.bounds import BOUNDS
 from slalom.cli.viewing import view
+from slalom.io.tracks import sample_data
 from slalom.live import edits
+from slalom.live.agents import as_recorded
 from slalom.live.export import export, robot_of
 from slalom.live.messages import pack
 from slalom.live.notebook import widget
@@ -45,6 +47,7 @@ from slalom.live.session import Session
 from slalom.peers import contender
 from slalom.registry import Kind, Registry
 from slalom.sim import Recording, compare, gallery, simulate
+from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Sampled
@@ -117,6 +120,21 @@ def without_widgets(_: Path) -> object:
     """A widget where anywidget is not installed."""
     with patch.dict(sys.modules, {"anywidget": None}):
         return widget(run())
+
+
+def agents() -> Agents:
+    """The agents of a recording that slalom brings."""
+    return read_recorded(sample_data("roundabout_ring_11.csv"))
+
+
+def late_replay(_: Path) -> object:
+    """A replay that begins after the recording ends."""
+    return as_recorded(agents(), NAO, at=1e6)
+
+
+def replay_with_settings(_: Path) -> object:
+    """A replay with another horizon."""
+    return view(str(sample_data("roundabout_ring_11.csv")), settings=["horizon=3"], browser=False)
 
 
 def short_horizon(_: Path) -> object:
@@ -331,6 +349,14 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("_library", r"animate: .*slalom\[video\]", without_video),
     ("widget", r"method: expected one with a scenario", lambda _: widget(SCENE)),
     ("widget", r"widget: .*slalom\[notebook\]", without_widgets),
+    (
+        "as_recorded",
+        r"--agent: expected the id of an agent of roundabout_ring_11",
+        lambda _: as_recorded(tracks(), NAO, "none"),
+    ),
+    ("as_recorded", r"expected a track of at least 0.1 s, found one after 1e\+06 s", late_replay),
+    ("_sessions", r"--agent: expected only with a recording", lambda _: view("head_on", agent="1", browser=False)),
+    ("_sessions", r"--set: expected --start and --goal", replay_with_settings),
     ("robot_of", r"robot: expected one of 0 to 0, found 1", lambda _: robot_of(recorded(run()), 1)),
     ("pack", r"scene: expected finite numbers", lambda _: pack("scene", {"x": float("nan")}, {})),
     ("renderer", r"renderer: expected a script without an end tag", bad_bundle),

@@ -20,6 +20,7 @@ import shapely
 
 from slalom import Disc, InvalidInput, Limits, Obstacle, State, method
 from slalom.goal import Goal
+from slalom.live.agents import as_recorded
 from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.live.export import export, messages
 from slalom.live.fields import Fields, Plane
@@ -30,6 +31,7 @@ from slalom.live.seen import decisions, seen_alone, seen_among, state_at
 from slalom.live.session import Session
 from slalom.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
+from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Circular, ConstantVelocity, Stationary
@@ -165,6 +167,24 @@ def test_a_replay_shows_the_states_of_the_file(run: Recording, tmp_path: Path, n
     for k in (7, 2):
         drift = arrays_of(session.answer({"do": "look", "step": k, "id": k}), "control")["drift"]
         np.testing.assert_allclose(drift[0], shifted[k, -1], atol=1e-5)
+
+
+@pytest.mark.parametrize("agent", [None, "car 2"])
+def test_an_agent_of_a_recording_moves_as_recorded(tmp_path: Path, agent: str | None) -> None:
+    """The control space is that of its recorded state, among the other agents."""
+    rows = [(f"car {j}", 0.2 * k, 0.2 * k * (2 + j), 3.0 * j + 0.02 * k * k) for j in (1, 2) for k in range(8 - j)]
+    text = "\n".join(["id,t,x,y", *(f"{name},{t},{x},{y}" for name, t, x, y in rows)])
+    (tmp_path / "cars.csv").write_text(text + "\n")
+    tracks = read_recorded(tmp_path / "cars.csv")
+    found = as_recorded(tracks, method("nao"), agent)
+    session = Session.of(found, method("nao"))
+    opening = session.opening()
+    own = tracks.obstacles[0 if agent is None else 1].trajectory
+    assert len(found.scenario.obstacles) == 1
+    times = 0.1 * np.arange(len(found.steps) + 1)
+    np.testing.assert_allclose(arrays_of(opening, "frames")["positions"][:, 0], own.position(times), atol=6e-4)
+    drift = arrays_of(session.answer({"do": "look", "step": 4, "id": 1}), "control")["drift"]
+    np.testing.assert_allclose(drift[0], own.position(0.4), atol=1e-5)
 
 
 def test_a_change_of_a_replay_begins_a_run_and_undo_returns_to_the_replay(run: Recording) -> None:

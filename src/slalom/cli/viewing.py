@@ -17,7 +17,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
+from slalom.cli.recorded import Crossing, Reading, given_options, is_recording, scenario_of, tracks_of
 from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, RUNS
 from slalom.errors import InvalidInput
 
@@ -36,11 +36,14 @@ def view(
     method: str | None = None,
     seed: int = 0,
     at: float | None = None,
+    agent: str | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
     browser: bool = True,
 ) -> int:
-    """Show a scenario, a run or a robot in a recording in the browser; everything can be dragged. Ctrl-C stops it.
+    """Show a scenario, a run or a recording in the browser; everything can be dragged. Ctrl-C stops it.
+
+    Runs and recordings are replayed; with --start and --goal a robot crosses a recording.
 
     Parameters
     ----------
@@ -55,7 +58,9 @@ def view(
     seed
         Seed of random scenarios.
     at
-        In a recording: start time [s] of the robot, in the time of the recording; by default the first time.
+        In a recording: start time [s] of the robot or the replay, in the time of the recording; by default the first.
+    agent
+        In a recording: id of the agent that is replayed with its control space; by default that of the longest track.
     browser
         Whether to open the browser; with --no-browser only the address is printed.
     """
@@ -64,7 +69,7 @@ def view(
         from slalom.live.server import Server
     except ModuleNotFoundError as error:
         raise InvalidInput(f"view: {NEEDED.format(extra='view', name=error.name)}") from None
-    begin = _sessions(source, given, method, seed, at, crossing, reading)
+    begin = _sessions(source, given, method, seed, (at, agent), crossing, reading)
     server = Server(begin, begin().scenario.name)  # what cannot run is refused before the browser opens
 
     def started() -> None:
@@ -157,7 +162,7 @@ def _sessions(
     settings: dict[str, float],
     method: str | None,
     seed: int,
-    at: float | None,
+    start: tuple[float | None, str | None],
     crossing: Crossing | None,
     reading: Reading | None,
 ) -> Callable[[], "Session"]:
@@ -165,7 +170,21 @@ def _sessions(
     from slalom.live.session import Session
     from slalom.methods import method as method_of
 
-    if Path(name).suffix in RUNS and Path(name).is_file():
+    at, agent = start
+    replayable, tracks = Path(name).suffix in RUNS and Path(name).is_file(), False
+    if not replayable:
+        tracks = is_recording(name, reading, crossing)
+    alone = tracks and not [option for option in given_options(crossing) if option != "agent-radius"]
+    if agent is not None and not alone:
+        raise InvalidInput(f"--agent: expected only with a recording without --start and --goal, found {agent!r}")
+    if alone:
+        if settings:
+            raise InvalidInput(f"--set: expected --start and --goal with a recording, found {next(iter(settings))!r}")
+        from slalom.live.agents import as_recorded
+
+        replayed = as_recorded(tracks_of(name, reading, crossing), method_of(method or DEFAULT_METHOD), agent, at)
+        return lambda: Session.of(replayed, method_of(DEFAULT_METHOD))
+    if replayable:
         from slalom.live.recorded import recorded
 
         found = recorded(_recording(Path(name)))
@@ -173,7 +192,7 @@ def _sessions(
             return lambda: Session.of(found, method_of(DEFAULT_METHOD))
         own = DEFAULT_METHOD if found.method is None else found.method.name
         loaded, chosen = found.scenario.with_settings(settings), method_of(method or own)
-    elif is_recording(name, reading, crossing):
+    elif tracks:
         loaded = scenario_of(name, reading, crossing, at).with_settings(settings)
         chosen = method_of(method or RECORDING_METHOD)
     else:

@@ -16,21 +16,23 @@ from slalom.sim.scenario import Scenario
 
 
 class Played(Protocol):
-    """Steps of a run.
-
-    Attributes:
-        steps: those that are known. arrived: (n,) [s] times of arrival known so far, inf for the others.
-        complete: whether all steps are known. end: the states at the end of a complete run.
-    """
+    """Steps of a run."""
 
     @property
-    def steps(self) -> list[Step]: ...
+    def steps(self) -> list[Step]:
+        """The steps that are known."""
+
     @property
-    def arrived(self) -> Array: ...
+    def arrived(self) -> Array:
+        """Times of arrival (n,) [s] known so far, inf for the others."""
+
     @property
-    def complete(self) -> bool: ...
+    def complete(self) -> bool:
+        """Whether all steps are known."""
+
     @property
-    def end(self) -> Step: ...
+    def end(self) -> Step:
+        """The states at the end of a complete run."""
 
     def advance(self, count: int) -> None:
         """Make further steps, if the run is not complete."""
