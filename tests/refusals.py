@@ -122,14 +122,14 @@ def without_widgets(_: Path) -> object:
         return widget(run())
 
 
-def agents() -> Agents:
+def recorded_agents() -> Agents:
     """The agents of a recording that slalom brings."""
     return read_recorded(sample_data("roundabout_ring_11.csv"))
 
 
 def late_replay(_: Path) -> object:
     """A replay that begins after the recording ends."""
-    return as_recorded(agents(), NAO, at=1e6)
+    return as_recorded(recorded_agents(), NAO, at=1e6)
 
 
 def replay_with_settings(_: Path) -> object:
@@ -352,7 +352,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     (
         "as_recorded",
         r"--agent: expected the id of an agent of roundabout_ring_11",
-        lambda _: as_recorded(tracks(), NAO, "none"),
+        lambda _: as_recorded(recorded_agents(), NAO, "none"),
     ),
     ("as_recorded", r"expected a track of at least 0.1 s, found one after 1e\+06 s", late_replay),
     ("_sessions", r"--agent: expected only with a recording", lambda _: view("head_on", agent="1", browser=False)),
