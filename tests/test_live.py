@@ -301,10 +301,17 @@ def test_the_bundle_is_that_of_the_sources(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
+    """The address of a server."""
+    with serving("roundabout_crossing", "--seed", "3") as found:
+        yield found
+
+
+@contextlib.contextmanager
+def serving(*arguments: str) -> Iterator[str]:
     """The address of a server, which Ctrl-C must stop within seconds."""
     pytest.importorskip("uvicorn", reason="slalom[view] is not installed: the server is not tested")
     pytest.importorskip("websockets", reason="slalom[view] is not installed: the server is not tested")
-    command = [sys.executable, "-m", "slalom", "view", "roundabout_crossing", "--seed", "3", "--no-browser"]
+    command = [sys.executable, "-m", "slalom", "view", *arguments, "--no-browser"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     yield process.stdout.readline().strip()
@@ -416,3 +423,33 @@ def test_pages_in_a_browser(address: str, run: Recording, tmp_path: Path) -> Non
     again = simulate(read_scenario(tmp_path / "scene.yaml"), method("vo"))
     assert len(again.times) == shown
     assert json.dumps(again.times[0]) == "0.0"
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: pages are not opened")
+def test_a_replay_in_a_browser(run: Recording, tmp_path: Path) -> None:
+    """Step, slider and play show the states of the file, each with its control space."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pages are not opened")
+    app, file = "document.getElementById('slalom').slalom", tmp_path / "run.h5"
+    shifted = run.positions + np.linspace(0.0, 0.8, len(run.times))[:, None, None] * np.array([0.3, 1.0])
+    replace(run, positions=shifted).save(file)
+    with serving(str(file)) as address, sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        with contextlib.closing(browser):
+            page = browser.new_context(bypass_csp=True).new_page()
+            page.goto(address)
+            page.wait_for_function(f"{app}.model.complete && {app}.model.control()?.step === 0")
+            for act in (
+                lambda: page.keyboard.press("ArrowRight"),
+                lambda: page.locator("input[aria-label='time of the run']").fill("6"),
+                lambda: page.keyboard.press("End"),
+            ):
+                act()
+                step = page.evaluate(f"{app}.model.step")
+                np.testing.assert_allclose(page.evaluate(f"{app}.model.robot(0)"), shifted[step, 0], atol=1e-3)
+                last = min(step, len(run.accelerations) - 1)
+                page.wait_for_function(f"{app}.model.control()?.step === {last}")
+                page.locator("canvas").first.focus()
+            page.keyboard.press("Space")
+            page.wait_for_function(f"{app}.model.playhead > 1 && {app}.model.playhead < {len(run.times) - 1}")
