@@ -37,9 +37,12 @@ from slalom import (
 )
 from slalom.bounds import BOUNDS
 from slalom.cli.viewing import view
+from slalom.io.tracks import sample_data
 from slalom.live import edits
+from slalom.live.agents import as_recorded
 from slalom.live.export import export, robot_of
 from slalom.live.messages import pack
+from slalom.live.notebook import widget
 from slalom.live.page import renderer
 from slalom.live.recorded import recorded
 from slalom.live.seen import decisions
@@ -47,10 +50,13 @@ from slalom.live.session import Session
 from slalom.peers import contender
 from slalom.registry import Kind, Registry
 from slalom.sim import Recording, compare, gallery, simulate
+from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Sampled
 from slalom.vehicle import Bicycle, DifferentialDrive, VehicleNavigator
+from slalom.view.film import Film
+from slalom.view.video import checked
 
 NAO = method("nao")
 ROBOT = Robot(Disc(0.5), Limits(4.0, 3.0), State((0, 0), (3, 0)), Goal(Stationary((20, 0)), 0.5))
@@ -105,6 +111,33 @@ def without_server(_: Path) -> object:
     """The command where a package of the server is not installed."""
     with patch.dict(sys.modules, {"slalom.live.server": None}):
         return view("head_on", browser=False)
+
+
+def without_video(tmp: Path) -> object:
+    """A video where PyAV is not installed."""
+    with patch.dict(sys.modules, {"av": None}):
+        return checked(tmp / "run.mp4")
+
+
+def without_widgets(_: Path) -> object:
+    """A widget where anywidget is not installed."""
+    with patch.dict(sys.modules, {"anywidget": None}):
+        return widget(run())
+
+
+def recorded_agents() -> Agents:
+    """The agents of a recording that slalom brings."""
+    return read_recorded(sample_data("roundabout_ring_11.csv"))
+
+
+def late_replay(_: Path) -> object:
+    """A replay that begins after the recording ends."""
+    return as_recorded(recorded_agents(), NAO, at=1e6)
+
+
+def replay_with_settings(_: Path) -> object:
+    """A replay with another horizon."""
+    return view(str(sample_data("roundabout_ring_11.csv")), settings=["horizon=3"], browser=False)
 
 
 def short_horizon(_: Path) -> object:
@@ -318,6 +351,21 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("without_obstacle", r"index: expected a number below 2, found 2", lambda _: edits.without_obstacle(SCENE, 2)),
     ("with_setting", r"name: expected one of horizon, .*'dt'", lambda _: edits.with_setting(SCENE, "dt", 1.0)),
     ("export", r"path: expected a name ending in \.html", lambda tmp: export(run(), tmp / "run.txt")),
+    ("Film.__init__", r"recording: expected a run with at least one step", lambda _: Film(no_steps())),
+    ("Film.__init__", r"width: expected an even number from 320", lambda _: Film(run(), width=321)),
+    ("Film.__init__", r"fps: expected at most 60, found 100", lambda _: Film(run(), fps=100.0)),
+    ("checked", r"path: expected a name ending in \.mp4 or \.gif", lambda tmp: checked(tmp / "run.avi")),
+    ("_library", r"animate: .*slalom\[video\]", without_video),
+    ("widget", r"method: expected one with a scenario", lambda _: widget(SCENE)),
+    ("widget", r"widget: .*slalom\[notebook\]", without_widgets),
+    (
+        "as_recorded",
+        r"--agent: expected the id of an agent of roundabout_ring_11",
+        lambda _: as_recorded(recorded_agents(), NAO, "none"),
+    ),
+    ("as_recorded", r"expected a track of at least 0.1 s, found one after 1e\+06 s", late_replay),
+    ("_sessions", r"--agent: expected only with a recording", lambda _: view("head_on", agent="1", browser=False)),
+    ("_sessions", r"--set: expected --start and --goal", replay_with_settings),
     ("robot_of", r"robot: expected one of 0 to 0, found 1", lambda _: robot_of(recorded(run()), 1)),
     ("pack", r"scene: expected finite numbers", lambda _: pack("scene", {"x": float("nan")}, {})),
     ("renderer", r"renderer: expected a script without an end tag", bad_bundle),

@@ -20,6 +20,7 @@ import shapely
 
 from slalom import Disc, InvalidInput, Limits, Obstacle, State, method
 from slalom.goal import Goal
+from slalom.live.agents import as_recorded
 from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.live.export import export, messages
 from slalom.live.fields import Fields, Plane
@@ -30,6 +31,7 @@ from slalom.live.seen import decisions, seen_alone, seen_among, state_at
 from slalom.live.session import Session
 from slalom.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
+from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Circular, ConstantVelocity, Stationary
@@ -145,6 +147,65 @@ def test_a_session_answers_every_command() -> None:
     assert kinds(session.answer({"do": "select", "robot": 0})) == ["series"]
 
 
+def arrays_of(found: list[bytes], kind: str) -> dict[str, np.ndarray]:
+    return next(arrays for fields, arrays in map(unpack, found) if fields["kind"] == kind)
+
+
+@pytest.mark.parametrize("name", ["alone", "fleet"])
+def test_a_replay_shows_the_states_of_the_file(run: Recording, tmp_path: Path, name: str) -> None:
+    """Also those that no run of the scenario would reach; the control space is that of the recorded state."""
+    made = run if name == "alone" else simulate(gallery.build("circle").with_settings({"duration": 1.0}), method("nao"))
+    shifted = made.positions + np.linspace(0.0, 0.8, len(made.times))[:, None, None] * np.array([0.3, 1.0])
+    replace(made, positions=shifted).save(tmp_path / "run.h5")
+    session = Session.of(recorded(Recording.load(tmp_path / "run.h5")), method("vo"))
+    opening = session.opening()
+    scene = unpack(opening[0])[0]
+    assert (scene["recorded"], scene["method"], session.complete) == (True, "nao", True)
+    np.testing.assert_allclose(arrays_of(opening, "frames")["positions"], shifted, atol=6e-4)
+    assert session.more() == []
+    session.answer({"do": "select", "robot": len(made.shapes) - 1})
+    for k in (7, 2):
+        drift = arrays_of(session.answer({"do": "look", "step": k, "id": k}), "control")["drift"]
+        np.testing.assert_allclose(drift[0], shifted[k, -1], atol=1e-5)
+
+
+@pytest.mark.parametrize("agent", [None, "car 2"])
+def test_an_agent_of_a_recording_moves_as_recorded(tmp_path: Path, agent: str | None) -> None:
+    """The control space is that of its recorded state, among the other agents."""
+    rows = [(f"car {j}", 0.2 * k, 0.2 * k * (2 + j), 3.0 * j + 0.02 * k * k) for j in (1, 2) for k in range(8 - j)]
+    text = "\n".join(["id,t,x,y", *(f"{name},{t},{x},{y}" for name, t, x, y in rows)])
+    (tmp_path / "cars.csv").write_text(text + "\n")
+    tracks = read_recorded(tmp_path / "cars.csv")
+    found = as_recorded(tracks, method("nao"), agent)
+    session = Session.of(found, method("nao"))
+    opening = session.opening()
+    own = tracks.obstacles[0 if agent is None else 1].trajectory
+    assert len(found.scenario.obstacles) == 1
+    times = 0.1 * np.arange(len(found.steps) + 1)
+    np.testing.assert_allclose(arrays_of(opening, "frames")["positions"][:, 0], own.position(times), atol=6e-4)
+    drift = arrays_of(session.answer({"do": "look", "step": 4, "id": 1}), "control")["drift"]
+    np.testing.assert_allclose(drift[0], own.position(0.4), atol=1e-5)
+
+
+def test_a_change_of_a_replay_begins_a_run_and_undo_returns_to_the_replay(run: Recording) -> None:
+    session = Session.of(recorded(run), method("vo"))
+    session.opening()
+    drag = {"do": "drag", "what": "robot", "index": 0, "to": [1, 1], "step": 4, "gesture": 1}
+    assert unpack(session.answer(drag)[0])[0]["recorded"] is False
+    assert session.scenario.start == pytest.approx(0.4)
+    assert unpack(session.answer({"do": "undo"})[0])[0]["recorded"] is True
+    assert unpack(session.answer({"do": "method", "name": "vo"})[0])[0]["recorded"] is False
+    again = session.answer({"do": "undo"})
+    assert (session.method.name, session.complete) == ("nao", True)
+    np.testing.assert_allclose(arrays_of(again, "frames")["positions"], run.positions, atol=6e-4)
+
+
+def test_a_replay_of_another_project_has_no_control_space(run: Recording) -> None:
+    session = Session.of(recorded(replace(run, method="nao+vo")), method("nao"))
+    assert kinds(session.opening()) == ["scene", "frames", "series"]
+    assert kinds(session.answer({"do": "look", "step": 1})) == []
+
+
 @pytest.mark.parametrize(
     ("command", "sentence"),
     [
@@ -240,10 +301,17 @@ def test_the_bundle_is_that_of_the_sources(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
+    """The address of a server."""
+    with serving("roundabout_crossing", "--seed", "3") as found:
+        yield found
+
+
+@contextlib.contextmanager
+def serving(*arguments: str) -> Iterator[str]:
     """The address of a server, which Ctrl-C must stop within seconds."""
     pytest.importorskip("uvicorn", reason="slalom[view] is not installed: the server is not tested")
     pytest.importorskip("websockets", reason="slalom[view] is not installed: the server is not tested")
-    command = [sys.executable, "-m", "slalom", "view", "roundabout_crossing", "--seed", "3", "--no-browser"]
+    command = [sys.executable, "-m", "slalom", "view", *arguments, "--no-browser"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     yield process.stdout.readline().strip()
@@ -355,3 +423,33 @@ def test_pages_in_a_browser(address: str, run: Recording, tmp_path: Path) -> Non
     again = simulate(read_scenario(tmp_path / "scene.yaml"), method("vo"))
     assert len(again.times) == shown
     assert json.dumps(again.times[0]) == "0.0"
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: pages are not opened")
+def test_a_replay_in_a_browser(run: Recording, tmp_path: Path) -> None:
+    """Step, slider and play show the states of the file, each with its control space."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pages are not opened")
+    app, file = "document.getElementById('slalom').slalom", tmp_path / "run.h5"
+    shifted = run.positions + np.linspace(0.0, 0.8, len(run.times))[:, None, None] * np.array([0.3, 1.0])
+    replace(run, positions=shifted).save(file)
+    with serving(str(file)) as address, sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        with contextlib.closing(browser):
+            page = browser.new_context(bypass_csp=True).new_page()
+            page.goto(address)
+            page.wait_for_function(f"{app}.model.complete && {app}.model.control()?.step === 0")
+            for act in (
+                lambda: page.keyboard.press("ArrowRight"),
+                lambda: page.locator("input[aria-label='time of the run']").fill("6"),
+                lambda: page.keyboard.press("End"),
+            ):
+                act()
+                step = page.evaluate(f"{app}.model.step")
+                np.testing.assert_allclose(page.evaluate(f"{app}.model.robot(0)"), shifted[step, 0], atol=1e-3)
+                last = min(step, len(run.accelerations) - 1)
+                page.wait_for_function(f"{app}.model.control()?.step === {last}")
+                page.locator("canvas").first.focus()
+            page.keyboard.press("Space")
+            page.wait_for_function(f"{app}.model.playhead > 1 && {app}.model.playhead < {len(run.times) - 1}")

@@ -72,8 +72,8 @@ def test_reference_pages_are_complete() -> None:
     assert set(site_reference.FORMULAS) == set(METRICS)
     assert "autoclass:: slalom.navigator.Navigator" in site_reference.api()
     commands = site_reference.command_line()
-    names = ("run", "list", "decide", "compare", "convert", "show", "export-scenario", "view", "export", "compile")
-    for name in (*names, "ros"):
+    names = ("run", "list", "decide", "compare", "convert", "show", "export-scenario", "view", "export", "animate")
+    for name in (*names, "compile", "ros"):
         assert app[name] is not None
         assert f"\n## slalom {name}\n" in commands
     assert " -m " not in commands

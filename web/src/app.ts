@@ -88,7 +88,7 @@ export class App {
 
   private begin(scene: Scene): void {
     const { parts, model } = this;
-    parts.title.textContent = `${scene.title} · ${scene.method}`;
+    parts.title.textContent = `${scene.title} · ${scene.method}${scene.recorded ? " · recording" : ""}`;
     parts.title.title = scene.notes.join(" ");
     document.title = `${scene.title} – slalom`;
     const several = scene.robots.length > 1;
@@ -116,7 +116,7 @@ export class App {
     second.hidden = !scene.compare;
     this.root.querySelector("main")!.className = scene.compare ? "three" : "";
     if (!this.view || !scene.live) this.view = null;
-    if (scene.notes.length && !scene.live) this.say(scene.notes.join(" "));
+    if (scene.notes.length && (!scene.live || scene.recorded)) this.say(scene.notes.join(" "));
     this.drawn = "";
     this.looked = "";
   }

@@ -79,7 +79,7 @@ export function drawChart(g: Context, model: Model, chart: Chart, theme: Theme, 
   const now = values[model.step];
   const shown = now === undefined || now > 1e5 ? "–" : number(Number(now.toFixed(2)));
   text(g, theme, `${chart.name} ${shown} ${chart.unit}`, LEFT, 13, { size: 12 });
-  const words = chart.name === "clearance" ? `margin ${number(limit)}` : `limit ${number(limit)}`;
+  const words = `${chart.name === "clearance" ? "margin" : "limit"} ${number(Number(limit.toFixed(2)))}`;
   if (width > 210) text(g, theme, words, width - LEFT, 13, { align: "right", size: 11, colour: theme.faint });
 }
 

@@ -54,6 +54,7 @@ export interface Scene {
   undo?: number;
   compare?: string | null;
   chosen?: number;
+  recorded?: boolean;
   settings?: Record<string, number>;
   editable?: boolean;
 }

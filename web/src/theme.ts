@@ -28,7 +28,7 @@ export const DARK: Theme = {
   paper: "#16181d",
   ink: "#e8eaee",
   faint: "#9aa0ab",
-  grid: "#262a32",
+  grid: "#2f343e",
   neutral: "#5b616c",
   robot: "#ff8a3d",
   goal: "#56b4e9",

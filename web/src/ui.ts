@@ -117,9 +117,6 @@ export function build(live: boolean) {
             field("horizon", parts.horizon, "horizon"),
           ]
         : []),
-      field("robot", parts.robot, "robot"),
-      field("colour", parts.colouring, "colour"),
-      el("span", { class: "grow" }),
       ...(live ? [parts.add, parts.remove, parts.undo, parts.yaml] : []),
       parts.theme,
       parts.help,
@@ -137,6 +134,8 @@ export function build(live: boolean) {
       parts.time,
       parts.clock,
       el("span", { class: "ahead" }, el("span", {}, "look ahead"), parts.element, parts.ahead),
+      field("robot", parts.robot, "robot"),
+      field("colour", parts.colouring, "colour"),
       el("label", { class: "field" }, parts.deciding, el("span", {}, "deciding elements")),
     ),
     el("div", { class: "charts" }, ...charts.map((chart) => el("div", { class: "frame" }, chart))),

@@ -1,4 +1,4 @@
-"""Command line: run, list, decide, compare, convert, show, export-scenario, view, export, reproduce, compile, ros.
+"""Command line: run, list, decide, compare, convert, show, export-scenario, view, export and others.
 
 Results on stdout, everything else on stderr.
 
@@ -23,7 +23,7 @@ from slalom.cli.reproducing import reproduce
 from slalom.cli.ros import ros
 from slalom.cli.running import run
 from slalom.cli.showing import export_scenario, show
-from slalom.cli.viewing import export, view
+from slalom.cli.viewing import animate, export, view
 from slalom.errors import SlalomError
 
 __all__ = ["BAD_INPUT", "DONE", "FAILED", "app", "call", "main"]
@@ -45,6 +45,7 @@ app.command(show, help_format="markdown")
 app.command(export_scenario, name="export-scenario", help_format="markdown")
 app.command(view, help_format="markdown")
 app.command(export, help_format="markdown")
+app.command(animate, help_format="markdown")
 app.command(reproduce, help_format="markdown")
 app.command(compile_, name="compile", help_format="markdown")
 app.command(ros)

@@ -47,10 +47,12 @@ def writable(*paths: Path | None) -> None:
                 path.parent.mkdir(parents=True, exist_ok=True)
 
 
-def new_page(page: Path | None, force: bool) -> None:
-    """Raise InvalidInput for a page that exists, which is replaced only with `force`."""
+def new_page(page: Path | None, force: bool, option: str = "--page") -> None:
+    """Raise InvalidInput for a file of an option that exists, which is replaced only with `force`."""
     if page is not None and page.exists() and not force:
-        raise InvalidInput(f"--page: expected a new file, or --force to replace it; found {str(page)!r}, which exists")
+        raise InvalidInput(
+            f"{option}: expected a new file, or --force to replace it; found {str(page)!r}, which exists"
+        )
 
 
 def resolved(name: str) -> str:

@@ -11,7 +11,7 @@ from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.sim import Scenario
-    from slalom.sim.files.recorded_traffic import AgentSelection
+    from slalom.sim.files.recorded_traffic import AgentSelection, Recorded
 
 SignedText = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 READING = Group("Reading a recording", help="Formats: `slalom list formats`.", sort_key=2)
@@ -146,10 +146,10 @@ def is_recording(scenario: str, reading: Reading | None, crossing: Crossing | No
 
 def scenario_of(path: str, reading: Reading | None, crossing: Crossing | None, at: float | None) -> "Scenario":
     """Build the scenario of a robot in a recording, which starts at time `at` [s] of the recording."""
-    from slalom.sim.files.recorded_traffic import crossing as crossing_of, read_recorded
+    from slalom.sim.files.recorded_traffic import crossing as crossing_of
 
-    read, options = reading or Reading(), crossing or Crossing()
-    found = read_recorded(path, read.agent_selection(options.agent_radius), **read.settings())
+    options = crossing or Crossing()
+    found = tracks_of(path, reading, crossing)
     if options.start is None or options.goal is None:
         option = "--start" if options.start is None else "--goal"
         raise InvalidInput(f"{option}: expected X,Y[,Z] [m] for a robot in {path}, found none")
@@ -169,6 +169,14 @@ def scenario_of(path: str, reading: Reading | None, crossing: Crossing | None, a
         velocity=velocity,
         **{name: value for name, value in parameters.items() if value is not None},
     )
+
+
+def tracks_of(path: str, reading: Reading | None, crossing: Crossing | None) -> "Recorded":
+    """Read the agents of a recording."""
+    from slalom.sim.files.recorded_traffic import read_recorded
+
+    read, options = reading or Reading(), crossing or Crossing()
+    return read_recorded(path, read.agent_selection(options.agent_radius), **read.settings())
 
 
 def given_options(options: Reading | Crossing | None) -> list[str]:

@@ -1,11 +1,14 @@
-"""`slalom view` and `slalom export`."""
+"""`slalom view`, `slalom export` and `slalom animate`."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slalom.cli.console import (
     DONE,
+    Flag,
     Settings,
+    new_page,
     parse_settings,
     print_line,
     print_message,
@@ -14,12 +17,13 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
+from slalom.cli.recorded import Crossing, Reading, given_options, is_recording, scenario_of, tracks_of
 from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, RUNS
 from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from slalom.sim import Recording, Scenario
+    from slalom.live.session import Session
+    from slalom.sim import Recording
 
 NEEDED = "expected the packages of `pip install slalom[{extra}]`, found no {name}"
 
@@ -32,11 +36,14 @@ def view(
     method: str | None = None,
     seed: int = 0,
     at: float | None = None,
+    agent: str | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
     browser: bool = True,
 ) -> int:
-    """Show a scenario, a run or a robot in a recording in the browser; everything can be dragged. Ctrl-C stops it.
+    """Show a scenario, a run or a recording in the browser; everything can be dragged. Ctrl-C stops it.
+
+    Runs and recordings are replayed; with --start and --goal a robot crosses a recording.
 
     Parameters
     ----------
@@ -46,27 +53,24 @@ def view(
     settings
         NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     method
-        A name from `slalom list methods`, or NAME@FORESIGHT; by default that of the run, else nao, in recordings
-        nao_ahead.
+        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao, in recordings nao_ahead. A run is
+        replayed; with a method or settings, its scenario is run again.
     seed
         Seed of random scenarios.
     at
-        In a recording: start time [s] of the robot, in the time of the recording; by default the first time.
+        In a recording: start time [s] of the robot or the replay, in the time of the recording; by default the first.
+    agent
+        In a recording: id of the agent that is replayed with its control space; by default that of the longest track.
     browser
         Whether to open the browser; with --no-browser only the address is printed.
     """
-    loaded, name = _loaded(resolved(scenario), parse_settings(settings), method, seed, at, crossing, reading)
-    from slalom.methods import method as method_of
-
-    chosen = method_of(name)
+    source, given = resolved(scenario), parse_settings(settings)
     try:
         from slalom.live.server import Server
     except ModuleNotFoundError as error:
         raise InvalidInput(f"view: {NEEDED.format(extra='view', name=error.name)}") from None
-    from slalom.live.session import Session
-
-    Session(loaded, chosen)  # refuses what cannot run before the browser opens
-    server = Server(lambda: Session(loaded, chosen), loaded.name)
+    begin = _sessions(source, given, method, seed, (at, agent), crossing, reading)
+    server = Server(begin, begin().scenario.name)  # what cannot run is refused before the browser opens
 
     def started() -> None:
         print_line(server.address)
@@ -104,31 +108,95 @@ def export(run: Path, page: Path, /, *, robot: int = 0, every: float | None = No
     return DONE
 
 
+def animate(
+    run: Path,
+    video: Path,
+    /,
+    *,
+    width: int = 720,
+    fps: float = 25.0,
+    speed: float = 1.0,
+    trail: float = 3.0,
+    force: Flag = False,
+) -> int:
+    """Write a video of a run: robots, obstacles, goals and trails in the workspace.
+
+    Parameters
+    ----------
+    run
+        A file that `slalom run --out run.h5` wrote.
+    video
+        The file to write, .mp4 or .gif.
+    width
+        Width [pixel] of the video, an even number from 320 to 3840; the height follows from the run.
+    fps
+        Pictures in a second of video [Hz].
+    speed
+        Seconds of the run in a second of video.
+    trail
+        Time [s] of the run behind each robot that is drawn as a line.
+    force
+        Replace a video that exists.
+    """
+    from slalom.view import animate as write
+    from slalom.view.video import checked
+
+    checked(video)
+    new_page(video, force, "VIDEO")
+    recording = _recording(run)
+    writable(video)
+    with progress("animating") as advance, writing(video):
+        write(recording, video, width=width, fps=fps, speed=speed, trail=trail, progress=advance)
+    print_line(str(video))
+    return DONE
+
+
 def _recording(run: Path) -> "Recording":
     from slalom.sim import Recording
 
     return Recording.load(run)
 
 
-def _loaded(
+def _sessions(
     name: str,
     settings: dict[str, float],
     method: str | None,
     seed: int,
-    at: float | None,
+    start: tuple[float | None, str | None],
     crossing: Crossing | None,
     reading: Reading | None,
-) -> tuple["Scenario", str]:
-    """The scenario of a name or a file, and the name of the method."""
-    if Path(name).suffix in RUNS and Path(name).is_file():
+) -> Callable[[], "Session"]:
+    """What begins a session of a name or a file: the replay of a run, or a run of a scenario."""
+    from slalom.live.session import Session
+    from slalom.methods import method as method_of
+
+    at, agent = start
+    replayable, tracks = Path(name).suffix in RUNS and Path(name).is_file(), False
+    if not replayable:
+        tracks = is_recording(name, reading, crossing)
+    alone = tracks and not [option for option in given_options(crossing) if option != "agent-radius"]
+    if agent is not None and not alone:
+        raise InvalidInput(f"--agent: expected only with a recording without --start and --goal, found {agent!r}")
+    if alone:
+        if settings:
+            raise InvalidInput(f"--set: expected --start and --goal with a recording, found {next(iter(settings))!r}")
+        from slalom.live.agents import as_recorded
+
+        replayed = as_recorded(tracks_of(name, reading, crossing), method_of(method or DEFAULT_METHOD), agent, at)
+        return lambda: Session.of(replayed, method_of(DEFAULT_METHOD))
+    if replayable:
         from slalom.live.recorded import recorded
-        from slalom.sim import Recording
 
-        found = recorded(Recording.load(name))
+        found = recorded(_recording(Path(name)))
+        if method is None and not settings:
+            return lambda: Session.of(found, method_of(DEFAULT_METHOD))
         own = DEFAULT_METHOD if found.method is None else found.method.name
-        return found.scenario.with_settings(settings), method or own
-    if is_recording(name, reading, crossing):
-        return scenario_of(name, reading, crossing, at).with_settings(settings), method or RECORDING_METHOD
-    from slalom.sim import load
+        loaded, chosen = found.scenario.with_settings(settings), method_of(method or own)
+    elif tracks:
+        loaded = scenario_of(name, reading, crossing, at).with_settings(settings)
+        chosen = method_of(method or RECORDING_METHOD)
+    else:
+        from slalom.sim import load
 
-    return load(name, settings, seed=seed), method or DEFAULT_METHOD
+        loaded, chosen = load(name, settings, seed=seed), method_of(method or DEFAULT_METHOD)
+    return lambda: Session(loaded, chosen)

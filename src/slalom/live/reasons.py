@@ -89,4 +89,4 @@ def _closest(seen: Seen, other: Other, row: int, times: Array, positions: Array)
 
 
 def _numbers(control: Array) -> str:
-    return "(" + ", ".join(f"{x:.1f}" for x in control + 0.0).replace("-", "−") + ")"
+    return "(" + ", ".join(f"{x:.1f}" for x in np.round(control, 1) + 0.0).replace("-", "−") + ")"

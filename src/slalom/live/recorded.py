@@ -18,15 +18,17 @@ class Recorded(NamedTuple):
     """A recorded run.
 
     Attributes:
-        method: by which all robots decided; None if it has no control space here.
-        end: the states at the end, as a step.
+        method: by which all robots decided; None if it has no control space here. name: of the method.
+        end: the states at the end, as a step. arrived: (n,) absolute times [s], inf for robots that did not arrive.
         notes: assumptions, a sentence each.
     """
 
     scenario: Scenario
     method: Method | None
+    name: str
     steps: list[Step]
     end: Step
+    arrived: Array
     notes: tuple[str, ...]
 
 
@@ -68,9 +70,8 @@ def recorded(recording: Recording) -> Recorded:
         for k in range(count)
     ]
     found, more = method_of(recording)
-    return Recorded(
-        scenario, found, steps, last_state(recording.positions[-1], recording.velocities[-1]), (*notes, *more)
-    )
+    end = last_state(recording.positions[-1], recording.velocities[-1])
+    return Recorded(scenario, found, recording.method, steps, end, recording.arrived, (*notes, *more))
 
 
 def last_state(positions: Array, velocities: Array) -> Step:

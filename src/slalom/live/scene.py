@@ -16,11 +16,10 @@ from slalom.sim.measure.run_log import Step
 from slalom.sim.scenario import Scenario
 from slalom.sim.shape_distance import clearances
 from slalom.trajectory import Stationary
+from slalom.view.extent import TIMES, drawn_box
 
 MILLIMETRE: Final = 1e-3
 """[m, m/s, m/s^2, rad] Step of numbers in messages, coarser where 16 bits do not suffice."""
-BOX_TIMES: Final = 40
-"""[1] Times of a run at which the positions of obstacles enter the drawn box."""
 
 
 class Scene:
@@ -191,20 +190,6 @@ def _box(scenario: Scenario, steps: Sequence[Step]) -> tuple[Array, Array]:
     radius = max(robot.shape.bounding_radius for robot in scenario.robots)
     if scenario.period is None:
         points += [robot.goal.position(scenario.start) for robot in scenario.robots]
-    points += [position for step in steps[:: max(1, len(steps) // BOX_TIMES)] for position in step.positions]
-    low, high = np.min(points, axis=0), np.max(points, axis=0)
-    reach = 0.6 * float(np.max(high - low)) + 4.0 * radius
+    points += [position for step in steps[:: max(1, len(steps) // TIMES)] for position in step.positions]
     end = scenario.start + (scenario.dt * len(steps) if steps else min(scenario.duration, 3.0 * scenario.horizon))
-    inner_low, inner_high = low - reach, high + reach
-    for obstacle in scenario.obstacles:
-        first, last = max(scenario.start, obstacle.trajectory.span[0]), min(end, obstacle.trajectory.span[1])
-        if first > last:
-            continue
-        centres = obstacle.trajectory.position(np.linspace(first, last, BOX_TIMES))
-        size = min(obstacle.shape.bounding_radius, reach)
-        near = ((centres > inner_low) & (centres < inner_high)).all(axis=1)
-        if near.any():
-            low = np.minimum(low, np.maximum(centres[near].min(axis=0) - size, inner_low))
-            high = np.maximum(high, np.minimum(centres[near].max(axis=0) + size, inner_high))
-    pad = 0.04 * float(np.max(high - low)) + radius
-    return low - pad, high + pad
+    return drawn_box(np.array(points), radius, scenario.obstacles, scenario.start, end)

@@ -6,13 +6,13 @@ from typing import Any, Final
 import numpy as np
 
 from slalom.checks import vector, whole
-from slalom.decision import Decision
 from slalom.errors import InvalidInput, SlalomError
 from slalom.live.control_space import control_message
 from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.live.fields import Fields
 from slalom.live.messages import pack
-from slalom.live.recorded import last_state
+from slalom.live.played import Made, Played, Replayed
+from slalom.live.recorded import Recorded
 from slalom.live.scene import Scene, series
 from slalom.live.seen import Seen, seen_alone, seen_among, state_at, with_response
 from slalom.methods import Method, method as method_of
@@ -33,27 +33,31 @@ class Session:
     A change at a step makes the states of that step the begin of a new scenario. The run is made again from there.
 
     Attributes:
-        scenario, method: what runs. compared: a second method whose control space is shown beside it; None: none.
+        scenario, method: what runs. recorded: what is replayed, until a change; None: nothing.
+        compared: a second method whose control space is shown beside it; None: none.
         robot: whose control space is shown. response: number of the response that is drawn; -1: the committed one.
     """
 
-    def __init__(self, scenario: Scenario, method: Method) -> None:
-        self.scenario, self.method = scenario, method
+    def __init__(self, scenario: Scenario, method: Method, recorded: Recorded | None = None) -> None:
+        self.scenario, self.method, self.recorded = scenario, method, recorded
         self.compared: Method | None = None
         self.robot, self.response = 0, -1
-        self._box = Scene(scenario)
-        self._undo: list[Scenario] = []
+        self._box = Scene(scenario, [] if recorded is None else recorded.steps)
+        self._undo: list[tuple[Scenario, Recorded | None]] = []
         self._gesture: object = None
         self._fields = Fields()
         self._begin()
 
+    @classmethod
+    def of(cls, recorded: Recorded, otherwise: Method) -> "Session":
+        """Return the replay of a recording; `otherwise` decides after a change if its method is not known."""
+        return cls(recorded.scenario, recorded.method or otherwise, recorded)
+
     def _begin(self) -> None:
-        """Begin the run of the present scenario."""
+        """Begin the run of the present scenario, or its replay."""
         self._scene = Scene(self.scenario, box=(self._box.low, self._box.high))
         self.robot = min(self.robot, len(self.scenario.robots) - 1)
-        self._run = Run(self.scenario, self.method)
-        self._steps = self._run.steps()
-        self._decisions: list[Decision] = []
+        self._played: Played = Made(self.scenario, self.method) if self.recorded is None else Replayed(self.recorded)
         self._sent = 0
         self.complete = False
 
@@ -63,33 +67,27 @@ class Session:
             "undo": len(self._undo),
             "compare": None if self.compared is None else self.compared.name,
             "chosen": self.robot,
+            "recorded": self.recorded is not None,
         }
-        scene = self._scene.message(self.method.name, live=True, extra=extra)
+        name, notes = (self.method.name, ()) if self.recorded is None else (self.recorded.name, self.recorded.notes)
+        scene = self._scene.message(name, live=True, notes=notes, extra=extra)
         first = self.more(1)
         return [scene, *first, *self.look(0, answers)]
 
     def more(self, count: int = CHUNK) -> list[bytes]:
-        """Make further steps of the run; return their messages, none after its end."""
+        """Make further steps of the run; return their messages, none after its end. A replay is sent at once."""
         if self.complete:
             return []
-        for _ in range(count):
-            if next(self._steps, None) is None:
-                self.complete = True
-                break
-            decider = self._run.decider
-            if isinstance(decider, SingleRobotDecider):
-                assert decider.decision is not None
-                self._decisions.append(decider.decision)
-        log = self._run.log
-        steps, first = log.steps[self._sent :], self._sent
-        self._sent = len(log.steps)
+        played = self._played
+        played.advance(count)
+        self.complete = played.complete
+        steps, first = played.steps[self._sent :], self._sent
+        self._sent = len(played.steps)
         if self.complete:
-            robots = self.scenario.robots
-            here = np.array([r.state.position for r in robots]) if not log.steps else log.positions
-            steps = [*steps, last_state(here, np.zeros_like(here) if not log.steps else log.velocities)]
+            steps = [*steps, played.end]
         if not steps:
             return []
-        frames = self._scene.frames(steps, first, log.arrived, complete=self.complete)
+        frames = self._scene.frames(steps, first, played.arrived, complete=self.complete)
         return [frames, series(self.scenario, steps, self.robot, first)]
 
     def answer(self, command: Mapping[str, Any]) -> list[bytes]:
@@ -137,18 +135,18 @@ class Session:
         return with_response(seen, self.scenario, seen.responses[self.response])
 
     def _seen(self, k: int) -> Seen | None:
-        steps = self._run.log.steps
-        if not steps:
+        steps = self._played.steps
+        if not steps or (self.recorded is not None and self.recorded.method is None):
             return None
         k = max(0, min(k, len(steps) - 1))
         if len(self.scenario.robots) > 1:
             return seen_among(self.scenario, self.method, steps, k, self.robot)
-        return seen_alone(self.scenario, self.method, self._decisions[k], k, state_at(steps, k, 0))
+        return seen_alone(self.scenario, self.method, self._played.decision(k), k, state_at(steps, k, 0))
 
     def _seen_by(self, method: Method, k: int) -> Seen:
         """The decision that another method would make in the state of step k."""
-        k = max(0, min(k, len(self._run.log.steps) - 1))
-        here = from_step(self.scenario, self._run.log.steps, k)
+        k = max(0, min(k, len(self._played.steps) - 1))
+        here = from_step(self.scenario, self._played.steps, k)
         run = Run(here, method)
         next(run.steps())
         if isinstance(run.decider, SingleRobotDecider):
@@ -164,7 +162,7 @@ class Session:
         if robot >= len(self.scenario.robots):
             raise InvalidInput(f"robot: expected a number below {len(self.scenario.robots)}, found {robot}")
         self.robot = robot
-        return [series(self.scenario, self._run.log.steps, robot)]
+        return [series(self.scenario, self._played.steps, robot)]
 
     def _drag(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         what, to = str(_given(command, "what")), _given(command, "to")
@@ -183,10 +181,15 @@ class Session:
             return self.scenario
         self._gesture = gesture
         step = whole(_given(command, "step"), "step")
-        steps = self._run.log.steps
+        steps = self._played.steps
         base = from_step(self.scenario, steps, min(step, len(steps) - 1) if steps else 0)
-        self._undo = [*self._undo[-MAX_UNDO + 1 :], self.scenario]
+        self._remember()
         return base
+
+    def _remember(self) -> None:
+        """Keep the present scenario or replay for undo; what follows is a run of its own."""
+        self._undo = [*self._undo[-MAX_UNDO + 1 :], (self.scenario, self.recorded)]
+        self.recorded = None
 
     def _restarted(self, answers: int) -> list[bytes]:
         try:
@@ -194,7 +197,7 @@ class Session:
             return self.opening(answers)
         except SlalomError as error:
             # The scenario is one that cannot run, such as one whose goal is covered: the one before it stays.
-            self.scenario = self._undo.pop()
+            self.scenario, self.recorded = self._undo.pop()
             self._gesture = None
             self._begin()
             raise InvalidInput(str(error)) from error
@@ -214,7 +217,7 @@ class Session:
             if first >= 0
             else (f"hits nothing within {seen.blocked.horizon:g} s.")
         )
-        numbers = ", ".join(f"{x:.2f}" for x in control).replace("-", "−")
+        numbers = ", ".join(f"{x:.2f}" for x in np.round(control, 2) + 0.0).replace("-", "−")
         limits = "" if inside else " It is outside the limits."
         elapsed = np.linspace(0.0, seen.blocked.horizon, VIEW_SAMPLES)
         path = seen.response.position(seen.state, elapsed)(control)
@@ -239,18 +242,22 @@ class Session:
 
     def _set(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         changed = with_setting(self.scenario, str(_given(command, "name")), _given(command, "value"))
-        self._undo = [*self._undo[-MAX_UNDO + 1 :], self.scenario]
+        self._remember()
         self.scenario, self._gesture = changed, None
         return self._restarted(answers)
 
     def _method(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        before, self.method = self.method, method_of(str(_given(command, "name")))
+        before, recorded, self.method = self.method, self.recorded, method_of(str(_given(command, "name")))
         self.response = -1
+        if recorded is not None:
+            self._remember()
         try:
             self._begin()
             return self.opening(answers)
         except SlalomError as error:
             self.method = before
+            if recorded is not None:
+                _, self.recorded = self._undo.pop()
             self._begin()
             raise InvalidInput(str(error)) from error
 
@@ -268,7 +275,9 @@ class Session:
     def _take_back(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         if not self._undo:
             raise InvalidInput("undo: expected a change before, found none")
-        self.scenario, self._gesture = self._undo.pop(), None
+        (self.scenario, self.recorded), self._gesture = self._undo.pop(), None
+        if self.recorded is not None:
+            self.method = self.recorded.method or self.method
         self._begin()
         return self.opening(answers)
 

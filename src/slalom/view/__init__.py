@@ -1,4 +1,4 @@
-"""Figures of decisions and runs: the workspace, the control space, and both side by side.
+"""Figures of decisions and runs: the workspace, the control space, both side by side, and videos.
 
 All figures are `matplotlib.figure.Figure` objects, never pyplot figures: no window opens, no global state changes.
 """
@@ -6,6 +6,7 @@ All figures are `matplotlib.figure.Figure` objects, never pyplot figures: no win
 from slalom.view.control_space import control_space
 from slalom.view.figure import decision, paths
 from slalom.view.style import save
+from slalom.view.video import animate
 from slalom.view.workspace import workspace
 
-__all__ = ["control_space", "decision", "paths", "save", "workspace"]
+__all__ = ["animate", "control_space", "decision", "paths", "save", "workspace"]

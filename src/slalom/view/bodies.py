@@ -38,16 +38,22 @@ def outline(region: Any) -> Outline:
     return Outline.make_compound_path(*rings)
 
 
+def silhouette(parts: Sequence[Part]) -> Outline:
+    """Return the outline of `parts`, seen along the last axis in space; of walls without thickness, their lines."""
+    region = region_of(parts)
+    if region.area == 0.0:
+        region = shapely.union_all([shapely.LineString(part.corners[:, :2]) for part in parts])
+    return outline(region)
+
+
 def body(ax: Axes, parts: Sequence[Part], gid: str, **properties: Any) -> Patch:
     """Draw the outline of `parts`, whose corners (n, d) [m] are in the world frame."""
     if len(parts) == 1 and len(parts[0].corners) == 1:
         return disc(ax, parts[0].corners[0], parts[0].radius, gid, **properties)
-    region = region_of(parts)
-    if region.area == 0.0:
-        # Walls without thickness have no area: draw them as lines.
+    drawn = silhouette(parts)
+    if region_of(parts).area == 0.0:
         properties = {**properties, "fill": False, "linewidth": max(1.0, float(properties.get("linewidth", 1.0)))}
-        region = shapely.union_all([shapely.LineString(part.corners[:, :2]) for part in parts])
-    patch = PathPatch(outline(region), **properties)
+    patch = PathPatch(drawn, **properties)
     patch.set_gid(gid)
     ax.add_patch(patch)
     return patch

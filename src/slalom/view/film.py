@@ -1,0 +1,234 @@
+"""Pictures of a recorded run over time: robots, obstacles, goals and trails in the workspace."""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PathCollection
+from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
+from matplotlib.transforms import Affine2D
+
+from slalom.checks import Array, not_negative, positive, whole
+from slalom.errors import InvalidInput
+from slalom.kernels.arrays import Flags
+from slalom.minkowski import outline_parts
+from slalom.obstacle import Obstacle
+from slalom.path_goal import PathGoal
+from slalom.shape import Part
+from slalom.sim import Recording
+from slalom.trajectory import Stationary
+from slalom.view.bodies import body, silhouette
+from slalom.view.extent import TIMES, drawn_box
+from slalom.view.style import GOAL, INK, NEUTRAL, ROBOT, style
+
+Pixels = npt.NDArray[np.uint8]
+"""A picture (height, width, 3) as red, green and blue."""
+
+COLOURS: Final = (ROBOT, "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+"""Colours of robots in turn, distinct for the colour-blind (Okabe and Ito)."""
+DOTS: Final = 100
+"""[dots per inch] Resolution of the pictures; fonts have 7 to 8 points."""
+LEFT, RIGHT, BASE, TOP = 50, 12, 40, 30
+"""[pixel] Margins around a panel."""
+NARROWEST, WIDEST = 320, 3840
+"""[pixel] Limits of the width of a picture."""
+FLATTEST, TALLEST = 0.4, 1.0
+"""[1] Limits of the height of a panel, as a share of its width."""
+FASTEST: Final = 60.0
+"""[1/s] Most pictures in a second of video."""
+CROWD: Final = 60
+"""[1] Number of robots above which neither velocities nor goals are drawn."""
+VIEWS: Final = {2: ((0, 1, "x [m]", "y [m]"),), 3: ((0, 1, "x [m]", "y [m]"), (0, 2, "x [m]", "z [m]"))}
+"""Panels by dimension: their axes and labels. In space they are seen from above, and from the side."""
+
+
+class Film(Sequence[Pixels]):
+    """Pictures of a recorded run, one for each moment of a video; each is drawn when it is asked for.
+
+    Between two steps robots move with the constant acceleration of the step.
+
+    Args:
+        width: [pixel], even; the height follows from the run. speed: seconds of the run in a second of video.
+        fps: [1/s] pictures in a second of video. trail: [s] of the run behind each robot that is drawn as a line.
+
+    Attributes:
+        times: (k,) [s] of the pictures, absolute. width, height: [pixel]. axes: of matplotlib, one for each panel.
+
+    Raises:
+        InvalidInput: a run without a step, or a setting outside its limits.
+    """
+
+    def __init__(
+        self, recording: Recording, *, width: int = 720, fps: float = 25.0, speed: float = 1.0, trail: float = 3.0
+    ) -> None:
+        if not len(recording.accelerations):
+            raise InvalidInput(
+                "recording: expected a run with at least one step, found a robot that starts at its goal"
+            )
+        if not NARROWEST <= whole(width, "width") <= WIDEST or width % 2:
+            raise InvalidInput(f"width: expected an even number from {NARROWEST} to {WIDEST}, found {width}")
+        if positive(fps, "fps") > FASTEST:
+            raise InvalidInput(f"fps: expected at most {FASTEST:g}, found {fps:g}")
+        self.trail = not_negative(trail, "trail")
+        start, end = float(recording.times[0]), float(recording.times[-1])
+        self.times = np.append(np.arange(start, end - 1e-9, positive(speed, "speed") / fps), end)
+        self.recording, self.width = recording, width
+        with style():
+            self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Draw what does not move, once."""
+        run = self.recording
+        goals = [goal.position(self.times[0]) for goal in run.goals] if run.period is None else []
+        every = max(1, len(run.times) // TIMES)
+        points = np.concatenate([run.positions[::every].reshape(-1, run.dimension), *(g[None] for g in goals)])
+        radius = max(shape.bounding_radius for shape in run.shapes)
+        low, high = drawn_box(points, radius, run.obstacles, float(self.times[0]), float(self.times[-1]))
+        views = VIEWS[run.dimension]
+        across = self.width // len(views) - LEFT - RIGHT
+        ratios = [(high[y] - low[y]) / (high[x] - low[x]) for x, y, *_ in views]
+        tall = round(across * float(np.clip(max(ratios), FLATTEST, TALLEST)))
+        self.height = 2 * ((tall + BASE + TOP) // 2)
+        figure = Figure(figsize=(self.width / DOTS, self.height / DOTS), dpi=DOTS)
+        canvas: Any = FigureCanvasAgg(figure)
+        self._panels, self.axes = list[_Panel](), list[Axes]()
+        for k, (x, y, *labels) in enumerate(views):
+            left = k * self.width / len(views) + LEFT
+            place = (left / self.width, BASE / self.height, across / self.width, tall / self.height)
+            ax = figure.add_axes(place)
+            ax.set(xlabel=labels[0], ylabel=labels[1])
+            self.axes.append(ax)
+            self._panels.append(_Panel(ax, run, (x, y), (low, high), tall / across))
+        title = f"{run.scenario}, {run.method}"
+        base = 1.0 - 0.5 * TOP / self.height
+        figure.text(LEFT / self.width, base, title, va="center", fontsize=8)
+        self._clock = figure.text(1.0 - RIGHT / self.width, base, "", va="center", ha="right", fontsize=8)
+        self._clock.set_animated(True)
+        canvas.draw()
+        self._canvas, self._still = canvas, canvas.copy_from_bbox(figure.bbox)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __getitem__(self, k: Any) -> Any:
+        """Return the picture with number `k`, counted from 0."""
+        if isinstance(k, slice):
+            return [self[j] for j in range(*k.indices(len(self)))]
+        return self.at(float(self.times[range(len(self))[k]]))
+
+    def states(self, t: float) -> tuple[Array, Array, Flags]:
+        """Return positions (n, d) [m], velocities (n, d) [m/s], and which robots are there (n,), at time t [s]."""
+        run = self.recording
+        i = min(int((t - run.times[0]) / run.dt + 1e-9), len(run.accelerations) - 1)
+        h, a = t - run.times[i], run.accelerations[i]
+        stays = np.array([goal.stop for goal in run.goals])
+        there = stays | (run.arrived >= t - 1e-9)
+        return run.positions[i] + h * (run.velocities[i] + 0.5 * h * a), run.velocities[i] + h * a, there
+
+    def at(self, t: float) -> Pixels:
+        """Return the picture at time t [s], absolute."""
+        run = self.recording
+        positions, velocities, there = self.states(t)
+        past = run.positions[(run.times >= t - self.trail) & (run.times < t)]
+        trails = np.concatenate([past, positions[None]])
+        figure = self._canvas.figure
+        self._canvas.restore_region(self._still)
+        with style():
+            for panel in self._panels:
+                panel.draw(t, np.where(there[:, None], positions, np.nan), velocities, trails[:, there], there)
+            self._clock.set_text(f"{t - run.times[0]:.1f} s")
+            figure.draw_artist(self._clock)
+        return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+
+class _Panel:
+    """One view of a run along an axis."""
+
+    def __init__(self, ax: Axes, run: Recording, axes: tuple[int, int], box: tuple[Array, Array], ratio: float) -> None:
+        self._ax, self._axes, self._run = ax, list(axes), run
+        low, high = box[0][self._axes], box[1][self._axes]
+        middle, sides = 0.5 * (low + high), high - low
+        half = 0.5 * max(sides[0], sides[1] / ratio)
+        ax.set(xlim=(middle[0] - half, middle[0] + half))
+        ax.set(ylim=(middle[1] - ratio * half, middle[1] + ratio * half))
+        self._scale = ax.bbox.width / (2.0 * half)
+        self._moving = [o for o in run.obstacles if not isinstance(o.trajectory, Stationary)]
+        still = [o for o in run.obstacles if isinstance(o.trajectory, Stationary)]
+        n, start = len(run.shapes), float(run.times[0])
+        colours = [COLOURS[k % len(COLOURS)] for k in range(n)]
+        for number, obstacle in enumerate(still):
+            parts = self._projected(outline_parts(obstacle, start))
+            body(ax, parts, f"obstacle-{number}", facecolor=NEUTRAL, edgecolor=INK, linewidth=0.5, zorder=1.5)
+        self._others = self._bodies([self._outline(o, start) for o in self._moving], [NEUTRAL] * len(self._moving), 0.5)
+        few = n <= CROWD
+        self._trails = LineCollection([], colors=colours, linewidths=1.4, alpha=0.45, zorder=4)
+        self._robots = self._bodies(
+            [silhouette(self._projected(shape.parts)) for shape in run.shapes], colours, 0.6 if few else 0.3, 5
+        )
+        self._arrows = LineCollection([], colors=[INK], linewidths=0.9, zorder=6)
+        self._goals = self._bodies([], [], 1.0, 5.8) if few and run.period is None else None
+        if self._goals is not None:
+            ring = [Outline.circle(radius=goal.tolerance) for goal in run.goals]
+            self._goals.set(paths=ring, edgecolors=colours if n > 1 else [GOAL], facecolors="none")
+            for goal in run.goals:
+                if isinstance(goal, PathGoal):
+                    ax.plot(*goal.points.T[self._axes], color=GOAL, linewidth=0.8, linestyle=(0, (4, 2)), zorder=2)
+        drawn = (self._others, self._trails, self._goals, self._robots, self._arrows)
+        self._drawn = [artist for artist in drawn if artist is not None]
+        for artist in self._drawn:
+            artist.set_animated(True)
+            if artist.axes is None:
+                ax.add_collection(artist, autolim=False)
+
+    def _projected(self, parts: Sequence[Part]) -> list[Part]:
+        return [Part(part.corners[:, self._axes], part.radius) for part in parts]
+
+    def _outline(self, obstacle: Obstacle, t: float) -> Outline:
+        """The outline of an obstacle around its reference point, with the heading at time t [s]."""
+        t = float(np.clip(t, *obstacle.trajectory.span))
+        here = obstacle.trajectory.position(t)
+        return silhouette(
+            self._projected([Part(part.corners - here, part.radius) for part in outline_parts(obstacle, t)])
+        )
+
+    def _bodies(self, outlines: Sequence[Outline], colours: Sequence[str], line: float, zorder: float = 3) -> Any:
+        """Add outlines in metres around positions that are set later."""
+        found = PathCollection(
+            outlines,
+            facecolors=colours,
+            edgecolors=[INK],
+            linewidths=line,
+            zorder=zorder,
+            offsets=np.full((1, 2), np.nan),
+            offset_transform=self._ax.transData,
+        )
+        found.set_transform(Affine2D().scale(self._scale))
+        self._ax.add_collection(found, autolim=False)
+        return found
+
+    def draw(self, t: float, positions: Array, velocities: Array, trails: Array, there: Flags) -> None:
+        """Draw positions (n, d), nan where a robot is not there, velocities (n, d) and trails (k, m, d)."""
+        axes = self._axes
+        if self._moving:
+            self._others.set_offsets([_position(obstacle, t)[axes] for obstacle in self._moving])
+            if any(obstacle.turns for obstacle in self._moving):
+                self._others.set_paths([self._outline(obstacle, t) for obstacle in self._moving])
+        self._trails.set_segments(list(np.swapaxes(trails[..., axes], 0, 1)))
+        self._trails.set_colors([COLOURS[k % len(COLOURS)] for k in np.flatnonzero(there).tolist()])
+        self._robots.set_offsets(positions[:, axes])
+        if len(positions) <= CROWD:
+            ends = np.stack([positions, positions + velocities], axis=1)[there][..., axes]
+            self._arrows.set_segments(list(ends))
+        if self._goals is not None:
+            self._goals.set_offsets([goal.position(t)[axes] for goal in self._run.goals])
+        for artist in self._drawn:
+            self._ax.draw_artist(artist)
+
+
+def _position(obstacle: Obstacle, t: float) -> Array:
+    """Position (d,) [m] of an obstacle at time t [s], nan where it does not exist."""
+    return obstacle.trajectory.position(t) if obstacle.exists(t) else np.full(obstacle.dimension, np.nan)

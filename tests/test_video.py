@@ -1,0 +1,123 @@
+"""Videos of runs, read back."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slalom import Disc, InvalidInput, Limits, Obstacle, Rectangle, State, method
+from slalom.cli import BAD_INPUT, DONE, call
+from slalom.goal import Goal
+from slalom.sim import Recording, gallery, simulate
+from slalom.sim.scenario import Robot, Scenario
+from slalom.trajectory import Circular, ConstantVelocity, Stationary
+from slalom.view import animate
+from slalom.view.film import Film
+
+av = pytest.importorskip("av", reason="slalom[video] is not installed: videos are not written")
+ROBOT = np.array([213, 94, 0])
+"""Vermilion, the colour of a single robot and of the first of several."""
+
+
+@pytest.fixture(scope="module")
+def run() -> Recording:
+    """A robot that passes a wall, a truck that turns, and a car that appears later."""
+    obstacles = (
+        Obstacle(Rectangle(4.0, 1.5), Circular((6, 4), 3.0, 2.0), heading="motion"),
+        Obstacle(Disc(0.5), Stationary((5, -3))),
+        Obstacle(Disc(0.4), ConstantVelocity((8, -4), (0, 1))),
+    )
+    robot = Robot(Disc(0.6), Limits(3.0, 3.0), State((0, 0), (2, 0)), Goal(Stationary((14, 0)), 0.5))
+    return simulate(Scenario("passing", (robot,), obstacles, duration=1.0), method("nao"))
+
+
+def pictures(path: Path) -> tuple[list[np.ndarray], list[float]]:
+    """The pictures of a video, and their times [s]."""
+    with av.open(str(path)) as file:
+        frames = list(file.decode(video=0))
+    return [frame.to_ndarray(format="rgb24") for frame in frames], [float(frame.time) for frame in frames]
+
+
+def centre(picture: np.ndarray, colour: np.ndarray) -> np.ndarray:
+    """Middle (column, row) of the pixels of about a colour."""
+    rows, columns = np.nonzero(np.abs(picture.astype(int) - colour).max(axis=2) < 40)
+    return np.array([0.5 * (columns.min() + columns.max()), 0.5 * (rows.min() + rows.max())])
+
+
+def pixel(film: Film, position: np.ndarray, panel: int = 0) -> np.ndarray:
+    """Column and row of a position in a panel."""
+    x, y = film.axes[panel].transData.transform(position)
+    return np.array([x, film.height - y])
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_a_video_shows_the_run(run: Recording, tmp_path: Path, suffix: str) -> None:
+    """Number and size of its pictures, its duration, and the robot where it was."""
+    path = animate(run, tmp_path / f"run{suffix}", width=480, fps=20.0, speed=0.5, trail=0.0)
+    film = Film(run, width=480, fps=20.0, speed=0.5)
+    found, times = pictures(path)
+    assert len(found) == len(film) == 41
+    assert {picture.shape for picture in found} == {(film.height, 480, 3)}
+    np.testing.assert_allclose(times, 0.05 * np.arange(41), atol=0.006)
+    for k in (0, 13, 40):
+        position = film.states(float(film.times[k]))[0][0]
+        assert np.abs(centre(found[k], ROBOT) - pixel(film, position)).max() < 2.5
+
+
+def test_between_steps_robots_move_with_the_acceleration_of_the_step(run: Recording) -> None:
+    film = Film(run)
+    for k in range(len(run.accelerations)):
+        half = run.times[k] + 0.5 * run.dt
+        expected = run.positions[k] + 0.5 * run.dt * run.velocities[k] + 0.125 * run.dt**2 * run.accelerations[k]
+        np.testing.assert_allclose(film.states(half)[0], expected, atol=1e-12)
+        np.testing.assert_allclose(film.states(float(run.times[k]))[0], run.positions[k], atol=1e-9)
+
+
+def test_in_space_a_run_is_seen_from_above_and_from_the_side(tmp_path: Path) -> None:
+    run = simulate(gallery.build("drones_crossing").with_settings({"duration": 0.5}), method("nao"))
+    film = Film(run, width=640, trail=0.0)
+    picture = film[5]
+    position = film.states(float(film.times[5]))[0][0]
+    for panel, axes in enumerate(((0, 1), (0, 2))):
+        column, row = pixel(film, position[list(axes)], panel).round().astype(int)
+        assert np.abs(picture[row - 2 : row + 3, column - 2 : column + 3].astype(int) - ROBOT).max(axis=2).min() < 40
+
+
+def test_a_robot_that_has_left_is_not_drawn() -> None:
+    """Of two robots, the one that need not stop is in the picture until it arrives."""
+    goal = Goal(Stationary((2, 0)), 0.5)
+    first = Robot(Disc(0.4), Limits(3.0, 3.0), State((0, 0), (2, 0)), goal)
+    second = Robot(Disc(0.4), Limits(3.0, 3.0), State((0, 5), (0, 0)), Goal(Stationary((9, 5)), 0.5), "second")
+    run = simulate(Scenario("two", (first, second), (), duration=3.0), method("nao"))
+    film = Film(run, trail=0.0)
+    shown = [(np.abs(film[k].astype(int) - ROBOT).max(axis=2) < 40).sum() for k in (0, -1)]
+    assert np.isfinite(run.arrived[0])
+    assert shown[0] > 4 * shown[1]
+
+
+def test_the_command_writes_and_replaces_videos(run: Recording, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+    file, video = tmp_path / "run.h5", tmp_path / "videos" / "run.mp4"
+    run.save(file)
+    command = ["animate", str(file), str(video), "--width", "320", "--fps", "5"]
+    assert call(command) == DONE
+    assert capsys.readouterr().out.strip() == str(video)
+    assert len(pictures(video)[0]) == 6
+    assert call(command) == BAD_INPUT
+    assert "VIDEO: expected a new file, or --force to replace it" in capsys.readouterr().err
+    assert call([*command, "--force"]) == DONE
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"width": 401}, "width: expected an even number from 320 to 3840, found 401"),
+        ({"fps": 61.0}, "fps: expected at most 60, found 61"),
+        ({"speed": 0.0}, "speed: expected"),
+        ({"trail": -1.0}, "trail: expected"),
+    ],
+)
+def test_settings_outside_their_limits_are_refused(
+    run: Recording, tmp_path: Path, settings: dict[str, float], message: str
+) -> None:
+    with pytest.raises(InvalidInput, match=message):
+        animate(run, tmp_path / "run.gif", **settings)  # type: ignore[arg-type]
