@@ -5,12 +5,14 @@ WORKERS ?= 2
 DRAWS ?= first
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
+# Extras with the packages of the adapters that `make test-adapters` installs.
+ADAPTERS := irsim,commonroad
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Modules that no test imports need not be compiled to bytecode.
 export PIP_NO_COMPILE := 1
 
-.PHONY: demo docs test test-all test-paper kernels golden chromium ci lint bench release-check clean
+.PHONY: demo docs test test-all test-paper test-adapters kernels golden chromium ci lint bench release-check clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -55,6 +57,11 @@ test: .venv/run.stamp
 
 test-all: lint kernels
 	$(PYTEST) --draws all
+
+# The adapters to other projects, with the packages that they need.
+test-adapters: kernels
+	$(BIN)/python -m pip install --quiet --editable '.[dev,$(ADAPTERS)]'
+	$(PYTEST) -m adapters
 
 test-paper: kernels
 	$(PYTEST) -m paper
