@@ -6,7 +6,7 @@ DRAWS ?= first
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
 # Extras with the packages of the adapters that `make test-adapters` installs.
-ADAPTERS := irsim,commonroad
+ADAPTERS := irsim,commonroad,sumo
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Modules that no test imports need not be compiled to bytecode.
