@@ -186,6 +186,40 @@ def observed_again(_: Path) -> object:
     return calibration.observe(seen)
 
 
+def unknown_setting(_: Path) -> object:
+    """A behaviour of ir-sim with a setting that it does not have."""
+    import slalom.adapters.irsim as adapter
+
+    return adapter._settings({"name": "slalom", "amax": 2.0})
+
+
+def goal_without_position(_: Path) -> object:
+    """A planning problem of CommonRoad with a goal in time only."""
+    from slalom.adapters.commonroad import _target
+
+    goal = SimpleNamespace(state_list=[SimpleNamespace(has_value=lambda name: False)])
+    return _target(SimpleNamespace(planning_problem_id=7, initial_state=None, goal=goal), 0.1)
+
+
+def unknown_shape(_: Path) -> object:
+    """An obstacle of CommonRoad with a shape that slalom does not read."""
+    from slalom.adapters.commonroad import _shape
+
+    return _shape(SimpleNamespace(obstacle_id=3, obstacle_shape=3.0))
+
+
+def in_sumo(robot: object, period: float) -> Callable[[Path], object]:
+    """A robot in SUMO, whose step is 0.1 s."""
+
+    def made(_: Path) -> object:
+        from slalom.adapters.sumo import Robot as InSumo
+
+        sumo = SimpleNamespace(simulation=SimpleNamespace(getDeltaT=lambda: 0.1))
+        return InSumo(sumo, Navigator(NAO, robot, Limits(4.0, 3.0), period=period))
+
+    return made
+
+
 OF_CALIBRATION: list[tuple[str, str, Callable[[Path], object]]] = [
     (
         "ExpectedLoss.__post_init__",
@@ -344,6 +378,11 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     *OF_PARTS,
     ("_Group._unwrap", r"world_period: expected the period", moved_at_once),
     ("_lead", r"kinematics: expected omnidirectional ones", other_kinematics),
+    ("_settings", r"behavior: expected settings of horizon, .*, found amax", unknown_setting),
+    ("_target", r"planning problem 7: expected a goal with a position, found none", goal_without_position),
+    ("_shape", r"obstacle 3: expected a rectangle, disc or polygon, found float", unknown_shape),
+    ("Robot.__init__", r"navigator: expected a disc as its robot, found Rectangle", in_sumo(Rectangle(1.0, 1.0), 0.1)),
+    ("Robot.__init__", r"navigator: expected the period 0\.1 s of SUMO, found 0\.2 s", in_sumo(Disc(1.0), 0.2)),
     ("view", r"view: .*slalom\[view\]", without_server),
     ("dragged", r"what: expected one of robot, .*; found 'wall'", lambda _: edits.dragged(SCENE, "wall", 0, (0, 0))),
     ("dragged", r"index: expected a number below 1, found 1", lambda _: edits.dragged(SCENE, "robot", 1, (0, 0))),
