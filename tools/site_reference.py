@@ -73,7 +73,7 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
         *("simulate", "decision_at", "load", "read_scenario", "read_study", "compare", "compare_all"),
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
     ),
-    "slalom.view": ("decision", "workspace", "control_space", "paths", "save"),
+    "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "save"),
     "slalom.vehicle": (),
 }
 """Public names of modules; all of `__all__` where none are named."""
