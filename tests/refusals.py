@@ -44,6 +44,7 @@ from slalom.live.session import Session
 from slalom.peers import contender
 from slalom.registry import Kind, Registry
 from slalom.sim import Recording, compare, gallery, simulate
+from slalom.sim.files.patterns import SwapGoals
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Sampled
@@ -308,6 +309,11 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("_obstacle", r"obstacle 'later': expected one that exists", lambda _: edits.dragged(SCENE, "obstacle", 1, (0, 0))),
     ("without_obstacle", r"index: expected a number below 2, found 2", lambda _: edits.without_obstacle(SCENE, 2)),
     ("with_setting", r"name: expected one of horizon, .*'dt'", lambda _: edits.with_setting(SCENE, "dt", 1.0)),
+    (
+        "SwapGoals.goals",
+        "expected an even count of robots that exchange places, found 3",
+        lambda _: SwapGoals().goals(np.ones((3, 2))),
+    ),
     ("export", r"path: expected a name ending in \.html", lambda tmp: export(run(), tmp / "run.txt")),
     ("robot_of", r"robot: expected one of 0 to 0, found 1", lambda _: robot_of(recorded(run()), 1)),
     ("pack", r"scene: expected finite numbers", lambda _: pack("scene", {"x": float("nan")}, {})),
