@@ -2,11 +2,11 @@
 PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
+# Extras with the packages of the adapters that `make test-adapters` installs.
 ADAPTERS := ros,mavlink,quadrotor,irsim,commonroad,sumo
 DRAWS ?= first
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
-# Extras with the packages of the adapters that `make test-adapters` installs.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Modules that no test imports need not be compiled to bytecode.

@@ -50,6 +50,7 @@ from slalom.live.session import Session
 from slalom.peers import contender
 from slalom.registry import Kind, Registry
 from slalom.sim import Recording, compare, gallery, simulate
+from slalom.sim.files.patterns import SwapGoals
 from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
@@ -389,6 +390,11 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("_obstacle", r"obstacle 'later': expected one that exists", lambda _: edits.dragged(SCENE, "obstacle", 1, (0, 0))),
     ("without_obstacle", r"index: expected a number below 2, found 2", lambda _: edits.without_obstacle(SCENE, 2)),
     ("with_setting", r"name: expected one of horizon, .*'dt'", lambda _: edits.with_setting(SCENE, "dt", 1.0)),
+    (
+        "SwapGoals.goals",
+        "expected an even count of robots that exchange places, found 3",
+        lambda _: SwapGoals().goals(np.ones((3, 2))),
+    ),
     ("export", r"path: expected a name ending in \.html", lambda tmp: export(run(), tmp / "run.txt")),
     ("Film.__init__", r"recording: expected a run with at least one step", lambda _: Film(no_steps())),
     ("Film.__init__", r"width: expected an even number from 320", lambda _: Film(run(), width=321)),

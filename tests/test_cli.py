@@ -738,12 +738,12 @@ def test_every_command_has_help(command: str, say: Say) -> None:
     assert said.err == ""
     assert f"slalom {command}" in said.out
     options = {"run": ("--set", "--method", "--foresight", "--seed", "--out", "--figure", "--json")}
-    options["run"] += ("--figure-at", "--at", "--start", "--goal", "--agents", "--frame-rate")
+    options["run"] += ("--figure-at", "--names", "--at", "--start", "--goal", "--agents", "--frame-rate")
     options |= {"list": ("--json",), "convert": ("--out-frame-rate", "--format", "--without", "--gap", "--json")}
     options |= {"decide": ("--method", "--json", "--figure"), "compare": ("--set", "--methods", "--seeds", "--jobs")}
     options["compare"] += ("--only", "--backend", "--store", "--data", "--page", "--json")
     options |= {"reproduce": ("--out", "--page", "--seeds", "--jobs", "--quick", "--json")}
-    options |= {"show": ("--figure", "--figure-at", "--json"), "export-scenario": ("--set", "--seed")}
+    options |= {"show": ("--figure", "--figure-at", "--names", "--json"), "export-scenario": ("--set", "--seed")}
     for option in options[command]:
         assert option in said.out
 

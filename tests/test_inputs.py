@@ -118,9 +118,10 @@ from slalom.sim import (
     simulate,
 )
 from slalom.sim.files.decision_file import _decision, read_decision
-from slalom.sim.files.schema import GoalSpec, ScenarioSpec, Shaped, known_method
+from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
+from slalom.sim.files.schema_robot import GoalSpec, Shaped, known_method
 from slalom.sim.gallery import build
 from slalom.sim.measure.hdf5_child import Refused
 from slalom.sim.measure.metrics import path_length

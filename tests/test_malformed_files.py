@@ -14,7 +14,7 @@ import pytest
 from draws import commit_number, draws
 from hdf5_files import OF_LIBRARY, changed, write_run
 from test_formats import SAMPLES, WALK
-from test_scenario_file import EVERYTHING
+from test_scenario_file import EVERYTHING, GROUP
 
 from slalom import InvalidFile, SlalomError
 from slalom.cli import call
@@ -77,6 +77,7 @@ def of_format(name: str) -> Good:
 KINDS = {
     **{name: of_format(name) for name in SAMPLES},
     "scenario": Good("a.yaml", write_scenario, (read_scenario,)),
+    "group": Good("a.yaml", text(GROUP), (read_scenario,)),
     "study": Good("a.yaml", text(STUDY), (read_study,)),
     "polynomials": Good("a.csv", text("duration,x^0,x^1,y^0,y^1\n1,0,1,0,0\n2,1,1,0,0.5\n"), (read_polynomials,)),
     "cases": Good(

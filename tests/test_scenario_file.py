@@ -3,9 +3,11 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from slalom import (
     METHODS,
@@ -22,6 +24,7 @@ from slalom import (
 )
 from slalom.bounds import BOUNDS
 from slalom.sim import Scenario, load, read_scenario, simulate
+from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.scenario import SETTINGS
 from slalom.trajectory import TRAJECTORIES
@@ -275,8 +278,8 @@ holds: @[]
 @durration: 5
 """
 IN_ROBOT = (
-    "shape, radius, name, method, margin, priority, position, velocity, max_speed, max_acceleration, velocity_bounds, "
-    "acceleration_bounds, bounds, objective, goal"
+    "shape, radius, name, method, margin, priority, velocity, max_speed, max_acceleration, velocity_bounds, "
+    "acceleration_bounds, bounds, objective, position, goal"
 )
 AT_TOP = (
     "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, period"
@@ -445,6 +448,196 @@ def test_mistakes_in_a_list_of_robots(tmp_path: Path) -> None:
 def test_either_a_robot_or_robots(tmp_path: Path) -> None:
     (one,) = mistakes(tmp_path, ROBOT + CROWD)
     assert "robots: expected either this key or robot, found both" in one
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Groups.
+
+GROUP = """\
+duration: 2
+robots:
+  - {name: guard, position: [0, -9], radius: 0.4, max_speed: 1, max_acceleration: 1, goal: {position: [0, -3]}}
+  - name: courier
+    count: 4
+    method: rvo
+    radius: {first: 0.2, last: 0.5}
+    priority: {first: 4, last: 1}
+    max_speed: 1.5
+    max_acceleration: 2
+    bounds: [{kind: least_speed, least: 0.25}]
+    positions: {kind: line, first: [0, 0], last: [0, 9]}
+    goals: {kind: displaced, by: [8, 1]}
+    goal: {stop: true, tolerance: 0.25}
+    overrides:
+      - {robot: 2, name: slow, shape: {kind: rectangle, length: 0.6, width: 0.4}, max_speed: 0.75,
+         goal: {position: [8, 8]}}
+"""
+
+ONE_BY_ONE = """\
+duration: 2
+robots:
+  - {name: guard, position: [0, -9], radius: 0.4, max_speed: 1, max_acceleration: 1, goal: {position: [0, -3]}}
+  - {name: courier 0, position: [0, 0], radius: 0.2, priority: 4, goal: {position: [8, 1], &goal stop: true}, *shared}
+  - {name: courier 1, position: [0, 3], radius: 0.3, priority: 3, goal: {position: [8, 4], *goal}, *shared}
+  - {name: slow, position: [0, 6], shape: {kind: rectangle, length: 0.6, width: 0.4}, priority: 2,
+     goal: {position: [8, 8]}, *slow}
+  - {name: courier 3, position: [0, 9], radius: 0.5, priority: 1, goal: {position: [8, 10], *goal}, *shared}
+"""
+SHARED = "method: rvo, max_speed: 1.5, max_acceleration: 2, bounds: [{kind: least_speed, least: 0.25}]"
+ONE_BY_ONE = (
+    ONE_BY_ONE.replace("&goal stop: true", "*goal")
+    .replace("*goal", "stop: true, tolerance: 0.25")
+    .replace("*shared", SHARED)
+    .replace("*slow", SHARED.replace("1.5", "0.75"))
+)
+
+
+def test_a_group_is_its_robots_written_one_by_one(tmp_path: Path) -> None:
+    """With ranges and an override: the same scenario as text, and the same run to the bit."""
+    group, single = (read_scenario(write(tmp_path, text, "fleet.yaml")) for text in (GROUP, ONE_BY_ONE))
+    assert scenario_text(group) == scenario_text(single)
+    assert simulate(group, METHODS["nao"]).digest() == simulate(single, METHODS["nao"]).digest()
+    assert [robot.shape.bounding_radius for robot in group.robots][1:3] == [0.2, pytest.approx(0.3)]
+
+
+def grouped(folder: Path, count: int, positions: str, goals: str, more: str = "") -> np.ndarray:
+    """Starts and goals (2, count, d) of a group with these patterns."""
+    text = f"robots:\n- {{count: {count}, radius: 0.2, max_speed: 1, max_acceleration: 1, positions: {{{positions}}}, "
+    scenario = read_scenario(write(folder, f"{text}goals: {{{goals}}}{more}}}\n"))
+    assert [robot.name for robot in scenario.robots] == [f"robot {k}" for k in range(count)]
+    starts = [robot.state.position for robot in scenario.robots]
+    return np.array([starts, [robot.goal.trajectory.position(0.0) for robot in scenario.robots]])
+
+
+def test_patterns(tmp_path: Path) -> None:
+    """Each by its definition: on a circle and antipodal, on a line and swapped, in rows and displaced, in space."""
+    starts, goals = grouped(
+        tmp_path, 6, "kind: circle, center: [1, 2], radius: 5, phase: 0.5", "kind: opposite, center: [1, 2]"
+    )
+    assert np.hypot(*(starts - (1, 2)).T) == pytest.approx(np.full(6, 5.0))
+    assert np.linalg.norm(np.roll(starts, 1, axis=0) - starts, axis=1) == pytest.approx(np.full(6, 5.0))
+    assert starts[0] == pytest.approx([1 + 5 * np.cos(0.5), 2 + 5 * np.sin(0.5)])
+    assert goals == pytest.approx(np.roll(starts, 3, axis=0))
+    starts, goals = grouped(tmp_path, 4, "kind: line, first: [0, 0, 1], last: [6, 0, 4]", "kind: swap")
+    assert starts.tolist() == [[0, 0, 1], [2, 0, 2], [4, 0, 3], [6, 0, 4]]
+    assert goals.tolist() == starts[::-1].tolist()
+    starts, goals = grouped(
+        tmp_path, 5, "kind: grid, corner: [1, 1], spacing: 2, columns: 3", "kind: displaced, by: [0, 9]"
+    )
+    assert starts.tolist() == [[1, 1], [3, 1], [5, 1], [1, 3], [3, 3]]
+    assert (goals - starts).tolist() == [[0, 9]] * 5
+
+
+@given(st.integers(0, 2**31), st.integers(1, 12), st.sampled_from([2, 3]), st.floats(0.0, 2.0))
+@settings(max_examples=15, deadline=None)
+def test_random_boxes(seed: int, count: int, d: int, apart: float) -> None:
+    """Within the box, at least so far apart, the same bits for the same seed, goals independent of starts."""
+    low, high = [-4.0] * d, [9.0] * d
+    box = f"kind: box, low: {low}, high: {high}, min_distance: {apart}, seed: {seed}"
+    with TemporaryDirectory() as folder:
+        found, again = (grouped(Path(folder), count, box, box) for _ in range(2))
+        other = grouped(Path(folder), count, box, box.replace(f"seed: {seed}", f"seed: {seed + 1}"))
+    assert found.tobytes() == again.tobytes()
+    assert found[0].tobytes() == other[0].tobytes() != found[1].tobytes() != other[1].tobytes()
+    assert np.all((found >= low) & (found <= high))
+    for places in found:
+        gaps = np.linalg.norm(places[:, None] - places, axis=-1)[~np.eye(count, dtype=bool)]
+        assert np.all(gaps >= apart)
+
+
+def test_random_ranges(tmp_path: Path) -> None:
+    """Between both ends, the same for the same seed; two keys draw independently."""
+    drawn = [
+        [(robot.limits.max_speed, robot.limits.max_acceleration) for robot in read_scenario(path).robots]
+        for path in (
+            write(tmp_path, GROUP.replace("max_speed: 1.5\n", line), "g.yaml")
+            for line in ["max_speed: {first: 2, last: 1, seed: 7}\n"] * 2
+            + ["max_speed: {first: 1, last: 2, seed: 8}\n"]
+        )
+    ]
+    assert drawn[0] == drawn[1] != drawn[2]
+    free = [speed for k, (speed, _) in enumerate(drawn[0]) if k not in (0, 3)]
+    assert len({*free}) == 3
+    assert all(1 <= speed <= 2 for speed in free)
+
+
+def test_mistakes_in_groups(tmp_path: Path) -> None:
+    """At the place in the group, once and not for each robot."""
+    shared = "radius: 1, max_speed: 2, max_acceleration: 1"
+    line, stay = "{kind: line, first: [0, 0], last: [9, 0]}", "{kind: displaced, by: [0, 9]}"
+    check(
+        tmp_path,
+        f"""\
+robots:
+- {{count: @0, {shared}, positions: @{{kind: spiral}}, goals: {{kind: swap, @center: [0, 0]}}}}
+- {{count: 3, {shared}, positions: {line}, goals: @{{kind: swap}}}}
+- {{count: 90, {shared}, positions: @{{kind: box, low: [0, 0], high: [5, 5], min_distance: 2}}, goals: {stay}}}
+- {{count: 3, {shared}, positions: {line}, goals: @{{kind: opposite, center: [0, 0, 0]}}}}
+- count: 3
+  name: b
+  radius: @{{first: 1, @lost: 2}}
+  max_speed: {{first: @0, last: 2}}
+  max_acceleration: @fast
+  positions: {line}
+  goals: {stay}
+  overrides: [{{robot: 0, max_speed: @-1}}]
+""",
+        "robots.0.count: expected 1 or more, found 0",
+        "robots.0.positions: expected a kind among 'circle', 'line', 'grid', 'box', found 'spiral'",
+        "robots.0.goals.center: expected one of kind; found 'center'",
+        "robots.1.goals: expected an even count of robots that exchange places, found 3",
+        "robots.2.positions: expected space for 90, 2 m apart, in 5 m x 5 m; found space for 7",
+        "robots.3.goals: center: expected 2 numbers, found [0, 0, 0] of shape (3,)",
+        "robots.4.radius.last: expected this key, found none",
+        "robots.4.radius.lost: expected one of first, last, seed; found 'lost'; did you mean 'last'?",
+        "robots.4.max_speed.first: expected a number above 0, found 0",
+        "robots.4.max_acceleration: expected a number, found 'fast'",
+        "robots.4.overrides.0.max_speed: expected a number above 0, found -1",
+    )
+
+
+def test_groups_of_different_dimensions(tmp_path: Path) -> None:
+    """Once, at the pattern of the second group."""
+    shared = "{count: 3, radius: 1, max_speed: 2, max_acceleration: 1, "
+    one = shared + "positions: {kind: line, first: [0, 0], last: [9, 0]}, goals: {kind: displaced, by: [0, 9]}}"
+    two = shared + "name: b, positions: @{kind: line, first: [0, 0, 1], last: [0, 9, 1]}, "
+    two += "goals: {kind: displaced, by: [0, 0, 9]}}"
+    check(
+        tmp_path,
+        f"robots:\n- {one}\n- {two}\n",
+        "robots.1.positions: expected 2 numbers, found [0, 0, 1] of shape (3,)",
+    )
+
+
+@pytest.mark.parametrize(
+    ("marked", "expected"),
+    [
+        ("{robot: @3}", "robot: expected a robot from 0 to 2, found 3"),
+        ("{robot: 1}, {robot: @1}", "robot: expected one override of each robot, found 1 again"),
+        (
+            "{robot: 1, shape: {kind: disc, radius: 1}, radius: @1}",
+            "radius: expected either this key or shape, found both",
+        ),
+        ("{robot: 1, position: @[0, 0, 0]}", "position: expected 2 numbers, found [0, 0, 0] of shape (3,)"),
+        ("{robot: 1, velocity: @[0, 0, 0]}", "velocity: expected 2 numbers, found [0, 0, 0] of shape (3,)"),
+        (
+            "{robot: 1, bounds: [@{kind: box, half_widths: [1, 1, 1]}]}",
+            "bounds.0: half_widths: expected 2 numbers, found [1, 1, 1]",
+        ),
+        (
+            "{robot: 1, goal: @{position: [0, 0, 0]}}",
+            "goal: robot 1.goal: expected dimension 2 as of the state, found 3",
+        ),
+    ],
+)
+def test_mistakes_in_overrides(marked: str, expected: str, tmp_path: Path) -> None:
+    """At the value of the override."""
+    head = "robots: [{count: 3, radius: 1, max_speed: 2, max_acceleration: 1, positions: {kind: line, first: [0, 0], "
+    head += "last: [9, 0]}, goals: {kind: displaced, by: [0, 9]}, overrides: ["
+    before = (head + marked).partition("@")[0]
+    (one,) = mistakes(tmp_path, head + marked.replace("@", "") + "]}]\n")
+    index = marked.partition("@")[0].count("{robot:") - 1
+    assert one.startswith(f"{tmp_path / 'scenario.yaml'}:1:{len(before) + 1}: robots.0.overrides.{index}.{expected}")
 
 
 def test_a_start_inside_an_obstacle_is_run(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """The figures: that they are built, saved and labelled, and that what they show is so."""
 
+import itertools
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from matplotlib.path import Path as Ring
 
 import slalom
 from slalom import view
+from slalom.sim import gallery, simulate
 from slalom.view.regions import admissible_region
 from slalom.view.style import NEUTRAL, time_levels, time_scale
 
@@ -399,3 +401,24 @@ def test_what_does_not_fit_is_refused() -> None:
     for times in ([0.0, 1.0, 2.0], [1.0, 0.0], [0.0]):
         with pytest.raises(slalom.InvalidInput, match="times"):
             view.paths(times, np.zeros((2, 2)), obstacles, robot=slalom.Disc(0.8), goal=goal)
+
+
+def test_a_fleet_is_drawn_alike(tmp_path: Path) -> None:
+    """A track, both ends and a goal for each robot; a legend and a title inside the figure; names on wish, no times."""
+    run = simulate(gallery.build("circle", {"robots": 6}), slalom.method("nao_shared"))
+    figure = view.fleet(run, names=True)
+    (ax,) = figure.axes
+    gids = [artist.get_gid() for artist in (*ax.patches, *ax.lines, *ax.collections, *ax.texts)]
+    for part in ("track", "start", "end", "goal", "name"):
+        assert sorted(gid for gid in gids if gid and gid.startswith(part)) == [f"{part}-{k}" for k in range(6)]
+    assert [text.get_text() for text in ax.texts] == list(run.names)
+    assert len({(track.get_linewidth()[0], track.cmap.name) for track in ax.collections if track.get_gid()}) == 1
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["track", "start", "end", "goal"]
+    (heading,) = figure.texts
+    assert heading.get_text() == "circle, nao_shared"
+    view.save(figure, tmp_path / "fleet.svg")
+    boxes = [heading.get_window_extent(), ax.get_legend().get_window_extent(), ax.get_window_extent()]
+    assert all(above.y0 >= below.y1 for above, below in itertools.pairwise(boxes))
+    assert boxes[0].y1 <= figure.bbox.y1
+    assert not view.fleet(run, title="").axes[0].texts
+    assert view.fleet(run, title="").texts[0].get_text() == ""

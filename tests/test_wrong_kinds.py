@@ -496,7 +496,9 @@ ARGUMENTS = [pytest.param(name, a, id=f"{name}-{a}") for name, (_, good) in CALL
 
 
 @pytest.mark.parametrize(("name", "argument"), draws(ARGUMENTS, 60))
-def test_wrong_arguments_are_taken_or_refused_by_name(name: str, argument: str) -> None:
+def test_wrong_arguments_are_taken_or_refused_by_name(
+    name: str, argument: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """TypeError is only for a wrong number or name of arguments."""
     call, good = CALLS[name]
     mistakes = []

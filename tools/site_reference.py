@@ -18,16 +18,12 @@ from slalom.io.formats import FORMATS
 from slalom.io.tracks import SAMPLES
 from slalom.peers import CONTENDERS
 from slalom.shape import SHAPES
-from slalom.sim.files.schema import (
-    GoalSpec,
-    HalfSpaceSpec,
-    ObstacleSpec,
-    PathSpec,
-    RobotSpec,
-    ScenarioSpec,
-)
+from slalom.sim.files.patterns import GOALS, LAYOUTS
+from slalom.sim.files.schema import ScenarioSpec
+from slalom.sim.files.schema_group import GroupGoalSpec, GroupSpec, NumberOrRange, OverrideSpec, RangeSpec
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
+from slalom.sim.files.schema_robot import GoalSpec, HalfSpaceSpec, ObstacleSpec, PathSpec, RobotSpec
 from slalom.sim.gallery import GALLERY
 from slalom.sim.measure.hdf5_units import ARRAYS
 from slalom.sim.measure.metrics import METRICS
@@ -78,7 +74,7 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
         *("simulate", "decision_at", "load", "read_scenario", "read_study", "compare", "compare_all"),
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
     ),
-    "slalom.view": ("decision", "workspace", "control_space", "paths", "save", "animate"),
+    "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "save", "animate"),
     "slalom.live.notebook": ("widget",),
     "slalom.vehicle": (),
 }
@@ -137,11 +133,28 @@ def command_line() -> str:
     return f"{head}result. 2: bad input.\nResults are on stdout, everything else on stderr.\n\n{body}\n"
 
 
+ROBOT_KEYS: Final[Mapping[str, str]] = {
+    "shape": "kinds below; either this key or radius",
+    "radius": "[m] of a disc, in space of a ball",
+    "name": "in results and files",
+    "method": "by which it decides; by default that of the run",
+    "objective": "what the robot minimises; by default it arrives as early as possible",
+    "margin": "[m] its own, by default that of the scenario",
+    "priority": "a robot with less of it does more of the avoidance",
+    "velocity": "[m/s] at the start; by default 0",
+    "max_speed": "[m/s]",
+    "max_acceleration": "[m/s^2]",
+    "velocity_bounds": "half-spaces of the velocity [m/s]",
+    "acceleration_bounds": "half-spaces of the acceleration [m/s^2]",
+    "bounds": "bounds that depend on the state: kinds below",
+}
+"""Meaning of the keys that a robot and a group have in common."""
+
 MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
     "ScenarioSpec": {
         "name": "by default that of the file",
         "robot": "the only robot: keys below",
-        "robots": "several robots, in place of `robot`",
+        "robots": "several robots or groups of robots, in place of `robot`",
         "obstacles": "keys below",
         "recording": "recorded agents as obstacles: keys below",
         "start": "[s] absolute time of the begin",
@@ -155,21 +168,33 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "period": "[m] after which the world repeats along each axis, .inf where it does not",
     },
     "RobotSpec": {
-        "shape": "kinds below; either this key or radius",
-        "radius": "[m] of a disc, in space of a ball",
-        "name": "in results and files",
-        "method": "by which it decides; by default that of the run",
-        "objective": "what the robot minimises; by default it arrives as early as possible",
-        "margin": "[m] its own, by default that of the scenario",
-        "priority": "a robot with less of it does more of the avoidance",
+        **ROBOT_KEYS,
         "position": "[m] at the start",
-        "velocity": "[m/s] at the start; by default 0",
-        "max_speed": "[m/s]",
-        "max_acceleration": "[m/s^2]",
-        "velocity_bounds": "half-spaces of the velocity [m/s]",
-        "acceleration_bounds": "half-spaces of the acceleration [m/s^2]",
-        "bounds": "bounds that depend on the state: kinds below",
         "goal": "keys below",
+    },
+    "GroupSpec": {
+        **ROBOT_KEYS,
+        "name": "of the group; its robots are NAME 0, NAME 1 and so on",
+        "count": "number of robots; this key makes an entry of `robots` a group",
+        "positions": "pattern of the starts: kinds below",
+        "goals": "pattern of the goals: kinds below",
+        "goal": "what the goals have in common: keys below",
+        "overrides": "robots that differ: keys below",
+    },
+    "GroupGoalSpec": {
+        "tolerance": "[m] within which a robot has arrived",
+        "stop": "whether the robots stop there",
+    },
+    "RangeSpec": {
+        "first": "of the first robot, or one end of random numbers",
+        "last": "of the last robot, evenly in between, or the other end",
+        "seed": "of random numbers, uniform between both ends",
+    },
+    "OverrideSpec": {
+        **ROBOT_KEYS,
+        "robot": "its number in the group, from 0",
+        "position": "[m] at the start",
+        "goal": "keys of a goal, in place of that of the group",
     },
     "GoalSpec": {
         "position": "[m]; one of position, trajectory and path",
@@ -227,6 +252,8 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
 }
 """Meaning of each key of files, by model; `keys` refuses a key without one."""
 KINDS: Final[Mapping[str, Mapping[str, type]]] = {
+    "Positions and goals of a group": LAYOUTS,
+    "Goals of a group alone": {kind: part for kind, part in GOALS.items() if kind not in LAYOUTS},
     "Trajectories": TRAJECTORIES,
     "Shapes": SHAPES,
     "Bounds": BOUNDS,
@@ -240,6 +267,9 @@ def in_words(hint: Any, metadata: Sequence[Any] = ()) -> str:
     metadata = [m for item in metadata for m in (item.metadata if isinstance(item, FieldInfo) else [item])]
     if any(isinstance(item, OfAnyKind) for item in metadata):
         return "part with a `kind`"
+    for item in metadata:
+        if isinstance(item, NumberOrRange):
+            return f"{in_words(item.number)}, or a range"
     if get_origin(hint) is Annotated:
         return in_words(get_args(hint)[0], get_args(hint)[1:])
     if get_origin(hint) is Literal:
@@ -273,7 +303,13 @@ def keys(model: type[BaseModel], meanings: Mapping[str, str] | None = None) -> s
         if name == "kind":
             continue
         value = field.get_default(call_default_factory=True) if not field.is_required() else None
-        default = "required" if field.is_required() else "-" if value in (None, [], "") else f"`{value}`"
+        default = (
+            "required"
+            if field.is_required()
+            else "-"
+            if value in (None, [], "") or isinstance(value, BaseModel)
+            else f"`{value}`"
+        )
         row = [f"`{name}`", in_words(field.annotation, field.metadata), default]
         rows.append([*row, meanings[name]] if meanings is not None else row)
     return table(["key", "value", "default", *(["meaning"] if meanings is not None else [])], rows)
@@ -290,6 +326,10 @@ def scenario_files() -> str:
     titled = {
         "A scenario": ScenarioSpec,
         "A robot": RobotSpec,
+        "A group of robots": GroupSpec,
+        "The goals of a group": GroupGoalSpec,
+        "A range of numbers": RangeSpec,
+        "A robot of a group that differs": OverrideSpec,
         "A goal": GoalSpec,
         "A path": PathSpec,
         "A half-space": HalfSpaceSpec,

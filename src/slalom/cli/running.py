@@ -42,6 +42,7 @@ def run(
     out: Path | None = None,
     figure: Path | None = None,
     figure_at: float | None = None,
+    names: Flag = False,
     at: float | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
@@ -68,9 +69,11 @@ def run(
         Write the run to this file: .h5 with all data for a replay, or only the tracks as .csv, .ndjson (TrajNet++) or
         .sqlite (JuPedSim), whose frames are numbered from the start of the run.
     figure
-        Draw a decision of the run to this .svg, .pdf or .png file.
+        Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
     figure_at
         Time [s] after the start of the decision to draw; by default one before the closest approach.
+    names
+        Write the names of several robots into their figure.
     at
         In a recording: start time [s] of the robot, in the time of the recording; by default the first time.
         Otherwise the same as --figure-at.
@@ -90,7 +93,7 @@ def run(
         from slalom.sim import load
 
         loaded = load(scenario, changed, seed=seed)
-    return _run(loaded, name, seed, out, figure, figure_time, json)
+    return _run(loaded, name, seed, out, figure, (figure_time, names), json)
 
 
 def _run(
@@ -99,10 +102,13 @@ def _run(
     seed: int,
     out: Path | None,
     figure: Path | None,
-    figure_time: float | None,
+    drawn: tuple[float | None, bool],
     json: bool,
 ) -> int:
-    """Run a scenario with the method `name`; write, draw and print the result; return the exit code."""
+    """Run a scenario with the method `name`; write, draw and print the result; return the exit code.
+
+    `drawn` is the time [s] of the decision in the figure, and whether a figure of several robots has their names.
+    """
     from slalom.peers import contender
     from slalom.sim import simulate
     from slalom.sim.files.recorded_traffic import ends_before
@@ -119,7 +125,7 @@ def _run(
     if out is not None:
         _write(recording, out)
     if figure is not None:
-        _draw(recording, loaded, name, figure_time, figure)
+        _draw(recording, loaded, name, drawn, figure)
     print_result(result, json, lambda: run_text(recording, result))
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
 
@@ -179,12 +185,14 @@ def _output_format(out: Path | None, dimension: int) -> str:
     return name
 
 
-def _draw(recording: "Recording", loaded: "Scenario", method: str, at: float | None, figure: Path) -> None:
+def _draw(
+    recording: "Recording", loaded: "Scenario", method: str, drawn: tuple[float | None, bool], figure: Path
+) -> None:
     from slalom import view
     from slalom.view.replay import replay
 
     with writing(figure):
-        view.save(replay(recording, loaded, method, at), figure)
+        view.save(replay(recording, loaded, method, *drawn), figure)
 
 
 def _write(recording: "Recording", out: Path) -> None:

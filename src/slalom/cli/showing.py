@@ -18,7 +18,15 @@ from slalom.cli.report import run_text
 from slalom.cli.running import print_notes
 
 
-def show(run: Path, /, *, figure: Path | None = None, figure_at: float | None = None, json: Flag = False) -> int:
+def show(
+    run: Path,
+    /,
+    *,
+    figure: Path | None = None,
+    figure_at: float | None = None,
+    names: Flag = False,
+    json: Flag = False,
+) -> int:
     """Print the result of a run, as `slalom run` printed it, and draw it on wish.
 
     Parameters
@@ -26,9 +34,11 @@ def show(run: Path, /, *, figure: Path | None = None, figure_at: float | None = 
     run
         A file that `slalom run --out run.h5` wrote.
     figure
-        Draw a decision of the run to this .svg, .pdf or .png file; with several robots their tracks.
+        Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
     figure_at
         Time [s] after the start of the decision to draw; by default one before the closest approach.
+    names
+        Write the names of several robots into their figure.
     json
         Print one JSON object.
     """
@@ -47,7 +57,7 @@ def show(run: Path, /, *, figure: Path | None = None, figure_at: float | None = 
         found = recorded(recording)
         print_notes(found.notes)
         with writing(figure):
-            view.save(replay(recording, found.scenario, recording.method, figure_at), figure)
+            view.save(replay(recording, found.scenario, recording.method, figure_at, names), figure)
     print_result(result, json, lambda: run_text(recording, result))
     return DONE
 

@@ -106,7 +106,7 @@ def _line_workspace(ax: Axes) -> None:
     start, velocity = LINE.initial_position, LINE.initial_velocity
     drawing.arrow(ax, start, start + velocity, INK, "obstacle-velocity")
     drawing.label(ax, start, r"$B(t_0)$", offset=(2, 6))
-    drawing.label(ax, start + velocity, r"$v_B$", offset=(9, 2))
+    drawing.label(ax, start + velocity, r"$v_B$", offset=(-21, -5))
     drawing.robot_point(ax, np.zeros(2), "A", offset=(-7, 0))
     drawing.arrow(ax, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
     drawing.label(ax, ROBOT_VELOCITY, r"$v_A$", offset=(6, 6), color=ROBOT)

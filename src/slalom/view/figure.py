@@ -39,7 +39,7 @@ from slalom.view.style import (
 )
 from slalom.view.workspace import disc_box, draw_goal, label_axes, padded_extent, times_within, workspace
 
-_TIMES: Final = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.06, 1.0, 256)))
+TIMES: Final = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.06, 1.0, 256)))
 """Colour map of the times of a run: later is darker."""
 
 _SMALL_SHARE: Final = 0.2
@@ -191,18 +191,18 @@ def paths(
             f"found shapes {stamps.shape} and {track_points.shape}"
         )
     start, end = float(stamps[0]), float(stamps[-1])
-    scale = ScalarMappable(Normalize(start, end), _TIMES)
+    scale = ScalarMappable(Normalize(start, end), TIMES)
     snapshot_times = np.linspace(start, end, max(2, snapshots))
     goal_box = [] if goal is None else [disc_box(goal.position(end), goal.tolerance)]
     corners = [
         *goal_box,
         *(box_of(parts_at(robot, point)) for point in track_points),
-        *_obstacle_boxes(obstacles, snapshot_times),
+        *obstacle_boxes(obstacles, snapshot_times),
     ]
     left, right, low, high = padded_extent(np.concatenate(corners), 0.4)
     with style():
-        ax = _column((high - low) / (right - left)) if ax is None else ax
-        _obstacle_paths(ax, obstacles, snapshot_times, scale)
+        ax = column_axes((high - low) / (right - left)) if ax is None else ax
+        obstacle_paths(ax, obstacles, snapshot_times, scale)
         if goal is not None:
             draw_goal(ax, goal, end, start, end)
         ax.plot(*track_points.T[:2], color="white", linewidth=2.8, zorder=3.9)
@@ -218,15 +218,15 @@ def paths(
     return ax
 
 
-def _column(ratio: float) -> Axes:
-    """Return axes with this ratio of height to width, on a new figure of a column's width."""
+def column_axes(ratio: float, head: float = 0.1) -> Axes:
+    """Return axes of this ratio of height to width, `head` [inch] below the top of a figure of a column's width."""
     width = 2.42
-    height = width * ratio + 0.58
+    height = width * ratio + 0.48 + head
     figure = Figure(figsize=(COLUMN, height))
     return figure.add_axes((0.5 / COLUMN, 0.48 / height, width / COLUMN, width * ratio / height))
 
 
-def _obstacle_boxes(obstacles: Sequence[Obstacle], snapshot_times: Array) -> list[Array]:
+def obstacle_boxes(obstacles: Sequence[Obstacle], snapshot_times: Array) -> list[Array]:
     """Return the bounding boxes of the obstacles at the times `snapshot_times` [s]."""
     return [
         box_of(outline_parts(obstacle, float(t)))
@@ -236,7 +236,7 @@ def _obstacle_boxes(obstacles: Sequence[Obstacle], snapshot_times: Array) -> lis
     ]
 
 
-def _obstacle_paths(ax: Axes, obstacles: Sequence[Obstacle], snapshot_times: Array, scale: ScalarMappable) -> None:
+def obstacle_paths(ax: Axes, obstacles: Sequence[Obstacle], snapshot_times: Array, scale: ScalarMappable) -> None:
     """Draw the paths of the obstacles, and their shapes at the times `snapshot_times` [s]."""
     for index, obstacle in enumerate(obstacles):
         if isinstance(obstacle.trajectory, Stationary):

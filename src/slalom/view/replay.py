@@ -10,14 +10,16 @@ from slalom.methods import Method
 from slalom.peers import contender_named
 from slalom.sim import Recording, Scenario, decision_at
 from slalom.sim.measure.closest_approach import closest_approaches
-from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.view.figure import decision, paths
+from slalom.view.fleet import fleet
 
 
-def replay(recording: Recording, scenario: Scenario, method: str, at: float | None = None) -> Figure:
+def replay(
+    recording: Recording, scenario: Scenario, method: str, at: float | None = None, names: bool = False
+) -> Figure:
     """Draw the decision at time `at` [s] after the start; by default the longest held one before the closest approach.
 
-    With several robots, or a peer, draw the track of the first robot and the positions of the others.
+    With several robots, draw the tracks of all, on wish with their `names`; with one robot of a peer its track.
 
     Raises:
         InvalidInput: a run without a step.
@@ -25,12 +27,17 @@ def replay(recording: Recording, scenario: Scenario, method: str, at: float | No
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
     contender = contender_named(method)
-    if len(recording.shapes) > 1 or not isinstance(contender, Method):
-        first = single_robot_view(recording, 0)
-        # In a periodic world the goals are far away, so that robots never arrive.
-        goal = first.goals[0] if first.period is None else None
+    if len(recording.shapes) > 1:
+        return fleet(recording, names=names)
+    if not isinstance(contender, Method):
+        goal = recording.goals[0] if recording.period is None else None
         figure = paths(
-            first.times, first.positions[:, 0], first.obstacles, robot=first.shapes[0], goal=goal, snapshots=6
+            recording.times,
+            recording.positions[:, 0],
+            recording.obstacles,
+            robot=recording.shapes[0],
+            goal=goal,
+            snapshots=6,
         ).get_figure(root=True)
         assert figure is not None
         return figure

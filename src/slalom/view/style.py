@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.ticker import Locator
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
@@ -146,11 +147,11 @@ def legend_below(ax: Axes, handles: Sequence[Any], columns: int) -> None:
     ax.legend(handles=list(handles), loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns, borderaxespad=0.0)
 
 
-def colour_bar(scale: ScalarMappable, ax: Axes, label: str) -> None:
-    """Draw a colour bar beside `ax`, of the same height."""
+def colour_bar(scale: ScalarMappable, ax: Axes, label: str, ticks: Locator | None = None) -> None:
+    """Draw a colour bar beside `ax`, of the same height; its `ticks` are by default those of the scale."""
     figure = ax.get_figure(root=False)
     assert figure is not None
-    bar = figure.colorbar(scale, cax=ax.inset_axes((1.02, 0.0, 0.04, 1.0)), spacing="proportional")
+    bar = figure.colorbar(scale, cax=ax.inset_axes((1.02, 0.0, 0.04, 1.0)), spacing="proportional", ticks=ticks)
     bar.set_label(label)
     bar.ax.tick_params(width=0.5, length=2)
     bar.outline.set_linewidth(0.5)

@@ -1,15 +1,14 @@
 """Reader of scenario files in YAML 1.2; all mistakes are reported at once as file:line:column."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
-from ruamel.yaml.nodes import Node
 
-from slalom.errors import InvalidFile, InvalidInput, SlalomError
+from slalom.errors import InvalidFile, InvalidInput
 from slalom.io import formats
 from slalom.io.recorded import first_of
 from slalom.limits import HalfSpace, Limits
@@ -17,14 +16,15 @@ from slalom.methods import method
 from slalom.obstacle import Obstacle
 from slalom.periodic import checked_period
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
-from slalom.sim.files.schema import HalfSpaceSpec, ObstacleSpec, RobotSpec, ScenarioSpec
+from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.files.schema_base import Place
+from slalom.sim.files.schema_group import GroupSpec, WrittenRobot, is_group, robots_of
 from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, messages, where
+from slalom.sim.files.schema_robot import HalfSpaceSpec, ObstacleSpec, RobotSpec
+from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, messages
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, too_long, whole_periods
 from slalom.state import State
 
-T = TypeVar("T")
 M = TypeVar("M", bound=BaseModel)
 
 
@@ -51,38 +51,17 @@ def files_of(path: Path) -> list[Path]:
     return [path] if recording is None else [path, *formats.files_of(path.parent / recording["file"])]
 
 
-class _Parts:
+class _Parts(Mistakes):
     """Assembles the valid parts of a file, and notes parts that contradict each other.
 
     Parts are validated one by one, so that a mistake in one part does not hide a contradiction between others.
     """
 
-    def __init__(self, path: Path, root: Node | None) -> None:
-        self.path, self.root = path, root
-        self.mistakes: list[str] = []
-
-    def note(self, place: Place, text: str) -> None:
-        """Add a mistake at a place."""
-        self.mistakes.append(f"{where(self.path, self.root, place)}: {dotted(place)}{text}")
-
-    def attempt(self, place: Place, make: Callable[[], T]) -> T | None:
-        """Return the value of `make`; None if it raises, with a mistake at `place`."""
-        try:
-            return make()
-        except InvalidFile as error:
-            self.mistakes.extend(error.mistakes)
-        except SlalomError as error:
-            # The message may begin with the name of the value, which the place contains.
-            self.note(place, str(error).removeprefix(dotted(place)).removeprefix(f"{place[-1]}: "))
-        return None
-
     def assemble(self, content: dict[str, Any]) -> Scenario | None:
         """Return the scenario; None if there is a mistake."""
-        raw_robots = self.raw_robots(content)
-        d = self.dimension(raw_robots)
-        robots = [
-            self.robot(place, given, d) for place, raw in raw_robots.items() if d and (given := _valid(RobotSpec, raw))
-        ]
+        written = self.written_robots(content)
+        d = self.dimension(written)
+        robots = [self.robot(one, given, d) for one in written if d and (given := _valid(RobotSpec, one.content))]
         listed = content.get("obstacles", [])
         obstacles = [
             self.obstacle(k, one, d)
@@ -109,32 +88,42 @@ class _Parts:
         whole = tuple(robot for robot in robots if robot is not None)
         # The only remaining refusal of a scenario is a goal under an obstacle.
         return self.attempt(
-            (*next(iter(raw_robots)), "goal"),
+            written[0].at("goal"),
             lambda: Scenario(spec.name or self.path.stem, whole, some, holds=tuple(spec.holds), **settings),
         )
 
-    def raw_robots(self, content: dict[str, Any]) -> dict[Place, object]:
-        """Return what the file says of each robot, by its place; note names that occur twice."""
+    def written_robots(self, content: dict[str, Any]) -> list[WrittenRobot]:
+        """Return what the file says of each robot, those of groups included; note names that occur twice."""
         listed = content.get("robots")
         if not isinstance(listed, list) or not listed:
-            return {("robot",): content.get("robot")}
-        names = [_name(raw, k) for k, raw in enumerate(listed)]
-        for k, name in enumerate(names):
-            if name in names[:k]:
-                self.note(("robots", k, "name"), f"expected a name for each robot, found {name!r} again")
-        return {("robots", k): raw for k, raw in enumerate(listed)}
+            return [WrittenRobot(_name(content.get("robot"), "robot"), content.get("robot"), ("robot",), {})]
+        found: list[WrittenRobot] = []
+        names = set[str]()
+        for k, raw in enumerate(listed):
+            place: Place = ("robots", k)
+            if is_group(raw):
+                group = _valid(GroupSpec, raw)
+                some = robots_of(group, raw, place, len(found), self) if group else []
+            else:
+                some = [WrittenRobot(_name(raw, f"robot {len(found)}"), raw, place, {})]
+            for one in some:
+                if one.name in names:
+                    self.note(one.at("name"), f"expected a name for each robot, found {one.name!r} again")
+                names.add(one.name)
+            found += some
+        return found
 
-    def dimension(self, robots: dict[Place, object]) -> int | None:
+    def dimension(self, robots: list[WrittenRobot]) -> int | None:
         """Return the dimension of the first robot's position, also if other keys are wrong; note other dimensions."""
         d = None
-        for place, robot in robots.items():
-            given = robot if isinstance(robot, dict) else {}
+        for robot in robots:
+            given = robot.content if isinstance(robot.content, dict) else {}
             position, velocity = (_valid_vector(given.get(name)) for name in ("position", "velocity"))
             d = d or (len(position) if position else None)
             for name, vector in (("position", position), ("velocity", velocity)):
                 if vector and d and len(vector) != d:
                     shown = "[" + ", ".join(f"{x:g}" for x in vector) + "]"
-                    self.note((*place, name), f"expected {d} numbers, found {shown} of shape ({len(vector)},)")
+                    self.note(robot.at(name), f"expected {d} numbers, found {shown} of shape ({len(vector)},)")
         return d
 
     def periods(self, content: dict[str, Any]) -> None:
@@ -146,11 +135,11 @@ class _Parts:
             except InvalidInput as error:
                 self.note(("replan",), str(error).removeprefix("replan: "))
 
-    def robot(self, place: Place, me: RobotSpec, d: int) -> Robot | None:
+    def robot(self, written: WrittenRobot, me: RobotSpec, d: int) -> Robot | None:
         """Return the robot; None if its parts differ in dimension."""
         before = len(self.mistakes)
         velocity_bounds, acceleration_bounds = (
-            tuple(self.bound((*place, name, k), spec, d) for k, spec in enumerate(getattr(me, name)))
+            tuple(self.bound(written.at(name, k), spec, d) for k, spec in enumerate(getattr(me, name)))
             for name in ("velocity_bounds", "acceleration_bounds")
         )
         velocity = me.velocity or [0.0] * d
@@ -158,15 +147,16 @@ class _Parts:
         bounds = tuple(bound.build() for bound in me.bounds)
         for k, bound in enumerate(bounds):
             # A bound of another dimension raises in any state.
-            self.attempt((*place, "bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
+            self.attempt(written.at("bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
         limits = Limits(me.max_speed, me.max_acceleration, velocity_bounds, acceleration_bounds, bounds)
-        goal, shape = me.goal.build(), self.attempt(place, lambda: me.whole_shape(d))
+        goal, shape = me.goal.build(), self.attempt(written.at(), lambda: me.whole_shape(d))
         if state is None or shape is None:
             return None
-        chosen, name = None if me.method is None else method(me.method), me.name or _name({}, place[-1])
+        chosen = None if me.method is None else method(me.method)
         objective = None if me.objective is None else me.objective.build()
         robot = self.attempt(
-            (*place, "goal"), lambda: Robot(shape, limits, state, goal, name, chosen, me.margin, me.priority, objective)
+            written.at("goal"),
+            lambda: Robot(shape, limits, state, goal, written.name, chosen, me.margin, me.priority, objective),
         )
         return robot if len(self.mistakes) == before else None
 
@@ -247,10 +237,10 @@ class _Parts:
         return {"start": start, "duration": duration, "recorded": (begin, end)}
 
 
-def _name(raw: object, k: str | int) -> str:
-    """Return the name of a robot: as given, else by its number in a list."""
+def _name(raw: object, default: str) -> str:
+    """Return the name of a robot: as given, else the default."""
     given = raw.get("name") if isinstance(raw, dict) else None
-    return str(given) if given else "robot" if isinstance(k, str) else f"robot {k}"
+    return str(given) if given else default
 
 
 def there_in(found: Recorded, window: Sequence[float] | None, horizon: float) -> list[Obstacle]:

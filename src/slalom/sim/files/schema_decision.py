@@ -6,7 +6,6 @@ from pydantic import AfterValidator, Field, FiniteFloat
 
 from slalom.decision_dump import FORECAST_KINDS, FORMAT, RESPONSE_KINDS
 from slalom.horizon import HORIZONS
-from slalom.sim.files.schema import GoalSpec, HalfSpaceSpec, known_method
 from slalom.sim.files.schema_base import Model, NotNegative, Positive, Vector
 from slalom.sim.files.schema_parts import (
     BoundModel,
@@ -17,6 +16,7 @@ from slalom.sim.files.schema_parts import (
     TrajectoryModel,
     UncertaintyModel,
 )
+from slalom.sim.files.schema_robot import GoalSpec, HalfSpaceSpec, known_method
 
 Response = Annotated[PartModel, OfAnyKind(RESPONSE_KINDS)]
 

@@ -1,9 +1,9 @@
 """Mistakes in a YAML file as `file:line:column: KEY: expected ..., found ...`."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from pydantic import ValidationError
@@ -13,11 +13,13 @@ from ruamel.yaml.events import CollectionEndEvent, CollectionStartEvent
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from slalom.checks import shown
-from slalom.errors import InvalidFile
+from slalom.errors import InvalidFile, SlalomError
 from slalom.io.input_file import text_of
 from slalom.io.recorded import first_of
 from slalom.sim.files.schema_base import Model, Place, keys_at
 from slalom.tolerances import YAML_DEPTH, YAML_VALUES
+
+T = TypeVar("T")
 
 MAX_MISTAKES: Final = 50
 """Largest number of mistakes of a YAML file in one error; the number of further ones is stated."""
@@ -180,3 +182,29 @@ def _message(path: Path, root: Node | None, content: Any, model: type[Model], mi
     what = "a mapping" if isinstance(found, dict) else shown(found)
     text = template.format(input=what, **mistake.get("ctx", {})) if template else f"{mistake['msg']}, found {what}"
     return f"{where(path, root, place)}: {dotted(place)}{text}"
+
+
+class Mistakes:
+    """The mistakes of a file, at most one for each place that is noted."""
+
+    def __init__(self, path: Path, root: Node | None) -> None:
+        self.path, self.root = path, root
+        self.mistakes: list[str] = []
+        self._noted = set[Place]()
+
+    def note(self, place: Place, text: str) -> None:
+        """Add a mistake at a place, unless it has one: each robot of a group would repeat those of the group."""
+        if place not in self._noted:
+            self._noted.add(place)
+            self.mistakes.append(f"{where(self.path, self.root, place)}: {dotted(place)}{text}")
+
+    def attempt(self, place: Place, make: Callable[[], T]) -> T | None:
+        """Return the value of `make`; None if it raises, with a mistake at `place`."""
+        try:
+            return make()
+        except InvalidFile as error:
+            self.mistakes.extend(error.mistakes)
+        except SlalomError as error:
+            # The message may begin with the name of the value, which the place contains.
+            self.note(place, str(error).removeprefix(dotted(place)).removeprefix(f"{place[-1]}: "))
+        return None

@@ -11,7 +11,7 @@ from slalom.goal import Goal
 from slalom.io.cadrl import Case
 from slalom.limits import Limits
 from slalom.shape import Disc
-from slalom.sim.gallery.placement import equal_robots, on_circle, random_angles, random_positions, refuse_overlap
+from slalom.sim.placement import equal_robots, on_circle, random_angles, random_positions, refuse_overlap
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
 from slalom.trajectory import Stationary

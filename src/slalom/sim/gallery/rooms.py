@@ -10,7 +10,7 @@ from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import Disc, Polyline, Union
 from slalom.sim.gallery.open_space import HOLDS, robots_without_arrival
-from slalom.sim.gallery.placement import equal_robots, random_positions
+from slalom.sim.placement import equal_robots, random_positions
 from slalom.sim.scenario import Scenario
 from slalom.trajectory import Stationary
 

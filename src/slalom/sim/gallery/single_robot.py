@@ -12,7 +12,7 @@ from slalom.io.tracks import read_tracks, sample_data
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
 from slalom.shape import Ball, Disc, Polyline, Union
-from slalom.sim.gallery.placement import random_angles
+from slalom.sim.placement import random_angles
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
 from slalom.trajectory import Circular, Composite, ConstantVelocity, PiecewisePolynomial, Sampled, Stationary

@@ -22,30 +22,31 @@ def random_positions(
     min_distance: float,
     rng: np.random.Generator,
     noun: str = "robots",
-    period: Period = (np.inf, np.inf),
+    period: Period | None = None,
 ) -> Array:
-    """Draw positions (count, 2) [m], uniform in the rectangle from `low` to `high` (2,) [m].
+    """Draw positions (count, d) [m], uniform in the box from `low` to `high` (d,) [m].
 
     Args:
         min_distance: [m] between any two positions, and between their periodic images.
-        noun: name of the robots in messages. period: [m] of a periodic world.
+        noun: name of the robots in messages. period: [m] of a periodic world, if there is one.
 
     Raises:
-        InvalidInput: MAX_TRIES consecutive positions were too close to others, or the rectangle is empty.
+        InvalidInput: MAX_TRIES consecutive positions were too close to others, or the box is empty.
     """
     first, last = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
-    positions = np.empty((0, 2))
+    around = (np.inf,) * len(first) if period is None else period
+    positions = np.empty((0, len(first)))
     tries = MAX_TRIES if np.all(first <= last) else 0
     while len(positions) < count:
         if not tries:
-            width, height = np.maximum(last - first, 0.0)
+            sides = " x ".join(f"{side:g} m" for side in np.maximum(last - first, 0.0))
             raise InvalidInput(
-                f"{noun}: expected space for {count}, {min_distance:g} m apart, in {width:g} m x {height:g} m; "
+                f"{noun}: expected space for {count}, {min_distance:g} m apart, in {sides}; "
                 f"found space for {len(positions)}"
             )
         candidate, tries = rng.uniform(first, last), tries - 1
         offsets = positions - candidate
-        if not len(positions) or np.linalg.norm(offsets + to_nearest(offsets, period), axis=1).min() >= min_distance:
+        if not len(positions) or np.linalg.norm(offsets + to_nearest(offsets, around), axis=1).min() >= min_distance:
             positions, tries = np.vstack([positions, candidate]), MAX_TRIES
     return positions
 
