@@ -7,6 +7,7 @@ from it decides. Nothing but InvalidInput is raised, and numpy warns of nothing.
 import re
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -499,7 +500,8 @@ ARGUMENTS = [pytest.param(name, a, id=f"{name}-{a}") for name, (_, good) in CALL
 def test_wrong_arguments_are_taken_or_refused_by_name(
     name: str, argument: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """TypeError is only for a wrong number or name of arguments."""
+    """TypeError is only for a wrong number or name of arguments. Texts that name folders are taken, in an empty one."""
+    monkeypatch.chdir(tmp_path)
     call, good = CALLS[name]
     mistakes = []
     for what, value in WRONG.items():
