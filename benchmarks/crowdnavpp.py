@@ -1,7 +1,7 @@
 """Crossing recorded crowds that do not see the robot: cases in the format of the CrowdNav++ test.
 
 usage: python benchmarks/crowdnavpp.py DATA.npz --foresight observed [--out RESULT.json] [--jobs N] [--cases N]
-       [--loss 10]
+       [--loss 5]
 
 Rules of the test (Liu et al., ICRA 2023): steps of 0.25 s, a disc that takes any velocity up to its maximum speed, a
 goal at rest. At each step the robot observes the position and the radius of every person whose surface is within its
@@ -89,7 +89,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--cases", type=int, help="only the first cases")
-    parser.add_argument("--loss", type=float, default=10.0)
+    parser.add_argument("--loss", type=float, default=5.0)
     arguments = parser.parse_args()
     setting, cases = read(arguments.data, arguments.loss)
     cases = cases[: arguments.cases]

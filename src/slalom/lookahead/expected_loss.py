@@ -41,7 +41,7 @@ class ExpectedLoss:
 
     robot: LookAhead
     margins: Sequence[float] = (0.05, 0.1, 0.2, 0.3)
-    loss: float = 10.0
+    loss: float = 5.0
     spread: Uncertainty = field(default_factory=lambda: BoundedError(0.1, 0.1))
 
     def __post_init__(self) -> None:
