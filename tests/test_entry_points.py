@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 import slalom
 from slalom import METHODS, Goal, InvalidInput, Limits, Method, Navigator, State, Stationary
@@ -120,6 +121,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.syspath_prepend(str(folder))
     importlib.invalidate_caches()
     forget(monkeypatch)
+    get_reusable_executor().shutdown()  # processes of earlier tests do not have the package
     yield folder
     sys.modules.pop("a_package_of_parts", None)
 

@@ -45,13 +45,11 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: boo
     """Return the results of seeds 0, 1, ... as one row, JSON-ready; see `study.compare`.
 
     Args:
-        deterministic: whether all runs are the same; the row then counts one run, without confidence intervals.
+        deterministic: whether all runs are the same; the row then has no confidence intervals.
     """
     rows = [row for row in results if not isinstance(row, Failure)]
-    if deterministic:
-        # Equal runs are one: they say nothing about others.
-        rows = rows[:1]
     times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
+    # Equal runs are one: they say nothing about others.
     share, mean = (_no_interval, _no_interval) if deterministic else (wilson, mean_interval)
     good = sum(row["arrived"] == row["robots"] and not row["collisions"] for row in rows)
     extra = [seconds for row in rows for seconds in row["extra_times"] if seconds is not None]
