@@ -22,15 +22,14 @@ from slalom.uncertainty import BoundedError, Uncertainty
 class ExpectedLoss:
     """Robot that weighs time against closeness: of several margins it takes the one of least expected loss.
 
-    A large margin is safe against errors of the forecast, and costs time; in a narrow gap it is no margin at all. No
-    margin serves all scenes, so `robot` decides once with each. The cost of a decision is its time to arrival, and
-    `loss` times the expected number of contacts. Errors of the forecast are taken to be exponential: at a distance c
-    from an obstacle, the probability of a contact is exp(-c / spread). The expected number is the mean over LOSS_TIMES
-    moments, later ones with less weight; the sum over obstacles counts each.
+    A large margin tolerates errors of the forecast and costs time. No margin suits all scenes, so `robot` decides once
+    with each. The cost of a decision is its time to arrival, and `loss` times the expected number of contacts. The size
+    of an error is assumed to be exponentially distributed: at a distance c from an obstacle, the probability of a
+    contact is exp(-c / spread). The expected number is the sum over obstacles, averaged over LOSS_TIMES moments. Later
+    moments have less weight.
 
     Law: the decision is one of `robot` with one of the margins, so it obeys what `LookAhead` promises with that margin.
-    With one margin, or a loss of 0 and one margin, it is that of `LookAhead`. Shapes count as their bounding balls in
-    the cost.
+    With one margin it is the decision of `LookAhead`. Shapes count as their bounding balls in the cost.
 
     Attributes:
         robot: looks ahead; its margin is replaced.
@@ -78,8 +77,9 @@ class ExpectedLoss:
     def cost(self, decision: Decision, obstacles: Obstacles, goal: Goal, now: float) -> float:
         """Time [s] from `now` to the arrival, and `loss` for each expected contact.
 
-        Without an arrival, the time is that of the rest of the way at the maximum speed, from where the decision leads
-        within the time that `LOSS_TIMES` moments span, twice over: an arrival that is known is preferred.
+        Without a known arrival the time is an estimate: three times the span of the moments, and the rest of the way at
+        the maximum speed. The rest begins at the position at the last moment. The first term exceeds the span, so that
+        a known arrival is preferred.
         """
         times = now + LOSS_STEP * np.arange(1, LOSS_TIMES + 1, dtype=np.float64)
         places = decision.manoeuvre.position(times)
