@@ -1,12 +1,14 @@
 """Scenarios without randomness: the runs of all seeds are one run, and tables say so."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 from galleries import NAMES
 
 from slalom.cli import call
+from slalom.cli.report import table_text
 from slalom.io.tracks import sample_data
 from slalom.peers import contender
 from slalom.sim import Row, compare_all, simulate
@@ -50,16 +52,21 @@ def test_tables_count_one_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "| 3 | 0 (0-56 %) |" in rows[1]
     assert call([*tokens, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["rows"]
-    assert [row["deterministic"] for row in found] == [True, False]
+    assert [(row["deterministic"], row["runs"], row["distinct_runs"]) for row in found] == [(True, 3, 1), (False, 3, 3)]
     assert found[0]["runs_with_collision_interval"] is None
     assert found[1]["runs_with_collision_interval"] is not None
 
 
 def test_every_row_counts_alone() -> None:
     """A run that collides counts once, not once for each seed."""
-    wall = Row("head_on", {"duration": 6.0, "speed": 20.0}, ["vo"], 3)
+    wall = Row("head_on", {"duration": 6.0, "speed": 20.0}, ["vo"], 3, ["efficacy"])
     (table,) = compare_all([wall])
     row = table["methods"]["vo"]
     assert table["deterministic"]
+    assert (row["runs"], row["distinct_runs"], row["runs_with_collision"]) == (3, 1, 3)
     assert {row[f"runs_{what}_interval"] for what in ("with_collision", "all_arrived", "successful")} == {None}
     assert row["time_interval"] is None
+    assert row["metrics"]["efficacy"]["interval"] is None
+    assert "collided" in (text := table_text(table))
+    assert re.search(r"^vo +observed +1 +", text, re.M)
+    assert re.search(r"^vo: efficacy [-0-9.]+$", text, re.M)

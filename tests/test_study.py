@@ -214,8 +214,9 @@ def test_a_method_that_cannot_run_a_scenario_is_a_row_that_says_so() -> None:
     (failure,) = row.pop("failures")
     assert failure["reason"].startswith("drone: expected a disc in the plane with ")
     assert (failure["seeds"], failure["killed"]) == ([0, 1], False)
-    assert row["runs"] == row["runs_with_collision"] == row["runs_all_arrived"] == 0
-    assert {value for name, value in row.items() if not name.startswith("runs") and name != "outcomes"} == {None}
+    counts = ("runs", "distinct_runs", "runs_with_collision", "runs_all_arrived", "runs_successful")
+    assert {row[name] for name in counts} == {0}
+    assert {value for name, value in row.items() if name not in (*counts, "outcomes")} == {None}
     assert space["methods"]["avo"]["runs"] == plane["methods"]["orca"]["runs"] == 2
     assert plane["methods"]["orca"]["failures"] == []
     assert json.loads(json.dumps(space, allow_nan=False)) == space

@@ -216,12 +216,12 @@ def _runs_text(table: dict[str, Any]) -> str:
 
 def _runs_of(table: dict[str, Any], row: dict[str, Any]) -> str:
     """Return the number of runs of a method; equal runs are one."""
-    return "1, deterministic" if table["deterministic"] and row["runs"] else str(row["runs"])
+    return f"{row['distinct_runs']}, deterministic" if table["deterministic"] and row["runs"] else str(row["runs"])
 
 
 def _count(table: dict[str, Any], row: dict[str, Any], name: str) -> int:
     """Return a count of runs; equal runs are one."""
-    return min(row[name], 1) if table["deterministic"] else int(row[name])
+    return min(int(row[name]), int(row["distinct_runs"]))
 
 
 def _share(table: dict[str, Any], row: dict[str, Any], count: str) -> str:

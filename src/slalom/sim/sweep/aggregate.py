@@ -1,7 +1,7 @@
 """Aggregation of the runs of one scenario and method to a table row, with confidence intervals."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -45,7 +45,8 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: boo
     """Return the results of seeds 0, 1, ... as one row, JSON-ready; see `study.compare`.
 
     Args:
-        deterministic: whether all runs are the same; the row then has no confidence intervals.
+        deterministic: whether all runs are the same. They then count as one distinct run, and the row has no
+            confidence intervals.
     """
     rows = [row for row in results if not isinstance(row, Failure)]
     times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
@@ -61,6 +62,7 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: boo
     return {
         "foresight": rows[0]["foresight"] if rows else None,
         "runs": len(rows),
+        "distinct_runs": min(len(rows), 1) if deterministic else len(rows),
         "runs_with_collision": collided,
         "runs_with_collision_interval": share(collided, len(rows)),
         "runs_all_arrived": len(times),
@@ -75,15 +77,17 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: boo
         "min_clearance": finite(min(clearances, default=np.inf)),
         "outcomes": dict(sorted(outcomes.items())),
         "failures": _failures(results),
-        **({"metrics": _metrics([row["metrics"] for row in rows])} if rows and "metrics" in rows[0] else {}),
+        **({"metrics": _metrics([row["metrics"] for row in rows], mean)} if rows and "metrics" in rows[0] else {}),
     }
 
 
-def _metrics(rows: Sequence[Mapping[str, float | None]]) -> dict[str, Any]:
+def _metrics(
+    rows: Sequence[Mapping[str, float | None]], interval: Callable[[Sequence[float]], list[float] | None]
+) -> dict[str, Any]:
     """Return mean and confidence interval of each metric over the runs in which it is finite."""
     found = {name: [value for row in rows if (value := row[name]) is not None] for name in rows[0]}
     return {
-        name: {"mean": float(np.mean(values)) if values else None, "interval": mean_interval(values)}
+        name: {"mean": float(np.mean(values)) if values else None, "interval": interval(values)}
         for name, values in found.items()
     }
 

@@ -78,13 +78,14 @@ def compare(
         methods: names or objects. metrics: names of `metrics.METRICS`, or functions of a recording.
 
     Returns:
-        {"scenario", "seeds", "settings", "deterministic", "methods": {name: {"runs", "runs_with_collision",
-        "runs_all_arrived", "runs_successful", "adjustments", "efficacy", "time", "extra_time", "min_clearance",
-        "outcomes", "failures"}}}:
+        {"scenario", "seeds", "settings", "deterministic", "methods": {name: {"runs", "distinct_runs",
+        "runs_with_collision", "runs_all_arrived", "runs_successful", "adjustments", "efficacy", "time", "extra_time",
+        "min_clearance", "outcomes", "failures"}}}:
         counts of runs, where a successful run has all robots arrived and no collision; means over the runs of
         adjustments and efficacy; the mean time of the last arrival [s] over runs in which all arrived; the 50th, 75th
         and 90th percentile of the extra time [s] of all robots that arrived; the least clearance [m] of all runs.
-        "deterministic" says that the runs of all seeds are the same; they are one run, without intervals.
+        "deterministic" says that the runs of all seeds are the same; "runs" counts those that were made, and
+        "distinct_runs" counts them as one, without intervals.
         "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
         reasons of runs without a result, each with its seeds. A value without data is None. With metrics,
         {"metrics": {name: {"mean", "interval"}}} over the runs in which the value is finite.
