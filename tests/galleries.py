@@ -5,7 +5,8 @@ from importlib.util import find_spec
 
 import pytest
 
-from slalom import METHODS
+from slalom import METHODS, InvalidInput
+from slalom.peers import contender
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 
@@ -13,6 +14,14 @@ WITH_PYRVO = pytest.mark.skipif(find_spec("pyrvo") is None, reason="pyrvo, which
 NAMES = [pytest.param(name, marks=WITH_PYRVO) if name == "crowdnav" else name for name in GALLERY]
 FLEETS = [name for name, entry in GALLERY.items() if "robots" in entry.parameters]
 """Scenarios of several robots."""
+
+
+def installed(name: str) -> None:
+    """Skip the test without the package of a peer."""
+    try:
+        contender(name)
+    except InvalidInput:
+        pytest.skip("its package is not installed")
 
 
 @cache

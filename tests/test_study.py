@@ -15,11 +15,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from draws import draws
-from galleries import NAMES, nudged
+from galleries import NAMES, installed, nudged
 
 from slalom import METHODS, InvalidFile, InvalidInput, SlalomError
 from slalom.io.cadrl import read_cases
-from slalom.peers import contender
 from slalom.sim import Row, compare, compare_all, load, metrics, read_study, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.gallery.open_space import cadrl
@@ -167,14 +166,6 @@ def test_intervals_are_those_of_the_literature():
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Several scenarios.
-
-
-def installed(name: str) -> None:
-    """Skip without the package of a peer."""
-    try:
-        contender(name)
-    except InvalidInput:
-        pytest.skip("its package is not installed")
 
 
 def test_several_scenarios_are_those_one_by_one() -> None:
