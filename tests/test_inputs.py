@@ -2424,6 +2424,24 @@ CASES = [
         command("decide", "empty", "--figure", "a.gif"),
     ),
     Case(
+        "_resize",
+        InvalidInput,
+        r"width: expected at least 2\.\d\d inch with text of this size, found 1",
+        command("decide", "empty", "--figure", "{}/a.svg", "--figure-width", "1"),
+    ),
+    Case(
+        "_refuse_crowded",
+        InvalidInput,
+        r"width: expected a width in which the legends have space with text of this size, found 4 inch",
+        command("decide", "empty", "--figure", "{}/a.svg", "--figure-width", "4"),
+    ),
+    Case(
+        "refuse_tracks",
+        InvalidInput,
+        r"--uncertainty: expected a figure of a decision, found one of the tracks of 4 robots",
+        command("run", "circle", "--figure", "{}/a.svg", "--uncertainty"),
+    ),
+    Case(
         "writing",
         InvalidFile,
         r"expected a file that can be written, found ",

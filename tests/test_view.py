@@ -3,6 +3,7 @@
 import itertools
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -12,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.path import Path as Ring
 
 import slalom
@@ -422,3 +424,87 @@ def test_a_fleet_is_drawn_alike(tmp_path: Path) -> None:
     assert boxes[0].y1 <= figure.bbox.y1
     assert not view.fleet(run, title="").axes[0].texts
     assert view.fleet(run, title="").texts[0].get_text() == ""
+
+
+def wide(figure: Figure) -> np.ndarray:
+    """Width and height [inch] of the panels of a figure."""
+    return np.array([ax.get_position().size * figure.get_size_inches() for ax in figure.axes])
+
+
+@pytest.mark.parametrize(("width", "scale"), [(9.0, 1.0), (None, 0.8), (11.0, 1.5)])
+def test_a_resized_figure_has_that_width_text_and_panels_of_the_same_shape(width: float | None, scale: float) -> None:
+    """Margins hold the text, so that they grow with it, and legends keep their distance below."""
+    figure = view.decision(*decide("nao", 2))
+    before, panels, size = wide(figure), figure.axes[0].get_position().extents, figure.get_size_inches().copy()
+    label = figure.axes[0].xaxis.label.get_fontsize()
+    tick = figure.axes[0].xaxis.get_ticklabels()[0].get_fontsize()
+    assert view.resized(figure, width=width, font_scale=scale) is figure
+    after = wide(figure)
+    assert figure.get_size_inches()[0] == pytest.approx(width or size[0])
+    assert np.allclose(after / before, (after / before)[0, 0])
+    assert figure.axes[0].xaxis.label.get_fontsize() == pytest.approx(scale * label)
+    assert figure.axes[0].xaxis.get_ticklabels()[0].get_fontsize() == pytest.approx(scale * tick)
+    left = figure.axes[0].get_position().extents[0] * figure.get_size_inches()[0]
+    assert left == pytest.approx(max(1.0, scale) * panels[0] * size[0])
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    for ax in figure.axes:
+        box = ax.get_legend().get_window_extent(renderer)
+        assert figure.bbox.y0 <= box.y0
+        assert box.y1 < ax.xaxis.get_tightbbox(renderer).y0
+
+
+def test_every_kind_of_figure_can_be_resized() -> None:
+    recording = simulate(gallery.build("circle", {"duration": 1.0}), slalom.method("nao"))
+    for figure in (view.fleet(recording), rows_of_panels()):
+        panels = wide(figure)
+        view.resized(figure, width=8.0, font_scale=1.2)
+        assert np.allclose(wide(figure) / panels, (wide(figure) / panels)[0, 0])
+    whole = Figure(figsize=(7.0, 3.0), layout="constrained")
+    whole.add_subplot()
+    assert view.resized(whole, width=3.5).get_size_inches() == pytest.approx((3.5, 1.5))
+
+
+def rows_of_panels() -> Figure:
+    """Two rows of three panels."""
+    figure = Figure(figsize=(7.0, 5.0))
+    for x, y in itertools.product((0.1, 0.4, 0.7), (0.1, 0.55)):
+        figure.add_axes((x, y, 0.2, 0.3))
+    return figure
+
+
+def test_uncertainty_is_drawn_on_wish() -> None:
+    """The body grown by the radius, now and later; the legend says the times."""
+    state, (first, *others), goal = scene_in_plane()
+    bound = slalom.BoundedError(0.2, 0.5)
+    uncertain = replace(first, uncertainty=bound)
+    robot = navigator("nao", 2)
+    decision = robot.decide(state, [uncertain, *others], goal, now=0.0)
+    assert not [patch for patch in view.decision(decision, robot, goal).axes[0].patches if is_uncertain(patch)]
+    left = view.decision(decision, robot, goal, uncertainty=True).axes[0]
+    drawn = {patch.get_gid(): patch for patch in left.patches if is_uncertain(patch)}
+    times = np.linspace(0.0, robot.horizon, 4)
+    assert set(drawn) == {f"uncertainty-0-{t:g}" for t in times}
+    for t in times:
+        radius = drawn[f"uncertainty-0-{t:g}"].get_radius()
+        assert radius == pytest.approx(first.shape.bounding_radius + float(bound.radius(t, 2)))
+    assert any(text.startswith("uncertainty, 0, ") for text in legend_texts(left))
+    plain = robot.decide(state, [first, *others], goal, now=0.0)
+    left = view.decision(plain, robot, goal, uncertainty=True).axes[0]
+    assert "no obstacle has an uncertainty" in legend_texts(left)
+
+
+def is_uncertain(patch: Patch) -> bool:
+    """Whether a patch is the region of an uncertain obstacle."""
+    return str(patch.get_gid()).startswith("uncertainty")
+
+
+def test_heights_do_not_hide_each_other() -> None:
+    """Of drones close to each other one height is written, and always that of the robot."""
+    figure, ax = Figure(), None
+    ax = figure.add_subplot()
+    robot = slalom.State((0, 0, 5), (1, 0, 0))
+    swarm = [slalom.Obstacle(slalom.Ball(0.2), slalom.Stationary((3 + 0.01 * k, 0, 5 + 0.1 * k))) for k in range(5)]
+    view.workspace(ax, traffic=slalom.ObstacleWindow(swarm, 0.0, 2.0), state=robot, robot=slalom.Ball(0.3))
+    heights = [text.get_text() for text in ax.texts if text.get_gid() == "height"]
+    assert len(heights) == 2
+    assert heights[0] == "5.0"

@@ -74,7 +74,7 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
         *("simulate", "decision_at", "load", "read_scenario", "read_study", "compare", "compare_all"),
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
     ),
-    "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "save", "animate"),
+    "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "resized", "save", "animate"),
     "slalom.live.notebook": ("widget",),
     "slalom.vehicle": (),
 }

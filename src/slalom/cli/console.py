@@ -33,12 +33,6 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
     return parsed
 
 
-def drawable(figure: Path | None) -> None:
-    """Raise InvalidInput for a figure file of a format that cannot be drawn."""
-    if figure is not None and figure.suffix not in (".svg", ".pdf", ".png"):
-        raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
-
-
 def writable(*paths: Path | None) -> None:
     """Make the folders of the files to write; called after all checks of input and before the computation."""
     for path in paths:

@@ -1,9 +1,11 @@
 """`slalom decide`."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slalom.cli.console import DONE, FAILED, Flag, drawable, print_message, print_result, resolved, writable, writing
+from slalom.cli.console import DONE, FAILED, Flag, print_message, print_result, resolved, writable
+from slalom.cli.drawing import Look, drawable
 from slalom.cli.report import formatted
 from slalom.cli.running import DEFAULT_METHOD, method_name, print_notes
 from slalom.errors import InvalidInput
@@ -17,6 +19,23 @@ LABELS = {"time_to_collision": "preferred collides"}
 """Words for keys of the result, where the key alone does not say which control it means."""
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """The figure of a decision: file, uncertainty of obstacles, and look."""
+
+    file: Path | None
+    uncertainty: bool
+    look: Look
+
+    def draw(self, decision: "Decision", navigator: "Navigator", goal: "Goal", title: str) -> None:
+        """Draw the figure, if there is a file for it."""
+        if self.file is not None:
+            from slalom import view
+
+            figure = view.decision(decision, navigator, goal, title=title, uncertainty=self.uncertainty)
+            self.look.save(figure, self.file)
+
+
 def decide(
     scene: str,
     /,
@@ -25,6 +44,8 @@ def decide(
     foresight: str | None = None,
     json: Flag = False,
     figure: Path | None = None,
+    uncertainty: Flag = False,
+    look: Look | None = None,
 ) -> int:
     """Make one decision at the start of a scenario, or repeat one; exit code 1 if no manoeuvre is safe.
 
@@ -41,12 +62,14 @@ def decide(
         Print one JSON object.
     figure
         Draw the decision to this .svg, .pdf or .png file.
+    uncertainty
+        Draw the regions that hold obstacles with an uncertainty into the figure.
     """
-    scene = resolved(scene)
+    scene, drawn = resolved(scene), Drawn(figure, uncertainty, look or Look())
     if scene.endswith(".json"):
         if method or foresight:
             raise InvalidInput(f"--method: expected none with the file of a decision, found {method or foresight!r}")
-        return _repeat(scene, json, figure)
+        return _repeat(scene, json, drawn)
     from slalom.methods import method as method_of
     from slalom.sim import load
 
@@ -72,20 +95,20 @@ def decide(
         **_of_controls(decision, navigator),
     }
     writable(figure)
-    _draw_decision(decision, navigator, robot.goal, loaded.name, figure)
+    drawn.draw(decision, navigator, robot.goal, loaded.name)
     print_result(result, json, lambda: _text(result))
     return DONE if decision.safe else FAILED
 
 
-def _repeat(file: str, json: bool, figure: Path | None) -> int:
+def _repeat(file: str, json: bool, drawn: "Drawn") -> int:
     """Repeat the decision of a file, draw and print it; return the exit code."""
     from slalom.sim.files.decision_file import read_decision
 
-    drawable(figure)
+    drawable(drawn.file)
     read = read_decision(file)
     decision, same = read.repeat()
     navigator, goal = read.inputs.navigator, read.inputs.goal
-    if figure is not None and goal is None:
+    if drawn.file is not None and goal is None:
         raise InvalidInput("--figure: expected a decision with a goal to draw, found one without")
     result = {
         "file": file,
@@ -94,11 +117,11 @@ def _repeat(file: str, json: bool, figure: Path | None) -> int:
         **decision.as_dict(),
         **_of_controls(decision, navigator),
     }
-    writable(figure)
+    writable(drawn.file)
     if not same:
         print_message(f"{file}: the decision differs from the one that was written, with {read.versions}")
     if goal is not None:
-        _draw_decision(decision, navigator, goal, file, figure)
+        drawn.draw(decision, navigator, goal, file)
     print_result(result, json, lambda: _text(result))
     return DONE if same and decision.safe else FAILED
 
@@ -132,11 +155,3 @@ def _text(result: dict[str, Any]) -> str:
     first = shown["time_to_collision"]
     shown["time_to_collision"] = "not within the horizon" if first is None else f"after {formatted(first)} s"
     return "\n".join(f"{LABELS.get(key, key):18} {formatted(value)}" for key, value in shown.items())
-
-
-def _draw_decision(decision: "Decision", navigator: "Navigator", goal: "Goal", title: str, figure: Path | None) -> None:
-    if figure is not None:
-        from slalom import view
-
-        with writing(figure):
-            view.save(view.decision(decision, navigator, goal, title=title), figure)

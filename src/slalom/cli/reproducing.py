@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from slalom.cli.console import DONE, Flag, new_page, print_result, progress, writable, writing
+from slalom.cli.drawing import Look
 from slalom.cli.report import files_text
 
 
@@ -14,6 +15,7 @@ def reproduce(
     jobs: int = 2,
     quick: Flag = False,
     force: Flag = False,
+    look: Look | None = None,
     json: Flag = False,
 ) -> int:
     """Draw the figures of the paper and measure its claims; all of them, or those named. All take about half an hour.
@@ -43,7 +45,7 @@ def reproduce(
     new_page(page, force)
     writable(page)
     with progress("reproducing") as advance, writing(out):
-        written = work.make(chosen, out, effort, page_path=page, progress=advance)
+        written = work.make(chosen, out, effort, page_path=page, save=(look or Look()).save, progress=advance)
     result = {**effort._asdict(), "entries": chosen, "files": [str(path) for path in written]}
     print_result(result, json, lambda: files_text(result))
     return DONE

@@ -11,12 +11,12 @@ from slalom.cli.console import (
     FAILED,
     Flag,
     Names,
-    drawable,
     print_result,
     vector_of,
     writable,
     writing,
 )
+from slalom.cli.drawing import Look, drawable
 from slalom.cli.recorded import SignedText
 from slalom.cli.viewing import NEEDED
 from slalom.errors import InvalidInput
@@ -35,6 +35,7 @@ def replay(
     goal: SignedText = None,
     topics: Names = None,
     expected: str | None = None,
+    look: Look | None = None,
     json: Flag = False,
     node: Annotated[NodeSettings, ROBOT] = NodeSettings(),  # noqa: B008  # it is frozen
 ) -> int:
@@ -79,10 +80,8 @@ def replay(
                 bags.write_bag(bags.as_sent(commands), out)
     if figure is not None:
         from slalom.adapters.ros.drive import figure as drawn
-        from slalom.view import save
 
-        with writing(figure):
-            save(drawn(commands, made.navigator.robot), figure)
+        (look or Look()).save(drawn(commands, made.navigator.robot), figure)
     result = {
         "bag": str(bag),
         "commands": len(commands),

@@ -1,6 +1,7 @@
 """`slalom run`."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,6 @@ from slalom.cli.console import (
     FAILED,
     Flag,
     Settings,
-    drawable,
     parse_settings,
     print_message,
     print_result,
@@ -18,17 +18,46 @@ from slalom.cli.console import (
     writable,
     writing,
 )
+from slalom.cli.drawing import Look, drawable
 from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
 from slalom.cli.report import run_text
 from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from slalom.methods import Method
+    from slalom.peers import Peer
     from slalom.sim import Recording, Scenario
 
 RUNS = (".h5", ".hdf5")
 """Suffixes of the files of runs."""
 DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
 """Default methods. The default for recordings can wait for gaps, which one constant acceleration cannot."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """The figure of a run: file, time [s] of the decision, names of robots, uncertainty of obstacles, and look."""
+
+    file: Path | None
+    at: float | None
+    names: bool
+    uncertainty: bool
+    look: Look
+
+    def refuse(self, robots: int, contender: "Method | Peer") -> None:
+        """Raise InvalidInput for options that the figure of this run does not have."""
+        if self.uncertainty:
+            from slalom.view.replay import refuse_tracks
+
+            refuse_tracks(robots, contender)
+
+    def draw(self, recording: "Recording", scenario: "Scenario", method: str) -> None:
+        """Draw the figure, if there is a file for it."""
+        if self.file is not None:
+            from slalom.view.replay import replay
+
+            figure = replay(recording, scenario, method, self.at, self.names, self.uncertainty)
+            self.look.save(figure, self.file)
 
 
 def run(
@@ -43,9 +72,11 @@ def run(
     figure: Path | None = None,
     figure_at: float | None = None,
     names: Flag = False,
+    uncertainty: Flag = False,
     at: float | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
+    look: Look | None = None,
     json: Flag = False,
 ) -> int:
     """Run a scenario, or a robot in a recording, and print the result; exit code 1 on a collision or without arrival.
@@ -74,6 +105,8 @@ def run(
         Time [s] after the start of the decision to draw; by default one before the closest approach.
     names
         Write the names of several robots into their figure.
+    uncertainty
+        Draw the regions that hold obstacles with an uncertainty into the figure of a decision.
     at
         In a recording: start time [s] of the robot, in the time of the recording; by default the first time.
         Otherwise the same as --figure-at.
@@ -93,7 +126,7 @@ def run(
         from slalom.sim import load
 
         loaded = load(scenario, changed, seed=seed)
-    return _run(loaded, name, seed, out, figure, (figure_time, names), json)
+    return _run(loaded, name, seed, out, Drawn(figure, figure_time, names, uncertainty, look or Look()), json)
 
 
 def _run(
@@ -101,14 +134,10 @@ def _run(
     name: str,
     seed: int,
     out: Path | None,
-    figure: Path | None,
-    drawn: tuple[float | None, bool],
+    drawn: "Drawn",
     json: bool,
 ) -> int:
-    """Run a scenario with the method `name`; write, draw and print the result; return the exit code.
-
-    `drawn` is the time [s] of the decision in the figure, and whether a figure of several robots has their names.
-    """
+    """Run a scenario with the method `name`; write, draw and print the result; return the exit code."""
     from slalom.peers import contender
     from slalom.sim import simulate
     from slalom.sim.files.recorded_traffic import ends_before
@@ -116,7 +145,8 @@ def _run(
 
     chosen = contender(name)
     _output_format(out, loaded.dimension)
-    writable(out, figure)
+    drawn.refuse(len(loaded.robots), chosen)
+    writable(out, drawn.file)
     print_notes(loaded.notes)
     with progress("running") as advance:
         recording = simulate(loaded, chosen, seed=seed, progress=advance)
@@ -124,8 +154,7 @@ def _run(
     print_notes(ends_before(loaded, float(recording.times[-1])))
     if out is not None:
         _write(recording, out)
-    if figure is not None:
-        _draw(recording, loaded, name, drawn, figure)
+    drawn.draw(recording, loaded, name)
     print_result(result, json, lambda: run_text(recording, result))
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
 
@@ -183,16 +212,6 @@ def _output_format(out: Path | None, dimension: int) -> str:
     if dimension == 3 and name and writer_settings(name):
         raise InvalidInput(f"--out: expected .h5 or .csv for a run in space, found {str(out)!r}")
     return name
-
-
-def _draw(
-    recording: "Recording", loaded: "Scenario", method: str, drawn: tuple[float | None, bool], figure: Path
-) -> None:
-    from slalom import view
-    from slalom.view.replay import replay
-
-    with writing(figure):
-        view.save(replay(recording, loaded, method, *drawn), figure)
 
 
 def _write(recording: "Recording", out: Path) -> None:

@@ -6,16 +6,15 @@ from slalom.cli.console import (
     DONE,
     Flag,
     Settings,
-    drawable,
     parse_settings,
     print_line,
     print_result,
     resolved,
     writable,
-    writing,
 )
+from slalom.cli.drawing import Look, drawable
 from slalom.cli.report import run_text
-from slalom.cli.running import print_notes
+from slalom.cli.running import Drawn, print_notes
 
 
 def show(
@@ -25,6 +24,8 @@ def show(
     figure: Path | None = None,
     figure_at: float | None = None,
     names: Flag = False,
+    uncertainty: Flag = False,
+    look: Look | None = None,
     json: Flag = False,
 ) -> int:
     """Print the result of a run, as `slalom run` printed it, and draw it on wish.
@@ -39,6 +40,8 @@ def show(
         Time [s] after the start of the decision to draw; by default one before the closest approach.
     names
         Write the names of several robots into their figure.
+    uncertainty
+        Draw the regions that hold obstacles with an uncertainty into the figure of a decision.
     json
         Print one JSON object.
     """
@@ -49,15 +52,13 @@ def show(
     recording = Recording.load(run)
     result = summary(recording)
     if figure is not None:
-        from slalom import view
         from slalom.live.recorded import recorded
-        from slalom.view.replay import replay
 
         writable(figure)
         found = recorded(recording)
         print_notes(found.notes)
-        with writing(figure):
-            view.save(replay(recording, found.scenario, recording.method, figure_at, names), figure)
+        drawn = Drawn(figure, figure_at, names, uncertainty, look or Look())
+        drawn.draw(recording, found.scenario, recording.method)
     print_result(result, json, lambda: run_text(recording, result))
     return DONE
 

@@ -145,6 +145,30 @@ def control_point(
     label(ax, position, text, offset=offset, color=colour)
 
 
+def pointed_control(ax: Axes, position: npt.ArrayLike, text: str, *, offset: tuple[float, float]) -> None:
+    """Write a label `offset` [pt] from a control (2,) with an arrow to it, so that no marker hides its surroundings."""
+    x, y = np.asarray(position, dtype=float)[:2]
+    properties = {
+        "arrowstyle": "-|>,head_length=3,head_width=1.5",
+        "color": ROBOT,
+        "linewidth": 1.0,
+        "mutation_scale": 1,
+    }
+    drawn = ax.annotate(
+        text,
+        (float(x), float(y)),
+        xytext=offset,
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        color=ROBOT,
+        zorder=8,
+        arrowprops={**properties, "shrinkA": 1, "shrinkB": 0, "path_effects": halo(2.4)},
+    )
+    drawn.set_path_effects(halo(2.0))
+    drawn.set_gid("chosen")
+
+
 def path(ax: Axes, trajectory: Trajectory, end: float, colour: Any = FAINT, **properties: Any) -> None:
     """Draw the path of an obstacle from now to `end` [s]."""
     points = trajectory.position(np.linspace(0.0, end, 241))

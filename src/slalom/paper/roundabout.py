@@ -39,6 +39,8 @@ DRAWN_CLEARANCE: Final = 0.25
 """[m] Minimum clearance of the drawn crossing."""
 DRAWN_DECISIONS: Final = (0, 2, 4)
 """Indices of the drawn decisions of the run to the exit."""
+LABEL_OFFSET: Final = (8.0, 22.0)
+"""[pt] Label of the chosen acceleration from it: the free set there may be narrower than a marker."""
 REPLAN: Final = 1.0
 """[s] Interval between decisions of the run to the exit."""
 
@@ -109,11 +111,11 @@ def _figure(
                 blocked=blocked,
                 admissible=admissible_ball((0.0, 0.0), LIMIT),
                 preferred=snapshot.preferred,
-                chosen=snapshot.chosen,
                 extent=SPAN,
                 resolution=201,
                 decorations=False,
             )
+            drawing.pointed_control(lower, snapshot.chosen, "chosen", offset=LABEL_OFFSET)
             drawing.name_axes(lower, "a", "m/s²")
             for outline in lower.collections:
                 # The outlines of 30 cars would hide the free set.

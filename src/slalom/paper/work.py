@@ -6,11 +6,13 @@ from os.path import relpath
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+
+from slalom import view
 from slalom.checks import known
 from slalom.errors import InvalidInput
 from slalom.paper.entries import ENTRIES, Effort
 from slalom.paper.page import page
-from slalom.view import save
 
 __all__ = ["Effort", "links_from", "make", "names_of", "read_results"]
 
@@ -21,13 +23,20 @@ def names_of(names: Sequence[str]) -> list[str]:
 
 
 def make(
-    names: Sequence[str], out: Path, effort: Effort, *, page_path: Path | None = None, progress: Callable[[float], None]
+    names: Sequence[str],
+    out: Path,
+    effort: Effort,
+    *,
+    page_path: Path | None = None,
+    save: Callable[[Figure, Path], Path] = view.save,
+    progress: Callable[[float], None],
 ) -> list[Path]:
     """Draw and measure the entries of these names.
 
     Args:
         names: names in the table of entries. out: folder for NAME.svg and NAME.json, created if needed.
-        page_path: file of the page, by default `out` / paper.md. progress: called with the share done.
+        page_path: file of the page, by default `out` / paper.md. save: writes a figure.
+        progress: called with the share done.
 
     Returns:
         The written files, the page last.

@@ -55,6 +55,7 @@ def decision(
     title: str | None = None,
     axes: tuple[Axes, Axes] | None = None,
     resolution: int = 201,
+    uncertainty: bool = False,
 ) -> Figure:
     """Draw the workspace and the control space of one decision, side by side.
 
@@ -67,13 +68,14 @@ def decision(
         title: title above both panels; by default method and outcome, "" for none.
         axes: axes of the two panels; by default on a new figure of a page's width.
         resolution: number of grid points of the control space along each axis.
+        uncertainty: whether to draw the regions that hold obstacles with an uncertainty.
     """
     blocked = decision.blocked
     state, traffic = blocked.state, blocked.obstacles
     controls = drawn_controls(decision, navigator, goal)
     preferred_manoeuvre = Manoeuvre(blocked.response, state, controls.preferred, traffic.start)
     with style():
-        left, right = axes or _panels(4 if track is not None else 3)
+        left, right = axes or _panels(3 + (track is not None) + uncertainty)
         figure = left.get_figure(root=True)
         assert figure is not None
         workspace(
@@ -86,6 +88,7 @@ def decision(
             preferred=preferred_manoeuvre,
             track=track,
             contact_times=blocked.times_to_collision(controls.preferred),
+            uncertainty=uncertainty,
         )
         extent = _velocity_extent(blocked.response, navigator)
         control_space(

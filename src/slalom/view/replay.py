@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from slalom.errors import InvalidInput
 from slalom.methods import Method
-from slalom.peers import contender_named
+from slalom.peers import Peer, contender_named
 from slalom.sim import Recording, Scenario, decision_at
 from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.view.figure import decision, paths
@@ -15,18 +15,26 @@ from slalom.view.fleet import fleet
 
 
 def replay(
-    recording: Recording, scenario: Scenario, method: str, at: float | None = None, names: bool = False
+    recording: Recording,
+    scenario: Scenario,
+    method: str,
+    at: float | None = None,
+    names: bool = False,
+    uncertainty: bool = False,
 ) -> Figure:
     """Draw the decision at time `at` [s] after the start; by default the longest held one before the closest approach.
 
     With several robots, draw the tracks of all, on wish with their `names`; with one robot of a peer its track.
+    On wish with the `uncertainty` of obstacles, which belongs to a decision.
 
     Raises:
-        InvalidInput: a run without a step.
+        InvalidInput: a run without a step; uncertainty in a figure of tracks.
     """
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
     contender = contender_named(method)
+    if uncertainty:
+        refuse_tracks(len(recording.shapes), contender)
     if len(recording.shapes) > 1:
         return fleet(recording, names=names)
     if not isinstance(contender, Method):
@@ -58,5 +66,13 @@ def replay(
         scenario.navigator(contender),
         scenario.robot.goal,
         track=np.asarray(recording.positions[: step + 1, 0]),
+        uncertainty=uncertainty,
         title=f"{recording.scenario}, {method}, {elapsed:.1f} s after the start: {replayed.outcome.name.lower()}",
     )
+
+
+def refuse_tracks(robots: int, contender: Method | Peer) -> None:
+    """Raise InvalidInput for runs whose figures show tracks, not the decision that uncertainty belongs to."""
+    if robots > 1 or not isinstance(contender, Method):
+        found = f"{robots} robots" if robots > 1 else f"a robot with {contender.name}"
+        raise InvalidInput(f"--uncertainty: expected a figure of a decision, found one of the tracks of {found}")

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import Locator
 
-from slalom.checks import Array
+from slalom.checks import Array, positive
 from slalom.errors import InvalidInput
 
 COLUMN: Final = 3.5
@@ -24,6 +24,9 @@ COLUMN: Final = 3.5
 
 PAGE: Final = 7.16
 """[inch] Width of the page: two columns and the gap between them."""
+
+LEAST_PANEL: Final = 0.8
+"""[inch] Least width of all panels of a figure side by side; narrower ones have no space for their ticks."""
 
 RESOLUTION: Final = 300
 """[dots per inch] of bitmaps."""
@@ -39,7 +42,7 @@ FAINT: Final = "#8a8a8a"
 FORMATS: Final[dict[str, dict[str, Any]]] = {
     ".svg": {"metadata": {"Date": None, "Creator": "slalom"}},
     ".pdf": {"metadata": {"CreationDate": None, "ModDate": None, "Creator": "slalom"}},
-    ".png": {"metadata": {"Software": "slalom"}, "dpi": RESOLUTION},
+    ".png": {"metadata": {"Software": "slalom"}},
 }
 """Options of `savefig` by suffix; without dates, so that equal figures give equal files."""
 
@@ -157,14 +160,18 @@ def colour_bar(scale: ScalarMappable, ax: Axes, label: str, ticks: Locator | Non
     bar.outline.set_linewidth(0.5)
 
 
-def save(figure: Figure | Axes, path: str | Path) -> Path:
-    """Write a figure, or the figure of given axes, to .svg, .pdf or .png (300 dots per inch).
+def save(figure: Figure | Axes, path: str | Path, *, resolution: float = RESOLUTION) -> Path:
+    """Write a figure, or the figure of given axes, to .svg, .pdf or .png.
 
     Equal figures give equal bytes.
 
+    Args:
+        resolution: of a .png [dots per inch].
+
     Raises:
-        InvalidInput: another suffix.
+        InvalidInput: another suffix; a resolution that is not positive.
     """
+    dots = positive(resolution, "resolution")
     target = Path(path)
     suffix = target.suffix.lower()
     if suffix not in FORMATS:
@@ -173,5 +180,5 @@ def save(figure: Figure | Axes, path: str | Path) -> Path:
     whole = figure.get_figure(root=True) if isinstance(figure, Axes) else figure
     assert whole is not None
     with style():
-        whole.savefig(target, format=suffix[1:], **FORMATS[suffix])
+        whole.savefig(target, format=suffix[1:], dpi=dots if suffix == ".png" else "figure", **FORMATS[suffix])
     return target

@@ -7,6 +7,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch
+from matplotlib.text import Annotation
 
 from slalom.checks import Array, vectors
 from slalom.errors import InvalidInput
@@ -32,9 +33,13 @@ from slalom.view.style import (
     style,
     time_scale,
 )
+from slalom.view.uncertain import uncertain_regions
 
 Extent = tuple[float, float, float, float]
 """Limits x from, x to, y from, y to of the panel [m]."""
+
+_HEIGHT_LABEL: Final = (0.075, 0.04)
+"""[1] Width and height of the label of a height as shares of the panel, at the width of a page."""
 
 _MAX_HEIGHT_LABELS: Final = 12
 """In space: largest number of obstacles labelled with their height."""
@@ -52,6 +57,7 @@ def workspace(
     track: npt.ArrayLike | None = None,
     contact_times: npt.ArrayLike | None = None,
     extent: Extent | None = None,
+    uncertainty: bool = False,
 ) -> Axes:
     """Draw the input of one decision: positions now, and predicted paths over the horizon that fade with time.
 
@@ -66,6 +72,7 @@ def workspace(
         contact_times: (n,) [s] of contact with each obstacle under the preferred control, inf for none; sets its
             colour.
         extent: x from, x to, y from, y to [m]; by default all positions now, and the goal.
+        uncertainty: whether to draw the regions that hold obstacles with an uncertainty, now and later.
 
     Returns:
         `ax`.
@@ -85,7 +92,10 @@ def workspace(
             _contact(ax, traffic, robot, preferred, times)
         if goal is not None:
             handles.append(draw_goal(ax, goal, traffic.start, traffic.start, traffic.start + traffic.horizon))
+        if uncertainty:
+            handles += uncertain_regions(ax, traffic)
         left, right, low, high = extent or _extent(traffic, state, robot, goal, past)
+        _thin_heights(ax, right - left)
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
         label_axes(ax, "" if state.dimension == 2 else "   (seen along z; numbers: z [m])")
@@ -129,6 +139,19 @@ def write_height(ax: Axes, center: Array, radius: float) -> None:
         zorder=8,
     )
     text.set_path_effects(halo(1.6))
+    text.set_gid("height")
+
+
+def _thin_heights(ax: Axes, side: float) -> None:
+    """Remove heights that others hide in a square view of `side` [m]; first stays that of the robot, then the last."""
+    kept: list[Array] = []
+    texts = [text for text in ax.texts if text.get_gid() == "height"]
+    for text in [*texts[:1], *texts[:0:-1]]:
+        place = np.asarray(text.xy if isinstance(text, Annotation) else text.get_position())
+        if any(np.all(np.abs(place - other) < np.multiply(_HEIGHT_LABEL, side)) for other in kept):
+            text.remove()
+        else:
+            kept.append(place)
 
 
 def _obstacles(ax: Axes, traffic: ObstacleWindow, times: Array) -> list[Line2D]:
