@@ -91,9 +91,11 @@ def test_a_missing_name_stops_the_build(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_blocks_that_fail_stop_the_build(tmp_path: Path) -> None:
-    """Blocks of a page share one namespace; a failing one is an error."""
+    """Blocks of a page share one namespace; a failing one is an error; the real output replaces a stated one."""
     page = "```python\nx = 2\n```\n\n```python\nprint(x + 1)\n```\n\n```yaml\nx: 1\n```\n"
     assert site_blocks.executed(page, tmp_path, str).count("```text\n3\n```") == 1
+    stated = "```python\nprint(3)\n```\n\n```text\n4\n```\n"
+    assert site_blocks.executed(stated, tmp_path, str) == "```python\nprint(3)\n```\n\n```text\n3\n```\n"
     with pytest.raises(ZeroDivisionError):
         site_blocks.executed("```python\n1 / 0\n```\n", tmp_path, str)
     with pytest.raises(RuntimeError, match="slalom run full: expected a command that works, found scenario: expected"):

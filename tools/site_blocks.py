@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from slalom.cli import call
 
-BLOCK = re.compile(r"^```(python|console)\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-"""A block of code: Python, or commands after a `$`."""
+BLOCK = re.compile(r"^(```(python|console)\n(.*?)^```\n)(?:\n```text\n.*?^```\n)?", re.DOTALL | re.MULTILINE)
+"""A block of code: Python, or commands after a `$`; and the stated output, which the real one replaces."""
 
 
 def executed(text: str, folder: Path, save: Callable[[Figure], str]) -> str:
@@ -28,7 +28,7 @@ def executed(text: str, folder: Path, save: Callable[[Figure], str]) -> str:
     namespace: dict[str, Any] = {"__name__": "__documentation__"}
 
     def output(match: re.Match[str]) -> str:
-        language, code = match.groups()
+        block, language, code = match.groups()
         namespace.pop("figure", None)
         said = io.StringIO()
         with chdir(folder), redirect_stdout(said):
@@ -37,7 +37,7 @@ def executed(text: str, folder: Path, save: Callable[[Figure], str]) -> str:
             else:
                 for command in commands_of(code):
                     _run(command)
-        parts = [match.group(0)]
+        parts = [block]
         if said.getvalue():
             parts.append(f"```text\n{said.getvalue().rstrip()}\n```\n")
         drawn = [namespace["figure"]] if isinstance(namespace.get("figure"), Figure) else []

@@ -88,5 +88,6 @@ def _convert_run(source: Path, target: Path, rate: float | None, reading: Readin
     write_table(recording, target)
     robots, rows = recording.positions.shape[1], recording.times.size * recording.positions.shape[1]
     result = {"source": str(source), "target": str(target), "robots": robots, "rows": rows}
-    print_result(result, json, lambda: f"{source} (run), {robots} robots -> {target}, {rows} rows")
+    count = "1 robot" if robots == 1 else f"{robots} robots"
+    print_result(result, json, lambda: f"{source} (run), {count} -> {target}, {rows} rows")
     return DONE
