@@ -4,7 +4,6 @@ import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -198,8 +197,10 @@ class Recording:
 
     def _repr_html_(self) -> str:
         """Return the view of the run for notebooks, at most about 1.5 MB."""
-        # The view is of a higher layer: it is loaded by its name when a notebook asks for it.
-        return str(import_module("slalom.live.notebook").shown(self))
+        # The one import upwards, named in the contract of layers: a notebook asks the recording itself for its view.
+        from slalom.live.notebook import shown
+
+        return shown(self)
 
     def save(self, path: FilePath | str) -> None:
         """Write an HDF5 file, with navground's group and attribute names if they exist.
