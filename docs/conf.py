@@ -1,5 +1,6 @@
 """Configuration of the documentation site: `make docs` builds it, without a network."""
 
+import logging
 import re
 import sys
 from pathlib import Path
@@ -10,10 +11,14 @@ DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 sys.path.insert(0, str(ROOT / "tools"))
 
+import site_gallery  # noqa: E402
 from site_blocks import executed  # noqa: E402
 from site_reference import PAGES  # noqa: E402
 
 import slalom  # noqa: E402
+
+# Fonts that a machine lacks are no warning of the documentation: the style names DejaVu Sans, which matplotlib brings.
+logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 
 project = "slalom"
 author = "The slalom developers"
@@ -60,16 +65,26 @@ def write(path: Path, text: str) -> None:
 
 
 def generate(app: Any) -> None:
-    """Write the reference pages, the pages of the examples, and the pages of files at the root."""
-    for name, page in PAGES.items():
-        write(GENERATED / f"{name}.md", page())
+    """Write the reference pages, the gallery, and the pages of the examples and of files at the root."""
+    pages = {name: page() for name, page in PAGES.items()}
+    pages["gallery"] = site_gallery.page(picture)
     for path in sorted((ROOT / "examples").glob("*.py")):
-        write(
-            GENERATED / f"{path.stem}.md",
-            f"# {path.stem[3:].replace('_', ' ').capitalize()}\n\n```python\n{path.read_text()}```\n",
-        )
+        title = path.stem[3:].replace("_", " ").capitalize()
+        pages[path.stem] = f"# {title}\n\n```python\n{path.read_text()}```\n"
     for name in ("CHANGELOG", "CONTRIBUTING", "SECURITY"):
-        write(GENERATED / f"{name.lower()}.md", (ROOT / f"{name}.md").read_text())
+        pages[name.lower()] = (ROOT / f"{name}.md").read_text()
+    for name, text in pages.items():
+        write(GENERATED / f"{name}.md", text)
+    for path in GENERATED.glob("*.md"):
+        # Pages of examples that were renamed.
+        if path.stem not in pages:
+            path.unlink()
+
+
+def picture(name: str) -> tuple[str, str]:
+    """Draw a scenario of the gallery; return the address of the picture and a sentence on the run."""
+    target, sentence = site_gallery.drawn(name, GENERATED / "figures")
+    return f"figures/{target}" if target else "", sentence
 
 
 def prepare(app: Any, docname: str, source: list[str]) -> None:

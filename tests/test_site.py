@@ -11,12 +11,14 @@ import pytest
 import slalom
 from slalom.cli import app
 from slalom.sim.files.schema import ScenarioSpec
+from slalom.sim.gallery import GALLERY
 from slalom.sim.measure.metrics import METRICS
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 
 import site_blocks  # noqa: E402
+import site_gallery  # noqa: E402
 import site_reference  # noqa: E402
 
 
@@ -100,3 +102,28 @@ def test_blocks_that_fail_stop_the_build(tmp_path: Path) -> None:
         site_blocks.executed("```python\n1 / 0\n```\n", tmp_path, str)
     with pytest.raises(RuntimeError, match="slalom run full: expected a command that works, found scenario: expected"):
         site_blocks.executed("```console\n$ slalom run full\n```\n", tmp_path, str)
+
+
+def test_the_gallery_has_every_scenario(tmp_path: Path) -> None:
+    """With its command, which the command line accepts, and its picture."""
+    page = site_gallery.page(lambda name: (f"{name}.png", "It arrived."))
+    for name in GALLERY:
+        assert f"## {name}\n" in page
+        assert f"![A run of {name}]({name}.png)" in page
+    for command in site_blocks.commands_of(page):
+        assert app.parse_args(command[1:], exit_on_error=False, print_error=False)[0] is not None
+    assert "![" not in site_gallery.page(lambda name: ("", "Not drawn."))
+
+
+def test_pictures_of_the_gallery_are_made_once(tmp_path: Path) -> None:
+    """They are made again after a change of the code."""
+    target, sentence = site_gallery.drawn("empty", tmp_path)
+    assert sentence == "The robot arrived after 12.2 s, without a collision."
+    picture = tmp_path / target
+    first = picture.read_bytes()
+    picture.write_bytes(b"")
+    assert site_gallery.drawn("empty", tmp_path) == (target, sentence)
+    assert picture.read_bytes() == b""
+    (tmp_path / "gallery_empty.txt").write_text("another digest\n")
+    assert site_gallery.drawn("empty", tmp_path) == (target, sentence)
+    assert picture.read_bytes() == first

@@ -94,7 +94,7 @@ TABLES = (
             Row("crowdnav", {"people": 10, "margin": 0.1}, ("nao_ahead@observed_velocity",), 500),
         ),
         {
-            "scenario": lambda scenario, method, row: f"`{scenario}`",
+            "settings": lambda scenario, method, row: scenario.partition(" ")[2],
             "method": lambda scenario, method, row: f"`{method}`",
             "success (95 %)": share("runs_successful"),
             "with a collision": lambda scenario, method, row: str(row["runs_with_collision"]),

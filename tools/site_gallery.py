@@ -1,0 +1,83 @@
+"""The gallery of scenarios for the documentation site: every scenario, run and drawn while the site is built."""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Final
+
+import slalom
+from slalom.errors import InvalidInput
+from slalom.peers import contender
+from slalom.sim import gallery, simulate
+from slalom.sim.gallery import GALLERY
+from slalom.sim.measure.metrics import summary
+from slalom.sim.sweep.case import SOURCES
+from slalom.view.replay import replay
+
+METHOD: Final = "nao"
+SHORTER: Final[Mapping[str, float]] = {"navground_cross_torus": 30.0, "navground_corridor": 30.0}
+"""[s] Duration of scenarios without an end."""
+RESOLUTION: Final = 110.0
+"""[dots per inch] of the pictures."""
+
+
+def page(picture: Callable[[str], tuple[str, str]]) -> str:
+    """Return the page: for each scenario its description, parameters, command, result and picture.
+
+    Args:
+        picture: address of the picture of a scenario, "" for none, and a sentence on its run.
+    """
+    lines = [
+        "# Gallery of scenarios",
+        f"Every scenario that slalom brings, run with `{METHOD}` and seed 0. The pictures are made while the site is "
+        "built. With one robot they show the decision before the closest approach, with several the tracks of all.",
+    ]
+    for name, entry in GALLERY.items():
+        address, sentence = picture(name)
+        parameters = ", ".join(f"`{key}={value:g}`" for key, value in entry.parameters.items())
+        command = " ".join(["slalom run", name, *_settings(name), "--figure", f"{name}.png"])
+        lines += [f"## {name}", f"{entry.sentence} {sentence}"]
+        lines += [f"Parameters: {parameters}."] if parameters else []
+        lines += [f"```console\n$ {command}\n```"]
+        lines += [f"![A run of {name}]({address})"] if address else []
+    return "\n\n".join(lines) + "\n"
+
+
+def drawn(name: str, folder: Path) -> tuple[str, str]:
+    """Return the name of the picture of a scenario in a folder, and a sentence on the run.
+
+    Both are made again only after a change of the code. The name is "" where the scenario cannot be built.
+    """
+    target, text = folder / f"gallery_{name}.png", folder / f"gallery_{name}.txt"
+    digest = _digest()
+    if target.exists() and text.exists() and text.read_text().startswith(digest):
+        return target.name, text.read_text().partition("\n")[2]
+    try:
+        scenario = gallery.build(name, {"duration": SHORTER[name]} if name in SHORTER else {})
+    except InvalidInput as error:
+        # A scenario whose people move by a package of another project.
+        return "", f"Not drawn here: {error}."
+    recording = simulate(scenario, contender(METHOD))
+    folder.mkdir(parents=True, exist_ok=True)
+    slalom.view.save(replay(recording, scenario, METHOD), target, resolution=RESOLUTION)
+    sentence = _sentence(summary(recording))
+    text.write_text(f"{digest}\n{sentence}")
+    return target.name, sentence
+
+
+def _sentence(result: Mapping[str, object]) -> str:
+    robots, there, hit = result["robots"], result["arrived"], result["collisions"]
+    ends = f"after {result['time']:.1f} s" if robots == there else f"within {result['time']:.1f} s"
+    arrivals = "The robot arrived" if robots == there == 1 else f"{there} of {robots} robots arrived"
+    return f"{arrivals} {ends}, {'with' if hit else 'without'} a collision."
+
+
+def _settings(name: str) -> list[str]:
+    return ["--set", f"duration={SHORTER[name]:g}"] if name in SHORTER else []
+
+
+def _digest() -> str:
+    found = hashlib.sha256(SOURCES.encode())
+    for path in (Path(__file__), *sorted((Path(slalom.__file__).parent / "view").glob("*.py"))):
+        found.update(path.read_bytes())
+    return found.hexdigest()
