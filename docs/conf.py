@@ -35,6 +35,8 @@ html_copy_source = False
 myst_heading_anchors = 4
 myst_enable_extensions = ["deflist", "colon_fence"]
 default_role = "code"
+# Dashes stay: `--option` in the words of a page is no dash.
+smartquotes_action = "qe"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_default_options = {"exclude-members": "__init__, __new__"}
@@ -54,6 +56,8 @@ OUTSIDE = re.compile(r"\[([^\]]+)\]\((?:\.\./)+(tests|tools|benchmarks|src)/[^)]
 """Links to files of the repository that are not part of the site: their text remains."""
 ANCHORS = re.compile(r"^(#+ )<a id=\"(\w+)\"></a>(.*)$", re.MULTILINE)
 """Headings with an anchor in HTML, which becomes a target of the site."""
+PROJECTS = {"ros": "ROS 2", "irsim": "ir-sim", "commonroad": "CommonRoad", "sumo": "SUMO"}
+"""Titles of examples with programs of other projects."""
 EXAMPLES = re.compile(r"\]\((?:\.\./)*examples/(\w+)\.py\)")
 
 
@@ -69,7 +73,8 @@ def generate(app: Any) -> None:
     pages = {name: page() for name, page in PAGES.items()}
     pages["gallery"] = site_gallery.page(picture)
     for path in sorted((ROOT / "examples").glob("*.py")):
-        title = path.stem[3:].replace("_", " ").capitalize()
+        name = path.stem[3:]
+        title = PROJECTS.get(name, name.replace("_", " ").capitalize())
         pages[path.stem] = f"# {title}\n\n```python\n{path.read_text()}```\n"
     for name in ("CHANGELOG", "CONTRIBUTING", "SECURITY"):
         pages[name.lower()] = (ROOT / f"{name}.md").read_text()

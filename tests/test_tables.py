@@ -79,6 +79,8 @@ class Claim(NamedTuple):
     collided: int
     arrived: int
     clearance: float
+    deterministic: bool
+    last: str
 
     def refused_by(self, result: dict) -> list[str]:
         """What of the row cannot be true, if this is the result of one of its runs."""
@@ -89,6 +91,9 @@ class Claim(NamedTuple):
                 "collided": self.collided in (0, self.runs) and collides != (self.collided > 0),
                 "arrived": self.arrived in (0, self.runs) and arrives != (self.arrived > 0),
                 "clearance": result["min_clearance"] < self.clearance - 0.00051,
+                # One distinct run is what its row says.
+                "same": self.deterministic
+                and (f"{result['min_clearance']:.3f}", f"{result['time']:.1f}") != (f"{self.clearance:.3f}", self.last),
             }.items()
             if wrong
         ]
@@ -105,7 +110,8 @@ def claims() -> list[Claim]:
         settings = {key: float(value) for key, value in (word.split("=") for word in words.split(", ") if word)}
         runs, collided, arrived = (int(re.match(r"\d+", cells[k])[0]) for k in (3, 4, 5))
         if settings.get("robots", 20) <= 20:
-            found.append(Claim(name, settings, cells[1], runs, collided, arrived, float(cells[10])))
+            alone = "deterministic" in cells[3]
+            found.append(Claim(name, settings, cells[1], runs, collided, arrived, float(cells[10]), alone, cells[7]))
     return found
 
 
@@ -116,7 +122,23 @@ CLAIMS = [
 
 
 def test_rows_of_fleets_are_found() -> None:
+    """Without intervals where there is one distinct run, with them elsewhere."""
     assert len(CLAIMS) >= 60
+    for line in (ROOT / "docs" / "fleets.md").read_text().splitlines():
+        if line.startswith("| circle"):
+            assert ("deterministic" in line) == ("noise=0" in line) == ("%)" not in line), line
+
+
+def test_a_row_that_is_wrong_is_refuted() -> None:
+    """By a run that collides, that does not arrive, that comes closer, or that is not the only one."""
+    row = Claim("circle", {}, "nao", 20, 0, 20, 0.1, False, "9.0")
+    run = {"collisions": 0, "arrived": 4, "robots": 4, "min_clearance": 0.1, "time": 9.0}
+    assert row.refused_by(run) == row._replace(deterministic=True).refused_by(run) == []
+    assert row.refused_by(run | {"collisions": 1}) == ["collided"]
+    assert row.refused_by(run | {"arrived": 3}) == ["arrived"]
+    assert row.refused_by(run | {"min_clearance": 0.09}) == ["clearance"]
+    assert row._replace(deterministic=True).refused_by(run | {"time": 9.1}) == ["same"]
+    assert row._replace(collided=7).refused_by(run) == []
 
 
 @pytest.mark.slow
