@@ -6,7 +6,6 @@ from typing import Any
 
 from cyclopts import Group, Parameter
 
-from slalom.checks import positive
 from slalom.cli.console import writing
 from slalom.errors import InvalidInput
 
@@ -34,6 +33,8 @@ class Look:
     resolution: float = 300.0
 
     def __post_init__(self) -> None:
+        from slalom.checks import positive
+
         for name in ("figure_width", "font_scale", "resolution"):
             if getattr(self, name) is not None:
                 positive(getattr(self, name), f"--{name.replace('_', '-')}")
