@@ -830,3 +830,17 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
         assert running.stderr is not None
         running.stdout.close()
         assert "Traceback" not in running.stderr.read()
+
+
+def test_options_of_figures_say_how_they_look(say: Say) -> None:
+    """Width times resolution are the points of a bitmap; every command that draws has these options."""
+    tokens = ["--figure-width", "8", "--font-scale", "1.2", "--resolution", "50"]
+    assert say("decide", "empty", "--figure", "a.png", *tokens, "--uncertainty").code == 0
+    run = ["run", "empty", "--set", "duration=0.3", "--out", "run.h5"]
+    assert say(*run, "--figure", "b.png", *tokens).code == 1
+    assert say("show", "run.h5", "--figure", "c.png", *tokens).code == 0
+    for name in "abc":
+        # The width of a PNG is in bytes 16 to 19.
+        assert int.from_bytes(Path(f"{name}.png").read_bytes()[16:20], "big") == 400
+    assert say("reproduce", "moving_obstacle", "--quick", "--out", "paper", "--figure-width", "5").code == 0
+    assert re.search(r'<svg [^>]*width="360pt"', Path("paper/moving_obstacle.svg").read_text())
