@@ -20,8 +20,8 @@ class DynamicWindow:
         heading (1 - angle to the preferred velocity / pi) + distance (free share of the longest way)
         + speed (1 - difference to the preferred speed / max_speed)
 
-    with the weights `heading`, `distance` and `speed`. The authors had circular arcs of a synchro-drive and obstacles at
-    rest; here motions are straight. Without an admissible velocity the robot brakes as hard as it can.
+    with the weights `heading`, `distance` and `speed`. The authors had circular arcs of a synchro-drive and obstacles
+    at rest; here motions are straight. Without an admissible velocity the robot brakes as hard as it can.
 
     Raises:
         InvalidInput: a weight or margin below 0, a horizon not above 0, a grid of fewer than 3.
