@@ -321,7 +321,7 @@ CROSS = ("run", "{}/a.csv", "--start", "0,0", "--goal", "9,9")
 
 def behaviour(kind: str, **settings) -> object:
     """A team of one robot in navground."""
-    team = peers.Team(np.array([1.0]), np.array([2.0]), 0.1)
+    team = peers.Team(np.array([1.0]), np.array([2.0]), np.array([2.0]), 0.1)
     return peers.behaviours.Behaviours(team, kind, time_horizon=10.0, **settings)
 
 

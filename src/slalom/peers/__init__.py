@@ -1,4 +1,4 @@
-"""Methods of other projects as rows of one table, to run the same scenarios under the same measurements.
+"""Methods of other projects and authors as rows of one table, to run the same scenarios under the same measurements.
 
 They need the optional extra `peers`: `pip install 'slalom[peers]'`. Its packages are imported when a peer is first
 used. (The wheel of `pyrvo` declares the simulator that it was made for, ir-sim, and with it scipy, imageio and loguru.

@@ -9,6 +9,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.peers.crowd import Discs, Team, imported, interaction_distances
+from slalom.peers.surroundings import edges_of
 
 
 class Behaviours:
@@ -50,7 +51,7 @@ class Behaviours:
             behaviour.target = library.Target.Velocity((1.0, 0.0))
             behaviour.compute_cmd(team.period)
             self._behaviours.append(behaviour)
-        edges = [edge for wall in team.walls for edge in _edges(wall)]
+        edges = [edge for wall in team.walls for edge in edges_of(wall)]
         self._walls = [library.LineSegment(start, end) for start, end in edges]
 
     def choose(self, positions: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
@@ -82,10 +83,3 @@ class Behaviours:
             with np.errstate(invalid="ignore", divide="ignore"):
                 chosen.append(behaviour.compute_cmd(period, library.Frame.absolute).velocity)
         return np.array(chosen, dtype=np.float64)
-
-
-def _edges(outline: Array) -> list[tuple[Array, Array]]:
-    """Edges of an outline (k, 2): one of a line, k of a polygon."""
-    if len(outline) == 2:
-        return [(outline[0], outline[1])]
-    return list(zip(outline, np.roll(outline, -1, axis=0)))

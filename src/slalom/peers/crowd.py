@@ -1,4 +1,4 @@
-"""Interface between a run and a method of another project."""
+"""Interface between a run and a method that is not one of slalom's."""
 
 from importlib import import_module
 from typing import Any, NamedTuple, Protocol
@@ -14,7 +14,7 @@ class Team(NamedTuple):
 
     Attributes:
         radii: (N,) [m] with which the method plans.
-        max_speeds: (N,) [m/s].
+        max_speeds: (N,) [m/s]. max_accelerations: (N,) [m/s^2].
         period: [s] between decisions.
         walls: outlines (k, 2) [m] of static obstacles: two points are a line, three or more a polygon,
             counter-clockwise.
@@ -22,6 +22,7 @@ class Team(NamedTuple):
 
     radii: Array
     max_speeds: Array
+    max_accelerations: Array
     period: float
     walls: tuple[Array, ...] = ()
 

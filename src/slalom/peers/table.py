@@ -1,4 +1,4 @@
-"""Table of peers: methods of other projects, and their settings."""
+"""Table of peers: methods of other projects and other authors, and their settings."""
 
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
@@ -6,24 +6,27 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final, cast
 
-from slalom.checks import Array, known, shown, text
+from slalom.checks import known, shown, text
 from slalom.errors import InvalidInput
 from slalom.methods import METHODS, Method
+from slalom.peers.barrier import BarrierFilter
 from slalom.peers.behaviours import Behaviours
 from slalom.peers.crowd import Crowd, Team, imported
+from slalom.peers.dynamic_window import DynamicWindow
+from slalom.peers.path_integral import PathIntegral
 from slalom.peers.rvo2 import Rvo2
 
 
 @dataclass(frozen=True)
 class Peer:
-    """Row of the table: a method of another project that returns new velocities for all robots at every decision.
+    """Row of the table: a method that is not slalom's and returns new velocities for all robots at every decision.
 
     Attributes:
         name: the name on the command line.
         crowd: from a team to the object that moves it.
         sentence: the description for users.
         source: the publication.
-        package: the package that implements it, of the extra `peers`.
+        package: the package that it needs, of the extra `peers`; slalom: none.
         limited: the simulator applies the robot's acceleration limit; otherwise velocities change at once, as the
             method assumes.
         inflation: fraction by which the method plans with larger radii.
@@ -49,27 +52,35 @@ class Peer:
         """Level of foresight of other robots."""
         return "observed"
 
-    def begin(self, radii: Array, max_speeds: Array, period: float, walls: tuple[Array, ...] = ()) -> Crowd:
-        """Crowd of robots with radii (N,) [m] and max_speeds (N,) [m/s], see `Team`.
+    def begin(self, team: Team) -> Crowd:
+        """Crowd of the robots of a team.
 
         Raises:
             InvalidInput: the package is not installed.
         """
-        return self.crowd(Team((1.0 + self.inflation) * radii, max_speeds, period, walls))
+        return self.crowd(team._replace(radii=(1.0 + self.inflation) * team.radii))
 
 
-ORCA, HRVO, HL, FORCE = (
+ORCA, HRVO, HL, FORCE, WINDOW, PATH_INTEGRAL, BARRIER = (
     "van den Berg, Guy, Lin and Manocha, Robotics Research (STAR 70), 2011",
     "Snape, van den Berg, Guy and Manocha, IEEE T-RO 27(4), 2011",
     "Guzzi, Giusti, Gambardella, Theraulaz and Di Caro, ICRA 2013",
     "Helbing and Molnar, Physical Review E 51(5), 1995",
+    "Fox, Burgard and Thrun, IEEE Robotics and Automation Magazine 4(1), 1997",
+    "Williams, Aldrich and Theodorou, Journal of Guidance, Control, and Dynamics 40(2), 2017",
+    "Wang, Ames and Egerstedt, IEEE T-RO 33(3), 2017",
 )
 MAX_NEIGHBOURS: Final = 30
 """[1] Neighbours that ORCA and HRVO consider."""
 TIME_HORIZON: Final = 10.0
 """[s] Time horizon of ORCA, and of the neighbours of the others."""
 MARGIN: Final = 0.1
-"""[m] Margin of HRVO and the human-like behaviour. With their default 0, robots touch each other."""
+"""[m] Margin of HRVO and the human-like behaviour. With their default 0, robots touch each other.
+
+Also that of the planners, whose predictions are tested at samples.
+"""
+PLANNED: Final = 4.0
+"""[s] Horizon of the planners, which slalom implements."""
 
 _ROWS: Final = (
     Peer(
@@ -125,6 +136,33 @@ _ROWS: Final = (
     ),
 )
 
+_PLANNERS: Final = (
+    Peer(
+        "dwa",
+        partial(DynamicWindow, margin=MARGIN, horizon=PLANNED),
+        "Dynamic window approach, margin 0.1 m: the best velocity that one period reaches.",
+        WINDOW,
+        "slalom",
+        limited=True,
+    ),
+    Peer(
+        "mppi",
+        partial(PathIntegral, margin=MARGIN, horizon=PLANNED),
+        "Model predictive path integral control, margin 0.1 m: 256 sequences of accelerations.",
+        PATH_INTEGRAL,
+        "slalom",
+        limited=True,
+    ),
+    Peer(
+        "cbf",
+        partial(BarrierFilter, margin=MARGIN, horizon=TIME_HORIZON),
+        "Control barrier functions (quadratic program in daqp), margin 0.1 m: filter of the preferred acceleration.",
+        BARRIER,
+        "daqp",
+        limited=True,
+    ),
+)
+
 
 def _variants(row: Peer) -> Iterator[Peer]:
     """The row with unlimited accelerations, with the robot's limit, and (for ORCA) the latter with larger robots."""
@@ -136,7 +174,9 @@ def _variants(row: Peer) -> Iterator[Peer]:
         yield replace(limited, name="orca_inflated", sentence=sentence, inflation=0.3)
 
 
-PEERS: Final[dict[str, Peer]] = {peer.name: peer for row in _ROWS for peer in _variants(row)}
+PEERS: Final[dict[str, Peer]] = {
+    peer.name: peer for peer in (*(p for row in _ROWS for p in _variants(row)), *_PLANNERS)
+}
 """Peers by name."""
 CONTENDERS: Final[Mapping[str, Method | Peer]] = ChainMap(cast(Any, PEERS), cast(Any, METHODS))
 """Methods and peers by name."""
@@ -145,7 +185,7 @@ CONTENDERS: Final[Mapping[str, Method | Peer]] = ChainMap(cast(Any, PEERS), cast
 def method(name: str) -> Any:
     """Method or peer by any name of `slalom list methods`, or NAME@FORESIGHT, as in nao@observed.
 
-    The result is a `Method`, or a `Peer` for methods of other projects, which only the simulator runs.
+    The result is a `Method`, or a `Peer` for methods that are not slalom's, which only the simulator runs.
 
     Raises:
         InvalidInput: an unknown method or foresight; the message lists the known ones.

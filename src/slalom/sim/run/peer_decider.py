@@ -8,7 +8,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Flags
-from slalom.peers import Crowd, Peer, discs, outlines
+from slalom.peers import Crowd, Peer, Team, discs, outlines
 from slalom.shape import Disc
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED
 from slalom.sim.run.deciders import Decisions
@@ -46,7 +46,9 @@ class PeerDecider:
         robots = [robot for robot, member in zip(self.scenario.robots, members, strict=True) if member]
         radii = np.array([robot.shape.bounding_radius for robot in robots])
         speeds = np.array([robot.limits.max_speed for robot in robots])
-        return self.peer.begin(radii, speeds, self.scenario.dt * self.scenario.steps_per_decision, self._walls)
+        accelerations = np.array([robot.limits.max_acceleration for robot in robots])
+        period = self.scenario.dt * self.scenario.steps_per_decision
+        return self.peer.begin(Team(radii, speeds, accelerations, period, self._walls))
 
     def sense(self, now: float) -> None:
         pass
