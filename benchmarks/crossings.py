@@ -6,9 +6,9 @@ usage: python benchmarks/crossings.py DATA_DIR [--foresight recorded] [--out RES
 DATA_DIR contains tasks.json: per recording a file of tracks, the radii and limits of a robot, and tasks. A task has a
 start, a goal and a time. Recorded agents do not react.
 
-The program writes {task: {"t": [s from the start of the task], "p": [[x, y(, z)], ...]}} for an independent judge. It
-has 20 samples a second or more. The program prints per recording: safe and arrived, collided, limit violations, the
-least clearance, and decision times [us].
+The program writes {task: {"t": [s from the start of the task], "p": [[x, y(, z)], ...]}} for an independent judge, anew
+after every task; an interrupted run leaves a valid file. It has 20 samples a second or more. The program prints per
+recording: safe and arrived, collided, limit violations, the least clearance, and decision times [us].
 
 All parameters follow from the limits alone. Let v be the maximum speed and a the largest acceleration. The robot
 decides every v / (10 a), a tenth of the time from rest to maximum speed. The simulation takes five steps in that time.
