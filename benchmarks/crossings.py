@@ -6,9 +6,9 @@ usage: python benchmarks/crossings.py DATA_DIR [--foresight recorded] [--out RES
 DATA_DIR contains tasks.json: per recording a file of tracks, the radii and limits of a robot, and tasks. A task has a
 start, a goal and a time. Recorded agents do not react.
 
-The program writes {task: {"t": [s from the start of the task], "p": [[x, y(, z)], ...]}} for an independent judge. It
-has 20 samples a second or more. The program prints per recording: safe and arrived, collided, limit violations, the
-least clearance, and decision times [us].
+The program writes {task: {"t": [s from the start of the task], "p": [[x, y(, z)], ...]}} for an independent judge, anew
+after every task; an interrupted run leaves a valid file. It has 20 samples a second or more. The program prints per
+recording: safe and arrived, collided, limit violations, the least clearance, and decision times [us].
 
 All parameters follow from the limits alone. Let v be the maximum speed and a the largest acceleration. The robot
 decides every v / (10 a), a tenth of the time from rest to maximum speed. The simulation takes five steps in that time.
@@ -24,7 +24,9 @@ from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
-from machine import describe
+from machine import describe, replace_text
+from rich.console import Console
+from rich.progress import track
 
 from slalom import FORESIGHTS, Ball, Disc, Goal, Limits, Method, Obstacle, State, Stationary, method
 from slalom.io.formats import read_recording
@@ -49,20 +51,22 @@ def main() -> None:
     chosen = method(arguments.method).with_foresight(arguments.foresight)
     recordings = json.loads((arguments.data / "tasks.json").read_text())
     work = [(name, entry, task) for name, entry in recordings.items() for task in entry["tasks"]]
-    runs = Parallel(n_jobs=arguments.jobs)(
+    runs = Parallel(n_jobs=arguments.jobs, return_as="generator")(
         delayed(crossed)(arguments.data, entry, task, chosen) for _, entry, task in work
     )
+    about = {"method": chosen.name, "margins": MARGINS, "decisions": DECISIONS, "steps": STEPS, **describe()}
     results: dict[str, list[dict[str, Any]]] = {}
-    for (name, _, _), result in zip(work, runs, strict=True):
-        results.setdefault(name, []).append(result)
+    paths: dict[str, Any] = {}
+    facts: list[dict[str, Any]] = []
+    for (name, _, _), run in track(zip(work, runs, strict=True), "tasks", len(work), console=Console(stderr=True)):
+        results.setdefault(name, []).append(run)
+        paths[run["task"]] = {"t": run["t"], "p": run["p"]}
+        facts.append({k: v for k, v in run.items() if k not in ("t", "p", "times")})
+        if arguments.out is not None:
+            replace_text(arguments.out, json.dumps(paths))
+            replace_text(arguments.out.with_suffix(".runs.json"), json.dumps({"parameters": about, "runs": facts}))
     for line in table(results):
         print(line)
-    if arguments.out is not None:
-        arguments.out.write_text(json.dumps({r["task"]: {"t": r["t"], "p": r["p"]} for r in runs}))
-        facts = [{k: v for k, v in r.items() if k not in ("t", "p", "times")} for r in runs]
-        about = {"method": chosen.name, "margins": MARGINS, "decisions": DECISIONS, "steps": STEPS, **describe()}
-        beside = arguments.out.with_suffix(".runs.json")
-        beside.write_text(json.dumps({"parameters": about, "runs": facts}, indent=1))
 
 
 def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Crossing recorded crowds that do not see the robot: cases in the format of the CrowdNav++ test.
 
 usage: python benchmarks/crowdnavpp.py DATA.npz --foresight observed [--out RESULT.json] [--jobs N] [--cases N]
-       [--loss 5]
+       [--every N] [--loss 5]
 
 Rules of the test (Liu et al., ICRA 2023): steps of 0.25 s, a disc that takes any velocity up to its maximum speed, a
 goal at rest. At each step the robot observes the position and the radius of every person whose surface is within its
@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from joblib import Parallel, delayed
-from machine import describe
+from machine import describe, replace_text
 from rich.console import Console
 from rich.progress import track
 
@@ -89,10 +89,11 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--cases", type=int, help="only the first cases")
+    parser.add_argument("--every", type=int, default=1, help="only every so many cases, from the first")
     parser.add_argument("--loss", type=float, default=5.0)
     arguments = parser.parse_args()
     setting, cases = read(arguments.data, arguments.loss)
-    cases = cases[: arguments.cases]
+    cases = cases[: arguments.cases : arguments.every]
     runs = Parallel(n_jobs=arguments.jobs, return_as="generator")(delayed(crossed)(case, setting) for case in cases)
     found: dict[str, Any] = {}
     slowest: list[float] = []
@@ -100,7 +101,7 @@ def main() -> None:
         found[case.name] = {"t": run["t"], "p": run["p"]}
         slowest += run["times"]
         if arguments.out is not None:
-            arguments.out.write_text(json.dumps(found))
+            replace_text(arguments.out, json.dumps(found))
     ends = [np.linalg.norm(np.array(found[case.name]["p"][-1]) - case.goal) for case in cases]
     print(f"{np.count_nonzero(np.array(ends) < setting.arrived)} of {len(cases)} paths end at their goal")
     print(f"decision: median {1e3 * np.median(slowest):.1f} ms, 99 % {1e3 * np.quantile(slowest, 0.99):.1f} ms")

@@ -30,6 +30,13 @@ def describe() -> dict[str, Any]:
     }
 
 
+def replace_text(file: Path, text: str) -> None:
+    """Write a file at once: an interrupted program leaves the old text or the new one."""
+    beside = file.with_name(file.name + ".part")
+    beside.write_text(text)
+    beside.replace(file)
+
+
 def microseconds(call: Callable[[], Any], repeat: int = 30, share: float = 0.5) -> float:
     """Median time of one call [us], or another quantile (0: the fastest). The first call is not counted."""
     call()

@@ -1201,8 +1201,8 @@ Larger: more pieces in every table. Smaller: tables are made more often; at 1 fo
 LOSS_TIMES: Final = 8
 """[1] Moments at which the closeness of a plan counts. More: slower decisions. Fewer: a short approach is missed."""
 
-LOSS_STEP: Final = 0.125
-"""[s] Between these moments.
+LOSS_STEP: Final = 0.25
+"""[1] Between these moments, as a share of the period and the time from rest to the maximum speed together.
 
 Larger: closeness counts that later decisions can still avoid. Smaller: a plan counts as safe until it is too late.
 """

@@ -12,6 +12,7 @@ from slalom.errors import InvalidInput
 from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.lookahead.navigator import LookAhead, SequenceDecision
+from slalom.obstacle import Obstacle
 from slalom.obstacle_window import Obstacles, each_of
 from slalom.state import State
 from slalom.tolerances import LOSS_DISCOUNT, LOSS_STEP, LOSS_TIMES
@@ -64,11 +65,14 @@ class ExpectedLoss:
         delay: float = 0.0,
     ) -> Decision:
         """As `LookAhead.decide`, with the margin of least cost; of equal costs the first."""
+        one_by_one = each_of(obstacles)
+        shared = self.robot.prepared_for(one_by_one, now)
+        motions = self._motions(one_by_one, now)
         best: tuple[float, Decision] | None = None
         for margin in self.margins:
-            robot = replace(self.robot, navigator=replace(self.robot.navigator, margin=margin))
-            decision = robot.decide(state, obstacles, goal, now=now, previous=previous, delay=delay)
-            cost = self.cost(decision, obstacles, goal, now)
+            robot = replace(shared, navigator=replace(shared.navigator, margin=margin))
+            decision = robot.decide(state, one_by_one, goal, now=now, previous=previous, delay=delay)
+            cost = self._cost(decision, motions, goal, now)
             if best is None or cost < best[0]:
                 best = cost, decision
         assert best is not None
@@ -81,30 +85,44 @@ class ExpectedLoss:
         the maximum speed. The rest begins at the position at the last moment. The first term exceeds the span, so that
         a known arrival is preferred.
         """
-        times = now + LOSS_STEP * np.arange(1, LOSS_TIMES + 1, dtype=np.float64)
+        return self._cost(decision, self._motions(each_of(obstacles), now), goal, now)
+
+    def contacts(self, places: Array, obstacles: Obstacles, times: npt.ArrayLike, now: float) -> Array:
+        """Expected number of contacts (n,) of a robot at `places` (n, d) [m] at `times` (n,) [s]."""
+        times = np.asarray(times, dtype=np.float64)
+        return self._contacts(places, self._motions(each_of(obstacles), now), times, now)
+
+    def _motions(self, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
+        forecast = self.robot.navigator.method.forecast
+        return [predicted(obstacle, forecast, now) for obstacle in obstacles if obstacle.exists(now)]
+
+    def _cost(self, decision: Decision, motions: Sequence[Obstacle], goal: Goal, now: float) -> float:
+        times = now + self._step * np.arange(1, LOSS_TIMES + 1, dtype=np.float64)
         places = decision.manoeuvre.position(times)
         weights = LOSS_DISCOUNT ** np.arange(LOSS_TIMES)
-        contacts = float(self.contacts(places, obstacles, times, now) @ weights / weights.sum())
+        contacts = float(self._contacts(places, motions, times, now) @ weights / weights.sum())
         return self._time(decision, goal, now, places[-1]) + self.loss * contacts
+
+    @property
+    def _step(self) -> float:
+        """[s] between the moments: the robot reacts after a period, and stops in the time of `max_speed`."""
+        navigator = self.robot.navigator
+        return LOSS_STEP * (navigator.period + navigator.limits.max_speed / navigator.limits.max_acceleration)
 
     def _time(self, decision: Decision, goal: Goal, now: float, end: Array) -> float:
         if isinstance(decision, SequenceDecision) and np.isfinite(decision.arrival):
             return decision.arrival - now
         left = float(np.linalg.norm(end - goal.trajectory.position(now))) / self.robot.navigator.limits.max_speed
-        return 3.0 * LOSS_STEP * LOSS_TIMES + left
+        return 3.0 * self._step * LOSS_TIMES + left
 
-    def contacts(self, places: Array, obstacles: Obstacles, times: npt.ArrayLike, now: float) -> Array:
-        """Expected number of contacts (n,) of a robot at `places` (n, d) [m] at `times` (n,) [s]."""
-        forecast, own = self.robot.navigator.method.forecast, self.robot.navigator.robot.bounding_radius
-        times = np.asarray(times, dtype=np.float64)
+    def _contacts(self, places: Array, motions: Sequence[Obstacle], times: Array, now: float) -> Array:
+        own = self.robot.navigator.robot.bounding_radius
+        spread = self.spread.radius(times - now, places.shape[-1])
         found = np.zeros(len(times))
-        for obstacle in each_of(obstacles):
-            if not obstacle.exists(now):
-                continue
-            ahead = predicted(obstacle, forecast, now).trajectory
+        for obstacle in motions:
+            ahead = obstacle.trajectory
             there = (ahead.span[0] <= times) & (times <= ahead.span[1])
             gaps = np.linalg.norm(ahead.position(times[there]) - places[there], axis=-1)
             gaps -= own + obstacle.shape.bounding_radius
-            spread = np.array([self.spread.radius(t, places.shape[-1]) for t in times[there] - now])
-            found[there] += np.exp(-np.maximum(gaps, 0.0) / spread)
+            found[there] += np.exp(-np.maximum(gaps, 0.0) / spread[there])
         return found
