@@ -39,7 +39,7 @@ def test_python_blocks_run(page, code, tmp_path, monkeypatch):
     exec(compile(code, page, "exec"), {"__name__": "__documentation__"})
 
 
-LONG_EXAMPLES = ("03_experiment.py", "07_tracked_people.py", "08_learning.py", "09_ros.py")
+LONG_EXAMPLES = ("03_experiment.py", "07_tracked_people.py", "08_learning.py", "09_ros.py", "11_irsim.py")
 
 
 def examples() -> list[Any]:

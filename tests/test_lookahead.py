@@ -550,7 +550,7 @@ def told(decision: Decision) -> tuple[object, ...]:
     return (decision.outcome, plan.start, plan.control.tobytes(), plan.response, *more)
 
 
-@pytest.mark.parametrize("seconds", [0.3, 1.0, 2.5, 5.0])
+@pytest.mark.parametrize("seconds", draws([0.3, 2.5, 1.0, 5.0], 2))
 @each_dimension
 def test_nothing_later_than_the_deadline_is_planned(d: int, seconds: float) -> None:
     """A robot that cannot arrive until then still decides."""

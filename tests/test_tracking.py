@@ -76,7 +76,7 @@ def distances(vehicle, case: tuple, style: str, seed: int, periods: int = 40):
     return found
 
 
-@pytest.mark.parametrize(("vehicle", "case"), draws(PAIRS, 2))
+@pytest.mark.parametrize(("vehicle", "case"), draws(PAIRS))
 def test_the_bound_holds_and_is_not_much_too_large(vehicle, case: tuple) -> None:
     """3 x 60 sequences of 40 commands; steering and wheels always suffice, or `command` would raise."""
     most, dt, slowest = case

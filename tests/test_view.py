@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+from draws import draws
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgba
@@ -351,7 +352,11 @@ def test_a_run_is_drawn_with_the_robot_at_equally_spaced_times(dimension: int) -
     assert view.paths(times, positions, obstacles, robot=shape, goal=goal, ax=mine) is mine
 
 
-@pytest.mark.parametrize(("suffix", "magic"), [(".svg", b"<?xml"), (".pdf", b"%PDF"), (".png", b"\x89PNG")])
+MAGIC = [(".svg", b"<?xml"), (".pdf", b"%PDF"), (".png", b"\x89PNG")]
+"""How files of each format begin."""
+
+
+@pytest.mark.parametrize(("suffix", "magic"), draws(pytest.param(*one) for one in MAGIC))
 def test_equal_figures_are_equal_files(tmp_path: Path, suffix: str, magic: bytes) -> None:
     found = []
     for name in ("first", "second"):

@@ -20,7 +20,7 @@ LABELS = {"time_to_collision": "preferred collides"}
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DecisionFigure:
     """The figure of a decision: file, uncertainty of obstacles, and look."""
 
     file: Path | None
@@ -65,7 +65,7 @@ def decide(
     uncertainty
         Draw the regions that hold obstacles with an uncertainty into the figure.
     """
-    scene, drawn = resolved(scene), Drawn(figure, uncertainty, look or Look())
+    scene, drawn = resolved(scene), DecisionFigure(figure, uncertainty, look or Look())
     if scene.endswith(".json"):
         if method or foresight:
             raise InvalidInput(f"--method: expected none with the file of a decision, found {method or foresight!r}")
@@ -100,7 +100,7 @@ def decide(
     return DONE if decision.safe else FAILED
 
 
-def _repeat(file: str, json: bool, drawn: "Drawn") -> int:
+def _repeat(file: str, json: bool, drawn: DecisionFigure) -> int:
     """Repeat the decision of a file, draw and print it; return the exit code."""
     from slalom.sim.files.decision_file import read_decision
 

@@ -35,7 +35,7 @@ DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
 
 
 @dataclass(frozen=True)
-class Drawn:
+class RunFigure:
     """The figure of a run: file, time [s] of the decision, names of robots, uncertainty of obstacles, and look."""
 
     file: Path | None
@@ -126,7 +126,7 @@ def run(
         from slalom.sim import load
 
         loaded = load(scenario, changed, seed=seed)
-    return _run(loaded, name, seed, out, Drawn(figure, figure_time, names, uncertainty, look or Look()), json)
+    return _run(loaded, name, seed, out, RunFigure(figure, figure_time, names, uncertainty, look or Look()), json)
 
 
 def _run(
@@ -134,7 +134,7 @@ def _run(
     name: str,
     seed: int,
     out: Path | None,
-    drawn: "Drawn",
+    drawn: RunFigure,
     json: bool,
 ) -> int:
     """Run a scenario with the method `name`; write, draw and print the result; return the exit code."""

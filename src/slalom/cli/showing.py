@@ -14,7 +14,7 @@ from slalom.cli.console import (
 )
 from slalom.cli.drawing import Look, drawable
 from slalom.cli.report import run_text
-from slalom.cli.running import Drawn, print_notes
+from slalom.cli.running import RunFigure, print_notes
 
 
 def show(
@@ -28,7 +28,7 @@ def show(
     look: Look | None = None,
     json: Flag = False,
 ) -> int:
-    """Print the result of a run, as `slalom run` printed it, and draw it on wish.
+    """Print the result of a run, as `slalom run` printed it, and draw it if a figure is named.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def show(
         writable(figure)
         found = recorded(recording)
         print_notes(found.notes)
-        drawn = Drawn(figure, figure_at, names, uncertainty, look or Look())
+        drawn = RunFigure(figure, figure_at, names, uncertainty, look or Look())
         drawn.draw(recording, found.scenario, recording.method)
     print_result(result, json, lambda: run_text(recording, result))
     return DONE

@@ -24,8 +24,8 @@ def replay(
 ) -> Figure:
     """Draw the decision at time `at` [s] after the start; by default the longest held one before the closest approach.
 
-    With several robots, draw the tracks of all, on wish with their `names`; with one robot of a peer its track.
-    On wish with the `uncertainty` of obstacles, which belongs to a decision.
+    With several robots, draw the tracks of all, and with `names` their names; with one robot of a peer its track.
+    With `uncertainty`, the figure of a decision has the regions that hold obstacles with an uncertainty.
 
     Raises:
         InvalidInput: a run without a step; uncertainty in a figure of tracks.
