@@ -7,8 +7,9 @@ avoid it. It decides ten times a second by nao; each seed is another crowd. Time
 called from Python, so that other processes count little. The counted work is the same on every machine.
 """
 
+import gc
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from program import finish, options, table, target
@@ -32,8 +33,17 @@ def hall(rng: np.random.Generator) -> slalom.ObstacleTable:
     return slalom.ObstacleTable(walls)
 
 
-def minute(seed: int, people: int, budget: float | None, steps: int) -> list[tuple[float, slalom.Decision]]:
-    """The processor time [s] of each decision of a run, and the decision."""
+class Measured(NamedTuple):
+    """One decision: its processor time [s], counted work [s], whether the budget cut it, and its outcome."""
+
+    time: float
+    work: float
+    cut: bool
+    outcome: slalom.Outcome
+
+
+def minute(seed: int, people: int, budget: float | None, steps: int) -> list[Measured]:
+    """The decisions of one run."""
     rng = np.random.default_rng(seed)
     walls, navigator = hall(rng), slalom.Navigator(slalom.method("nao"), ROBOT, LIMITS, period=PERIOD)
     centers, radii = rng.uniform(-9.0, 9.0, (people, 2)), rng.uniform(1.0, 6.0, people)
@@ -49,7 +59,8 @@ def minute(seed: int, people: int, budget: float | None, steps: int) -> list[tup
         state, goal = slalom.State(position, velocity), ends[int(now / 12.0) % 2]
         before = time.process_time()
         previous = navigator.decide(state, [walls, crowd], goal, now=now, previous=previous, budget=budget)
-        found.append((time.process_time() - before, previous))
+        taken = time.process_time() - before
+        found.append(Measured(taken, previous.work, previous.cut, previous.outcome))
         applied = previous.manoeuvre.mean_acceleration(now, PERIOD)
         position, velocity = position + PERIOD * velocity + 0.5 * PERIOD**2 * applied, velocity + PERIOD * applied
     return found
@@ -59,15 +70,19 @@ def main() -> None:
     """Measure, print, write."""
     arguments = options(__doc__).parse_args()
     seeds, steps = (1, 20) if arguments.quick else (20, 600)
+    slalom.compile()
     minute(0, 10, None, 3)
+    # As docs/robots.md tells: a full collection takes 50 ms once the compiled code is loaded.
+    gc.collect()
+    gc.freeze()
     rows, targets, loop = [], [], 0.0
     for people in PEOPLE:
         for budget in BUDGETS:
             made = [each for seed in range(seeds) for each in minute(seed, people, budget, steps)]
-            times, work = np.array([t for t, _ in made]), np.array([d.work for _, d in made])
-            outcomes = [d.outcome for _, d in made]
+            times, work = np.array([d.time for d in made]), np.array([d.work for d in made])
+            outcomes = [d.outcome for d in made]
             # At a budget, decisions that had a safe manoeuvre when it was used up.
-            over = np.array([d.cut for _, d in made]) if budget else np.zeros(len(made), np.bool_)
+            over = np.array([d.cut for d in made]) if budget else np.zeros(len(made), np.bool_)
             rows.append(
                 [
                     people,

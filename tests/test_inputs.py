@@ -748,6 +748,12 @@ CASES = [
         lambda _: GaussianError(0.1, 0.1, 1.0),
     ),
     Case(
+        "ObstacleWindow.obstacle",
+        IndexError,
+        r"index: expected a number below 1",
+        lambda _: ObstacleWindow([ROCK], 0.0, 5.0).obstacle(1),
+    ),
+    Case(
         "ObstacleWindow._each",
         InvalidInput,
         r"horizons: expected 1, one for each of the obstacles, from 0 to 5 s, found 2 from 4 to 9 s",

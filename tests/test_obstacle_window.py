@@ -240,6 +240,34 @@ def test_shorter_horizons_hold_for_tracks() -> None:
     assert pieces[0].times[:, 1].max() <= 4.0
 
 
+@pytest.mark.parametrize("absent", [[0], [1, 3], [2, 4], [0, 1, 2, 3, 4, 5]])
+def test_a_window_without_some_tracks_is_the_window_without_their_obstacles(absent: list[int]) -> None:
+    """Tracks after a wall: the numbers of those that are left do not change, nor do their control obstacles."""
+    rng = np.random.default_rng(3)
+    wall = Obstacle(Polyline(np.array([[0.0, 4.0], [9.0, 5.0]]), 0.1), Stationary((0.0, 0.0)))
+    tracks = Tracks(rng.uniform(2.0, 6.0, (5, 2)), rng.uniform(-1.0, 1.0, (5, 2)), 0.5, 0.0)
+    state = State((0.0, 0.0), (1.0, 0.0))
+    together = ObstacleWindow([wall, tracks], 0.0, 4.0).without(np.array(absent))
+    apart = ObstacleWindow([wall, *tracks.obstacles], 0.0, 4.0).without(np.array(absent))
+    controls = rng.uniform(-2.0, 2.0, (200, 2))
+    first, second = (ControlObstacle(Acceleration(), state, each, Disc(0.3)) for each in (together, apart))
+    np.testing.assert_allclose(
+        [first.times_to_collision(u) for u in controls], [second.times_to_collision(u) for u in controls], atol=1e-6
+    )
+    assert np.flatnonzero(np.isinf(first.initial_clearances)).tolist() == absent
+
+
+def test_an_obstacle_by_its_number() -> None:
+    """Obstacles and tracks are numbered one after the other; no others exist."""
+    rock = Obstacle(Disc(1.0), Stationary((9.0, 9.0)))
+    tracks = Tracks(np.array([[1.0, 2.0], [3.0, 4.0]]), np.zeros((2, 2)), 0.5, 0.0, ids=("a", "b"))
+    window = ObstacleWindow([rock, tracks, rock], 0.0, 4.0)
+    assert [window.obstacle(k).name for k in range(4)] == [each.name for each in window.obstacles]
+    for outside in (-1, 4):
+        with pytest.raises(IndexError, match="index: expected a number below 4"):
+            window.obstacle(outside)
+
+
 def test_what_covers_a_point_is_at_rest_throughout() -> None:
     """A car that stops within the window moves, whatever its last piece does."""
     stops = PiecewisePolynomial([1.0, 9.0], [[(4.0, 0.0), (1.0, 0.0)], [(5.0, 0.0), (0.0, 0.0)]])

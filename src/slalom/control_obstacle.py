@@ -147,7 +147,7 @@ class ControlObstacle:
 
         At least 0 where the robot touches the obstacle, see CONTACT_SLACK.
         """
-        clearances = np.full(len(self.obstacles.obstacles), np.inf)
+        clearances = np.full(len(self.obstacles), np.inf)
         np.minimum.at(clearances, self._bodies.owner, self._distances - self._radii)
         return clearances
 
@@ -228,7 +228,7 @@ class ControlObstacle:
         CLEARANCE, below it by at most CERTIFIED, and by CONTACT_SLACK more where the robot already touches it.
         """
         flat, shape, finer = self._controls(controls)
-        count = len(self.obstacles.obstacles)
+        count = len(self.obstacles)
         return kernels.least_clearances(*finer.table, finer.segments.owner, count, flat).reshape(*shape, count)
 
     def clearance(self, controls: npt.ArrayLike) -> Array:
@@ -242,7 +242,7 @@ class ControlObstacle:
     def times_to_collision(self, controls: npt.ArrayLike) -> Array:
         """Time of the first contact for controls (..., d) with each obstacle: (..., n) [s], inf if there is none."""
         flat, shape, finer = self._controls(controls)
-        s, count = finer.segments, len(self.obstacles.obstacles)
+        s, count = finer.segments, len(self.obstacles)
         return kernels.contact_times(s.begin, s.end, *finer.table, s.owner, count, flat).reshape(*shape, count)
 
     def time_to_collision(self, controls: npt.ArrayLike) -> Array:
@@ -260,7 +260,7 @@ class ControlObstacle:
         now = self.obstacles.start + t
         image = self.response.position(self.state, t)
         corners, radii, owners = [], [], []
-        margin = np.broadcast_to(np.asarray(self.margin), (len(self.obstacles.obstacles),))
+        margin = np.broadcast_to(np.asarray(self.margin), (len(self.obstacles),))
         for index, obstacle in enumerate(self.obstacles.obstacles):
             if not obstacle.exists(now):
                 continue
@@ -287,7 +287,7 @@ class ControlObstacle:
         middle, size, segments = self._window(center, radius)
         regions = boundary(
             segments,
-            len(self.obstacles.obstacles),
+            len(self.obstacles),
             lambda controls: np.isfinite(self.times_to_collision(controls)),
             middle,
             size,

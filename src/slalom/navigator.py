@@ -11,7 +11,7 @@ from slalom.checks import Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.errors import InvalidInput
-from slalom.fallback import escape, latest_collision
+from slalom.fallback import escape, least_impact
 from slalom.goal import Goal
 from slalom.horizon import Horizon
 from slalom.kernels.decision.tables import NO_CELLS
@@ -24,7 +24,6 @@ from slalom.objective import (
     Arrive,
     Objective,
     Situation,
-    preferred_control,
 )
 from slalom.objective_policy import decide_by_objective
 from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
@@ -251,8 +250,7 @@ class Navigator:
         overlap_test = ControlObstacle(situations[0].response, state, obstacles, self.robot)
         if len(overlap_test.overlapping):
             return escape(situations[0], self.robot, self.period, overlap_test)
-        preferred = [preferred_control(self.objective.aims(s)) for s in situations]
-        return latest_collision(situations, preferred, self.robot, self.period, obstacles)
+        return least_impact(situations[0], self.robot, self.period, obstacles)
 
     def control_obstacle(
         self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | Array | None = None

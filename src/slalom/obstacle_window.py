@@ -117,6 +117,14 @@ class ObstacleWindow:
         """All obstacles, one by one."""
         return tuple(obstacle for source in self._sources for obstacle in source.obstacles)
 
+    def obstacle(self, index: int) -> Obstacle:
+        """The obstacle of this number, from 0; those of tracks are made one by one."""
+        for source, count in zip(self._sources, self._counts):
+            if 0 <= index < count:
+                return source.obstacle(index) if isinstance(source, Tracks) else source.obstacles[index]
+            index -= count
+        raise IndexError(f"index: expected a number below {len(self)}")
+
     @property
     def has_worlds(self) -> bool:
         """Whether some obstacles are not in all worlds."""

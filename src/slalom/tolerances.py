@@ -423,7 +423,7 @@ SIDE_ROUNDING: Final = 1e-18
 Larger: robots that meet almost head-on pass on the right. Smaller: rounding decides the side.
 """
 
-LATEST_COLLISION: Final = 0.1
+LATEST_COLLISION: Final = 0.5
 """[1] To this part of a period the time of an unavoidable collision is found.
 
 Larger: a robot may choose a manoeuvre that collides that much sooner. Smaller: more choices where nothing is safe.

@@ -12,7 +12,7 @@ from slalom import kernels
 from slalom.checks import Array, array, array_of, has, listing, not_huge, number, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
-from slalom.kernels.arrays import Pieces
+from slalom.kernels.arrays import Indices, Pieces
 from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.linear_forecast import LinearForecast, linear_forecast
 from slalom.minkowski import sum_of_shapes
@@ -99,9 +99,14 @@ class Tracks:
 
     def in_world(self, world: int) -> "Tracks":
         """Those that are in a world, without worlds."""
-        some = np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD))
+        other = self._some(np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD)))
+        other.worlds = np.full(len(other), EVERY_WORLD)
+        return other
+
+    def _some(self, some: Indices) -> "Tracks":
+        """Those of some indices."""
         other = copy(self)
-        other.states, other.radii, other.worlds = self.states[some], self.radii[some], np.full(len(some), EVERY_WORLD)
+        other.states, other.radii, other.worlds = self.states[some], self.radii[some], self.worlds[some]
         other.ids = tuple(self.ids[k] for k in some)
         other.uncertainties = tuple(self.uncertainties[k] for k in some)
         other.__dict__.pop("obstacles", None)
@@ -110,14 +115,16 @@ class Tracks:
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """The tracks one by one, on their predicted trajectories."""
-        return tuple(
-            Obstacle(
-                round_shape(float(radius), self.dimension),
-                self.forecast(ConstantAcceleration(state[0], state[1], state[2], self.t), self.t),
-                str(name),
-                uncertainty=uncertainty,
-            )
-            for state, radius, name, uncertainty in zip(self.states, self.radii, self.ids, self.uncertainties)
+        return tuple(self.obstacle(k) for k in range(len(self)))
+
+    def obstacle(self, index: int) -> Obstacle:
+        """One track, on its predicted trajectory."""
+        position, velocity, acceleration = self.states[index]
+        return Obstacle(
+            round_shape(float(self.radii[index]), self.dimension),
+            self.forecast(ConstantAcceleration(position, velocity, acceleration, self.t), self.t),
+            str(self.ids[index]),
+            uncertainty=self.uncertainties[index],
         )
 
     def paths(self, end: float) -> tuple[Array, Array]:
@@ -142,8 +149,13 @@ class Tracks:
         """As `ObstacleTable.bodies`. Raises InvalidInput for tracks that are observed after `start`."""
         if self.t > start:
             raise InvalidInput(f"tracks: expected a time t of observation up to {start:g} s, found {self.t:g} s")
-        if not len(self):
+        counts = until > 0.0
+        if not counts.any():
             return no_bodies(self.dimension)
+        if not counts.all():
+            some = np.flatnonzero(counts)
+            found = self._some(some).bodies(robot, start, until[some], horizon)
+            return found._replace(owner=some[found.owner])
         exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
         cuts = 1 if exact.all() else UNCERTAINTY_PIECES
         window = _window(cast(Hashable, self.forecast), start - self.t, horizon, cuts)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.encounters import hulls_of_bodies
-from slalom.kernels.decision.paths import response_path, state_on_path
+from slalom.kernels.decision.encounters import hulls_of_bodies, reduce_margin
+from slalom.kernels.decision.paths import response_path, state_on_path, unchanged_control
 from slalom.kernels.decision.response_motion import choose, relative_motion
 from slalom.kernels.decision.tables import DecisionTables, ObstaclePieces, ResponseSearch
 from slalom.kernels.geometry.cubic import copy_into, slope, value
@@ -14,24 +14,40 @@ from slalom.tolerances import LATEST_COLLISION, WORK_ROW
 
 
 @kernel
+def free_without_margin(i: int, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch) -> bool:
+    """Whether robot i has a response with a control that collides with none of `rows` taken without their margins."""
+    first, free = tables.responses.kinds[tables.robots.kind[i]], False
+    radius, growth, u = rows.pieces.radius.copy(), rows.pieces.growth.copy(), np.zeros(3)
+    reduce_margin(1.0, rows)
+    for k in range(len(search.excluded)):
+        if not search.excluded[k]:
+            free = free_until(i, first + k, tables.settings.horizon, rows, search.preferred[k], tables, u)
+        if free:
+            break
+    rows.pieces.radius[:], rows.pieces.growth[:] = radius, growth
+    return free
+
+
+@kernel
 def latest_collision(i: int, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch) -> int:
     """The response with the latest collision among `rows`; its control goes into `search.control`.
 
     Of those within one period of the latest, the one with the least impact speed. -1 if all collide within one period.
-    Collision times are found by bisection, to the part LATEST_COLLISION of a period.
+    Collision times are bracketed by steps that double, from the latest one so far, and then found by bisection, to the
+    part LATEST_COLLISION of a period.
     """
     settings, first, count = tables.settings, tables.responses.kinds[tables.robots.kind[i]], len(search.excluded)
     times, speeds, controls, u = np.zeros(count), np.full(count, np.inf), np.zeros((count, 3)), np.zeros(3)
     latest = 0.0
     for k in range(count):
-        low, high = max(latest - settings.period, 0.0), settings.horizon
-        if search.excluded[k] or not free_until(i, first + k, max(low, 1e-9), rows, search.preferred[k], tables, u):
+        low, high, step = max(latest - settings.period, 1e-9), settings.horizon, 2.0 * settings.period
+        if search.excluded[k] or not free_until(i, first + k, low, rows, search.preferred[k], tables, u):
             continue
         copy_into(controls[k], u)
         while high - low > LATEST_COLLISION * settings.period:
-            middle = 0.5 * (low + high)
+            middle = min(low + step, 0.5 * (low + high))
             if free_until(i, first + k, middle, rows, search.preferred[k], tables, u):
-                low = middle
+                low, step = middle, 2.0 * step
                 copy_into(controls[k], u)
             else:
                 high = middle
@@ -54,7 +70,9 @@ def free_until(
 
     The one nearest to `preferred` (3,) goes into u (3,).
     """
-    motion = relative_motion(i, r, rows, tables, np.zeros(3), until)
+    unchanged = np.zeros(3)
+    unchanged_control(i, r, tables.robots, tables.responses, unchanged)
+    motion = relative_motion(i, r, rows, tables, unchanged, until)
     free, work = choose(motion, preferred, tables.settings.dimension, np.inf, u)
     tables.robots.work[i] += work + WORK_ROW * len(rows.pieces.body)
     return free

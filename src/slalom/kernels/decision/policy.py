@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, PositionMap
 from slalom.kernels.decision.encounters import in_reach, obstacle_pieces, reduce_margin
-from slalom.kernels.decision.latest_collision import latest_collision
+from slalom.kernels.decision.latest_collision import free_without_margin, latest_collision
 from slalom.kernels.decision.limits import is_too_fast, largest_error, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
@@ -271,6 +271,10 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
             return outcome if level == 0 else SQUEEZED
         if step == 1 and committed and committed_is_clear(i, True, near, tables) == KEPT:
             return CONTINUED
+        if step == 1 and not free_without_margin(i, rows, tables, search):
+            # Every part of the margin would be tried in vain.
+            reduce_margin(1.0, rows)
+            break
     # Nothing is left of the margin, and no body does a part of the avoidance.
     for b in range(len(rows.share)):
         rows.share[b] = 1.0
