@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, ConstantAcceleration, Decision, Method, Obstacle, ObstacleTable, Outcome, Trajectory
-from slalom.fleet.committed import first_manoeuvre
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionTables
+from slalom.manoeuvre import first_manoeuvre
 from slalom.methods import margin_among
 from slalom.sim import Scenario, gallery
 from slalom.sim.run.fleet_decider import FleetDecider

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slalom
-from slalom.decision_dump import TRACK_FIELDS
+from slalom.decision.dump import TRACK_FIELDS
 from slalom.sim.files.decision_file import read_decision
 
 WALL = slalom.Obstacle(slalom.Polyline([(3, -2), (3, 2)], 0.05), slalom.Stationary((0, 0)), "wall")

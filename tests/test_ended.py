@@ -27,7 +27,7 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.periodic import images_met
+from slalom.obstacle.periodic import images_met
 from slalom.sim import Robot, Scenario, simulate
 
 LIMITS = Limits(2.0, 1.5)

@@ -29,7 +29,7 @@ from slalom.live.page import renderer
 from slalom.live.recorded import recorded
 from slalom.live.seen import decisions, seen_alone, seen_among, state_at
 from slalom.live.session import Session
-from slalom.periodic import moved
+from slalom.obstacle.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario

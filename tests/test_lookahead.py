@@ -40,7 +40,7 @@ from slalom import (
     method,
 )
 from slalom.lookahead.spacetime_index import PredictedObstacles
-from slalom.obstacle_pieces import UNCERTAINTY_PIECES
+from slalom.obstacle.pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.measure.closest_approach import closest_approaches

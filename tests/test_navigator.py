@@ -45,7 +45,7 @@ from slalom import (
     select,
 )
 from slalom.objective import Situation, preferred_control
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.tolerances import ADJUSTMENT, COMMITTED_SLACK, COST_TIE, LATEST_COLLISION, MIN_IMPROVEMENT

@@ -37,7 +37,7 @@ from slalom import (
     Trajectory,
     Uncertainty,
 )
-from slalom.obstacle_pieces import Bodies
+from slalom.obstacle.pieces import Bodies
 from slalom.peers import contender
 from slalom.tolerances import INTERPOLATION
 

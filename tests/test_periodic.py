@@ -8,8 +8,8 @@ from draws import draws
 
 from slalom import METHODS, Circular, Disc, Goal, InvalidFile, Limits, Obstacle, Rectangle, State, Stationary
 from slalom.kernels.guidance.periodic_images import is_free
+from slalom.obstacle.periodic import between, displaced, images_about, images_within, neighbours, to_nearest
 from slalom.path import Path
-from slalom.periodic import between, displaced, images_about, images_within, neighbours, to_nearest
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
 from slalom.sim.measure.oscillation import flips_between, side_flips

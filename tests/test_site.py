@@ -72,7 +72,7 @@ def test_every_public_name_is_in_the_reference(site: Path) -> None:
 def test_reference_pages_are_complete() -> None:
     """Commands with their options, keys, metrics: from the program, in the pages."""
     assert set(site_reference.FORMULAS) == set(METRICS)
-    assert "autoclass:: slalom.navigator.Navigator" in site_reference.api()
+    assert "autoclass:: slalom.decision.navigator.Navigator" in site_reference.api()
     commands = site_reference.command_line()
     names = ("run", "list", "decide", "compare", "convert", "show", "export-scenario", "view", "export", "animate")
     for name in (*names, "compile", "ros"):

@@ -27,6 +27,7 @@ from .decision import (
     Decision as Decision,
     Outcome as Outcome,
 )
+from .decision.navigator import Navigator as Navigator
 from .errors import (
     InvalidFile as InvalidFile,
     InvalidInput as InvalidInput,
@@ -49,11 +50,6 @@ from .forecast import (
     Present as Present,
 )
 from .goal import Goal as Goal
-from .horizon import (
-    Horizon as Horizon,
-    HorizonByName as HorizonByName,
-    SafeTime as SafeTime,
-)
 from .lag import AccelerationLag as AccelerationLag
 from .limits import (
     Admissible as Admissible,
@@ -71,7 +67,6 @@ from .methods import (
     METHODS as METHODS,
     Method as Method,
 )
-from .navigator import Navigator as Navigator
 from .objective import (
     Aim as Aim,
     Arrive as Arrive,
@@ -84,8 +79,21 @@ from .objective import (
     preferred_control as preferred_control,
 )
 from .obstacle import Obstacle as Obstacle
-from .obstacle_table import ObstacleTable as ObstacleTable
-from .obstacle_window import ObstacleWindow as ObstacleWindow
+from .obstacle.horizon import (
+    Horizon as Horizon,
+    HorizonByName as HorizonByName,
+    SafeTime as SafeTime,
+)
+from .obstacle.table import ObstacleTable as ObstacleTable
+from .obstacle.track_filter import (
+    ConstantVelocityFilter as ConstantVelocityFilter,
+    Estimate as Estimate,
+    Filter as Filter,
+    Measurement as Measurement,
+)
+from .obstacle.tracker import Tracker as Tracker
+from .obstacle.tracks import Tracks as Tracks
+from .obstacle.window import ObstacleWindow as ObstacleWindow
 from .path_goal import PathGoal as PathGoal
 from .peers.table import method as method
 from .precompile import compile as compile
@@ -121,14 +129,6 @@ from .shape import (
     Union as Union,
 )
 from .state import State as State
-from .track_filter import (
-    ConstantVelocityFilter as ConstantVelocityFilter,
-    Estimate as Estimate,
-    Filter as Filter,
-    Measurement as Measurement,
-)
-from .tracker import Tracker as Tracker
-from .tracks import Tracks as Tracks
 from .trajectory import (
     Circular as Circular,
     Composite as Composite,

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from slalom.checks import Array, array_of, has, listing, number, positive
 from slalom.errors import InvalidInput
 from slalom.forecast import AtConstantVelocity, Forecast
+from slalom.obstacle.tracks import Tracks
 from slalom.tolerances import CONFORMAL_ERRORS, CONFORMAL_RATE, FIT_SLACK
-from slalom.tracks import Tracks
 from slalom.trajectory import Trajectory
 from slalom.uncertainty import BoundedError, Uncertainty
 

@@ -14,10 +14,10 @@ from slalom.boundary import boundary, grazing_curves
 from slalom.checks import Array, each_number, not_negative, number, positive, refuse_kinds, vector, vectors
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments as Table
-from slalom.minkowski import hull_corners, outline_parts
 from slalom.obstacle import Obstacle
-from slalom.obstacle_pieces import Bodies
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.minkowski import hull_corners, outline_parts
+from slalom.obstacle.pieces import Bodies
+from slalom.obstacle.window import ObstacleWindow
 from slalom.relative_motion import RelativeMotion
 from slalom.response import Response
 from slalom.response.pieces import piece_norm, response_pieces

@@ -8,9 +8,11 @@ import numpy.typing as npt
 
 from slalom.affine import Affine
 from slalom.checks import Array, Checked, number, vector
+from slalom.limits import Limits
 from slalom.path import Path, hermite
-from slalom.response import Response, advance
+from slalom.response import AccelerateThenBrake, Response, advance
 from slalom.state import State
+from slalom.tolerances import WHOLE_PERIODS
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,3 +164,10 @@ def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, 
         position = position + manoeuvre.position(end) - manoeuvre.position(time) + (end - time) * error
         velocity, acceleration, time = manoeuvre.velocity(end) + error, manoeuvre.acceleration(end), end
     return State(position + (now - time) * velocity, velocity, acceleration)
+
+
+def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> Manoeuvre:
+    """The manoeuvre of a robot before its first decision: constant velocity for one period, then even braking."""
+    speed = float(np.linalg.norm(state.velocity))
+    brake = max(period, np.ceil(speed / limits.braking / period - WHOLE_PERIODS) * period)
+    return Manoeuvre(AccelerateThenBrake(period, brake), state, np.zeros(state.dimension), now)

@@ -13,21 +13,21 @@ from slalom import kernels
 from slalom.checks import known, whole
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision
+from slalom.decision.navigator import Navigator
 from slalom.fleet.fleet import Fleet
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
 from slalom.methods import METHODS
-from slalom.navigator import Navigator
 from slalom.objective import Arrive, MostClearance
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
-from slalom.obstacle_window import Obstacles, ObstacleWindow
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.response import Acceleration
 from slalom.selection import select_many
 from slalom.shape import Disc, Polyline, Rectangle, Shape, round_shape
 from slalom.state import State
-from slalom.tracks import Tracks
 from slalom.trajectory import Circular, ConstantVelocity, Stationary
 
 LIMITS = Limits(2.0, 2.0)

@@ -29,7 +29,7 @@ from slalom.errors import InvalidInput
 from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Snapshot
 from slalom.kernels.selection.tables import Scene, States
 from slalom.limits import Admissible, Limits
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.response import Response
 from slalom.response.pieces import piece_norm, response_pieces
 from slalom.shape import Shape

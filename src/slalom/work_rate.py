@@ -5,14 +5,14 @@ from time import process_time
 import numpy as np
 
 from slalom.decision import Decision
+from slalom.decision.navigator import Navigator
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.methods import METHODS
-from slalom.navigator import Navigator
+from slalom.obstacle.tracks import Tracks
 from slalom.shape import Disc
 from slalom.state import State
 from slalom.tolerances import WORK_DECISIONS
-from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
 

@@ -15,13 +15,13 @@ import numpy as np
 import shapely
 
 from slalom.checks import Array
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.methods import method
-from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
 from slalom.shape import Disc, Polygon, Polyline, Rectangle, Shape
 from slalom.state import State
 from slalom.trajectory import Sampled, Stationary

@@ -16,16 +16,16 @@ from irsim.world.map.obstacle_map import OCCUPANCY_THRESHOLD
 
 from slalom.checks import Array, not_negative, positive
 from slalom.decision import Decision
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.methods import method
-from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
 from slalom.shape import Disc, Polygon, Polyline, Rectangle
 from slalom.state import State
-from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
 from slalom.vehicle.navigator import VehicleDecision

@@ -20,9 +20,9 @@ from slalom.fleet.fleet import Fleet
 from slalom.limits import Limits
 from slalom.methods import method
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
 from slalom.shape import Disc, Polyline
-from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
 TWO_WHEELS = "2WDiff"

@@ -9,11 +9,11 @@ from typing import Any, cast
 import numpy as np
 
 from slalom.decision import Decision
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
 from slalom.shape import Disc, Rectangle
 from slalom.state import State
 from slalom.trajectory import Sampled, Stationary, Trajectory

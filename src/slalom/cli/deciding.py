@@ -12,8 +12,8 @@ from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.decision import Decision
+    from slalom.decision.navigator import Navigator
     from slalom.goal import Goal
-    from slalom.navigator import Navigator
 
 LABELS = {"time_to_collision": "preferred collides"}
 """Words for keys of the result, where the key alone does not say which control it means."""

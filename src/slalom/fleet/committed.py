@@ -7,10 +7,15 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.approach import Approaches
 from slalom.checks import Array, duration, not_negative, positive, whole
 from slalom.decision import Outcome
-from slalom.decision_tables import Skeletons, response_table
+from slalom.decision.approach import Approaches
+from slalom.decision.grown_bodies import Skeletons
+from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
+from slalom.decision.navigator_checks import checked_detours, checked_holds
+from slalom.decision.navigator_tables import ARRIVE
+from slalom.decision.response_tables import response_table
+from slalom.decision.robot_tables import bounds_of, commit_to, robot_table, target_paths
 from slalom.errors import InvalidInput
 from slalom.fleet.images import Images
 from slalom.fleet.members import members_of
@@ -21,22 +26,18 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, GrownBodies, RobotTable
 from slalom.limits import Limits
 from slalom.linear_forecast import piecewise_polynomial
-from slalom.manoeuvre import Manoeuvre
+from slalom.manoeuvre import Manoeuvre, first_manoeuvre
 from slalom.methods import HOLDS, Method, margin_among
-from slalom.navigator import FALL_BACK, OUTCOMES, Navigator
-from slalom.navigator_checks import checked_detours, checked_holds
-from slalom.navigator_tables import ARRIVE
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
-from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
+from slalom.obstacle.periodic import Period
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
 from slalom.path_goal import PathGoal
-from slalom.periodic import Period
 from slalom.response import AccelerateThenBrake, Response
-from slalom.robot_tables import bounds_of, commit_to, robot_table, target_paths
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import DETOURS, PATH_BRAKING, REST_DURATION, WHOLE_PERIODS
-from slalom.tracks import Tracks
+from slalom.tolerances import DETOURS, PATH_BRAKING, REST_DURATION
 from slalom.trajectory import Stationary
 
 
@@ -317,13 +318,6 @@ class CommittedFleet:
         slope = (1 - x) ** 2 * (p1 - p0) + 2 * x * (1 - x) * (p2 - p1) + x * x * (p3 - p2)
         position = (1 - x) ** 3 * p0 + 3 * x * (1 - x) ** 2 * p1 + 3 * x * x * (1 - x) * p2 + x**3 * p3
         return 3.0 * slope / np.where(width > 0.0, width, 1.0), position
-
-
-def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> Manoeuvre:
-    """The manoeuvre of a robot before its first decision: constant velocity for one period, then even braking."""
-    speed = float(np.linalg.norm(state.velocity))
-    brake = max(period, np.ceil(speed / limits.braking / period - WHOLE_PERIODS) * period)
-    return Manoeuvre(AccelerateThenBrake(period, brake), state, np.zeros(state.dimension), now)
 
 
 def _rest(dimension: int) -> State:

@@ -8,13 +8,13 @@ import numpy.typing as npt
 
 from slalom.checks import Array, array_of, each_number, flags, has, listing, number, whole_numbers
 from slalom.decision import Outcome
+from slalom.decision.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
 from slalom.kernels.arrays import Flags
 from slalom.linear_forecast import piecewise_polynomial
-from slalom.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import Obstacles, listed
+from slalom.obstacle.window import Obstacles, listed
 from slalom.path_goal import PathGoal
 from slalom.state import State
 

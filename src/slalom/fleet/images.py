@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slalom.decision_tables import moved_bodies
+from slalom.decision.grown_bodies import moved_bodies
 from slalom.forecast import Forecast
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import GrownBodies, RobotTable
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
-from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
-from slalom.periodic import Period, checked_period, displaced, images_about, images_met, to_nearest
+from slalom.obstacle.periodic import Period, checked_period, displaced, images_about, images_met, to_nearest
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
 
 if TYPE_CHECKING:
     from slalom.fleet.committed import CommittedFleet

@@ -12,7 +12,7 @@ from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.live.seen import has_left, state_at
 from slalom.obstacle import Obstacle
-from slalom.periodic import moved
+from slalom.obstacle.periodic import moved
 from slalom.shape import round_shape
 from slalom.sim.measure.run_log import Step
 from slalom.sim.scenario import Robot, Scenario

@@ -14,7 +14,7 @@ from shapely.geometry.polygon import orient
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.live.seen import Other, Seen
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.tolerances import VIEW_CONTEXTS, VIEW_GRID, VIEW_SLICE_GRID
 
 PLANES: Final = {2: ((0, 1),), 3: ((0, 1), (0, 2), (1, 2))}

@@ -9,6 +9,7 @@ import numpy as np
 
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
 from slalom.forecast import predicted
 from slalom.goal import Goal
@@ -16,11 +17,10 @@ from slalom.limits import Admissible
 from slalom.lookahead.navigator import SequenceDecision
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method, margin_among
-from slalom.navigator import Navigator
 from slalom.objective import Situation, preferred_control
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import ObstacleWindow
-from slalom.periodic import displaced, to_nearest
+from slalom.obstacle.periodic import displaced, to_nearest
+from slalom.obstacle.window import ObstacleWindow
 from slalom.response import RESPONSES, Response
 from slalom.response.sequence import AccelerationSequence
 from slalom.sim.measure.run_log import Step

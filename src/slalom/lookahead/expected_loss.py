@@ -13,7 +13,7 @@ from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.lookahead.navigator import LookAhead, SequenceDecision
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import Obstacles, each_of
+from slalom.obstacle.window import Obstacles, each_of
 from slalom.state import State
 from slalom.tolerances import LOSS_DISCOUNT, LOSS_STEP, LOSS_TIMES
 from slalom.uncertainty import BoundedError, Uncertainty

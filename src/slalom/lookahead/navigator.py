@@ -8,16 +8,16 @@ import numpy as np
 
 from slalom.checks import duration, has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, DecisionInputs, Outcome, completed, made, state_to_decide_from
+from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, made, state_to_decide_from
+from slalom.decision.navigator import Navigator
+from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, predicted
 from slalom.goal import Goal
 from slalom.lookahead.search import Search, new_search, run_searches
 from slalom.lookahead.spacetime_index import PredictedObstacles
-from slalom.navigator import Navigator
-from slalom.navigator_checks import goal_or_place
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import Obstacles, ObstacleWindow, each_of, listed
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, listed
 from slalom.path_goal import PathGoal
 from slalom.state import State
 from slalom.tolerances import (

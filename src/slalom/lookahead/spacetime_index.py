@@ -10,8 +10,8 @@ from slalom.checks import Array
 from slalom.kernels.arrays import Indices
 from slalom.kernels.sequence_search.tables import SpacetimeIndex
 from slalom.obstacle import Obstacle
-from slalom.obstacle_pieces import Bodies
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.pieces import Bodies
+from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape
 
 

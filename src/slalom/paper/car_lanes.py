@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.path import Path, hermite_step
 from slalom.tolerances import INTERPOLATION
 from slalom.trajectory import Circular

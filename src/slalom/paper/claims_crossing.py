@@ -11,7 +11,7 @@ from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.limits import admissible_ball
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.paper.controller import RESPONSE, RIM_RADIUS, ROBOT, Rules, hits, preferred_acceleration, run
 from slalom.selection import select
 from slalom.sim.gallery import build

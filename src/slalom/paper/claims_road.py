@@ -13,7 +13,7 @@ import numpy.typing as npt
 from slalom.control_obstacle import ControlObstacle
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.response import Acceleration, Response, Velocity
 from slalom.shape import Disc
 from slalom.state import State

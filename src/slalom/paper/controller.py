@@ -18,7 +18,7 @@ from slalom.goal import Goal
 from slalom.limits import Admissible, Limits, admissible_ball
 from slalom.methods import METHODS
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.paper.car_lanes import CarLanes
 from slalom.response import Acceleration
 from slalom.selection import select

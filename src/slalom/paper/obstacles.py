@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from slalom.control_obstacle import ControlObstacle
 from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.paper import drawing
 from slalom.paper.drawing import DASHES
 from slalom.response import Acceleration, Response, Velocity

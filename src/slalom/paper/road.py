@@ -11,7 +11,7 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.limits import admissible_ball
 from slalom.methods import METHODS
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.paper import drawing
 from slalom.response import Velocity
 from slalom.sim import Scenario

@@ -13,7 +13,7 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.goal import Goal
 from slalom.limits import admissible_ball
 from slalom.manoeuvre import Manoeuvre
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.paper import drawing
 from slalom.paper.claims_crossing import START, clearances, crossing, exits, grid
 from slalom.paper.controller import MARGIN, RESPONSE, RIM_RADIUS, Rules, preferred_acceleration, run

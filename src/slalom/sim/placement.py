@@ -7,7 +7,7 @@ from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
-from slalom.periodic import Period, to_nearest
+from slalom.obstacle.periodic import Period, to_nearest
 from slalom.shape import Disc
 from slalom.sim.scenario import Robot
 from slalom.state import State

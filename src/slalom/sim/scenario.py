@@ -23,16 +23,16 @@ from slalom.checks import (
     shown,
     text,
 )
+from slalom.decision.navigator import Navigator
+from slalom.decision.navigator_checks import checked_holds
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
 from slalom.methods import HOLDS, Method
-from slalom.navigator import Navigator
-from slalom.navigator_checks import checked_holds
 from slalom.objective import Arrive, Objective
 from slalom.obstacle import Obstacle
-from slalom.periodic import Period, checked_period, displaced, images_met, in_box
+from slalom.obstacle.periodic import Period, checked_period, displaced, images_met, in_box
 from slalom.shape import Shape
 from slalom.sim.shape_distance import clearances
 from slalom.state import State

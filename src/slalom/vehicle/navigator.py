@@ -10,13 +10,13 @@ import numpy as np
 from slalom.checks import LIMITS, Array, has, not_negative, number, positive, whole
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
-from slalom.navigator import Navigator
-from slalom.obstacle_window import Obstacles, ObstacleWindow
+from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.response import AccelerateThenBrake
 from slalom.shape import Disc, Rectangle
 from slalom.state import State

@@ -8,8 +8,8 @@ import numpy as np
 
 from slalom.checks import GOAL, Array, Checked, has, number, vector
 from slalom.goal import Goal
+from slalom.obstacle.periodic import moved
 from slalom.path_goal import PathGoal
-from slalom.periodic import moved
 from slalom.tolerances import GOAL_HEADING_BLEND, POINT_TOLERANCE
 
 POSE: Final = (("position", "heading", "speed", "turn"), "a Pose")

@@ -8,7 +8,7 @@ from matplotlib.path import Path as Outline
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 
 LARGE: Final = 1e6
 """[m] Magnitude of a clearance of which only the sign matters."""

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 from slalom.checks import Array
 from slalom.decision import Decision, Outcome
+from slalom.decision.navigator import Navigator
 from slalom.goal import Goal
 from slalom.limits import Admissible
 from slalom.manoeuvre import Manoeuvre
-from slalom.navigator import Navigator
 from slalom.objective import Situation, preferred_control
 from slalom.response import Response
 from slalom.state import State

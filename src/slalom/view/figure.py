@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 
 from slalom.checks import Array, array, vectors
 from slalom.decision import Decision
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre
-from slalom.minkowski import outline_parts
-from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
+from slalom.obstacle.minkowski import outline_parts
 from slalom.shape import Shape
 from slalom.trajectory import Stationary
 from slalom.view.bodies import body, box_of, parts_at

@@ -15,8 +15,8 @@ from matplotlib.transforms import Affine2D
 from slalom.checks import Array, not_negative, positive, whole
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Flags
-from slalom.minkowski import outline_parts
 from slalom.obstacle import Obstacle
+from slalom.obstacle.minkowski import outline_parts
 from slalom.path_goal import PathGoal
 from slalom.shape import Part
 from slalom.sim import Recording

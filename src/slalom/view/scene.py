@@ -10,7 +10,7 @@ from matplotlib.patches import FancyArrowPatch
 
 from slalom.checks import Array
 from slalom.kernels.arrays import Flags
-from slalom.minkowski import outline_parts
+from slalom.obstacle.minkowski import outline_parts
 from slalom.sim.scenario import Scenario
 from slalom.view.bodies import body, box_of, parts_at
 from slalom.view.style import INK, NEUTRAL, ROBOT, style

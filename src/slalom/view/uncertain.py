@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from slalom.minkowski import outline_parts
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.minkowski import outline_parts
+from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Part
 from slalom.view.bodies import body
 from slalom.view.style import INK

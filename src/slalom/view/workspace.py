@@ -13,8 +13,8 @@ from slalom.checks import Array, vectors
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre
-from slalom.minkowski import outline_parts
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.minkowski import outline_parts
+from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.trajectory import Trajectory

@@ -14,7 +14,7 @@ from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle import Obstacle
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.response import Acceleration
 from slalom.state import State
 from slalom.trajectory import ConstantAcceleration

@@ -9,11 +9,11 @@ import numpy as np
 from slalom.adapters.gym.robot import Observation, RobotEnv
 from slalom.checks import Array
 from slalom.decision import Decision
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
 from slalom.methods import Method, method as method_named
-from slalom.navigator import Navigator
 from slalom.objective import FollowAcceleration
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
 from slalom.tolerances import INTERVENTION
 
 

@@ -9,9 +9,9 @@ from slalom.adapters.ros.command import Command
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
 from slalom.shape import Disc, Shape
-from slalom.tracks import Tracks
 from slalom.trajectory import Sampled, Stationary
 
 

@@ -15,7 +15,7 @@ from slalom.adapters.ros.messages import Placement, heading_of, rotation, xyz
 from slalom.checks import Array, positive
 from slalom.errors import InvalidInput
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
 from slalom.shape import Polygon
 from slalom.tolerances import GRID_NOTCH
 from slalom.trajectory import Stationary

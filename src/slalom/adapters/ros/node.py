@@ -21,15 +21,15 @@ from slalom.adapters.ros.messages import (
 from slalom.adapters.ros.tracked import markers, objects, obstacles
 from slalom.checks import GOAL, has, text
 from slalom.decision import Decision
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.navigator import Navigator
 from slalom.objective import FollowVelocity
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracker import Tracker
 from slalom.path_goal import PathGoal
 from slalom.state import State
 from slalom.tolerances import EARLY_DECISION, OCCUPIED
-from slalom.tracker import Tracker
 from slalom.trajectory import Stationary
 from slalom.vehicle.vehicle import Vehicle
 

@@ -76,12 +76,12 @@ class NodeSettings:
     def node(self) -> "Node":
         """A new node. Raises InvalidInput for settings that do not fit."""
         from slalom.adapters.ros.node import Node
+        from slalom.decision.navigator import Navigator
         from slalom.limits import Limits
         from slalom.methods import method
-        from slalom.navigator import Navigator
+        from slalom.obstacle.track_filter import ConstantVelocityFilter
+        from slalom.obstacle.tracker import Tracker
         from slalom.shape import Disc
-        from slalom.track_filter import ConstantVelocityFilter
-        from slalom.tracker import Tracker
         from slalom.vehicle.differential_drive import DifferentialDrive
 
         vehicle = None

@@ -1,6 +1,6 @@
 """The policy: one robot, or many one after the other, of any shape, limits and targets.
 
-FALL_BACK is returned where a robot overlaps a body or will at once; `slalom.fallback` then decides.
+FALL_BACK is returned where a robot overlaps a body or will at once; `slalom.decision.fallback` then decides.
 """
 
 import numpy as np

@@ -128,7 +128,7 @@ class Bounds(NamedTuple):
 class GrownBodies(NamedTuple):
     """All bodies that robots with one kind of skeleton can meet, grown by it.
 
-    Passive bodies come as pieces, grown by `robot_rounding` too, see `slalom.obstacle_pieces.Bodies`. The bodies of a
+    Passive bodies come as pieces, grown by `robot_rounding` too, see `slalom.obstacle.pieces.Bodies`. The bodies of a
     robot with skeleton k are the rows robot_first[k] to robot_first[k + 1], relative to its position.
     """
 

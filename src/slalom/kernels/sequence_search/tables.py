@@ -13,7 +13,7 @@ COAST, BRAKE, TO_GOAL, FIRST_DIRECTION = 0, 1, 2, 3
 
 
 class SpacetimeIndex(NamedTuple):
-    """Pieces of bodies grown by a robot (see `obstacle_pieces.Bodies`), at absolute times, listed by intervals."""
+    """Pieces of bodies grown by a robot (see `obstacle.pieces.Bodies`), at absolute times, listed by intervals."""
 
     times: Array  # (n, 2) [s] begin and end of each piece
     points: Array  # (n, 4, d) [m] control points

@@ -10,18 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
-from slalom.approach import Approach
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
-from slalom.decision_dump import result
+from slalom.decision.approach import Approach
+from slalom.decision.dump import result
+from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.io.input_file import text_of
 from slalom.io.recorded import first_of
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import method
-from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
 from slalom.path import Path as CubicPath
 from slalom.sim.files.schema_decision import (
     CommitmentSpec,
@@ -38,7 +39,6 @@ from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, messages
 from slalom.sim.scenario import too_long
 from slalom.state import State
 from slalom.tolerances import JSON_LINES
-from slalom.tracks import Tracks
 
 
 class DecisionFile(NamedTuple):

@@ -14,7 +14,7 @@ from slalom.io.recorded import first_of
 from slalom.limits import HalfSpace, Limits
 from slalom.methods import method
 from slalom.obstacle import Obstacle
-from slalom.periodic import checked_period
+from slalom.obstacle.periodic import checked_period
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.files.schema_base import Place

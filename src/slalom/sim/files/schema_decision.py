@@ -1,11 +1,11 @@
-"""Models of the files of decisions, see `slalom.decision_dump`."""
+"""Models of the files of decisions, see `slalom.decision.dump`."""
 
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, FiniteFloat
 
-from slalom.decision_dump import FORECAST_KINDS, FORMAT, RESPONSE_KINDS
-from slalom.horizon import HORIZONS
+from slalom.decision.dump import FORECAST_KINDS, FORMAT, RESPONSE_KINDS
+from slalom.obstacle.horizon import HORIZONS
 from slalom.sim.files.schema_base import Model, NotNegative, Positive, Vector
 from slalom.sim.files.schema_parts import (
     BoundModel,
@@ -108,7 +108,7 @@ class PathSpec(Model):
 
 
 class ApproachSpec(Model):
-    """See `slalom.approach.Approach`."""
+    """See `slalom.decision.approach.Approach`."""
 
     distance: NotNegative
     since: FiniteFloat

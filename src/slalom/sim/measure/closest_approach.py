@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.obstacle import Obstacle
-from slalom.periodic import between, displaced, neighbours, to_nearest
+from slalom.obstacle.periodic import between, displaced, neighbours, to_nearest
 from slalom.sim.measure.recording import Recording
 from slalom.sim.shape_distance import Pair, differences, lowest, pairs, segment_distance, signed
 from slalom.tolerances import BLOCK_STEPS, DEPTH_RESOLUTION, METRIC

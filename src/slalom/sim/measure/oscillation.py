@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.decision import Outcome
-from slalom.periodic import between
+from slalom.obstacle.periodic import between
 from slalom.sim.measure.closest_approach import nearest_images
 from slalom.sim.measure.recording import Recording, Which
 from slalom.sim.measure.single_robot_view import single_robot_view

@@ -14,7 +14,7 @@ from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
-from slalom.periodic import Period, checked_period
+from slalom.obstacle.periodic import Period, checked_period
 from slalom.shape import Shape
 from slalom.sim.measure.hdf5_parts import (
     listed,

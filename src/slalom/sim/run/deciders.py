@@ -9,7 +9,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.decision import Decision
 from slalom.methods import Method
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
 

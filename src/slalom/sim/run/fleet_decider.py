@@ -7,15 +7,15 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.decision import Outcome
+from slalom.decision.robot_tables import target_paths
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
 from slalom.fleet.policy import Policy
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
 from slalom.methods import Method
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.path_goal import PathGoal
-from slalom.robot_tables import target_paths
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.messages import Messages, messages_of

@@ -8,8 +8,8 @@ from slalom import kernels
 from slalom.checks import Array
 from slalom.fleet.threads import map_in_threads
 from slalom.kernels.guidance.tables import Grid, GuidanceState
-from slalom.minkowski import outline_parts
-from slalom.periodic import between
+from slalom.obstacle.minkowski import outline_parts
+from slalom.obstacle.periodic import between
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
 from slalom.tolerances import (

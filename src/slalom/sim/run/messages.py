@@ -7,7 +7,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.kernels.arrays import Flags, Indices
 from slalom.methods import Method
-from slalom.periodic import to_nearest
+from slalom.obstacle.periodic import to_nearest
 from slalom.sim.scenario import Scenario
 from slalom.tolerances import FRESH, WHOLE_PERIODS
 

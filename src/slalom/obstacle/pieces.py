@@ -9,8 +9,8 @@ import numpy as np
 from slalom import kernels
 from slalom.checks import Array
 from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
-from slalom.minkowski import MinkowskiSum, minkowski_sum
-from slalom.obstacle import Obstacle
+from slalom.obstacle.minkowski import MinkowskiSum, minkowski_sum
+from slalom.obstacle.obstacle import Obstacle
 from slalom.shape import Shape
 from slalom.tolerances import INTERPOLATION, UNCERTAINTY_PIECES
 

@@ -14,11 +14,11 @@ from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Forecast, predicted
 from slalom.kernels.arrays import Flags, Indices, Snapshot
 from slalom.kernels.decision.tables import EVERY_WORLD
-from slalom.obstacle import Obstacle
-from slalom.obstacle_pieces import Bodies, merged, no_bodies, pieces_of_each
-from slalom.obstacle_table import ObstacleTable, one_dimension
+from slalom.obstacle.obstacle import Obstacle
+from slalom.obstacle.pieces import Bodies, merged, no_bodies, pieces_of_each
+from slalom.obstacle.table import ObstacleTable, one_dimension
+from slalom.obstacle.tracks import Tracks
 from slalom.shape import Shape
-from slalom.tracks import Tracks
 
 Obstacles: TypeAlias = Sequence[Obstacle | ObstacleTable | Tracks] | ObstacleTable | Tracks
 """What decisions take as obstacles: obstacles, tables and tracks in any order, or one table or tracks alone."""

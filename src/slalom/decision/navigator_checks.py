@@ -7,14 +7,14 @@ from slalom.checks import GOAL, LIMITS, METHOD, SHAPE, duration, has, listing, n
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
 if TYPE_CHECKING:
-    from slalom.navigator import Navigator
+    from slalom.decision.navigator import Navigator
 
 FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
 """Objectives that need no goal."""

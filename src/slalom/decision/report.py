@@ -10,15 +10,15 @@ import numpy as np
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import ObstacleWindow
 from slalom.path_goal import PathGoal
 from slalom.response import Velocity
 from slalom.state import State
-from slalom.tracks import Tracks
 
 if TYPE_CHECKING:
-    from slalom.decision import Decision, DecisionInputs
+    from slalom.decision.decision import Decision, DecisionInputs
 
 LOGGER = getLogger("slalom")
 """Each decision is one line at level DEBUG."""

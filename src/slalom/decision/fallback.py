@@ -4,10 +4,10 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome, made
+from slalom.decision.decision import Decision, Outcome, made
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.selection import select
 from slalom.shape import Shape
 

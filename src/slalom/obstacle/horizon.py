@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom.checks import Array, not_negative, positive
 from slalom.limits import Limits
-from slalom.obstacle import Obstacle
+from slalom.obstacle.obstacle import Obstacle
 from slalom.state import State
 
 

@@ -9,31 +9,31 @@ import numpy as np
 from slalom import kernels
 from slalom.checks import Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
+from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
+from slalom.decision.fallback import escape, least_impact
+from slalom.decision.navigator_checks import FOLLOWING, check_dimensions, check_settings, goal_or_place
+from slalom.decision.navigator_tables import PolicyTables
+from slalom.decision.objective_policy import decide_by_objective
+from slalom.decision.robot_tables import commit_to, committed_path
 from slalom.errors import InvalidInput
-from slalom.fallback import escape, least_impact
 from slalom.goal import Goal
-from slalom.horizon import Horizon
 from slalom.kernels.decision.tables import NO_CELLS
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method, refuse_alone
-from slalom.navigator_checks import FOLLOWING, check_dimensions, check_settings, goal_or_place
-from slalom.navigator_tables import PolicyTables
 from slalom.objective import (
     Arrive,
     Objective,
     Situation,
 )
-from slalom.objective_policy import decide_by_objective
-from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
+from slalom.obstacle.horizon import Horizon
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
 from slalom.path_goal import PathGoal, PathStep
 from slalom.response import Response
-from slalom.robot_tables import commit_to, committed_path
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING
-from slalom.tracks import Tracks
 
 OUTCOMES = (
     Outcome.CLEAR,

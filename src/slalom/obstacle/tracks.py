@@ -15,9 +15,9 @@ from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, F
 from slalom.kernels.arrays import Indices, Pieces
 from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.linear_forecast import LinearForecast, linear_forecast
-from slalom.minkowski import sum_of_shapes
-from slalom.obstacle import Obstacle
-from slalom.obstacle_pieces import NO_TURNS, Bodies, no_bodies, pieces_of_each
+from slalom.obstacle.minkowski import sum_of_shapes
+from slalom.obstacle.obstacle import Obstacle
+from slalom.obstacle.pieces import NO_TURNS, Bodies, no_bodies, pieces_of_each
 from slalom.path import Path
 from slalom.shape import Shape, round_shape
 from slalom.tolerances import UNCERTAINTY_PIECES

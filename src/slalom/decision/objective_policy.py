@@ -6,17 +6,17 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome, made
+from slalom.decision.decision import Decision, Outcome, made
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation, preferred_control
-from slalom.obstacle_window import ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.selection import Status, select, select_clearest
 from slalom.state import State
 from slalom.tolerances import COMMITTED_SLACK, CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
 
 if TYPE_CHECKING:
-    from slalom.navigator import Navigator
+    from slalom.decision.navigator import Navigator
 
 
 class Candidate(NamedTuple):

@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from slalom.checks import SHAPE, Array, array, has, number, positive, shown, vector
 from slalom.errors import InvalidInput
-from slalom.obstacle import Obstacle
+from slalom.obstacle.obstacle import Obstacle
+from slalom.obstacle.track_filter import ConstantVelocityFilter, Estimate, Filter, Measurement
+from slalom.obstacle.tracks import Tracks
 from slalom.shape import Disc, Shape
 from slalom.tolerances import SYMMETRY
-from slalom.track_filter import ConstantVelocityFilter, Estimate, Filter, Measurement
-from slalom.tracks import Tracks
 from slalom.trajectory import ConstantAcceleration
 
 

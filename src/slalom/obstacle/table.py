@@ -9,9 +9,9 @@ from slalom import kernels
 from slalom.checks import Array, has
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Flags, Indices
-from slalom.minkowski import minkowski_sum
-from slalom.obstacle import Obstacle
-from slalom.obstacle_pieces import Bodies, joined, no_bodies, rows_of
+from slalom.obstacle.minkowski import minkowski_sum
+from slalom.obstacle.obstacle import Obstacle
+from slalom.obstacle.pieces import Bodies, joined, no_bodies, rows_of
 from slalom.shape import Shape
 from slalom.tolerances import STRETCH_HORIZONS
 from slalom.trajectory import Stationary

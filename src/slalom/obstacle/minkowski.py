@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.obstacle import Obstacle
+from slalom.obstacle.obstacle import Obstacle
 from slalom.shape import Part, Shape
 
 Indices = npt.NDArray[np.int64]

@@ -16,7 +16,7 @@ from slalom.checks import Array, listing, number
 from slalom.errors import InvalidInput
 from slalom.forecast import Forecast, predicted
 from slalom.kernels.arrays import Indices
-from slalom.obstacle import Obstacle
+from slalom.obstacle.obstacle import Obstacle
 from slalom.path import Path
 from slalom.tolerances import IMAGES, INTERPOLATION
 from slalom.trajectory import Stationary, Trajectory

@@ -7,21 +7,21 @@ from functools import cached_property, partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from slalom.approach import Approach, approach_of
 from slalom.checks import STATE, Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
-from slalom.decision_report import Collision, as_dict, collision_of, log, names_in_the_way
+from slalom.decision.approach import Approach, approach_of
+from slalom.decision.report import Collision, as_dict, collision_of, log, names_in_the_way
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre, state_after
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
 from slalom.path import Path
 from slalom.state import State
-from slalom.tracks import Tracks
 
 if TYPE_CHECKING:
-    from slalom.navigator import Navigator
+    from slalom.decision.navigator import Navigator
 
 
 class Outcome(Enum):
@@ -151,7 +151,7 @@ class Decision:
                 decision that continues a search.
             InvalidFile: a file that cannot be written.
         """
-        from slalom.decision_dump import dump
+        from slalom.decision.dump import dump
 
         dump(self, FilePath(file))
 

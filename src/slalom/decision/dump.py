@@ -16,24 +16,24 @@ from slalom.checks import Checked
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.forecast import FORECASTS
 from slalom.goal import Goal
-from slalom.horizon import HORIZONS
 from slalom.limits import Limits
 from slalom.methods import method
 from slalom.objective import OBJECTIVES
 from slalom.obstacle import Obstacle
-from slalom.obstacle_table import ObstacleTable
+from slalom.obstacle.horizon import HORIZONS
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
 from slalom.path_goal import PathGoal
 from slalom.response import RESPONSES
 from slalom.response.sequence import AccelerationSequence
 from slalom.shape import SHAPES
 from slalom.state import State
-from slalom.tracks import Tracks
 from slalom.trajectory import TRAJECTORIES
 from slalom.uncertainty import UNCERTAINTIES
 
 if TYPE_CHECKING:
-    from slalom.decision import Commitment, Decision
-    from slalom.navigator import Navigator
+    from slalom.decision.decision import Commitment, Decision
+    from slalom.decision.navigator import Navigator
 
 FORMAT: Final = "slalom decision 1"
 FORECAST_KINDS: Final = {name: type(forecast) for name, forecast in FORECASTS.items()}

@@ -9,10 +9,10 @@ from slalom.goal import Goal
 from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import Bounds, RobotTable, TargetPaths
 from slalom.limits import Limits
+from slalom.obstacle.tracks import Tracks
 from slalom.path import Path
 from slalom.state import State
 from slalom.tolerances import BALL_WINDOWS
-from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
 

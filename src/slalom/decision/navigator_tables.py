@@ -5,22 +5,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slalom.checks import Array, vector
-from slalom.decision_tables import Skeletons, response_table
+from slalom.decision.grown_bodies import Skeletons
+from slalom.decision.response_tables import response_table
+from slalom.decision.robot_tables import bounds_of, robot_table, target_paths, tracked_robots
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable, RobotTable
 from slalom.methods import margin_among
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
-from slalom.obstacle_window import ObstacleWindow
-from slalom.robot_tables import bounds_of, robot_table, target_paths, tracked_robots
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import round_shape
 from slalom.state import State
 from slalom.tolerances import AIM_LATEST
-from slalom.tracks import Tracks
 from slalom.trajectory import Stationary
 
 if TYPE_CHECKING:
-    from slalom.navigator import Navigator
+    from slalom.decision.navigator import Navigator
 
 ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
 """The objectives of the compiled policy by number."""

@@ -1,0 +1,129 @@
+"""The bodies of obstacles and robots, grown by the shapes of robots, from which the compiled policy decides."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.checks import Array
+from slalom.kernels.arrays import Corners, Flags, Indices
+from slalom.kernels.decision.tables import EVERY_WORLD, GrownBodies
+from slalom.obstacle.minkowski import sum_of_shapes
+from slalom.obstacle.window import ObstacleWindow
+from slalom.shape import Shape, round_shape
+
+
+class Skeletons:
+    """The kinds of skeletons of robots: discs and balls of any radius are of one kind, their centre.
+
+    Attributes:
+        kind: (n,) of each robot. rounding: (n,) [m] of each robot; 0 for shapes that are not discs or balls.
+        shapes: of each kind, the shape of its first robot. dimension: 2 or 3.
+    """
+
+    def __init__(self, shapes: Sequence[Shape]) -> None:
+        self.dimension = shapes[0].dimension
+        self.shapes: list[Shape] = []
+        self.rounding = np.zeros(len(shapes))
+        kinds: dict[tuple[object, ...], int] = {}
+        kind = []
+        for k, shape in enumerate(shapes):
+            key: tuple[object, ...] = tuple((part.corners.tobytes(), part.radius) for part in shape.parts)
+            if is_round(shape):
+                key, self.rounding[k] = (), shape.parts[0].radius
+            if key not in kinds:
+                kinds[key] = len(kinds)
+                self.shapes.append(shape)
+            kind.append(kinds[key])
+        self.kind: Indices = np.array(kind)
+        self._bodies: dict[int, _RobotBodies] = {}
+
+    def grown_bodies(self, kind: int, obstacles: ObstacleWindow, *, detours: bool) -> GrownBodies:
+        """Predicted obstacles and robots of all kinds, grown by robots with one kind of skeleton.
+
+        Args:
+            detours: whether costs count detours, which need the positions of obstacles at the horizon.
+
+        Raises:
+            InvalidInput: see `minkowski.minkowski_sum`.
+        """
+        shape, d = self.shapes[kind], self.dimension
+        bodies, end = obstacles.bodies(shape), obstacles.start + obstacles.horizon
+        # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
+        staying, worlds = obstacles.staying(end) if detours else ([], np.empty(0, np.int64))
+        robots, corners = self._robots(kind), Corners(bodies.corners, bodies.first, bodies.unordered)
+        if len(robots.radius):
+            corners = Corners(
+                np.concatenate([bodies.corners, robots.corners.corners]),
+                np.concatenate([bodies.first, bodies.first[-1] + robots.corners.first[1:]]),
+                np.concatenate([bodies.unordered, robots.corners.unordered]),
+            )
+        every = np.full(len(bodies.owner), EVERY_WORLD)
+        return GrownBodies(
+            pieces=bodies.pieces,
+            balls=bodies.balls,
+            body_radius=bodies.radius,
+            hull_radius=bodies.hull_radius,
+            hull=bodies.hull,
+            uncertain=bodies.uncertain,
+            world=obstacles.worlds[bodies.owner] if obstacles.has_worlds else every,
+            corners=corners if bodies.has_hulls or not robots.point.all() else (),
+            heads=bodies.heads,
+            end_positions=np.array([o.trajectory.position(end) for o in staying]).reshape(-1, d),
+            end_radii=np.array([o.shape.bounding_radius for o in staying]),
+            end_world=worlds,
+            robot_rounding=float(shape.parts[0].radius if is_round(shape) else 0.0),
+            robot_first=robots.first,
+            robot_offset=robots.offset,
+            robot_radius=robots.radius,
+            robot_hull_radius=robots.hull_radius,
+            robot_hull=np.where(robots.point, -1, len(bodies.radius) + np.arange(len(robots.radius))),
+        )
+
+    def _robots(self, kind: int) -> "_RobotBodies":
+        """The bodies of robots of all kinds, made once. Raises InvalidInput, see `minkowski.minkowski_sum`."""
+        if kind not in self._bodies:
+            d, none = self.dimension, np.empty(0)
+            # A robot that is alone meets no robot: two of its shape may have no sum.
+            met = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes if len(self.kind) > 1]
+            sums = [sum_of_shapes(each, met[kind]) for each in met]
+            counts = np.concatenate([np.empty(0, np.int64), *(each.counts for each in sums)])
+            hull_radius = np.concatenate([none, *(each.hull_radius for each in sums)])
+            offset = np.zeros((len(counts), 3))
+            offset[:, :d] = np.concatenate([np.empty((0, d)), *(each.offsets for each in sums)])
+            corners = Corners(
+                np.concatenate([np.empty((0, 5)), *(each.corners for each in sums)]),
+                np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)]),
+                np.concatenate([np.empty(0, np.bool_), *(each.unordered for each in sums)]),
+            )
+            first = np.cumsum([0, *(len(each.counts) for each in sums)])
+            radius, point = (
+                np.concatenate([none, *(each.radius for each in sums)]),
+                (counts == 1) & (hull_radius == 0.0),
+            )
+            self._bodies[kind] = _RobotBodies(first, offset, radius, hull_radius, point, corners)
+        return self._bodies[kind]
+
+
+class _RobotBodies(NamedTuple):
+    """The bodies of robots of all kinds, grown by one kind of skeleton, see `GrownBodies`."""
+
+    first: Indices  # (s + 1,)
+    offset: Array  # (r, 3) [m]
+    radius: Array  # (r,) [m]
+    hull_radius: Array  # (r,) [m]
+    point: Flags  # (r,) whether the hull is its origin
+    corners: Corners
+
+
+def moved_bodies(bodies: GrownBodies, by: Array) -> GrownBodies:
+    """The same bodies, the passive ones displaced by a vector (d,) [m]."""
+    balls = bodies.balls.copy()
+    balls[:, : len(by)] += by
+    pieces = bodies.pieces._replace(points=bodies.pieces.points + by)
+    return bodies._replace(pieces=pieces, balls=balls, end_positions=bodies.end_positions + by)
+
+
+def is_round(shape: Shape) -> bool:
+    """Whether a shape is one disc or ball about its position."""
+    return len(shape.parts) == 1 and len(shape.parts[0].corners) == 1 and not shape.parts[0].corners.any()
