@@ -423,10 +423,17 @@ SIDE_ROUNDING: Final = 1e-18
 Larger: robots that meet almost head-on pass on the right. Smaller: rounding decides the side.
 """
 
-LATEST_COLLISION: Final = 0.5
-"""[1] To this part of a period the time of an unavoidable collision is found.
+COMPARED_COLLISION: Final = 0.5
+"""[1] To this part of a period the times of unavoidable collisions under two responses are compared.
 
-Larger: a robot may choose a manoeuvre that collides that much sooner. Smaller: more choices where nothing is safe.
+Larger: a robot may choose a response that collides that much sooner. Smaller: more choices where nothing is safe.
+"""
+
+LATEST_COLLISION: Final = 0.02
+"""[1] To this part of a period the time of the unavoidable collision is found under the response that is chosen.
+
+Larger: the robot collides that much sooner than it could. With 0.5, `nlvo` collided in 45 of 200 crossings of the
+roundabout, with 0.1 in 21. Smaller: more choices where nothing is safe.
 """
 
 PRIORITY_RATIO: Final = 10.0
