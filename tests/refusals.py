@@ -431,7 +431,11 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Session._take_back", r"undo: expected a change before", lambda _: Session(SCENE, NAO)._take_back({}, 0)),
     ("_given", r"robot: expected a value in the command", lambda _: Session(SCENE, NAO)._select({}, 0)),
     ("scenario_text", r"sight_noise: expected 0", lambda _: scenario_text(replace(SCENE, sight_noise=0.1))),
-    ("_part", r"part: expected one of the kinds", lambda _: _part(SimpleNamespace(), BOUNDS)),
+    (
+        "kind_of",
+        r"part: expected one of friction, .*, found SimpleNamespace",
+        lambda _: _part(SimpleNamespace(), BOUNDS),
+    ),
     ("Recording.row", r"robot: expected the name or number of one of 2", lambda _: run(2).row()),
     ("not_huge", r"position: expected numbers of magnitude up to 1e\+100", lambda _: State((1e308, 0), (0, 0))),
     (

@@ -504,7 +504,7 @@ DECISIONS = [
         lambda _: navigator(objective=MostClearance(1.0, Arrive())).decide(FLAT, [], GOAL, budget=1.0),
     ),
     Case(
-        "part",
+        "kind_of",
         InvalidInput,
         r"obstacles\[0\]\.trajectory: expected one of stationary, .*, found Function",
         lambda folder: decision([CURVE]).dump(folder / "d.json"),

@@ -1,9 +1,7 @@
 """Writer of scenario files: the scenario as YAML that `read_scenario` reads back, equal to the bit."""
 
-import inspect
 import io
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +9,11 @@ import numpy as np
 from ruamel.yaml import YAML
 
 from slalom.bounds import BOUNDS
-from slalom.checks import Checked
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.objective import OBJECTIVES
 from slalom.obstacle import Obstacle
+from slalom.part_keys import file_keys, kind_of
 from slalom.path_goal import PathGoal
 from slalom.shape import SHAPES
 from slalom.sim.measure.hdf5_parts import as_polynomial
@@ -122,14 +120,9 @@ def _in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
 
 def _part(part: Any, kinds: Mapping[str, type]) -> dict[str, Any]:
     """Return kind and fields of a part, with the keys that files use (see `schema_parts`)."""
-    kind = next((name for name, cls in kinds.items() if type(part) is cls), None)
-    if kind is None:
-        raise InvalidInput(f"part: expected one of the kinds {', '.join(kinds)}, found a {type(part).__name__}")
-    found: dict[str, Any] = {"kind": kind}
-    for item in fields(part):
-        held = inspect.getattr_static(type(part), item.name, None)
-        key = (held.key if isinstance(held, Checked) else "") or item.name
-        value = getattr(part, item.name)
+    found: dict[str, Any] = {"kind": kind_of(part, kinds, "part")}
+    for name, key in file_keys(type(part)).items():
+        value = getattr(part, name)
         if value is not None:
             found[key] = _value(value)
     return found

@@ -17,6 +17,7 @@ from slalom.bounds import BOUNDS, Bound
 from slalom.checks import Checked, not_negative, positive, vector
 from slalom.errors import InvalidInput
 from slalom.objective import OBJECTIVES, Objective
+from slalom.part_keys import file_keys
 from slalom.shape import SHAPES, Shape
 from slalom.sim.files.schema_base import Built, ModelByContent, NotNegative, Positive, Vector
 from slalom.trajectory import TRAJECTORIES, Trajectory
@@ -103,9 +104,9 @@ def model_of_part(kind: str, part: type) -> type[PartModel]:
     hints = get_type_hints(part, include_extras=True)
     names: dict[str, str] = {}
     keys: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    of_field = file_keys(part)
     for field in fields(part):
-        held = inspect.getattr_static(part, field.name, None)
-        key = (held.key if isinstance(held, Checked) else "") or field.name
+        held, key = inspect.getattr_static(part, field.name, None), of_field[field.name]
         names[key] = field.name
         in_file = _array_type(held.shape) if isinstance(held, Checked) else _value_type(hints[field.name])
         if in_file is None:
