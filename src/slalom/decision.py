@@ -53,7 +53,7 @@ SAFE = (
 
 
 class Commitment(NamedTuple):
-    """The part of the decision before on which a decision depends, see `Decision`."""
+    """The part of the previous decision on which a decision depends, see `Decision`."""
 
     manoeuvre: Manoeuvre
     regret: float
@@ -63,7 +63,7 @@ class Commitment(NamedTuple):
 
 
 class DecisionInputs(NamedTuple):
-    """Everything from which a decision was made, see `Navigator.decide`."""
+    """All inputs of a decision, see `Navigator.decide`."""
 
     navigator: "Navigator"
     state: State
@@ -91,7 +91,7 @@ class Decision:
         work: [s] counted for the decision, see `Navigator.decide`; 0 for objectives written in Python.
         cut: whether the budget ended the search: a better manoeuvre may exist.
         approach: the last progress towards the goal; None for an objective that needs no goal.
-        inputs: from what the decision was made; None for one that no navigator made.
+        inputs: the inputs of the decision; None for one that no navigator made.
         earlier: the manoeuvres that the robot was committed to before, for a horizon back.
     """
 
@@ -213,7 +213,7 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
 def completed(
     decision: Decision, inputs: DecisionInputs, previous: Decision | None, progress: float | None, limit: float
 ) -> Decision:
-    """The decision with what it was made from, and with what the next one needs to know; write its line of the log.
+    """The decision with its inputs and with the values that the next one needs; write its line of the log.
 
     progress: [m] along a path. limit: [s] of work.
     """

@@ -1,4 +1,5 @@
-"""What a supervisor asks of a decision: the expected collision, what is in the way, a line for a log, a dictionary."""
+"""Reports of a decision for a supervisor: the expected collision, the obstacles in the way, a line for a log, a
+dictionary."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -125,7 +126,7 @@ def as_dict(decision: "Decision") -> dict[str, Any]:
 
 
 def log(decision: "Decision") -> None:
-    """Write one line about a decision to the logger `slalom` at level DEBUG: only what is known without more work."""
+    """Write one line about a decision to the logger `slalom` at level DEBUG, from values that are already computed."""
     if LOGGER.isEnabledFor(DEBUG):
         made, manoeuvre = decision.inputs, decision.manoeuvre
         LOGGER.debug(

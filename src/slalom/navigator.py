@@ -131,10 +131,11 @@ class Navigator:
                 as in a `Fleet`: they are taken to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
             budget: [s] of work, counted and not measured, so that equal inputs give equal bits on every machine. When
-                it is used up, the best manoeuvre is taken that was found by then; without any, the committed one goes
-                on if it is safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
-            delay: [s] age of `state` at `now`, the time at which the decision begins to act. The robot is taken to have
-                followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps its velocity.
+            it is used up, the best manoeuvre found so far is taken. Without any, the committed one continues if it is
+            safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
+            delay: [s] age of `state` at `now`, the time at which the decision begins to act. The prediction assumes
+            that the robot followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps its
+            velocity.
 
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
@@ -168,7 +169,7 @@ class Navigator:
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
-        """Where a robot on a path heads for, at most as fast as is allowed there."""
+        """The target of a robot on a path, and the largest speed allowed there."""
         return goal.step(
             state.position,
             None if previous is None else previous.progress,
@@ -255,7 +256,8 @@ class Navigator:
     def control_obstacle(
         self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | Array | None = None
     ) -> ControlObstacle:
-        """The control obstacle of a response with a margin [m], the own if None, or what the robot can keep of it."""
+        """The control obstacle of a response with a margin [m] (None: that of the navigator), or the part that the
+        robot can keep."""
         clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
         return ControlObstacle(response, state, obstacles, self.robot, kept)
@@ -263,7 +265,7 @@ class Navigator:
     def predict(self, obstacles: Obstacles, state: State, now: float) -> ObstacleWindow:
         """The obstacles on their predicted trajectories from `now` [s] on.
 
-        Obstacles that appear later are included only if the forecast knows them.
+        Obstacles that appear later are included only if the forecast contains them.
         """
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
         if window.has_worlds:

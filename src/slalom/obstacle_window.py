@@ -84,7 +84,8 @@ class ObstacleWindow:
 
     @classmethod
     def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
-        """The obstacles as a forecast predicts them at `start` [s]; those that appear later only if it knows them."""
+        """The obstacles as a forecast predicts them at `start` [s]; those that appear later only if it contains
+        them."""
         sources: list[Obstacle | ObstacleTable | Tracks] = []
         unknown: list[tuple[int, Flags]] = []
         count, exact = 0, isinstance(forecast, EXACT)

@@ -14,7 +14,7 @@ from slalom.trajectory import Stationary
 
 
 class PathStep(NamedTuple):
-    """What a robot on a path heads for until its next decision."""
+    """The target of a robot on a path until its next decision."""
 
     progress: float  # [m] along the path, of the point that the robot has reached
     goal: Goal  # a point ahead on the path, or its end
@@ -25,10 +25,10 @@ class PathStep(NamedTuple):
 class PathGoal(Goal):
     """The end of a polyline that is followed there.
 
-    At each decision the robot heads for the point that it reaches along the path in `lookahead` seconds: with a longer
+    At each decision the target is the point that the robot reaches along the path in `lookahead` seconds. With a longer
     one it cuts corners, with a shorter one it returns to the path more directly. If an obstacle at rest covers the path
-    up to there, it heads for a free point beside it. What it has passed is not visited again. All else is avoided as on
-    the way to any goal; the path has no part in safety.
+    up to there, the target is a free point beside it. Points that it has passed are not visited again. All else is
+    avoided as on the way to any goal; the path has no part in safety.
 
     Args:
         points: (n, d) [m], n >= 2, each apart from the one before.
@@ -112,13 +112,14 @@ class PathGoal(Goal):
         size: float = 1.0,
         covered: Callable[[Array], bool] = lambda _: False,
     ) -> PathStep:
-        """What a robot at a position (d,) [m] heads for: a point ahead on the path, or beside what covers the path.
+        """The target of a robot at a position (d,) [m]: a point ahead on the path, or beside an obstacle that covers
+        the path.
 
         Args:
             progress: [m] at its last decision; None: it is at the nearest point of the whole path.
             max_speed: [m/s], braking: [m/s^2] of the robot. period: [s] until its next decision.
             size: [m] by which points beside the path differ. covered: whether an obstacle at rest covers a point (d,)
-                [m]; the robot then heads for the nearest free one beside the path, on the right where both are as near.
+            [m]. The target is then the nearest free one beside the path, on the right where both are as near.
         """
         reach = self.lookahead * max_speed
         if progress is None:

@@ -133,13 +133,13 @@ USES: Final[dict[str, Callable[[], None]]] = {
     "ahead": look_ahead,
     "figures": figures,
 }
-"""Uses of slalom by name. Each calls what it compiles."""
+"""Uses of slalom by name. Each calls the kernels that it compiles."""
 
 
 def compile(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | None = None) -> None:
     """Compile everything that some uses need, all of them by default; afterwards no decision compiles anything.
 
-    What is compiled is kept on disk, for this user and until slalom or numba changes: a later call takes seconds.
+    Compiled kernels are kept on disk, for this user and until slalom or numba changes: a later call takes seconds.
 
     Args:
         uses: names of `USES`. jobs: processes. progress: called with the name of a use and how long it took [s].

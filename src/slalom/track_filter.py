@@ -12,7 +12,7 @@ from slalom.uncertainty import KalmanError, Uncertainty
 
 
 class Measurement(NamedTuple):
-    """What a perception system measured of one obstacle."""
+    """A measurement of one obstacle by a perception system."""
 
     t: float  # [s] absolute time
     position: Array  # (d,) [m]
@@ -51,7 +51,7 @@ class Filter(Protocol):
         """The belief after a measurement at its time."""
 
     def estimate(self, belief: Any) -> Estimate:
-        """What the belief says."""
+        """The estimate as position, velocity and uncertainty."""
 
 
 class Gaussian(NamedTuple):

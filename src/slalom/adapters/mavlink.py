@@ -43,7 +43,7 @@ class Setpoint(NamedTuple):
 
     @property
     def type_mask(self) -> int:
-        """What the autopilot ignores: the rate of yaw, and yaw if there is none."""
+        """Fields that the autopilot ignores: the rate of yaw, and yaw if there is none."""
         return YAW_RATE_IGNORED | (YAW_IGNORED if self.yaw is None else 0)
 
     def send(self, connection: Any, now: float, system: int = 1, component: int = 1) -> None:
@@ -75,8 +75,8 @@ def setpoint(decision: Decision, t: float, heading: float | None = None) -> Setp
 class Drone:
     """A drone within `radius` [m] of its centre that is at most `error` [m] off its setpoints.
 
-    Decide for `shape` from `state`. While the drone is within its error of the plan, the plan then is that of a drone
-    that follows it exactly, and `shape` about it contains the drone.
+    Decide for `shape` from `state`. While the drone is within its error of the plan, the plan is that of a drone that
+    follows it exactly. `shape` about it contains the drone.
 
     Raises:
         InvalidInput: a value that is not above 0.

@@ -77,8 +77,8 @@ def writing(path: Path) -> Iterator[None]:
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Show the progress on stderr; yield a function of the share done.
 
-    A terminal shows a bar with the time that remains. Elsewhere one line says early how long a command of LONG_COMMAND
-    or more will take.
+    A terminal shows a bar with the remaining time. Elsewhere one line states the remaining time of a command that takes
+    LONG_COMMAND or more.
     """
     if not sys.stderr.isatty():
         yield _Estimate(label).advance
@@ -92,7 +92,7 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
 
 class _Estimate:
-    """Prints once how long the rest takes, from the pace since the first report: kernels compile before it."""
+    """Prints the remaining time once, from the pace since the first report: kernels compile before it."""
 
     def __init__(self, label: str) -> None:
         self.label = label

@@ -1,4 +1,4 @@
-"""Robots with committed manoeuvres: what each knows of the others, and the decisions that change the manoeuvres."""
+"""Robots with committed manoeuvres, their predictions of each other, and the decisions that change the manoeuvres."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
@@ -44,7 +44,7 @@ class CommittedFleet:
     """Robots that decide by methods of one robot each. `fleet.Fleet` has the loop of a caller, the simulator its own.
 
     Attributes:
-        members: what each robot is. policies: the robots of each method.
+        members: settings of each robot. policies: the robots of each method.
         table: the robots, see `kernels.decision.tables.RobotTable`. responses: of all kinds of robots, as tables.
         progress: [m] of each robot along its path; None where it follows none.
         skeletons: kinds of shapes. targets: motion of targets that move.
@@ -137,7 +137,7 @@ class CommittedFleet:
 
     @property
     def span(self) -> float:
-        """Duration [s] of the committed paths; those that end at rest last for ever."""
+        """Duration [s] of the committed paths; those that end at rest are infinite."""
         return 2.0 * self.horizon
 
     def _refuse_short_horizon(self, responses: Sequence[Response], name: str) -> None:
@@ -207,8 +207,9 @@ class CommittedFleet:
     ) -> dict[int, Outcome]:
         """Commit the robots (rows) in `order`, of one policy, to new manoeuvres; their outcomes by row.
 
-        The table holds what they know of the others. With shared manoeuvres each robot avoids the decisions of those
-        before it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
+        The table holds the other robots as these robots observe them. With shared manoeuvres each robot avoids the
+        decisions of those before it. Where the compiled policy has no decision, a `Navigator` among the `obstacles`
+        falls back.
         """
         if self._turning:
             table, d = self.table, self.dimension

@@ -24,10 +24,10 @@ class BarrierFilter:
         h = sqrt(2 A (d - r)) + s >= 0,
 
     A: sum of both largest accelerations, 0 for discs and walls, which do not brake for the robot; r: sum of the radii
-    and `margin` [m]. It is kept by h' >= -min(`gain` h^3, h / period), of which each robot of a team gives the
-    share of A that is its own (Ames, Xu, Grizzle and Tabuada, IEEE TAC 62(8), 2017, for the program). The second
-    bound is for accelerations that are held over a period. Where not all barriers can be kept the largest violation is
-    least. Others are expected to keep their velocity but for their share.
+    and `margin` [m]. It is kept by h' >= -min(`gain` h^3, h / period). Each robot of a team does the part a / A of it,
+    with its own largest acceleration a. The program is that of Ames, Xu, Grizzle and Tabuada, IEEE TAC 62(8), 2017. The
+    second bound is for accelerations that are held over a period. Where not all barriers can be kept the largest
+    violation is least. Others are expected to keep their velocity but for their share.
 
     Raises:
         InvalidInput: a gain not above 0, a margin below 0; daqp is not installed.

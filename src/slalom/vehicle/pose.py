@@ -47,7 +47,7 @@ class Pose:
 
 
 class Command(NamedTuple):
-    """What a vehicle is to reach at the end of a period, at constant rates.
+    """The speed and turn rate, or steering angle, to reach at the end of a period at constant rates.
 
     `speed` [m/s], and as `turn` a turn rate [rad/s] (differential drive) or a steering angle [rad] (bicycle).
     """

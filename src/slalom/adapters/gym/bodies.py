@@ -11,7 +11,8 @@ from slalom.kernels.arrays import Flags, Indices
 
 
 class Surroundings(NamedTuple):
-    """What each of W x R robots can meet: B discs or balls, namely obstacles, robots and the nearest points of walls.
+    """Bodies that each of W x R robots can meet: B discs or balls, namely obstacles, robots and the nearest points of
+    walls.
 
     Of the B bodies the first are `moving` obstacles, then the R robots, the rest are walls.
     """
@@ -45,7 +46,7 @@ class Bodies:
         return self
 
     def _write(self, w: int) -> None:
-        """Write what does not change during an episode of world w."""
+        """Write the values that are constant during an episode of world w."""
         motion, first = self.motions[w], self.moving + self._robots
         n, m = len(motion.moving), len(motion.walls)
         self._exist[w], self._radii[w, :n] = False, motion.radii
@@ -81,7 +82,8 @@ class Bodies:
 
 
 def observed(around: Surroundings, radii: Array, sight: Array, max_speed: Array, nearest: int) -> Array:
-    """What robots with `radii`, `sight` and `max_speed` (W, R) see of the nearest bodies: (W, R, nearest, 2 d + 2).
+    """Observations of the nearest bodies by robots with `radii`, `sight` and `max_speed` (W, R): (W, R, nearest, 2 d +
+    2).
 
     A row is 1, the offset in units of sight, the relative velocity in units of twice max_speed, and the sum of both
     radii in units of sight, at most 1. Rows are sorted by clearance; a row without a body within sight is 0.

@@ -1,4 +1,4 @@
-"""The decision of a robot whose every manoeuvre is predicted to collide: as late as possible, then as slowly."""
+"""The decision of a robot if all its manoeuvres are predicted to collide: the latest collision, then the slowest."""
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def latest_collision(i: int, rows: ObstaclePieces, tables: DecisionTables, searc
     """The response with the latest collision among `rows`; its control goes into `search.control`.
 
     Of those within one period of the latest, the one with the least impact speed. -1 if all collide within one period.
-    Collision times are bracketed by steps that double, from the latest one so far, and then found by bisection, to the
+    Collision times are bracketed by steps that double, from the latest one so far. Bisection then finds them to the
     part LATEST_COLLISION of a period.
     """
     settings, first, count = tables.settings, tables.responses.kinds[tables.robots.kind[i]], len(search.excluded)

@@ -74,8 +74,8 @@ def bends(a: Disc, m: Disc, b: Disc, window: Array) -> bool:
         mx, my = m[0] + m[2] * np.cos(m[3] + side * m[4]), m[1] + m[2] * np.sin(m[3] + side * m[4])
         bx, by = b[0] + b[2] * np.cos(b[3] + side * b[4]), b[1] + b[2] * np.sin(b[3] + side * b[4])
         one, two = turn(a, m, side), turn(m, b, side)
-        # The envelope runs along the tangent of each disc, so that its direction is known: an arc over half a chord
-        # of length l that turns by d rises l d / 2 over the whole one.
+        # The envelope is tangent to each disc, so its direction is known. An arc over half a chord of length l that
+        # turns by d rises l d / 2 over the whole chord.
         rise = max(np.hypot(mx - ax, my - ay) * one, np.hypot(bx - mx, by - my) * two)
         if max(rise / 2.0, off_chord(ax, ay, bx, by, mx, my)) <= window[3]:
             continue

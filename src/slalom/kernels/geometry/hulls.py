@@ -5,10 +5,9 @@ The hull's corners move on cubics: the origin's, plus each corner turned by the 
 corners at one time, in the plane counter-clockwise.
 
 The signed distance of the origin to a convex hull is the largest, over unit vectors v, of min v . corner: negative
-inside, where it is minus the depth. Any v therefore bounds it from below, and for a v that stays the same, min v .
-corner along a cubic is bounded by its control points. That bound is of second order when v is the best one in the
-middle. A control that slides along a hull would be bisected without end: collisions less deep than CLEARANCE are not
-sought.
+inside, where it is minus the depth. Any v therefore bounds it from below. For a constant v, min v . corner along a
+cubic is bounded by its control points. That bound is of second order when v is the best one in the middle. A control
+that slides along a hull would be bisected without end: collisions less deep than CLEARANCE are not sought.
 """
 
 from typing import NamedTuple

@@ -129,8 +129,8 @@ def accelerate_and_brake(
 ) -> tuple[float, float]:
     """How long to accelerate and then to brake evenly [s], in whole periods, to stop at the goal; -1: not possible.
 
-    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first. position (3,) [m], velocity (3,) [m/s];
-    the first acceleration goes into acceleration (3,) [m/s^2].
+    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first. position (3,) [m], velocity (3,) [m/s].
+    The first acceleration goes into acceleration (3,) [m/s^2].
     """
     d, most = problem.dimension, int(np.round(BRAKE_STEPS * problem.step / problem.period))
     for total in range(2, 2 * most + 1):

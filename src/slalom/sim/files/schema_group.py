@@ -68,7 +68,7 @@ NotNegativeOrRange = Annotated[Any, NumberOrRange(NotNegative, RangeSpec)]
 
 
 class GroupGoalSpec(Model):
-    """What the goals of a group have in common."""
+    """Keys that the goals of a group have in common."""
 
     tolerance: Positive = 0.5
     stop: bool = False

@@ -37,7 +37,7 @@ def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """Build four vehicles on a curved road: the robot on the outer lane, with a goal 15 m ahead, and three cars.
 
-    The paper's example of a false prediction by a velocity obstacle: the fast car on the middle lane would collide with
+    The paper's example of a false prediction by a velocity obstacle. The fast car on the middle lane would collide with
     the robot if it drove straight on. It follows its lane and never collides.
     """
     inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0

@@ -88,7 +88,7 @@ class Reader:
     def _exchange(
         self, process: "subprocess.Popen[bytes]", request: list[Any]
     ) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
-        """Return what the process answers, less than an answer where it ends before."""
+        """Return the bytes that the process writes; fewer than an answer if it ends before."""
         assert process.stdin is not None
         assert process.stdout is not None
         process.stdin.write(json.dumps(request).encode() + b"\n")
