@@ -75,7 +75,7 @@ class ControlObstacle:
     horizon, a larger radius or one more obstacle never frees a control.
 
     Args:
-        response: how the robot answers a control. state: its state now.
+        response: the motion of the robot under a control. state: its state now.
         obstacles: the obstacles over the window that begins now.
         robot: the robot's shape. margin: [m] >= 0 to keep from every obstacle.
         horizon: [s], at most that of the obstacles, which is the default.

@@ -81,7 +81,7 @@ class Decision:
 
     Attributes:
         manoeuvre: the committed future path; apply `manoeuvre.mean_acceleration(now, period)`.
-        outcome: how the manoeuvre was chosen.
+        outcome: kind of the result.
         preferred: the control (d,) that the objective prefers for the manoeuvre's response.
         control_obstacle: makes `blocked`.
         regret: upper bound [s] on the arrival time lost by keeping the manoeuvre; alternatives count at their
@@ -123,7 +123,7 @@ class Decision:
 
     @property
     def stuck(self) -> bool:
-        """Whether `stalled` has reached `Navigator.stuck_after`: only another goal or path will help."""
+        """Whether `stalled` has reached `Navigator.stuck_after`: it needs another goal or path."""
         return self.inputs is not None and self.stalled >= self.inputs.navigator.stuck_after
 
     @cached_property
@@ -144,7 +144,7 @@ class Decision:
         return as_dict(self)
 
     def dump(self, file: FilePath | str) -> None:
-        """Write everything from which the decision was made to a JSON file; `slalom decide FILE` repeats it.
+        """Write all inputs of the decision to a JSON file; `slalom decide FILE` repeats it.
 
         Raises:
             InvalidInput: parts that no file can hold, such as a trajectory or objective that is a Python function; a

@@ -1,5 +1,4 @@
-"""Reports of a decision for a supervisor: the expected collision, the obstacles in the way, a line for a log, a
-dictionary."""
+"""Reports of a decision: the expected collision, the obstacles in the way, a line for a log, a dictionary."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -84,8 +84,7 @@ class ObstacleWindow:
 
     @classmethod
     def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
-        """The obstacles as a forecast predicts them at `start` [s]; those that appear later only if it contains
-        them."""
+        """The obstacles as a forecast predicts them at `start` [s]; later ones only if the forecast contains them."""
         sources: list[Obstacle | ObstacleTable | Tracks] = []
         unknown: list[tuple[int, Flags]] = []
         count, exact = 0, isinstance(forecast, EXACT)

@@ -81,9 +81,7 @@ class PathGoal(Goal):
         return np.array([np.interp(progress, self._at, column) for column in self.points.T])
 
     def allowed_speed(self, progress: float, max_speed: float, braking: float) -> float:
-        """The speed [m/s] at a length [m] from the start that the profile allows there and, with `braking` [m/s^2],
-        further on.
-        """
+        """The speed [m/s] at a length [m] from the start that the profile and `braking` [m/s^2] allow."""
         if self.speeds is None:
             return max_speed
         squares = self.speeds**2
@@ -112,14 +110,13 @@ class PathGoal(Goal):
         size: float = 1.0,
         covered: Callable[[Array], bool] = lambda _: False,
     ) -> PathStep:
-        """The target of a robot at a position (d,) [m]: a point ahead on the path, or beside an obstacle that covers
-        the path.
+        """The target of a robot at a position (d,) [m]: a point ahead on the path, or beside a covered part of it.
 
         Args:
             progress: [m] at its last decision; None: it is at the nearest point of the whole path.
             max_speed: [m/s], braking: [m/s^2] of the robot. period: [s] until its next decision.
             size: [m] by which points beside the path differ. covered: whether an obstacle at rest covers a point (d,)
-            [m]. The target is then the nearest free one beside the path, on the right where both are as near.
+                [m]. The target is then the nearest free one beside the path, on the right where both are as near.
         """
         reach = self.lookahead * max_speed
         if progress is None:

@@ -84,8 +84,7 @@ def images_within(displacement: Array, distance: float, period: Period | None) -
 
 
 def images_about(k: int, positions: Array, distances: Array, period: Period) -> tuple[Indices, Array]:
-    """The images that are near robot k: the numbers of their obstacles or robots (m,), and their displacements (m, 3)
-    [m].
+    """The images near robot k: the numbers of their obstacles or robots (m,), and displacements (m, 3) [m].
 
     The first n are the nearest images of all n robots, in the order of `positions` (n, 3) [m]. Then follow the other
     images of each robot but k that are within its entry of `distances` (n,) [m] of robot k.

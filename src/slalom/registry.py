@@ -32,7 +32,7 @@ class Registry(UserDict[str, Part], Generic[Part]):
 
     Raises:
         InvalidInput: (when packages are searched) an entry point that cannot be imported or is another kind of part;
-        one with the name of an existing part, or with another name than its part.
+            one with the name of an existing part, or with another name than its part.
     """
 
     def __init__(self, group: str, kind: Kind, parts: Mapping[str, Part]) -> None:

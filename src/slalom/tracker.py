@@ -1,4 +1,4 @@
-"""Tracks of moving obstacles from measurements that come late, rarely, twice or not at all."""
+"""Tracks of moving obstacles from measurements that are late, rare, repeated or missing."""
 
 from bisect import bisect_right
 from collections.abc import Hashable

@@ -12,6 +12,7 @@ from slalom.cli.console import (
     Flag,
     Names,
     print_result,
+    progress,
     vector_of,
     writable,
     writing,
@@ -72,7 +73,8 @@ def replay(
     from slalom.adapters.ros import bag as bags
 
     writable(out, figure)
-    commands = bags.replay(bags.read_bag(bag, topics), made)
+    with progress("replaying") as advance:
+        commands = bags.replay(bags.read_bag(bag, topics, advance), made)
     if out is not None:
         with writing(out):
             if out.suffix == ".csv":

@@ -20,7 +20,7 @@ from slalom.state import State
 
 
 class FleetDecision(NamedTuple):
-    """What n robots do until their next decision; rows of robots that are not present are 0.
+    """Commands for n robots until their next decision; rows of robots that are not present are 0.
 
     Apply one of the three: accelerations, constant over the period; or the velocities or positions to be reached at its
     end, for robots that are controlled by these.
@@ -31,7 +31,7 @@ class FleetDecision(NamedTuple):
     positions: Array  # (n, d) [m]
     outcomes: tuple[Outcome | None, ...]  # n, None for a robot that is not present
     stalled: Array  # (n,) [s] since each robot last came nearer to its target, see `Decision.stalled`
-    stuck: Flags  # (n,) whether that is at least `stuck_after`: only another target will help
+    stuck: Flags  # (n,) whether that is at least `stuck_after`: it needs another target
 
     @property
     def safe(self) -> Flags:
@@ -60,8 +60,8 @@ class Fleet(CommittedFleet):
         margin: [m] to keep from obstacles. Between robots that only observe each other twice a (period + delay)^2 is
             added, the largest error of a prediction when both accelerate by a at most; and three times the noise.
         priority: above 0. Of two robots that share the avoidance, robot i does the part s q / (s q + (1 - s) p). Here s
-        is the share of its method, p its priority and q that of the other. With published manoeuvres robots
-            decide by falling priority, so that one avoids those before it.
+            is the share of its method, p its priority and q that of the other. With published manoeuvres robots decide
+            by falling priority, so that one avoids those before it.
         worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
         world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
             Robots meet all images of robots and obstacles. Positions are not wrapped.

@@ -16,7 +16,7 @@ class Policy:
 
     Attributes:
         published: (n,) whether a robot publishes its committed manoeuvre to these robots; the states of the others are
-        observed.
+            observed.
     """
 
     def __init__(self, method: Method, rows: Indices, publishes: Flags, horizon: float) -> None:

@@ -11,8 +11,7 @@ from slalom.kernels.arrays import Flags, Indices
 
 
 class Surroundings(NamedTuple):
-    """Bodies that each of W x R robots can meet: B discs or balls, namely obstacles, robots and the nearest points of
-    walls.
+    """Discs or balls B that each of W x R robots can meet: obstacles, robots and the nearest points of walls.
 
     Of the B bodies the first are `moving` obstacles, then the R robots, the rest are walls.
     """
@@ -82,8 +81,7 @@ class Bodies:
 
 
 def observed(around: Surroundings, radii: Array, sight: Array, max_speed: Array, nearest: int) -> Array:
-    """Observations of the nearest bodies by robots with `radii`, `sight` and `max_speed` (W, R): (W, R, nearest, 2 d +
-    2).
+    """Observations (W, R, nearest, 2 d + 2) of the nearest bodies by robots with `radii`, `sight`, `max_speed` (W, R).
 
     A row is 1, the offset in units of sight, the relative velocity in units of twice max_speed, and the sum of both
     radii in units of sight, at most 1. Rows are sorted by clearance; a row without a body within sight is 0.

@@ -30,7 +30,7 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
 
     Args:
         env: a `RobotEnv`, possibly in other wrappers. method: a row of the table of methods or its name. With nao the
-        future of obstacles is given, with nao@observed it is predicted from observations.
+            future of obstacles is given, with nao@observed it is predicted from observations.
         margin: [m] to keep from obstacles; None: that of the scenario. horizon: [s]; None: that of the scenario.
 
     Raises:

@@ -97,7 +97,7 @@ class Node:
 
         Raises:
             InvalidInput: a message of another kind (see KINDS) or one that its reader refuses; an odometry in another
-            frame, or with a time before the last one; input that `Navigator.decide` refuses.
+                frame, or with a time before the last one; input that `Navigator.decide` refuses.
         """
         kind = next((k for k, names in KINDS.items() if all(hasattr(message, n) for n in names)), None)
         if kind == "nav_msgs/msg/Odometry":

@@ -82,8 +82,7 @@ class Content:
         return self.value(name, np.asarray(dataset[()]), dataset.dtype)
 
     def count(self, name: str, dtype: Any, shape: Any) -> None:
-        """Subtract the size of a value from the remaining size; a value may be much larger than its part of the
-        file."""
+        """Subtract the size of a value from the remaining size; it may be much larger than its part of the file."""
         if shape is None:
             raise Refused(f"{name!r} without a value")
         self.left -= int(dtype.itemsize) * int(np.prod(shape, dtype=object))

@@ -30,7 +30,7 @@ def working_with(backend: str | None) -> Iterator[None]:
 
     Raises:
         InvalidInput: a backend that joblib does not have or that is not installed; or multiprocessing, which never
-        returns after a kill.
+            returns after a kill.
     """
     with ExitStack() as stack:
         if backend == "multiprocessing":
