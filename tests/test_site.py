@@ -86,6 +86,52 @@ def test_reference_pages_are_complete() -> None:
         assert set(meanings) == set(getattr(site_reference, model).model_fields), model
 
 
+PARTS = {
+    "get started": ["start"],
+    "tutorials": ["tutorials/one_decision", "tutorials/own_simulator", "tutorials/fleets", "tutorials/own_method"],
+    "further tutorials": ["robots", "paper", "recordings"],
+    "choice and concepts": ["methods", "concepts", "theory"],
+    "reference": [f"generated/{page}" for page in site_reference.PAGES],
+    "examples": ["generated/gallery", "generated/[0-9]*"],
+    "benchmarks": ["performance", "fleets", "planners", "crossings"],
+    "project": ["interface", "generated/changelog", "generated/contributing", "generated/security", "design/index"],
+}
+"""Pages of the site by the part that they belong to."""
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_the_site_has_every_part(part: str) -> None:
+    """In the navigation; the build refuses names of pages that do not exist."""
+    listed = {
+        line for line in (ROOT / "docs" / "index.md").read_text().splitlines() if re.fullmatch(r"[\w/\[\]*-]+", line)
+    }
+    assert PARTS[part]
+    assert not set(PARTS[part]) - listed
+
+
+def test_the_glossary_defines_the_words_of_the_tables() -> None:
+    """Terms of methods, results and figures."""
+    text = (ROOT / "docs" / "concepts.md").read_text().partition("## Glossary")[2]
+    terms = re.findall(r"^([^\n:]+)\n: (.+)$", text, re.M)
+    names = [name for name, _ in terms]
+    assert names == sorted(names, key=str.lower)
+    assert all(meaning.endswith((".", ")")) for _, meaning in terms)
+    needed = {
+        "adjustment",
+        "clearance",
+        "efficacy",
+        "extra time",
+        "foresight",
+        "horizon",
+        "manoeuvre",
+        "margin",
+        "outcome",
+        "preferred control",
+        "response",
+    }
+    assert needed <= set(names)
+
+
 def test_a_missing_name_stops_the_build(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(site_reference, "SECTIONS", {"Errors": site_reference.SECTIONS["Errors"]})
     with pytest.raises(ValueError, match=r"SECTIONS: expected every public name of slalom, found none of \['Acceler"):

@@ -22,7 +22,7 @@ class Coverage(NamedTuple):
     """How often a calibrated radius held, at one prediction time."""
 
     lead: float  # [s] prediction time
-    promised: float  # share of the errors that the radius shall hold
+    promised: float  # share of the errors that the radius is to hold
     measured: float  # share that it held; nan without an error
     errors: int  # that were judged
     radius: float  # [m] now

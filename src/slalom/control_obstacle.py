@@ -66,10 +66,10 @@ def _ahead(n: int) -> Array:
 class ControlObstacle:
     """The controls with which the robot collides with an obstacle within (0, horizon].
 
-    The union over time of the temporal elements (B(t) - drift(t)) / gain(t), where B(t) is the obstacle grown by the
-    robot's shape and by `margin` (Bareiss and van den Berg 2015). With the Acceleration response it is the AO or NAO of
-    Stern and Shiller 2025, with Velocity the VO or NLVO. Whether a control belongs to it is decided in the workspace
-    for all times, not at samples.
+    The union over time of the temporal elements (B(t) - drift(t)) / gain(t) (Bareiss and van den Berg 2015). B(t) is
+    the obstacle grown by the robot's shape and by `margin`. With the Acceleration response it is the AO or NAO of Stern
+    and Shiller 2025, with Velocity the VO or NLVO. Whether a control belongs to it is decided in the workspace for all
+    times, not at samples.
 
     Laws: contains(u) = (clearance(u) < 0) = (time_to_collision(u) < inf), up to CERTIFIED of clearance; a longer
     horizon, a larger radius or one more obstacle never frees a control.

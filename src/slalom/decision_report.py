@@ -53,7 +53,7 @@ def collision_of(decision: "Decision") -> Collision | None:
 def names_in_the_way(decision: "Decision") -> tuple[str, ...]:
     """Names of the obstacles that a robot meets which drives straight to its goal, in the order of time.
 
-    It drives at its largest speed, up to the horizon; on a path to the point ahead. Empty without a goal.
+    It drives at its maximum speed, up to the horizon; on a path to the point ahead. Empty without a goal.
     """
     made = decision.inputs
     if made is None or made.goal is None:

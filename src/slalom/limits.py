@@ -130,13 +130,13 @@ class Limited(Protocol):
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a robot: the largest speed [m/s] and acceleration [m/s^2], both Euclidean norms, and bounds.
+    """Limits of a robot: the maximum speed [m/s] and acceleration [m/s^2], both Euclidean norms, and bounds.
 
     `velocity_bounds` and `acceleration_bounds` are half-spaces in which the velocity and the acceleration must stay.
     `bounds` are sets that depend on the state (see `slalom.bounds`): friction ellipse, box, polygon, heading cone,
     turning radius, least speed.
 
-    Guarantee of bounds in the frame of the body: acceleration and velocity along the predicted motion are in the set
+    Guarantee of bounds in the frame of the body. Acceleration and velocity along the predicted motion are in the set
     *as it is at the decision*. So is the acceleration at the decision. While a control is held the body turns and the
     set with it, so the later motion may leave the set of its own time. A navigator tests `allows` at every decision and
     keeps no manoeuvre that has left it. The applied acceleration is therefore always in the set of that decision,

@@ -57,15 +57,15 @@ class Navigator:
 
     At each decision, responses propose their exact choices, and the one with the earliest predicted arrival is taken.
     The committed manoeuvre is kept while it is safe and keeping it has cost less than `patience`. Responses are tried
-    in order of optimistic cost (their cost without obstacles) until none can be better than the best by the share
-    MIN_IMPROVEMENT of `patience`. A robot without a safe proposal continues the committed manoeuvre, which remains safe
-    as long as the forecasts hold. If they did not hold, requirements are dropped in this order: the margin, the latest
-    collision, the least impact speed. See docs/design/0005 and 0011.
+    in order of optimistic cost (their cost without obstacles). The search ends when none can be better than the best by
+    the share MIN_IMPROVEMENT of `patience`. A robot without a safe proposal continues the committed manoeuvre, which
+    remains safe as long as the forecasts hold. If they did not hold, requirements are dropped in this order: the
+    margin, the latest collision, the least impact speed. See docs/design/0005 and 0011.
 
     Attributes:
         method: a row of the table of methods.
         robot: its shape.
-        limits: its largest speed and acceleration, and further bounds.
+        limits: its maximum speed and acceleration, and further bounds.
         period: [s] between decisions.
         horizon: [s] up to which collisions count.
         margin: [m] to keep from every obstacle.

@@ -33,7 +33,7 @@ class PathGoal(Goal):
     Args:
         points: (n, d) [m], n >= 2, each apart from the one before.
         speeds: [m/s] above 0, one for the whole path or (n,) at its points, with constant acceleration in between. The
-            last may be 0, with `stop`. None: the largest speed of the robot.
+            last may be 0, with `stop`. None: the maximum speed of the robot.
         tolerance, stop: of the end, see `Goal`. lookahead: [s] above 0.
 
     Raises:

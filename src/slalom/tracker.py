@@ -34,7 +34,7 @@ class Tracker:
     """Obstacles followed by their ids, for decisions in a loop.
 
     Measurements may come in any order and at any rate. A late one is inserted at its time, and later ones are applied
-    again: the result is the same to the bit for every order of arrival.
+    again. The result is the same to the bit for every order of arrival.
 
     One rule bounds the age. An obstacle without a measurement in the last `max_age` seconds is dropped. A measurement
     more than `max_age` before the last call of `at` is not used. Of an obstacle that comes back after a longer gap the

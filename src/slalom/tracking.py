@@ -94,8 +94,8 @@ class _MotionBounds(NamedTuple):
 def _motion_bounds(limits: Limits, dt: float, min_speed: float, along_arcs: bool) -> _MotionBounds:
     """Bounds with the least D that includes the feedback caused by D itself.
 
-    Candidates for eta are spaced geometrically: if feedback and velocity error are at most eta times the acceleration
-    limit and eta times `min_speed`, D follows from eta. The result is that of the smallest eta whose D satisfies this
+    Candidates for eta are spaced geometrically. D follows from eta if feedback and velocity error are at most eta times
+    the acceleration limit and eta times `min_speed`. The result is that of the smallest eta whose D satisfies this
     assumption.
 
     Raises:

@@ -152,7 +152,7 @@ class CommittedFleet:
             )
 
     def follow(self, paths: Mapping[int, PathGoal], window: ObstacleWindow) -> None:
-        """Give the robots with paths, by row, the targets and largest speeds of their next step on them."""
+        """Give the robots with paths, by row, the targets and maximum speeds of their next step on them."""
         table, d = self.table, self.dimension
         for k, path in paths.items():
             limits, shape = self.members.limits[k], self.members.shapes[k]

@@ -70,7 +70,7 @@ class LookAhead:
     change. Without any, the navigator decides.
 
     Law: a sequence keeps the margin, or the largest possible fraction of it, until it ends, as long as the forecasts
-    hold. The motion after a pass through the goal is not tested. Limits: only a largest speed and a largest
+    hold. The motion after a pass through the goal is not tested. Limits: only a maximum speed and a largest
     acceleration.
 
     Attributes:
@@ -105,7 +105,7 @@ class LookAhead:
             object.__setattr__(self, name, value)
         limits = self.navigator.limits
         if limits.bounds or limits.velocity_bounds or limits.acceleration_bounds:
-            raise InvalidInput("limits: expected no more than a largest speed and acceleration, found further bounds")
+            raise InvalidInput("limits: expected no more than a maximum speed and acceleration, found further bounds")
 
     def decide(
         self,

@@ -23,9 +23,9 @@ class BarrierFilter:
 
         h = sqrt(2 A (d - r)) + s >= 0,
 
-    A: sum of both largest accelerations, 0 for discs and walls, which do not brake for the robot; r: sum of the radii
+    A: sum of both maximum accelerations, 0 for discs and walls, which do not brake for the robot; r: sum of the radii
     and `margin` [m]. It is kept by h' >= -min(`gain` h^3, h / period). Each robot of a team does the part a / A of it,
-    with its own largest acceleration a. The program is that of Ames, Xu, Grizzle and Tabuada, IEEE TAC 62(8), 2017. The
+    with its own maximum acceleration a. The program is that of Ames, Xu, Grizzle and Tabuada, IEEE TAC 62(8), 2017. The
     second bound is for accelerations that are held over a period. Where not all barriers can be kept the largest
     violation is least. Others are expected to keep their velocity but for their share.
 

@@ -4,7 +4,7 @@ With speed v and steering angle d the heading turns at v tan(d) / L, L the wheel
 of the rear axle moves along the course heading + f with tan(f) = (l / L) tan(d). Let the radius of a path be nowhere
 less than r > l. Once |sin f| is below l / r it never exceeds it (a tractrix): f' = (1 / radius - sin(f) / l) V. The
 steering angle therefore suffices at every speed if r is the radius of the point's circle at the largest steering angle.
-docs/vehicles.md derives the bound.
+See docs/vehicles.md for the bound.
 """
 
 from dataclasses import dataclass

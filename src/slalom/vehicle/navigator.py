@@ -55,9 +55,9 @@ class VehicleNavigator:
     Plans of the point ahead of the axle come from `Navigator`. The commands that follow a plan, within all limits, are
     integrated up to the horizon. The clearance of the body on that motion decides (certified in continuous time). So
     neither the distance of the point from the body nor any tracking error is lost. Plans are computed for a robot that
-    grows from the width of the body to the disc about the point that contains the body at every heading. The first
-    clear one is chosen. Without one, the manoeuvre goes on if it is clear. Otherwise the latest collision among all of
-    them, and braking, is chosen.
+    grows from the width of the body. The largest one is the disc about the point that contains the body at every
+    heading. The first clear one is chosen. Without one, the manoeuvre goes on if it is clear. Otherwise the latest
+    collision among all of them, and braking, is chosen.
 
     Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched.
 

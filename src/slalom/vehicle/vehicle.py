@@ -81,7 +81,7 @@ class Vehicle(ABC):
 
     @abstractmethod
     def within_limits(self, motion: Motion, wanted: Command) -> Command:
-        """The command within the limits that turns most nearly, and then is most nearly as fast, as the wanted one."""
+        """The command within the limits with the turn, and then the speed, nearest to those of the desired one."""
 
     def shape(self, radius: float, center: float = 0.0) -> Disc:
         """Robot of the navigator for a body within `radius` [m] of a point `center` [m] ahead of the axle.

@@ -104,8 +104,8 @@ def grazing_discs(control: Array, reach: Array, window: Array) -> tuple[Indices,
         control: (4, 4 or more, n). reach: (n,) of the elements. window: x, y, radius, tolerance.
 
     Returns:
-        In order of piece and time: the piece (k,), begin and end from 0 to 1 (2, k), control points (k, 4, 4), and
-        whether the element hardly moves although its touching normals turn (k,).
+        In order of piece and time: the piece (k,), begin and end from 0 to 1 (2, k), control points (k, 4, 4). Then
+        flags (k,): the element hardly moves although its touching normals turn.
     """
     piece, times, points = np.empty(256, np.int64), np.empty((2, 256)), np.empty((256, 4, 4))
     sharp, count = np.empty(256, np.bool_), 0

@@ -1,7 +1,7 @@
 """Candidates for the nearest free control: the critical points that a new element adds, and the heap of candidates.
 
-Two kinds of candidates never enter the heap: those in another element of the working set, and those nearer to the
-preferred control than the last one examined. All nearer controls were rejected, by elements that stay.
+Candidates in another element of the working set never enter the heap. Nor do those nearer to the preferred control than
+the last one examined. All nearer controls were rejected, by elements that stay.
 
 The heap is one array. Row 0 holds the number of candidates and the number of those in the heap. Candidate number n >= 1
 is row n: cost, control (x, y, z), the boundaries i, j that generated it (-1 for none), and in space its place on their

@@ -8,8 +8,8 @@ space see `candidates_in_space`. The boundaries of a rounded polygon are circles
 distance. The nearest one that is admissible and outside all elements is tested in the workspace, for all time. If it
 collides, the element of a worst violation joins the working set, which rejects it from then on.
 
-Every result is at least as near as any control that keeps CONTACT clear, since the working set is always a part of the
-control obstacle. The first candidate that passes the test is therefore the optimum.
+The working set is always a part of the control obstacle. Every result is therefore at least as near as any control that
+keeps CONTACT clear. The first candidate that passes the test is therefore the optimum.
 """
 
 from typing import NamedTuple

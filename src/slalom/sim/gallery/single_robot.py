@@ -88,8 +88,8 @@ def merging(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
     The gap is a random one of the outer lane with at least `gap` [m] between the cars. Its middle passes the entry
     after `wait` [s]; the exit is `exit` [degrees] after the entry. The goal moves from the middle of the gap along the
-    lane and leaves at the exit, where it brakes and stops. In the lane the goal is 5 % faster than the cars, whose
-    speed is the robot's maximum, so the robot cannot reach it before the exit.
+    lane and leaves at the exit, where it brakes and stops. The speed of the cars is the robot's maximum, and in the
+    lane the goal is 5 % faster. The robot therefore cannot reach it before the exit.
     """
     cars = lanes_of_cars(p, rng)
     lane = [car.trajectory for car in cars if isinstance(car.trajectory, Circular) and car.trajectory.radius == 20.0]

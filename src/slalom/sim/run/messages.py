@@ -62,7 +62,7 @@ class Messages:
         self.max_speed, self.world_period = np.array(speeds), scenario.period
         self.apart = ranges[:, None] + ranges[None, :] + scenario.margin
         # If i and j are within `apart` by a message no older than FRESH * delay, their distance has stayed below `far`
-        # since: with v the largest speed it was at most apart + 2 v * age. Condition 2 then holds with the right.
+        # since: with v the maximum speed it was at most apart + 2 v * age. Condition 2 then holds with the right.
         self.far = self.apart + 3.0 * self.max_speed.max() * (FRESH * self.delay + self.period)
         self.first = np.arange(n)[:, None] < np.arange(n)[None, :]
         self.handovers = np.zeros((n, n), np.int64)
