@@ -137,7 +137,7 @@ class CommittedFleet:
 
     @property
     def span(self) -> float:
-        """Duration [s] of the committed paths; those that end at rest are infinite."""
+        """Duration [s] of the committed paths; a path that ends at rest continues at rest."""
         return 2.0 * self.horizon
 
     def _refuse_short_horizon(self, responses: Sequence[Response], name: str) -> None:
@@ -207,9 +207,8 @@ class CommittedFleet:
     ) -> dict[int, Outcome]:
         """Commit the robots (rows) in `order`, of one policy, to new manoeuvres; their outcomes by row.
 
-        The table holds the other robots as these robots observe them. With shared manoeuvres each robot avoids the
-        decisions of those before it. Where the compiled policy has no decision, a `Navigator` among the `obstacles`
-        falls back.
+        The table holds the others as observed. With shared manoeuvres each robot avoids the decisions of those before
+        it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
         """
         if self._turning:
             table, d = self.table, self.dimension
