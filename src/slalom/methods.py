@@ -140,7 +140,7 @@ _ROWS: Final = (
         "rvo",
         _velocity,
         AtConstantVelocity(),
-        "Reciprocal velocity obstacle: as vo, and of the change that avoids another robot each makes half.",
+        "Reciprocal velocity obstacle: as vo, but each robot makes half of the change that avoids another.",
         "van den Berg, Lin and Manocha, ICRA 2008",
         share=0.5,
     ),
