@@ -10,6 +10,7 @@ import pytest
 from slalom.cli import app, call
 from slalom.cli.console import DONE
 from slalom.cli.listing import TABLES
+from slalom.cli.report import milliseconds
 
 ROOT = Path(__file__).parents[1]
 RUN = ["run", "empty", "--set", "duration=0.3"]
@@ -83,6 +84,15 @@ def test_progress_is_a_bar_at_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys
     printed = capsys.readouterr()
     assert json.loads(printed.out)["methods"]["vo"]["runs"] == 1
     assert "comparing" in printed.err
+
+
+@pytest.mark.parametrize(
+    ("microseconds", "text"),
+    [(0.0, "0.0 ms"), (3.14, "0.0031 ms"), (41.0, "0.041 ms"), (310.0, "0.3 ms"), (12345.0, "12.3 ms")],
+)
+def test_short_times_are_not_zero(microseconds: float, text: str) -> None:
+    """A decision of a fleet takes some microseconds."""
+    assert milliseconds(microseconds) == text
 
 
 def texts() -> dict[str, str]:

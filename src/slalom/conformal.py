@@ -19,7 +19,7 @@ from slalom.uncertainty import BoundedError, Uncertainty
 
 
 class Coverage(NamedTuple):
-    """How often a calibrated radius held, at one prediction time."""
+    """Measured share of errors within a calibrated radius, at one prediction time."""
 
     lead: float  # [s] prediction time
     promised: float  # share of the errors that the radius is to hold

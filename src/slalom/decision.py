@@ -231,7 +231,7 @@ def completed(
 
 
 def made(blocked: ControlObstacle) -> Callable[[], ControlObstacle]:
-    """What `Decision.control_obstacle` is where the control obstacle is at hand."""
+    """Function for `Decision.control_obstacle` that returns a control obstacle that exists already."""
     return partial(_itself, blocked)
 
 

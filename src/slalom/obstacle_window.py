@@ -158,7 +158,7 @@ class ObstacleWindow:
         return window
 
     def without(self, some: Indices | Flags | slice) -> "ObstacleWindow":
-        """The same without some of the obstacles."""
+        """The same window without some of the obstacles."""
         until = self.until.copy()
         until[some] = 0.0
         return self.within(until)

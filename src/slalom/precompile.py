@@ -162,7 +162,7 @@ def compile(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | 
 
 
 def _timed(name: str) -> float:
-    """How long [s] a use took to compile."""
+    """Time [s] that a use took to compile."""
     told, before = list(kernels.when_compiling), perf_counter()
     kernels.when_compiling.clear()
     USES[name]()

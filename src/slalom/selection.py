@@ -38,7 +38,7 @@ from slalom.tolerances import CANDIDATES, ELEMENTS
 
 
 class Status(Enum):
-    """How a choice ended. The value is the sentence for the user."""
+    """Kind of the result of a choice. The value is the sentence for the user."""
 
     CLEAR = "The preferred control is admissible and collides with nothing."
     CONSTRAINED = "The nearest admissible control that collides with nothing was chosen."

@@ -98,13 +98,13 @@ class Tracks:
         return other
 
     def in_world(self, world: int) -> "Tracks":
-        """Those that are in a world, without worlds."""
+        """The tracks in a world, without numbers of worlds."""
         other = self._some(np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD)))
         other.worlds = np.full(len(other), EVERY_WORLD)
         return other
 
     def _some(self, some: Indices) -> "Tracks":
-        """Those of some indices."""
+        """The tracks of some indices."""
         other = copy(self)
         other.states, other.radii, other.worlds = self.states[some], self.radii[some], self.worlds[some]
         other.ids = tuple(self.ids[k] for k in some)

@@ -34,7 +34,7 @@ def ned(vectors_up: Any) -> Array:
 
 
 class Setpoint(NamedTuple):
-    """Where a drone is to be, in MAVLink's local frame."""
+    """Target of a drone at one time, in MAVLink's local frame."""
 
     position: Array  # (3,) [m] north, east, down
     velocity: Array  # (3,) [m/s]

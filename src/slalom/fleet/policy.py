@@ -31,7 +31,7 @@ class Policy:
 
     @property
     def pieces(self) -> int:
-        """How many pieces a predicted path has in tables; 0 where nothing is predicted in tables."""
+        """Number of pieces of a predicted path in tables; 0 where nothing is predicted in tables."""
         return 0 if self.published.all() or self._forecast is None else len(self._forecast.shares)
 
     def settings(

@@ -177,5 +177,5 @@ def _quickly(compile_one: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def threads() -> int:
-    """How many threads kernels may run in: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
+    """Number of threads for kernels: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
     return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]

@@ -56,7 +56,7 @@ class VectorPartLibrary(PartLibrary):
 
 
 class EntryLibrary(JITCodeLibrary):
-    """What Python calls, with the parts linked in; loops are neither unrolled nor turned into vector instructions.
+    """Functions that Python calls, with their parts linked in; loops are neither unrolled nor vectorised.
 
     Most loops have two or three passes. Unrolled and vectorised, the policy has 2.5 times as many instructions, takes
     twice as long to optimise and translate, and is no faster.
@@ -156,7 +156,7 @@ class _Lower(Lower):
 
 
 class _EntryLower(_Lower):
-    """Of what Python calls: where no array is returned, references to arguments are not counted by parts either.
+    """Lowering of functions that Python calls: if no array is returned, parts do not count references to arguments.
 
     Python holds the arguments, and nothing that is found from them outlives the call. A reference costs as much as ten
     additions, since threads may count at the same time.
@@ -214,7 +214,7 @@ class VectorCompiler(Compiler):
 
 
 class EntryCompiler(VectorCompiler):
-    """Of entries: see `EntryLibrary`."""
+    """Compiler of entries, see `EntryLibrary`."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
         if library is None:
@@ -224,7 +224,7 @@ class EntryCompiler(VectorCompiler):
 
 
 class PartCompiler(VectorCompiler):
-    """Of parts: see `PartLibrary`."""
+    """Compiler of parts, see `PartLibrary`."""
 
     lowering: type[NativeLowering] = _PartLowering
     kept_as: type[PartLibrary] = PartLibrary
@@ -235,7 +235,7 @@ class PartCompiler(VectorCompiler):
 
 
 class VectorPartCompiler(PartCompiler):
-    """Of parts with long loops: see `VectorPartLibrary`."""
+    """Compiler of parts with long loops, see `VectorPartLibrary`."""
 
     kept_as = VectorPartLibrary
 

@@ -1,4 +1,4 @@
-"""What vehicles have in common: they decide for a point ahead of their axle, and their commands follow its plan."""
+"""Common parts of vehicles: decisions for a point ahead of the axle, and commands that follow its plan."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

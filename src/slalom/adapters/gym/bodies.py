@@ -1,4 +1,4 @@
-"""Everything that the robots of many worlds can meet, relative to each robot, as arrays."""
+"""Bodies that the robots of many worlds can meet, relative to each robot, as arrays."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -53,7 +53,7 @@ class Bodies:
         self._exist[w, first : first + m] = True
 
     def around(self, steps: Indices, position: Array, velocity: Array, radii: Array, there: Flags) -> Surroundings:
-        """What robots at `position` (W, R, d) [m] with `radii` (W, R) [m] can meet at the begin of `steps` (W,)."""
+        """Bodies that robots at `position` (W, R, d) [m] with `radii` (W, R) [m] can meet when `steps` (W,) begin."""
         (w, r, d), o = position.shape, self.moving
         for k, (motion, step) in enumerate(zip(self.motions, steps.tolist())):
             n = len(motion.moving)

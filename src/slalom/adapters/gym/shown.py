@@ -1,4 +1,4 @@
-"""What environments with one world share: pictures, and what `info` says of a step."""
+"""Shared parts of environments with one world: pictures, and the values of `info` after a step."""
 
 from typing import Any
 

@@ -170,7 +170,7 @@ class DecisionSettings(NamedTuple):
 
 
 class DecisionTables(NamedTuple):
-    """Everything from which a decision is made but the cell list."""
+    """All inputs of a decision except the cell list."""
 
     robots: RobotTable
     bodies: GrownBodies  # grown by the skeleton of the deciding robots

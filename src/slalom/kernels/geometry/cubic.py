@@ -123,7 +123,7 @@ def least_coefficient(node: Array) -> float:
 
 @kernel
 def below(stack: Array) -> float:
-    """Some s at which the root node's polynomial is below 0, or -1 if there is none (up to rounding)."""
+    """A place s at which the root node's polynomial is below 0, or -1 if there is none (up to rounding)."""
     top = 0
     while top >= 0:
         node = stack[top]

@@ -1,4 +1,4 @@
-"""Where discs of controls graze their envelope: cubic pieces cut until chords stand for it (`boundary.envelope`).
+"""Envelopes of discs of controls: cubic pieces, cut until chords represent the envelope (`boundary.envelope`).
 
 A piece is held by its control points (4, 4): place (x, y), gain, radius. Its disc has the centre place / gain and the
 size radius / gain.

@@ -127,7 +127,7 @@ def distance_bound(moving: MovingHull, a: float, b: float, vx: float, vy: float,
 
 @kernel
 def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
-    """Some x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere by more than CLEARANCE."""
+    """A place x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere by more than CLEARANCE."""
     for end in (0.0, 1.0):
         if hull_distance(moving, end, q)[0] < 0.0:
             return end

@@ -37,7 +37,7 @@ class RangeSpec(Model):
 
 
 class PositiveRangeSpec(RangeSpec):
-    """The same for numbers above 0."""
+    """A range of numbers above 0."""
 
     first: Positive
     last: Positive
