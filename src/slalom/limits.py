@@ -140,7 +140,7 @@ class Limits:
     *as it is at the decision*. So is the acceleration at the decision. While a control is held the body turns and the
     set with it, so the later motion may leave the set of its own time. A navigator tests `allows` at every decision and
     keeps no manoeuvre that has left it. The applied acceleration is therefore always in the set of that decision,
-    unless the outcome says that no control is.
+    unless the outcome states that no control is.
 
     Raises:
         InvalidInput: a limit that is not above 0.

@@ -19,7 +19,7 @@ class PathStep(NamedTuple):
     progress: float  # [m] along the path, of the point that the robot has reached
     goal: Goal  # a point ahead on the path, or its end
     max_speed: float  # [m/s]
-    final: bool  # whether it heads for the end
+    final: bool  # whether the target is the end
 
 
 class PathGoal(Goal):

@@ -163,8 +163,8 @@ def compile(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | 
 
 def _timed(name: str) -> float:
     """Time [s] that a use took to compile."""
-    told, before = list(kernels.when_compiling), perf_counter()
+    functions, before = list(kernels.when_compiling), perf_counter()
     kernels.when_compiling.clear()
     USES[name]()
-    kernels.when_compiling[:] = told
+    kernels.when_compiling[:] = functions
     return perf_counter() - before

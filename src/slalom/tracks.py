@@ -41,7 +41,7 @@ class Tracks:
 
     Raises:
         InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids or
-            uncertainties of another number, a forecast that needs the past or knows the future.
+            uncertainties of another number, a forecast that needs the past or the future.
     """
 
     def __init__(

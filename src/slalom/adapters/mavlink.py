@@ -99,7 +99,7 @@ class Drone:
         return float(np.linalg.norm(measured(message).position - decision.manoeuvre.position(now)))
 
     def state(self, message: Any, decision: Decision | None, now: float) -> State:
-        """State from which to decide at `now` [s]: of the plan if the drone is on it, else as a message says.
+        """State from which to decide at `now` [s]: of the plan if the drone is on it, else of a message.
 
         Args:
             message: LOCAL_POSITION_NED. decision: the last one; None at the begin.

@@ -97,7 +97,7 @@ class _Estimate:
     def __init__(self, label: str) -> None:
         self.label = label
         self.begin: tuple[float, float] | None = None
-        self.said = False
+        self.printed = False
 
     def advance(self, share: float) -> None:
         """Note the share done, and print the estimate if the rest is long."""
@@ -107,9 +107,9 @@ class _Estimate:
         if self.begin is None:
             self.begin = now, share
         since, first = self.begin
-        if self.said or share <= first or now - since < ESTIMATE_AFTER:
+        if self.printed or share <= first or now - since < ESTIMATE_AFTER:
             return
-        self.said = True
+        self.printed = True
         rest = (now - since) * (1.0 - share) / (share - first)
         if rest >= LONG_COMMAND:
             print_message(f"{self.label}: about {rest / 60.0:.0f} min")

@@ -13,7 +13,7 @@ SLACK = 1e6
 """[1] Cost of the squared violation [m^2/s^4] of barriers that cannot all be kept, beside that of the difference to
 the preferred acceleration. Larger: rounding decides; smaller: barriers are violated that could be kept."""
 ROOT = 1e-9
-"""[m/s] Least speed from which a robot is said to brake within a distance. Larger: contact is treated more mildly."""
+"""[m, m/s] Least distance or speed that is divided by. Larger: barriers of robots in contact are less exact."""
 
 
 class BarrierFilter:

@@ -21,7 +21,7 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
     """A policy of which each action becomes the nearest acceleration that is collision-free up to the horizon.
 
     A manoeuvre holds that acceleration and then coasts or stops. A step at which no manoeuvre is safe continues the
-    last one, which stays safe up to its horizon as long as the forecasts hold. `info` says more about the step:
+    last one, which stays safe up to its horizon as long as the forecasts hold. `info` describes the step:
     `intervened`, whether the applied acceleration differs from that of the policy; `wanted` and `applied` (d,) [m/s^2];
     `filter`, the outcome of the decision; and `certified`, whether it is safe.
 

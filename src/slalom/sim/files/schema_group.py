@@ -124,7 +124,7 @@ def is_group(content: object) -> bool:
 
 
 class WrittenRobot(NamedTuple):
-    """A robot as a file says it: its name, keys and place, and the places of keys that stand elsewhere."""
+    """A robot of a file: its name, keys and place, and the places of keys that stand elsewhere."""
 
     name: str
     content: object

@@ -84,8 +84,8 @@ class Messages:
         if self.step == 0:
             self._positions[-1] = positions.copy()
         for sent, sender, receiver, handovers, decided in self._in_transit.pop(self.step, []):
-            for known, told in ((self.handovers, handovers), (self.known_decisions, decided), (self.received, sent)):
-                known[receiver, sender] = np.maximum(known[receiver, sender], told)
+            for known, news in ((self.handovers, handovers), (self.known_decisions, decided), (self.received, sent)):
+                known[receiver, sender] = np.maximum(known[receiver, sender], news)
         distance = self._distance(positions[:, None] - positions[None, :])
         self.was_far[distance > self.far] = self.step
         np.fill_diagonal(self.received, self.step)
