@@ -81,7 +81,7 @@ class Perception:
 
 @dataclass
 class Report:
-    """What a run showed."""
+    """Measurements of a run."""
 
     people: float = np.inf  # [m] least distance from a person
     walls: float = np.inf  # [m] least distance from a wall
