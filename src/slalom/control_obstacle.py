@@ -66,16 +66,16 @@ def _ahead(n: int) -> Array:
 class ControlObstacle:
     """The controls with which the robot collides with an obstacle within (0, horizon].
 
-    The union over time of the temporal elements (B(t) - drift(t)) / gain(t), where B(t) is the obstacle grown by the
-    robot's shape and by `margin` (Bareiss and van den Berg 2015; with the Acceleration response it is the AO or
-    NAO of Stern and Shiller 2025, with Velocity the VO or NLVO). Whether a control belongs to it is decided in
-    the workspace for all times, not at samples.
+    The union over time of the temporal elements (B(t) - drift(t)) / gain(t) (Bareiss and van den Berg 2015). B(t) is
+    the obstacle grown by the robot's shape and by `margin`. With the Acceleration response it is the AO or NAO of Stern
+    and Shiller 2025, with Velocity the VO or NLVO. Whether a control belongs to it is decided in the workspace for all
+    times, not at samples.
 
     Laws: contains(u) = (clearance(u) < 0) = (time_to_collision(u) < inf), up to CERTIFIED of clearance; a longer
     horizon, a larger radius or one more obstacle never frees a control.
 
     Args:
-        response: how the robot answers a control. state: its state now.
+        response: the motion of the robot under a control. state: its state now.
         obstacles: the obstacles over the window that begins now.
         robot: the robot's shape. margin: [m] >= 0 to keep from every obstacle.
         horizon: [s], at most that of the obstacles, which is the default.
@@ -277,9 +277,10 @@ class ControlObstacle:
     def boundary(self, center: npt.ArrayLike, radius: float, *, tolerance: float = 0.0) -> Boundary:
         """The exact boundary in the plane within the disc of controls of `center` (2,) and `radius` > 0.
 
-        A control is in `region` if it collides, except where it is within about `tolerance` (in units of the control;
-        by default the share BOUNDARY of the radius) of the boundary. The curves are sampled envelopes of the elements
-        (Stern and Shiller 2025; docs/theory.md, 6); `times_to_collision` decides which side of them is blocked.
+        A control is in `region` if it collides, except within about `tolerance` of the boundary. The tolerance is in
+        units of the control, by default the share BOUNDARY of the radius. The curves are sampled envelopes of the
+        elements (Stern and Shiller 2025; docs/theory.md, 6); `times_to_collision` decides which side of them is
+        blocked.
 
         Raises:
             InvalidInput: in space; a radius that is not above 0.

@@ -52,7 +52,7 @@ class Method:
             them; None: the margin must only not shrink further. `Navigator` uses share and regain only for
             `robots=`: its obstacles do not avoid it.
         agrees: whether two robots that share the avoidance agree, from what both observe, on the side to pass on.
-        shared: robots know the committed manoeuvres of the others, and decide one after the other.
+        shared: robots receive the committed manoeuvres of the others, and decide one after the other.
         looks_ahead: whether a single robot searches over sequences of accelerations (`lookahead.LookAhead`).
     """
 
@@ -140,7 +140,7 @@ _ROWS: Final = (
         "rvo",
         _velocity,
         AtConstantVelocity(),
-        "Reciprocal velocity obstacle: as vo, and of the change that avoids another robot each makes half.",
+        "Reciprocal velocity obstacle: as vo, but each robot makes half of the change that avoids another.",
         "van den Berg, Lin and Manocha, ICRA 2008",
         share=0.5,
     ),
@@ -221,14 +221,14 @@ def margin_among(method: Method, margin: float, max_acceleration: float, time: f
     """The margin [m] of robots that meet each other.
 
     With a shared method it is `margin` [m]. Robots that only observe each other add twice a t^2, the largest error of a
-    prediction over t, one period and the delay of sight together, when both accelerate by a at most. They also add
-    three standard deviations, `noise` [m], of what they observe.
+    prediction when both accelerate by a at most. The time t is one period and the delay of observation together. They
+    also add three standard deviations, `noise` [m], of the observed positions.
     """
     return margin if method.shared else margin + 2.0 * max_acceleration * time * time + 3.0 * noise
 
 
 def refuse_alone(method: Method) -> None:
-    """Raise InvalidInput for a method that a robot cannot follow from what it observes itself."""
+    """Raise InvalidInput for a method that needs more than the observations of one robot."""
     if method.looks_ahead:
         raise InvalidInput(f"method: expected one without a search, found {method.name}; use LookAhead")
     if method.shared:

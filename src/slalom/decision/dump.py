@@ -47,7 +47,7 @@ KINDS: Final[dict[str, Mapping[str, type]]] = {
     "forecast": FORECAST_KINDS,
     "response": RESPONSE_KINDS,
 }
-"""Parts that files hold, by what they are and by name."""
+"""Parts that files hold, by kind and by name."""
 TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds")
 """Attributes of `Tracks` in files, besides the states."""
 

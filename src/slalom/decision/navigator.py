@@ -55,17 +55,17 @@ FALL_BACK = -1
 class Navigator:
     """Robot that decides with `method`.
 
-    At each decision, responses propose their exact choices, and the proposal with the earliest predicted arrival wins.
+    At each decision, responses propose their exact choices, and the one with the earliest predicted arrival is taken.
     The committed manoeuvre is kept while it is safe and keeping it has cost less than `patience`. Responses are tried
-    in order of optimistic cost (their cost without obstacles) until none can beat the best by MIN_IMPROVEMENT *
-    patience. A robot without a safe proposal continues the committed manoeuvre, which remains safe as long as the
-    forecasts hold. If they did not hold, requirements are dropped in this order: the margin, the latest collision, the
-    least impact speed. See docs/design/0005 and 0011.
+    in order of optimistic cost (their cost without obstacles). The search ends when none can be better than the best by
+    the share MIN_IMPROVEMENT of `patience`. A robot without a safe proposal continues the committed manoeuvre, which
+    remains safe as long as the forecasts hold. If they did not hold, requirements are dropped in this order: the
+    margin, the latest collision, the least impact speed. See docs/design/0005 and 0011.
 
     Attributes:
         method: a row of the table of methods.
         robot: its shape.
-        limits: its largest speed and acceleration, and further bounds.
+        limits: its maximum speed and acceleration, and further bounds.
         period: [s] between decisions.
         horizon: [s] up to which collisions count.
         margin: [m] to keep from every obstacle.
@@ -74,7 +74,7 @@ class Navigator:
         objective: the quantity to minimise.
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
         detours: angles [rad] by which the desired velocity is turned if it is not collision-free, in the plane; among
-            equal ones the first wins. Without detours, a robot blocked by a permanent obstacle never arrives.
+            equal ones the first is taken. Without detours, a robot blocked by a permanent obstacle never arrives.
         stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
     """
 
@@ -125,16 +125,17 @@ class Navigator:
             obstacles: a list of obstacles, tables and tracks, or one of these. The method's forecast determines which
                 part of their trajectories is used. Walls and known trajectories belong into an `ObstacleTable` that
                 is made once, others that are observed anew at each step into `Tracks`.
-            goal: where to be, and with a `PathGoal` along which path; not needed to follow a velocity or acceleration.
-            robots: others that decide by the same method, as they are observed. The method says which part of the
-                avoidance they do, and how soon a lost part of the margin is regained. The margin from all of them grows
-                as in a `Fleet`: they are taken to accelerate no more than this robot.
+            goal: the place to reach, with a `PathGoal` along a path; not needed to follow a velocity or acceleration.
+            robots: others that decide by the same method, as they are observed. The method sets their part of the
+                avoidance, and the time to regain a lost part of the margin. The margin from all of them grows as in a
+                `Fleet`: they are assumed to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
             budget: [s] of work, counted and not measured, so that equal inputs give equal bits on every machine. When
-                it is used up, the best manoeuvre is taken that was found by then; without any, the committed one goes
-                on if it is safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
-            delay: [s] age of `state` at `now`, the time at which the decision begins to act. The robot is taken to have
-                followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps its velocity.
+                it is used up, the best manoeuvre found so far is taken. Without any, the committed one continues if it
+                is safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
+            delay: [s] age of `state` at `now`, the time at which the decision begins to act. The prediction assumes
+                that the robot followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps
+                its velocity.
 
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
@@ -168,7 +169,7 @@ class Navigator:
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
-        """Where a robot on a path heads for, at most as fast as is allowed there."""
+        """The target of a robot on a path, and the largest speed allowed there."""
         return goal.step(
             state.position,
             None if previous is None else previous.progress,
@@ -255,7 +256,7 @@ class Navigator:
     def control_obstacle(
         self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | Array | None = None
     ) -> ControlObstacle:
-        """The control obstacle of a response with a margin [m], the own if None, or what the robot can keep of it."""
+        """The control obstacle of a response with a margin [m], by default the own, as far as the robot can keep it."""
         clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
         return ControlObstacle(response, state, obstacles, self.robot, kept)
@@ -263,7 +264,7 @@ class Navigator:
     def predict(self, obstacles: Obstacles, state: State, now: float) -> ObstacleWindow:
         """The obstacles on their predicted trajectories from `now` [s] on.
 
-        Obstacles that appear later are included only if the forecast knows them.
+        Obstacles that appear later are included only if the forecast contains them.
         """
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
         if window.has_worlds:

@@ -28,7 +28,7 @@ ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
 
 
 class PolicyTables:
-    """What all decisions of one robot have in common, from which the tables of each decision are made.
+    """Parts that all decisions of one robot have in common, from which the tables of each decision are made.
 
     Args:
         among: whether there are other robots that decide by the same method.

@@ -1,4 +1,4 @@
-"""Robots with committed manoeuvres: what each knows of the others, and the decisions that change the manoeuvres."""
+"""Robots with committed manoeuvres, their predictions of each other, and the decisions that change the manoeuvres."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
@@ -45,7 +45,7 @@ class CommittedFleet:
     """Robots that decide by methods of one robot each. `fleet.Fleet` has the loop of a caller, the simulator its own.
 
     Attributes:
-        members: what each robot is. policies: the robots of each method.
+        members: settings of each robot. policies: the robots of each method.
         table: the robots, see `kernels.decision.tables.RobotTable`. responses: of all kinds of robots, as tables.
         progress: [m] of each robot along its path; None where it follows none.
         skeletons: kinds of shapes. targets: motion of targets that move.
@@ -138,7 +138,7 @@ class CommittedFleet:
 
     @property
     def span(self) -> float:
-        """Duration [s] of the committed paths; those that end at rest last for ever."""
+        """Duration [s] of the committed paths; a path that ends at rest continues at rest."""
         return 2.0 * self.horizon
 
     def _refuse_short_horizon(self, responses: Sequence[Response], name: str) -> None:
@@ -153,7 +153,7 @@ class CommittedFleet:
             )
 
     def follow(self, paths: Mapping[int, PathGoal], window: ObstacleWindow) -> None:
-        """Give the robots with paths, by row, the targets and largest speeds of their next step on them."""
+        """Give the robots with paths, by row, the targets and maximum speeds of their next step on them."""
         table, d = self.table, self.dimension
         for k, path in paths.items():
             limits, shape = self.members.limits[k], self.members.shapes[k]
@@ -208,8 +208,8 @@ class CommittedFleet:
     ) -> dict[int, Outcome]:
         """Commit the robots (rows) in `order`, of one policy, to new manoeuvres; their outcomes by row.
 
-        The table holds what they know of the others. With shared manoeuvres each robot avoids the decisions of those
-        before it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
+        The table holds the others as observed. With shared manoeuvres each robot avoids the decisions of those before
+        it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
         """
         if self._turning:
             table, d = self.table, self.dimension

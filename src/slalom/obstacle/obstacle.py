@@ -137,7 +137,7 @@ class Obstacle:
         return replace(self, trajectory=Composite((self.trajectory, rest), (last,)))
 
     def known_at(self, now: float) -> "Obstacle":
-        """The obstacle as a decision at `now` [s] takes it, see `after_end`; the same object at most calls.
+        """The obstacle for a decision at `now` [s], see `after_end`; the same object at most calls.
 
         Raises:
             InvalidInput: the trajectory ends before `now`, and what follows is unknown.

@@ -188,7 +188,7 @@ def rows_of(obstacle: Obstacle, shape: MinkowskiSum, decided: float, begin: floa
 
 @lru_cache(maxsize=256)
 def _ahead(n: int) -> Array:
-    """Directions (n, 4, 2) of what does not turn."""
+    """Directions (n, 4, 2) of bodies that do not turn."""
     return np.broadcast_to(_AHEAD, (n, 4, 2))
 
 

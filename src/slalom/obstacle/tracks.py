@@ -41,7 +41,7 @@ class Tracks:
 
     Raises:
         InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids or
-            uncertainties of another number, a forecast that needs the past or knows the future.
+            uncertainties of another number, a forecast that needs the past or the future.
     """
 
     def __init__(
@@ -98,13 +98,13 @@ class Tracks:
         return other
 
     def in_world(self, world: int) -> "Tracks":
-        """Those that are in a world, without worlds."""
+        """The tracks in a world, without numbers of worlds."""
         other = self._some(np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD)))
         other.worlds = np.full(len(other), EVERY_WORLD)
         return other
 
     def _some(self, some: Indices) -> "Tracks":
-        """Those of some indices."""
+        """The tracks of some indices."""
         other = copy(self)
         other.states, other.radii, other.worlds = self.states[some], self.radii[some], self.worlds[some]
         other.ids = tuple(self.ids[k] for k in some)

@@ -84,7 +84,7 @@ class ObstacleWindow:
 
     @classmethod
     def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
-        """The obstacles as a forecast predicts them at `start` [s]; those that appear later only if it knows them."""
+        """The obstacles as a forecast predicts them at `start` [s]; later ones only if the forecast contains them."""
         sources: list[Obstacle | ObstacleTable | Tracks] = []
         unknown: list[tuple[int, Flags]] = []
         count, exact = 0, isinstance(forecast, EXACT)
@@ -158,7 +158,7 @@ class ObstacleWindow:
         return window
 
     def without(self, some: Indices | Flags | slice) -> "ObstacleWindow":
-        """The same without some of the obstacles."""
+        """The same window without some of the obstacles."""
         until = self.until.copy()
         until[some] = 0.0
         return self.within(until)

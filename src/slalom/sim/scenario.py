@@ -275,7 +275,7 @@ class Scenario:
 
 
 def too_long(duration: float, dt: float, horizon: float, holds: Sequence[float]) -> Iterator[tuple[str, str]]:
-    """The names of times [s] that no run can be that long, each with what was expected and found."""
+    """The names of times [s] that are too long for a run, each with the expected and the found value."""
     if duration > MAX_STEPS * dt:
         yield "duration", f"expected at most {MAX_STEPS} steps of dt = {dt:g} s, found {duration:g} s"
     for name, value in (("horizon", horizon), ("holds", max(holds, default=0.0))):

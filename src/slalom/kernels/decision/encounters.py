@@ -29,7 +29,7 @@ def is_elsewhere(world: int, own: int) -> bool:
 
 @kernel
 def in_reach(i: int, others: Indices, robots: RobotTable, settings: DecisionSettings) -> Indices:
-    """Those of the robots `others` (m,) that robot i can meet within the horizon, both straight at max speed."""
+    """Robots of `others` (m,) that robot i can meet within the horizon, both straight at max speed."""
     near, count = np.empty(len(others), np.int64), 0
     for k in others:
         speeds = robots.max_speed[i] + robots.max_speed[k]

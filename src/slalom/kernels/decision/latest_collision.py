@@ -1,4 +1,4 @@
-"""The decision of a robot whose every manoeuvre is predicted to collide: as late as possible, then as slowly."""
+"""The decision of a robot if all its manoeuvres are predicted to collide: the latest collision, then the slowest."""
 
 import numpy as np
 

@@ -1,7 +1,7 @@
-"""Whether a given path is collision-free for certain, piece by piece: most choices need no more.
+"""Whether a given path is certainly collision-free, piece by piece: sufficient for most choices.
 
-Most preferred controls are free, and most committed paths are clear. To find that out takes no table of segments under
-all controls.
+Most preferred controls are free, and most committed paths are clear. This test needs no table of segments under all
+controls.
 """
 
 import numpy as np

@@ -53,8 +53,8 @@ def bounding_balls(times: Array, points: Array, settings: DecisionSettings, cent
 def unchanged_control(i: int, r: int, robots: RobotTable, responses: ResponseTable, u: Array) -> None:
     """Write the control of response r that changes nothing now into u (3,): the present velocity, or no acceleration.
 
-    The share of the avoidance is a share of the change from it. From the present acceleration a robot would count the
-    end of its own avoidance as a part of the other's, and two robots would avoid and return by turns.
+    The share of the avoidance is a share of the change from it. From the present acceleration, the end of a robot's own
+    avoidance would count as a part of the other's. Two robots would then avoid and return by turns.
     """
     for axis in range(3):
         u[axis] = robots.velocity[i, axis] if responses.settled_velocity[r, 0] == 0.0 else 0.0

@@ -257,7 +257,7 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
             rows, _ = obstacle_pieces(i, met, error, centers, radii, False, scene)
             copy_into(search.costs, optimistic)
         if level > 0:
-            # With half the margin, then a quarter, at last without.
+            # With half the margin, then a quarter, then an eighth, then none.
             reduce_margin(0.5 ** min(level, MARGIN_STEPS - 1), rows)
             copy_into(search.costs, optimistic)
         keep = level == 0 and result == SEARCH
@@ -272,7 +272,7 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
         if step == 1 and committed and committed_is_clear(i, True, near, tables) == KEPT:
             return CONTINUED
         if step == 1 and not free_without_margin(i, rows, tables, search):
-            # Every part of the margin would be tried in vain.
+            # No part of the margin leaves a safe control then.
             reduce_margin(1.0, rows)
             break
     # Nothing is left of the margin, and no body does a part of the avoidance.
@@ -306,7 +306,7 @@ def build_cell_list(
 
 @kernel
 def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
-    """Decide for the robots in `order` (m,), one after the other; how many, up to the first that needs a fallback.
+    """Number of the robots in `order` (m,) that decided, one after the other, up to the first that needs a fallback.
 
     `cells` are those of `build_cell_list`, or NO_CELLS: then they are made first.
     """

@@ -45,13 +45,13 @@ class RobotTable(NamedTuple):
     position: Array  # (n, 3) [m]
     velocity: Array  # (n, 3) [m/s]
     acceleration: Array  # (n, 3) [m/s^2] applied last
-    kind: Indices  # (n,) which responses they have
+    kind: Indices  # (n,) kind of robot by its responses, see `ResponseTable`
     skeleton: Indices  # (n,) kind of skeleton
     rounding: Array  # (n,) [m] by which the skeleton is rounded
     radius: Array  # (n,) [m] of the bounding ball about the position
     margin: Array  # (n,) [m] to keep from all bodies
     priority: Array  # (n,) > 0: of two robots that share the avoidance, the one with more does less of it
-    world: Indices  # (n,) robots meet only robots and bodies of their own world
+    world: Indices  # (n,) number of the world: robots meet only robots and bodies of their own
     max_speed: Array  # (n,) [m/s]
     max_acceleration: Array  # (n,) [m/s^2]
     braking: Array  # (n,) [m/s^2] deceleration that the bounds allow at any velocity
@@ -170,7 +170,7 @@ class DecisionSettings(NamedTuple):
 
 
 class DecisionTables(NamedTuple):
-    """Everything from which a decision is made but the cell list."""
+    """All inputs of a decision except the cell list."""
 
     robots: RobotTable
     bodies: GrownBodies  # grown by the skeleton of the deciding robots
@@ -181,7 +181,7 @@ class DecisionTables(NamedTuple):
 
 
 class EncounterTables(NamedTuple):
-    """What a robot can meet. Fewer arrays than `DecisionTables`: to hand them over takes time."""
+    """Robots and pieces of bodies for encounters: fewer arrays than `DecisionTables`, to pass them in less time."""
 
     robots: RobotTable
     bodies: GrownBodies
@@ -232,7 +232,7 @@ class Scratch(NamedTuple):
 
 
 class ResponseSearch(NamedTuple):
-    """What is known of the responses of one robot during one decision, and buffers."""
+    """Costs and controls of the responses of one robot during one decision, and buffers."""
 
     scratch: Scratch
     excluded: Flags  # (k,) responses that are not considered

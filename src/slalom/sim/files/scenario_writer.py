@@ -33,8 +33,8 @@ def write_scenario(scenario: Scenario, path: Path | str) -> None:
 def scenario_text(scenario: Scenario) -> str:
     """Return a scenario as YAML.
 
-    A trajectory that files cannot hold (a composite, a Python function) becomes its cubic pieces over the run and one
-    horizon, within the error of its path.
+    A trajectory that files cannot hold (a composite, a Python function) is written as cubic pieces over the run and one
+    horizon. They are within the error of its path.
 
     Raises:
         InvalidInput: a setting that files cannot hold, a part of a kind that is in no registry.

@@ -70,8 +70,8 @@ class OfAnyKind(ModelByContent):
         model = self.model_of(content)
         if model is None:
             tags = ", ".join(repr(name) for name in self.kinds)
-            told = {"discriminator": "'kind'", "tag": str(content["kind"]), "expected_tags": tags}
-            raise PydanticKnownError("union_tag_invalid", told)
+            context = {"discriminator": "'kind'", "tag": str(content["kind"]), "expected_tags": tags}
+            raise PydanticKnownError("union_tag_invalid", context)
         return model.model_validate(content)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
@@ -145,8 +145,8 @@ def _value_type(hint: Any) -> Any:
     length is a list of that length, a mapping from texts a mapping.
     """
     if get_origin(hint) is Annotated:
-        value, told = get_args(hint)[:2]
-        return Literal[told] if value is str else NUMBERS.get(told)
+        value, condition = get_args(hint)[:2]
+        return Literal[condition] if value is str else NUMBERS.get(condition)
     if get_origin(hint) is tuple and get_args(hint)[1:] == (...,):
         item = _value_type(get_args(hint)[0])
         return None if item is None else GenericAlias(list, (item,))

@@ -37,7 +37,7 @@ def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """Build four vehicles on a curved road: the robot on the outer lane, with a goal 15 m ahead, and three cars.
 
-    The paper's example of a false prediction by a velocity obstacle: the fast car on the middle lane would collide with
+    The paper's example of a false prediction by a velocity obstacle. The fast car on the middle lane would collide with
     the robot if it drove straight on. It follows its lane and never collides.
     """
     inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0
@@ -88,8 +88,8 @@ def merging(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
     The gap is a random one of the outer lane with at least `gap` [m] between the cars. Its middle passes the entry
     after `wait` [s]; the exit is `exit` [degrees] after the entry. The goal moves from the middle of the gap along the
-    lane and leaves at the exit, where it brakes and stops. In the lane the goal is 5 % faster than the cars, whose
-    speed is the robot's maximum, so the robot cannot reach it before the exit.
+    lane and leaves at the exit, where it brakes and stops. The speed of the cars is the robot's maximum, and in the
+    lane the goal is 5 % faster. The robot therefore cannot reach it before the exit.
     """
     cars = lanes_of_cars(p, rng)
     lane = [car.trajectory for car in cars if isinstance(car.trajectory, Circular) and car.trajectory.radius == 20.0]

@@ -1,4 +1,4 @@
-"""How the robots of a run decide: the protocol of the loop over time, and robots that decide one by one."""
+"""Deciders of the robots of a run: the protocol of the loop over time, and robots that decide one by one."""
 
 from collections.abc import Sequence
 from time import perf_counter

@@ -23,7 +23,7 @@ from slalom.sim.run.sensing import sensing_of
 
 
 class FleetDecider:
-    """A fleet whose robots have the targets that guidance gives them.
+    """A fleet with targets from guidance.
 
     Attributes:
         fleet: decides; its table shares the arrays of `states`.
@@ -128,9 +128,9 @@ class FleetDecider:
     def _by_messages(
         self, messages: Messages, due: Indices, settings: DecisionSettings
     ) -> Iterator[tuple[Indices, DecisionSettings]]:
-        """Each robot that may decide, with the manoeuvres that it has received in the table; the others wait.
+        """Each robot that may decide does, with the received manoeuvres in the table; the others keep theirs.
 
-        A robot expects to decide again after as long as it has waited now.
+        A robot expects its next decision after the same time as since its last one.
         """
         table, rows = self.fleet.table, np.arange(len(self.fleet.table.radius))
         for k in due:
