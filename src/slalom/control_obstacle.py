@@ -20,10 +20,10 @@ from slalom.obstacle_pieces import Bodies
 from slalom.obstacle_window import ObstacleWindow
 from slalom.relative_motion import RelativeMotion
 from slalom.response import Response
-from slalom.response.pieces import piece_norm, response_pieces
+from slalom.response.pieces import piece_norm, response_pieces, rest_time
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import BOUNDARY, OVERLAP
+from slalom.tolerances import BOUNDARY, OVERLAP, REST_ROUNDING
 
 
 class Element(NamedTuple):
@@ -153,13 +153,14 @@ class ControlObstacle:
 
     @cached_property
     def overlapping(self) -> npt.NDArray[np.int64]:
-        """Indices of the obstacles that the robot (with its margin) overlaps now."""
-        return np.flatnonzero(self.initial_clearances < -OVERLAP)
+        """Indices of the obstacles that the robot (with its margin) overlaps now, and whose contact at rest counts."""
+        deep = self._bodies.at_rest & (self._distances - self._radii < -OVERLAP)
+        return np.unique(self._bodies.owner[deep])
 
     @property
     def overlaps(self) -> bool:
-        """Whether the robot (with its margin) overlaps any obstacle now."""
-        return self._kept[1]
+        """Whether the robot (with its margin) overlaps any obstacle now whose contact at rest counts."""
+        return self._kept[1] and len(self.overlapping) > 0
 
     def escape_direction(self, index: int) -> Array:
         """The unit vector (d,) along which the robot leaves the nearest part of an obstacle soonest.
@@ -189,6 +190,11 @@ class ControlObstacle:
         error = self.response.interpolation_error
         cut, bounding_radius, owner, hull = kernels.segments_of(bodies.pieces, motion, table, self.horizon, error)
         turns = cut.turns
+        if not bodies.at_rest.all():
+            rest = rest_time(self.response, self.state, self.horizon)
+            over = ~bodies.at_rest[cut.body] & (cut.begin >= rest - REST_ROUNDING)
+            # Never met.
+            cut.radius[over], cut.growth[over], bounding_radius[over] = -np.inf, 0.0, -np.inf
         if not bodies.turning:
             turns = np.ascontiguousarray(_ahead(len(owner))) if bodies.has_hulls else _ahead(len(owner))
         return RelativeMotion(

@@ -12,7 +12,7 @@ from slalom.kernels.arrays import Corners, Flags, Indices
 from slalom.kernels.decision.tables import EVERY_WORLD, GrownBodies, ResponseTable
 from slalom.minkowski import sum_of_shapes
 from slalom.obstacle_window import ObstacleWindow
-from slalom.path import hermite
+from slalom.path import hermite, rest_from
 from slalom.response import Response
 from slalom.shape import Shape, round_shape
 from slalom.state import State
@@ -53,6 +53,7 @@ def response_table(
         gain=whole[..., 2].copy(),
         error=np.array([response.interpolation_error for response in responses]),
         settled=np.array([response.settled(horizon) for response in responses]),
+        rest=np.array([rest_from(times, each) for times, each in zip(knots, points)]),
         settled_velocity=np.array(settled_velocity),
         initial_acceleration=np.array([_initial_acceleration(response, dimension) for response in responses]),
         first_peak=np.cumsum([0, *(len(each) for each in peaks)]),
@@ -182,6 +183,7 @@ class Skeletons:
             hull_radius=bodies.hull_radius,
             hull=bodies.hull,
             uncertain=bodies.uncertain,
+            at_rest=bodies.at_rest,
             world=obstacles.worlds[bodies.owner] if obstacles.has_worlds else every,
             corners=corners if bodies.has_hulls or not robots.point.all() else (),
             heads=bodies.heads,

@@ -11,7 +11,7 @@ from slalom.checks import Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.errors import InvalidInput
-from slalom.fallback import escape, least_impact
+from slalom.fallback import escape, least_impact, stop
 from slalom.goal import Goal
 from slalom.horizon import Horizon
 from slalom.kernels.decision.tables import NO_CELLS
@@ -29,6 +29,7 @@ from slalom.objective_policy import decide_by_objective
 from slalom.obstacle_window import Obstacles, ObstacleWindow, listed
 from slalom.path_goal import PathGoal, PathStep
 from slalom.response import Response
+from slalom.response.pieces import rest_time
 from slalom.robot_tables import commit_to, committed_path
 from slalom.shape import Shape
 from slalom.state import State
@@ -163,6 +164,8 @@ class Navigator:
             raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
         if found is None and others is not None:
             window = self.predict([*listed(obstacles), others], state, now)
+        if window.is_passive and (found is None or not found.safe):
+            found = robot._stopping(window, state, goal, step, now, previous, limit)
         decision = found or robot._fall_back(window, state, goal, now)
         inputs = DecisionInputs(robot, state, tuple(listed(obstacles)), given, robots, now, budget, None)
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
@@ -232,6 +235,26 @@ class Navigator:
             path=path,
             work=work,
         )
+
+    def _stopping(
+        self,
+        obstacles: ObstacleWindow,
+        state: State,
+        goal: Goal,
+        step: PathStep | None,
+        now: float,
+        previous: Decision | None,
+        budget: float,
+    ) -> Decision:
+        """Decision where nothing is safe, of a robot with passive safety: to be at rest before any contact."""
+        if type(self.objective) in (Arrive, *FOLLOWING):
+            window = obstacles.while_moving()
+            found = self._decide(window, None, state, goal, step, self.objective, now, previous, budget)
+            if found is not None and found.safe:
+                return replace(found, outcome=Outcome.STOPPING)
+        situations = self.situations(state, goal, now)
+        soonest = min(situations, key=lambda one: (rest_time(one.response, state, self.horizon), one.response.settled(1.0)))
+        return stop(soonest, self.robot, obstacles)
 
     def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:
         """Decision of a robot that overlaps an obstacle or will at once.

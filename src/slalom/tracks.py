@@ -189,6 +189,7 @@ class Tracks:
             first=np.append(0, np.cumsum(_each(shape.counts, n))),
             unordered=_each(shape.unordered, n),
             uncertain=np.repeat(~exact, b),
+            at_rest=np.ones(total, np.bool_),
             heads=number * k,
             has_hulls=bool(hull.max() >= 0),
         )
