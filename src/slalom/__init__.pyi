@@ -120,6 +120,10 @@ from .shape import (
     Shape as Shape,
     Union as Union,
 )
+from .sight import (
+    Sight as Sight,
+    Visibility as Visibility,
+)
 from .state import State as State
 from .track_filter import (
     ConstantVelocityFilter as ConstantVelocityFilter,

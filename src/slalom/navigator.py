@@ -253,7 +253,9 @@ class Navigator:
             if found is not None and found.safe:
                 return replace(found, outcome=Outcome.STOPPING)
         situations = self.situations(state, goal, now)
-        soonest = min(situations, key=lambda one: (rest_time(one.response, state, self.horizon), one.response.settled(1.0)))
+        soonest = min(
+            situations, key=lambda one: (rest_time(one.response, state, self.horizon), one.response.settled(1.0))
+        )
         return stop(soonest, self.robot, obstacles)
 
     def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:

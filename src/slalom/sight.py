@@ -101,7 +101,9 @@ class Sight:
             if self.range == inf:
                 raise InvalidInput("range: expected a finite one with a hidden speed, found inf")
 
-    def look(self, state: State, obstacles: Obstacles, now: float = 0.0, previous: Visibility | None = None) -> Visibility:
+    def look(
+        self, state: State, obstacles: Obstacles, now: float = 0.0, previous: Visibility | None = None
+    ) -> Visibility:
         """What a robot in `state` sees at `now` [s] of `obstacles`.
 
         Args:
@@ -123,7 +125,7 @@ class Sight:
                 raise InvalidInput(f"sight: expected a scene in the plane, found dimension {dimension}")
         sensor, heading = shapely.Point(state.position), _heading(state, previous)
         fixed = tuple(o for o in given if isinstance(o.trajectory, Stationary) and o.contact_at_rest)
-        walls, parts = _walls(fixed)
+        parts, seam = _walls(fixed)
         numbers = [k for k, o in enumerate(given) if not isinstance(o.trajectory, Stationary) and o.exists(now)]
         bodies = [_body(given[k], now) for k in numbers]
         region = self._field(state.position, heading)
@@ -142,8 +144,9 @@ class Sight:
         found = Visibility(now, state.position, heading, visible, seen, region, shown)
         if self.hidden_speed is None:
             return found
-        solid = shapely.union_all([walls, shown]) if self.occlusion == "all" else walls
-        return self._with_hidden(found, solid, sensor, previous)
+        if self.occlusion == "all":
+            seam = seam.union(shown.buffer(SIGHT_SEAM, SIGHT_LINES))
+        return self._with_hidden(found, seam, sensor, previous)
 
     def _field(self, position: Array, heading: float) -> Any:
         """The disc or sector that the sensor covers, without occlusion."""
@@ -175,8 +178,8 @@ class Sight:
             hulls.append(shapely.MultiPoint(np.vstack([corners, far])).convex_hull)
         return shapely.union_all(hulls)
 
-    def _with_hidden(self, found: Visibility, solid: Any, sensor: Any, previous: Visibility | None) -> Visibility:
-        """The same with what is known to be empty, and the hidden agents at its edge."""
+    def _with_hidden(self, found: Visibility, seam: Any, sensor: Any, previous: Visibility | None) -> Visibility:
+        """The same with what is known to be empty, and the hidden agents at its edge where that is not in `seam`."""
         assert self.hidden_speed is not None
         clear = found.region
         if previous is not None and previous.clear is not None:
@@ -187,7 +190,7 @@ class Sight:
         clear = shapely.simplify(clear, SIGHT_ERROR)
         parts = shapely.get_parts(clear)
         clear = parts[int(np.argmin(shapely.distance(parts, sensor)))] if len(parts) else shapely.Polygon()
-        frontier = clear.boundary.difference(solid.buffer(SIGHT_SEAM, SIGHT_LINES))
+        frontier = clear.boundary.difference(seam)
         growth = BoundedError(SIGHT_ERROR, self.hidden_speed)
         hidden = [_edge(line, growth) for line in _lines(frontier)]
         if self.any_motion:
@@ -219,10 +222,10 @@ def _body(obstacle: Obstacle, now: float) -> Any:
 
 
 @lru_cache(maxsize=16)
-def _walls(fixed: tuple[Obstacle, ...]) -> tuple[Any, tuple[Any, ...]]:
-    """The obstacles at rest together, and their convex parts."""
+def _walls(fixed: tuple[Obstacle, ...]) -> tuple[tuple[Any, ...], Any]:
+    """The convex parts of obstacles at rest; and what is within SIGHT_SEAM of them."""
     parts = tuple(part for obstacle in fixed for part in _polygons(obstacle, 0.0))
-    return shapely.union_all(parts), parts
+    return parts, shapely.union_all(parts).buffer(SIGHT_SEAM, SIGHT_LINES)
 
 
 def _shows(region: Any, body: Any) -> bool:

@@ -5,6 +5,7 @@ from typing import Final
 
 from slalom.checks import not_negative
 from slalom.errors import InvalidInput
+from slalom.periodic import Period
 from slalom.sight import FULL_TURN, OCCLUSIONS, Sight
 
 SIGHT: Final = ("sight_range", "field_of_view", "sight_near", "occlusion", "hidden_speed", "passive_safety")
@@ -36,3 +37,14 @@ def sight_of(settings: Mapping[str, float]) -> Sight | None:
         passive == 2.0,
     )
 
+
+def refuse_sight(sight: Sight | None, dimension: int, robots: int, period: Period | None) -> None:
+    """Raise InvalidInput for limited sight in space or in a periodic world, and passive safety of several robots."""
+    if sight is None:
+        return
+    if dimension != 2:
+        raise InvalidInput(f"sight_range: expected limited sight in the plane only, found dimension {dimension}")
+    if period is not None:
+        raise InvalidInput(f"period: expected none with limited sight, found {period}")
+    if sight.hidden_speed is not None and robots > 1:
+        raise InvalidInput(f"passive_safety: expected 0 for several robots, found it for {robots}")

@@ -35,7 +35,7 @@ from slalom.obstacle import Obstacle
 from slalom.periodic import Period, checked_period, displaced, images_met, in_box
 from slalom.shape import Shape
 from slalom.sight import Sight
-from slalom.sim.limited_sight import SIGHT, sight_of
+from slalom.sim.limited_sight import SIGHT, refuse_sight, sight_of
 from slalom.sim.shape_distance import clearances
 from slalom.state import State
 from slalom.tolerances import DETOURS, MAX_HORIZON, MAX_STEPS, WHOLE_PERIODS
@@ -172,7 +172,7 @@ class Scenario:
         for name in ("message_loss", "sight_loss"):
             share(getattr(self, name), name)
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
-        self._refuse_sight()
+        refuse_sight(self.sight, self.dimension, len(self.robots), self.period)
         if self.period is not None:
             wide = 2.0 * max(robot.shape.bounding_radius for robot in self.robots) + self.margin
             checked_period(self.period, self.dimension, wide, "period")
@@ -206,17 +206,6 @@ class Scenario:
                     f"goal: expected a position that the robot can reach, found one {-clearance:g} m deep in obstacle "
                     f"{obstacle.name!r} grown by the robot's shape"
                 )
-
-    def _refuse_sight(self) -> None:
-        """Raise InvalidInput for limited sight in space or in a periodic world."""
-        if self.sight is None:
-            return
-        if self.dimension != 2:
-            raise InvalidInput("sight_range: expected no limited sight in space, found one")
-        if self.period is not None:
-            raise InvalidInput(f"period: expected none with limited sight, found {self.period}")
-        if self.passive_safety and len(self.robots) > 1:
-            raise InvalidInput(f"passive_safety: expected 0 for {len(self.robots)} robots, found {self.passive_safety:g}")
 
     @property
     def sight(self) -> Sight | None:

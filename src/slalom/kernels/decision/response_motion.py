@@ -17,7 +17,15 @@ from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 from slalom.kernels.selection.admissible import segments_in_reach
 from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.tolerances import CANDIDATES, ELEMENTS, REST_ROUNDING, RESPONSE_WINDOWS, WORK_CHOICE, WORK_CONTROL, WORK_ELEMENT
+from slalom.tolerances import (
+    CANDIDATES,
+    ELEMENTS,
+    RESPONSE_WINDOWS,
+    REST_ROUNDING,
+    WORK_CHOICE,
+    WORK_CONTROL,
+    WORK_ELEMENT,
+)
 
 
 @inlined
