@@ -449,6 +449,16 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         r"passive_safety: expected a method with manoeuvres that end",
         lambda _: method("vo").stopping(),
     ),
+    (
+        "eyes_of",
+        r"sight: expected none in space, in a periodic world or in several worlds",
+        lambda _: Fleet(NAO, DISC, LIMITS, robots=2, worlds=[0, 1], sight=Sight()),
+    ),
+    (
+        "eyes_of",
+        r"sight: expected no hidden speed in a fleet, found 1 m/s",
+        lambda _: Fleet(NAO, DISC, LIMITS, robots=2, sight=Sight(hidden_speed=1.0)),
+    ),
     ("sight_of", r"occlusion: expected 0, 1 or 2, found 3", lambda _: replace(SCENE, occlusion=3.0)),
     ("sight_of", r"sight_range: expected one above 0", lambda _: replace(SCENE, passive_safety=1.0)),
     (
@@ -467,8 +477,8 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: replace(SCENE, robots=PAIR, sight_range=3.0, passive_safety=1.0),
     ),
     (
-        "Scenario.decider",
-        r"passive_safety: expected 0 for nao_ahead, found 1",
+        "Method.stopping",
+        r"passive_safety: expected a method with .* such as nao, found nao_ahead",
         lambda _: simulate(replace(SCENE, sight_range=3.0, passive_safety=1.0), "nao_ahead"),
     ),
     ("_part", r"part: expected one of the kinds", lambda _: _part(SimpleNamespace(), BOUNDS)),

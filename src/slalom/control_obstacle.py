@@ -96,11 +96,10 @@ class ControlObstacle:
 
     def __post_init__(self) -> None:
         refuse_kinds(self.response, self.obstacles, self.robot, self.state)
-        horizon = number(self.horizon, "horizon") or self.obstacles.horizon
-        if positive(horizon, "horizon") > self.obstacles.horizon:
-            raise InvalidInput(
-                f"horizon: expected at most {self.obstacles.horizon:g} s, as of the obstacles, found {horizon:g} s"
-            )
+        longest = self.obstacles.horizon
+        horizon = number(self.horizon, "horizon") or longest
+        if positive(horizon, "horizon") > longest:
+            raise InvalidInput(f"horizon: expected at most {longest:g} s, as of the obstacles, found {horizon:g} s")
         object.__setattr__(self, "horizon", horizon)
         if isinstance(self.margin, float):
             not_negative(self.margin, "margin")
@@ -154,8 +153,7 @@ class ControlObstacle:
     @cached_property
     def overlapping(self) -> npt.NDArray[np.int64]:
         """Indices of the obstacles that the robot (with its margin) overlaps now, and whose contact at rest counts."""
-        deep = self._bodies.at_rest & (self._distances - self._radii < -OVERLAP)
-        return np.unique(self._bodies.owner[deep])
+        return np.unique(self._bodies.owner[self._bodies.at_rest & (self._distances - self._radii < -OVERLAP)])
 
     @property
     def overlaps(self) -> bool:
@@ -189,14 +187,13 @@ class ControlObstacle:
         table = BodyTable(self._radii, bodies.hull_radius, bodies.owner, bodies.hull)
         error = self.response.interpolation_error
         cut, bounding_radius, owner, hull = kernels.segments_of(bodies.pieces, motion, table, self.horizon, error)
-        turns = cut.turns
         if not bodies.at_rest.all():
             rest = rest_time(self.response, self.state, self.horizon)
             over = ~bodies.at_rest[cut.body] & (cut.begin >= rest - REST_ROUNDING)
-            # Never met.
             cut.radius[over], cut.growth[over], bounding_radius[over] = -np.inf, 0.0, -np.inf
-        if not bodies.turning:
-            turns = np.ascontiguousarray(_ahead(len(owner))) if bodies.has_hulls else _ahead(len(owner))
+        turns = cut.turns if bodies.turning else _ahead(len(owner))
+        if bodies.has_hulls:
+            turns = np.ascontiguousarray(turns)
         return RelativeMotion(
             begin=cut.begin,
             end=cut.end,

@@ -103,8 +103,8 @@ class Scenario:
             multiple of replan or dt. sight_loss: share of observations that are lost (see `Sensing`).
         sight_range [m], field_of_view [rad], sight_near [m]: see `Sight`; 0: not limited. occlusion: 1 if obstacles at
             rest hide what is behind them, 2 if all do, 0 if none does. Obstacles at rest are known everywhere.
-        passive_safety: 1 if hidden agents of up to hidden_speed [m/s] may meet the robot at rest only, 2 if seen ones as
-            well, in any motion; 0 if neither.
+        passive_safety: 1 if hidden agents of up to hidden_speed [m/s] may meet the robot at rest only, 2 if seen ones
+            too, in any motion; 0 if neither.
         period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere. Robots
             meet all images of robots and obstacles (see `periodic`).
         parameters: the parameters of the gallery; recordings contain them.
@@ -272,8 +272,6 @@ class Scenario:
             raise InvalidInput(
                 f"method: expected one that does not look ahead in a periodic world, found {method.name}"
             )
-        if self.passive_safety:
-            raise InvalidInput(f"passive_safety: expected 0 for {method.name}, found {self.passive_safety:g}")
         ahead = LookAhead(navigator, time_horizon=self.duration, deadline=self.start + self.duration)
         return ahead if self.sight else ahead.prepared_for(self.obstacles, self.start)
 

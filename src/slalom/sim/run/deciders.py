@@ -8,10 +8,10 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.decision import Decision
+from slalom.fleet.eyes import Eyes
 from slalom.methods import Method
 from slalom.obstacle_table import ObstacleTable
 from slalom.obstacle_window import Obstacles
-from slalom.sim.run.eyes import Eyes
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
 
@@ -52,7 +52,7 @@ class SingleRobotDecider:
         self.scenario, self.method, self.states = scenario, method, RobotStates(scenario)
         self.decision: Decision | None = None
         self._navigator = scenario.decider(method)
-        self._eyes = Eyes(scenario, 0) if scenario.sight else None
+        self._eyes = Eyes(scenario.sight, scenario.obstacles) if scenario.sight else None
         self._table = ObstacleTable(scenario.obstacles) if scenario.period is None else None
 
     def sense(self, now: float) -> None:
@@ -64,7 +64,7 @@ class SingleRobotDecider:
     def decide(self, order: Sequence[int], now: float) -> Decisions:
         before, state, goal = perf_counter(), self.states.state(0), self.scenario.robot.goal
         if self._eyes is not None:
-            obstacles: Obstacles = self._eyes.look(state, now)
+            obstacles: Obstacles = self._eyes.look(state, self.scenario.obstacles, now, goal.position(now))
         else:
             obstacles = self._table or self.scenario.around(state, now, self.method)
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)

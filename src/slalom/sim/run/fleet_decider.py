@@ -9,20 +9,18 @@ from slalom.checks import Array
 from slalom.decision import Outcome
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
+from slalom.fleet.eyes import decide_seeing
 from slalom.fleet.policy import Policy
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
 from slalom.methods import Method
-from slalom.obstacle import Obstacle
 from slalom.obstacle_window import ObstacleWindow
 from slalom.path_goal import PathGoal
 from slalom.robot_tables import target_paths
 from slalom.sim.run.deciders import Decisions
-from slalom.sim.run.eyes import Eyes
 from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.sensing import sensing_of
-from slalom.trajectory import ConstantVelocity
 
 
 class FleetDecider:
@@ -54,6 +52,7 @@ class FleetDecider:
             patience=scenario.patience,
             observation_delay=scenario.sight_delay,
             observation_noise=scenario.sight_noise,
+            sight=scenario.sight,
             threads=threads,
         )
         methods = [policy.method for policy in fleet.policies]
@@ -74,7 +73,6 @@ class FleetDecider:
         )
         end = scenario.start + scenario.duration + fleet.span
         fleet.targets, self._goal_moves = target_paths([robot.goal for robot in robots], scenario.start, end)
-        self.eyes = [Eyes(scenario, k) for k in range(len(robots))] if scenario.sight else []
         self._sent: dict[int, tuple[Array, Array]] = {}
         self._sensing_time = 0.0
         self._paths = {k: robot.goal for k, robot in enumerate(robots) if isinstance(robot.goal, PathGoal)}
@@ -110,38 +108,13 @@ class FleetDecider:
             if bodies is None:
                 bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, now))
             for some, settings in self._turns(policy, due, now):
-                if self.eyes:
-                    outcomes |= self._decide_seeing(policy, some, settings, now)
+                if fleet.eyes:
+                    outcomes |= decide_seeing(fleet, policy, some, settings, fleet.obstacles)
                 else:
                     outcomes |= fleet.decide(some, settings, bodies, fleet.obstacles)
         each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)
         names = {k: outcomes.get(k, Outcome.WAITING).name for k in order}
         return Decisions(names, dict.fromkeys(order, each))
-
-    def _decide_seeing(
-        self, policy: Policy, some: Indices, settings: DecisionSettings, now: float
-    ) -> dict[int, Outcome]:
-        """The outcomes of robots, each of which decides among the obstacles and the robots that it sees.
-
-        Robots that share their manoeuvres know them of all robots.
-        """
-        fleet, states, outcomes = self.fleet, self.states, dict[int, Outcome]()
-        table, each = fleet.table, [states.state(k) for k in range(len(self.eyes))]
-        robots = [
-            Obstacle(shape, ConstantVelocity(state.position, state.velocity, now))
-            for shape, state in zip(fleet.members.shapes, each)
-        ]
-        for k in some.tolist():
-            others = [j for j in range(len(robots)) if j != k and table.present[j]]
-            obstacles = self.eyes[k].look(each[k], now, [robots[j] for j in others])
-            if not policy.method.shared:
-                seen = np.zeros(len(robots), np.bool_)
-                seen[others], seen[k] = self.eyes[k].robots_seen, True
-                fleet.table = table._replace(present=seen)
-            bodies = fleet.grown_bodies(fleet.window(policy, obstacles, now))
-            outcomes |= fleet.decide(some[some == k], settings, bodies, obstacles)
-            fleet.table = table
-        return outcomes
 
     def _turns(self, policy: Policy, due: Indices, now: float) -> Iterator[tuple[Indices, DecisionSettings]]:
         """Groups of robots that decide from the same knowledge of the others, which the table then holds."""
