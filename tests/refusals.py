@@ -27,6 +27,7 @@ from slalom import (
     Obstacle,
     ObstacleWindow,
     Polyline,
+    Reciprocity,
     Rectangle,
     Sight,
     State,
@@ -140,6 +141,12 @@ def late_replay(_: Path) -> object:
 def replay_with_settings(_: Path) -> object:
     """A replay with another horizon."""
     return view(str(sample_data("roundabout_ring_11.csv")), settings=["horizon=3"], browser=False)
+
+
+def reciprocity_backwards(folder: Path) -> object:
+    estimate = Reciprocity(0.3)
+    estimate.update(ROBOT.state, Tracks([(1, 0)], [(0, 0)], 0.3, 1.0))
+    return estimate.update(ROBOT.state, Tracks([(1, 0)], [(0, 0)], 0.3, 0.0))
 
 
 def short_horizon(_: Path) -> object:
@@ -449,6 +456,17 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         r"passive_safety: expected a method with manoeuvres that end",
         lambda _: method("vo").stopping(),
     ),
+    (
+        "Tracks._checked",
+        r"shares: expected numbers from 0 to 0.5, found \[0.7\]",
+        lambda _: Tracks([(1, 0)], [(0, 0)], 0.3, shares=[0.7]),
+    ),
+    (
+        "Reciprocity.update",
+        r"tracks: expected dimension 2 as of the state, found 3",
+        lambda _: Reciprocity(0.3).update(ROBOT.state, Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
+    ),
+    ("Reciprocity.update", r"tracks: expected a time t from 1 s on, found 0 s", reciprocity_backwards),
     (
         "eyes_of",
         r"sight: expected none in space, in a periodic world or in several worlds",

@@ -41,7 +41,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
         *("Obstacle", "ObstacleTable", "ObstacleWindow", "Tracks", "Tracker"),
-        *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility"),
+        *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility", "Reciprocity"),
     ),
     "Shapes": ("Shape", "Disc", "Ball", "Capsule", "Rectangle", "Polygon", "Polyline", "Union", "Part"),
     "Trajectories": (

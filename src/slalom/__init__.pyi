@@ -89,6 +89,7 @@ from .obstacle_window import ObstacleWindow as ObstacleWindow
 from .path_goal import PathGoal as PathGoal
 from .peers.table import method as method
 from .precompile import compile as compile
+from .reciprocity import Reciprocity as Reciprocity
 from .response import (
     AccelerateThenBrake as AccelerateThenBrake,
     AccelerateThenCoast as AccelerateThenCoast,

@@ -192,8 +192,6 @@ class ControlObstacle:
             over = ~bodies.at_rest[cut.body] & (cut.begin >= rest - REST_ROUNDING)
             cut.radius[over], cut.growth[over], bounding_radius[over] = -np.inf, 0.0, -np.inf
         turns = cut.turns if bodies.turning else _ahead(len(owner))
-        if bodies.has_hulls:
-            turns = np.ascontiguousarray(turns)
         return RelativeMotion(
             begin=cut.begin,
             end=cut.end,
@@ -203,7 +201,7 @@ class ControlObstacle:
             bounding_radius=bounding_radius,
             owner=owner,
             hull=hull,
-            turns=turns,
+            turns=np.ascontiguousarray(turns) if bodies.has_hulls else turns,
             corners=bodies.corners,
             first=bodies.first,
             growth=cut.growth,

@@ -128,7 +128,8 @@ class Navigator:
                 is made once, others that are observed anew at each step into `Tracks`.
             goal: where to be, and with a `PathGoal` along which path; not needed to follow a velocity or acceleration.
             robots: others that decide by the same method, as they are observed. The method says which part of the
-                avoidance they do, and how soon a lost part of the margin is regained. The margin from all of them grows
+                avoidance they do, unless they have `Tracks.shares`; with a share of 0 they are obstacles. The method
+                also says how soon a lost part of the margin is regained. The margin from all of them grows
                 as in a `Fleet`: they are taken to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
             budget: [s] of work, counted and not measured, so that equal inputs give equal bits on every machine. When
@@ -150,7 +151,10 @@ class Navigator:
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
         given, goal = goal, goal_or_place(goal, state, robot.objective)
-        window, others = self.predict(obstacles, state, now), self._observed(robots)
+        others, unyielding = self._observed(robots)
+        listed_obstacles = tuple(listed(obstacles))
+        around = (*listed_obstacles, unyielding) if unyielding is not None else listed_obstacles
+        window = self.predict(around, state, now)
         check_dimensions(self.robot, state, window, others)
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
         if type(robot.objective) in (Arrive, *FOLLOWING):
@@ -163,11 +167,11 @@ class Navigator:
         else:
             raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
         if found is None and others is not None:
-            window = self.predict([*listed(obstacles), others], state, now)
+            window = self.predict([*around, others], state, now)
         if window.is_passive and (found is None or not found.safe):
             found = robot._stopping(window, state, goal, step, now, previous, limit)
         decision = found or robot._fall_back(window, state, goal, now)
-        inputs = DecisionInputs(robot, state, tuple(listed(obstacles)), given, robots, now, budget, None)
+        inputs = DecisionInputs(robot, state, listed_obstacles, given, robots, now, budget, None)
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
@@ -182,14 +186,13 @@ class Navigator:
             lambda point: window.covers(point, self.robot, self.margin),
         )
 
-    def _observed(self, robots: Tracks | None) -> Tracks | None:
-        """The other robots as the method predicts them; None if there are none."""
+    def _observed(self, robots: Tracks | None) -> tuple[Tracks | None, Tracks | None]:
+        """The other robots as the method predicts them, and those that do no part of the avoidance; None for none."""
         if robots is None:
-            return None
+            return None, None
         has(robots, ("with_forecast", "paths"), "Tracks", "robots")
-        if not len(robots):
-            return None
-        return robots.with_forecast(self.method.robot_forecast)
+        some, rest = (one.with_forecast(self.method.robot_forecast) for one in robots.yielding)
+        return some if len(some) else None, rest if len(rest) else None
 
     def _decide(
         self,
