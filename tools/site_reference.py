@@ -48,7 +48,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
         *("Obstacle", "ObstacleTable", "ObstacleWindow", "Tracks", "Tracker"),
-        *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement"),
+        *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility", "Reciprocity"),
     ),
     "Shapes": ("Shape", "Disc", "Ball", "Capsule", "Rectangle", "Polygon", "Polyline", "Union", "Part"),
     "Trajectories": (
@@ -172,6 +172,12 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "margin": "[m] required clearance",
         "patience": "[s] gain of arrival time for which a safe manoeuvre is changed",
         "holds": "[s] durations for which an acceleration may be held",
+        "sight_range": "[m] up to which robots see; 0: not limited",
+        "field_of_view": "[rad] full angle about the direction of motion; 0: a full turn",
+        "sight_near": "[m] up to which robots sense in all directions",
+        "occlusion": "1: obstacles at rest hide what is behind them, 2: all do, 0: none does",
+        "hidden_speed": "[m/s] of hidden agents, with passive_safety",
+        "passive_safety": "1: hidden agents meet the robot at rest only, 2: seen ones as well, 0: neither",
         "period": "[m] after which the world repeats along each axis, .inf where it does not",
     },
     "RobotSpec": {

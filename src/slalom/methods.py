@@ -92,6 +92,22 @@ class Method:
         """The method for robots among other robots."""
         return self if self.responses_among is None else replace(self, responses=self.responses_among)
 
+    def stopping(self) -> "Method":
+        """The method for a robot that must be able to stop, see `Sight`.
+
+        It has its responses among robots, and further ones that brake in less time, which only slow robots can.
+
+        Raises:
+            InvalidInput: a method without a response that ends at rest.
+        """
+        found = self.among_robots()
+        limits = Limits(1.0, 1.0)
+        if not any(isinstance(r, AccelerateThenBrake) for r in found.responses(limits, 0.1, HOLDS)):
+            raise InvalidInput(
+                f"passive_safety: expected a method with manoeuvres that end at rest, such as nao, found {self.name}"
+            )
+        return replace(found, responses=_Stopping(found.responses))
+
 
 def _velocity(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
     return (Velocity(ramp=period),)
@@ -126,6 +142,23 @@ def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> 
         *(AccelerateThenBrake(hold, brake) for hold in rounded_holds),
         AccelerateThenBrake(rounded_holds[0], 2.0 * brake),
     )
+
+
+@dataclass(frozen=True)
+class _Stopping:
+    """The responses `of` a method, and the shortest hold followed by a half, a quarter, ... of the time to brake."""
+
+    of: Responses
+
+    def __call__(self, limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+        given = self.of(limits, period, holds)
+        braking = [response for response in given if isinstance(response, AccelerateThenBrake)]
+        hold, steps = min(one.hold for one in braking), round(min(one.brake for one in braking) / period)
+        shorter = []
+        while steps > 1:
+            steps = (steps + 1) // 2
+            shorter.append(AccelerateThenBrake(hold, steps * period))
+        return (*given, *shorter)
 
 
 _ROWS: Final = (

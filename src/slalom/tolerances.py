@@ -1546,6 +1546,44 @@ Odometry comes with jitter: at 1, a message that is early by a microsecond costs
 more often than once a period, if odometry does.
 """
 
+# At rest, and sight
+
+AT_REST: Final = 1e-6
+"""[m/s] Speed below which a robot is at rest: contacts with obstacles of `contact_at_rest` False do not count then.
+
+Larger: a robot that still creeps counts as one at rest. Smaller: rounding hides that it is.
+"""
+
+REST_ROUNDING: Final = 1e-9
+"""[s] Rounding of the time from which a robot is at rest.
+
+Larger: contacts that much before it are missed. Smaller: a segment that begins at rest counts as motion.
+"""
+
+SIGHT_LINES: Final = 16
+"""[1] Straight edges in a quarter of a circle: of the range of sight, and of round bodies that hide others.
+
+Visible regions are inside the true ones, by at most 0.5 (pi / 4 / SIGHT_LINES)^2 of the radius. Larger: closer, slower.
+"""
+
+SIGHT_ERROR: Final = 1e-3
+"""[m] Tolerance to which the outline of the region that holds nothing hidden is simplified at each decision.
+
+Hidden obstacles are larger by as much. Larger: fewer, coarser edges. Smaller: more edges, slower decisions.
+"""
+
+SIGHT_SEAM: Final = 5e-3
+"""[m] Distance from walls within which an edge of that region lies on the wall, so that nothing comes through it.
+
+Larger: gaps of that width next to walls count as closed. Smaller: walls let hidden obstacles through.
+"""
+
+SIGHT_FAR: Final = 1e4
+"""[1] Length of the shadows of obstacles, as a multiple of the range of sight.
+
+Larger: rounding of their corners. Smaller: the end of the shadow of a long wall close by lies within the range.
+"""
+
 # The command line
 
 ESTIMATE_AFTER: Final = 3.0

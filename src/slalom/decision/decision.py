@@ -36,6 +36,8 @@ class Outcome(Enum):
     BEGUN = "No sequence to the goal is known yet; a safe partial sequence that ends at rest was started."
     SQUEEZED = "No manoeuvre keeps the margin; one with a clearance above 0 was chosen."
     DELAYED = "Every manoeuvre is predicted to collide; the one with the latest collision was chosen."
+    STOPPING = "No manoeuvre is collision-free up to the horizon; this one ends at rest before any contact."
+    BRAKING = "No manoeuvre ends at rest before a contact; the robot brakes as hard as the limits allow."
     IMPACT = "A collision within this control period is inevitable; the impact speed was minimised."
     INADMISSIBLE = "No control obeys all limits in this state; a compromise between them was chosen."
     ESCAPING = "The robot overlaps an obstacle; it separates as fast as the limits allow."

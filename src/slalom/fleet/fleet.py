@@ -11,6 +11,7 @@ from slalom.decision import Outcome
 from slalom.decision.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
+from slalom.fleet.eyes import decide_seeing
 from slalom.kernels.arrays import Flags
 from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle import Obstacle
@@ -68,12 +69,15 @@ class Fleet(CommittedFleet):
         holds, patience, detours, stuck_after: see `Navigator`.
         observation_delay: [s] largest age of the observed states of the others. observation_noise: [m] standard
             deviation of that. Both enter the margin.
+        sight: what each robot sees of obstacles and, unless it shares its manoeuvres, of other robots; obstacles at
+            rest are a known map. None: everything.
         threads: None: one for each core.
 
     Raises:
         InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions; with
             shared manoeuvres, a horizon shorter than one of them; priorities where a method does not share the
-            avoidance, or with a ratio above PRIORITY_RATIO; a period of the world below the width of a robot.
+            avoidance, or with a ratio above PRIORITY_RATIO; a period of the world below the width of a robot; a sight
+            in space, in several worlds, in a world that repeats, or with a hidden speed.
     """
 
     def step(
@@ -133,6 +137,9 @@ class Fleet(CommittedFleet):
         outcomes: dict[int, Outcome] = {}
         for policy, some in self.by_policy(order[there[order]]):
             self.observe(policy, now)
+            if self.eyes:
+                outcomes |= decide_seeing(self, policy, some, self.settings(policy, now), around)
+                continue
             bodies = self.grown_bodies(self.window(policy, around, now))
             outcomes |= self.decide(some, self.settings(policy, now), bodies, around)
         return self._decision(there, outcomes, now)

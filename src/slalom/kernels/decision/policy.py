@@ -18,6 +18,7 @@ from slalom.kernels.decision.paths import (
     continue_from_state,
     predict,
     response_path,
+    rest_of_path,
     unchanged_control,
 )
 from slalom.kernels.decision.response_controls import first_least, optimistic_costs
@@ -97,7 +98,8 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         count += 1
         knots[count] = times[i, p + 1] - settings.now
     motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)))
-    table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon)
+    rest = rest_of_path(committed, i, settings.now)
+    table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon, rest)
     less = COMMITTED_SLACK if without_margin else COMMITTED_SLACK + CONTACT_SLACK
     for s in range(len(table.radius)):
         table.radius[s] -= less

@@ -26,6 +26,7 @@ class ResponseTable(NamedTuple):
     gain: Array  # (m, 4) control points
     error: Array  # (k,) [m] largest distance of the motion from its cubic pieces
     settled: Array  # (k,) [s] when the control has been carried out
+    rest: Array  # (k,) [s] from when on the robot is at rest under every control; inf: never for certain
     settled_velocity: Array  # (k, 3) at that time: velocity = [0] v + [1] a + [2] u
     initial_acceleration: Array  # (k, 3) at the start: acceleration = [0] v + [1] a + [2] u
     first_peak: Indices  # (k + 1,) response r has the peaks first_peak[r] to first_peak[r + 1]
@@ -138,6 +139,7 @@ class GrownBodies(NamedTuple):
     hull_radius: Array  # (b,) [m]
     hull: Indices  # (b,) number of the hull, -1 for a point
     uncertain: Flags  # (b,) whether the radius of its pieces holds an uncertainty of its position
+    at_rest: Flags  # (b,) whether a contact counts while the robot is at rest
     world: Indices  # (b,) in which the body is; EVERY_WORLD for all
     corners: MaybeCorners  # of passive bodies and of robots
     heads: Indices  # rows with which passive bodies begin that exist now
@@ -205,6 +207,7 @@ class ObstaclePieces(NamedTuple):
     robot: Indices  # (b,) number of the robot, -1 for a passive body
     balls: Array  # (n, 4) [m] centre and radius of a ball that holds the grown body on a piece; inf: not known
     share: Array  # (b,) [1] part of the avoidance that the robot does itself: 1 where the body does none
+    at_rest: Flags  # (b,) whether a contact counts while the robot is at rest
 
 
 class RelativeMotion(NamedTuple):

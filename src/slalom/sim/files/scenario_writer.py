@@ -16,6 +16,7 @@ from slalom.obstacle import Obstacle
 from slalom.part_keys import file_keys, kind_of
 from slalom.path_goal import PathGoal
 from slalom.shape import SHAPES
+from slalom.sim.limited_sight import SIGHT
 from slalom.sim.measure.hdf5_parts import as_polynomial
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import TRAJECTORIES, Stationary, Trajectory
@@ -48,6 +49,7 @@ def scenario_text(scenario: Scenario) -> str:
     content: dict[str, Any] = {"name": scenario.name}
     content |= {name: float(getattr(scenario, name)) for name in ("start", "duration", "dt", "horizon", "margin")}
     content |= {name: float(getattr(scenario, name)) for name in ("replan", "patience")}
+    content |= {name: float(getattr(scenario, name)) for name in SIGHT if getattr(scenario, name)}
     content["holds"] = [float(hold) for hold in scenario.holds]
     if scenario.period is not None:
         content["period"] = [float(x) for x in scenario.period]

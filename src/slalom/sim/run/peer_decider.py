@@ -10,6 +10,7 @@ from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Flags
 from slalom.peers import Crowd, Peer, Team, discs, outlines
 from slalom.shape import Disc
+from slalom.sim.limited_sight import SIGHT
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.robot_states import RobotStates
@@ -95,7 +96,7 @@ class PeerDecider:
 
 def _refuse(scenario: Scenario, peer: Peer) -> None:
     """Raise InvalidInput for a scenario that the peer cannot be run in."""
-    for name in ("sight_noise", "sight_delay", "sight_loss"):
+    for name in ("sight_noise", "sight_delay", "sight_loss", *SIGHT):
         if getattr(scenario, name):
             raise InvalidInput(
                 f"{name}: expected 0 for {peer.name}, whose observations are exact; found {getattr(scenario, name):g}"
