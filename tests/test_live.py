@@ -25,9 +25,10 @@ from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, w
 from slalom.live.export import export, messages
 from slalom.live.fields import Fields, Plane
 from slalom.live.messages import pack, quantised, unpack
+from slalom.live.others import state_at
 from slalom.live.page import renderer
 from slalom.live.recorded import recorded
-from slalom.live.seen import decisions, seen_alone, seen_among, state_at
+from slalom.live.seen import decisions, seen_alone, seen_among
 from slalom.live.session import Session
 from slalom.obstacle.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate

@@ -7,9 +7,10 @@ import numpy.typing as npt
 import shapely
 
 from slalom.checks import Array
-from slalom.limits import Admissible, Limits
+from slalom.limits import Admissible
 from slalom.live.fields import PLANES, Field, Fields, Plane
 from slalom.live.messages import Quantised, pack, quantised
+from slalom.live.near import half_side
 from slalom.live.reasons import Reasons, reasons
 from slalom.live.seen import Seen
 from slalom.tolerances import VIEW_PREDICTED, VIEW_SAMPLES
@@ -57,6 +58,7 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         "horizon": seen.blocked.horizon,
         "margin": seen.navigator.margin,
         "outcome": seen.outcome,
+        "target": seen.goal.position(seen.time).tolist() if seen.guided else None,
         "preferred": controls.preferred.tolist(),
         "chosen": None if controls.chosen is None else controls.chosen.tolist(),
         "chosen_label": controls.label,
@@ -78,12 +80,6 @@ def planes_of(seen: Seen) -> list[Plane]:
     clipped = np.zeros(2) if d == 2 else seen.admissible.toward(through)
     place = tuple(float(x) for x in clipped)
     return [Plane(axes, half_side(seen.response, seen.navigator.limits, seen.admissible), place) for axes in PLANES[d]]
-
-
-def half_side(response: Any, limits: Limits, admissible: Admissible) -> float:
-    """Return half of the side of the drawn square around 0, in the unit of the control."""
-    known = {"acceleration": 1.25 * limits.max_acceleration, "velocity": 1.12 * limits.max_speed}
-    return known.get(kind(response).name, 1.12 * admissible.largest)
 
 
 def _predictions(seen: Seen, times: Array, told: Reasons, arrays: Arrays) -> list[int]:

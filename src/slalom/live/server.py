@@ -26,7 +26,7 @@ LARGEST: Final = 16384
 SLOWEST: Final = 10.0
 """[s] A client that takes no message for this long is disconnected."""
 QUIET: Final = 0.15
-"""[s] After a command the run goes on only if no other command follows for this long, so that drags are not held up."""
+"""[s] After a drag the run goes on only if no other command follows for this long, so that drags are not held up."""
 REFUSED, TOO_LARGE = 1008, 1009
 
 
@@ -136,7 +136,8 @@ async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox) -> N
             quiet = 0.0
             await _send(websocket, await asyncio.to_thread(session.more))
             continue
-        command, quiet = await mailbox.get(), QUIET
+        command = await mailbox.get()
+        quiet = QUIET if command["do"] == "drag" else 0.0
         try:
             answer = await asyncio.to_thread(session.answer, command)
         except InvalidInput as error:
