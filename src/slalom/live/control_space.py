@@ -11,14 +11,13 @@ from slalom.limits import Admissible
 from slalom.live.fields import PLANES, Field, Fields, Plane
 from slalom.live.messages import Quantised, pack, quantised
 from slalom.live.near import half_side
+from slalom.live.projections import multiples, projections
 from slalom.live.reasons import Reasons, reasons
 from slalom.live.seen import Seen
 from slalom.tolerances import VIEW_PREDICTED, VIEW_SAMPLES
 from slalom.view.kinds import kind
 from slalom.view.regions import admissible_region
 
-NONE: Final = 255
-"""Stands for no collision in a grid of times; others are multiples of the horizon / 250."""
 CENTIMETRE: Final = 0.01
 """[m] Step of predicted positions."""
 RING_STEPS: Final = 8192
@@ -45,6 +44,8 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         arrays["manoeuvre"] = seen.manoeuvre.position(seen.time + times).astype(np.float32)
     shown = _predictions(seen, times, told, arrays)
     planes = [_panel(seen, fields, plane, k, arrays) for k, plane in enumerate(planes_of(seen))]
+    if seen.state.dimension == 3:
+        arrays |= projections(seen.blocked, seen.admissible, planes_of(seen)[0].half)
     described = {
         "answers": answers,
         "slot": slot,
@@ -164,4 +165,4 @@ def times_grid(found: list[Field], plane: Plane, horizon: float) -> npt.NDArray[
     for each in found:
         if each.times is not None:
             least = np.minimum(least, each.times)
-    return np.where(np.isfinite(least), np.round(250.0 * least / horizon), NONE).astype(np.uint8)
+    return multiples(least, horizon)

@@ -60,7 +60,9 @@ def reasons(seen: Seen) -> Reasons:
         sentences.append(Outcome[seen.outcome].value)
     if binding:
         passed = " and ".join(f"{seen.others[m.other].name} in {m.time:.1f} s" for m in binding[:2])
-        sentences.append(f"The manoeuvre passes {passed} with {binding[0].clearance:.2f} m.")
+        least = binding[0].clearance
+        closest = f"with {least:.2f} m" if least >= 0.0 else f"and overlaps by {-least:.2f} m"
+        sentences.append(f"The manoeuvre passes {passed} {closest}.")
     return Reasons(tuple(sentences), times, first, binding)
 
 
