@@ -8,7 +8,7 @@ from slalom.limits import Admissible, Limits
 from slalom.live.others import Other
 from slalom.response import Response
 from slalom.state import State
-from slalom.tolerances import VIEW_SAMPLES
+from slalom.tolerances import VIEW_PREDICTED, VIEW_SAMPLES
 from slalom.view.kinds import kind
 
 
@@ -28,7 +28,12 @@ def reach(response: Response, state: State, limits: Limits, horizon: float, larg
 
 
 def near(others: tuple[Other, ...], state: State, radius: float, own: float, now: float) -> tuple[Other, ...]:
-    """Return those others whose predicted motion can come into contact with a robot that moves at most `own` [m]."""
+    """Return those others whose predicted motion can come into contact with a robot that moves at most `own` [m].
+
+    All of them where there are few: their predicted paths are drawn as well.
+    """
+    if len(others) <= VIEW_PREDICTED:
+        return others
     kept = []
     for other in others:
         if np.isfinite(other.reach):

@@ -130,14 +130,15 @@ async def _read(websocket: WebSocket, mailbox: Mailbox) -> None:
 async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox) -> None:
     """Send the opening, then the answers, and between them further steps of the run."""
     await _send(websocket, await asyncio.to_thread(session.opening))
-    quiet = 0.0
+    quiet, owed = 0.0, False
     while True:
-        if not session.complete and not await mailbox.wait(quiet):
-            quiet = 0.0
+        # A large fleet goes on between two control spaces, each of which takes as long as some steps.
+        if not session.complete and (owed or not await mailbox.wait(quiet)):
+            quiet, owed = 0.0, False
             await _send(websocket, await asyncio.to_thread(session.more))
             continue
         command = await mailbox.get()
-        quiet = QUIET if command["do"] == "drag" else 0.0
+        quiet, owed = QUIET if command["do"] == "drag" else 0.0, command["do"] == "look"
         try:
             answer = await asyncio.to_thread(session.answer, command)
         except InvalidInput as error:
