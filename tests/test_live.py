@@ -1,65 +1,37 @@
 """The view: messages, control spaces, sessions and the server; and, where there is Chromium, the page itself."""
 
-import asyncio
-import contextlib
-import json
 import re
 import shutil
-import signal
 import subprocess
-import sys
-import urllib.error
-import urllib.request
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
+from live_views import WEB, crossing, drawn_region, kinds
 
-from slalom import Disc, InvalidInput, Limits, Obstacle, State, method
-from slalom.goal import Goal
+from slalom import Disc, InvalidInput, Obstacle, method
 from slalom.live.agents import as_recorded
 from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.live.export import export, messages
 from slalom.live.fields import Fields, Plane
 from slalom.live.messages import pack, quantised, unpack
+from slalom.live.others import state_at
 from slalom.live.page import renderer
 from slalom.live.recorded import recorded
-from slalom.live.seen import decisions, seen_alone, seen_among, state_at
+from slalom.live.seen import decisions, seen_alone, seen_among
 from slalom.live.session import Session
 from slalom.obstacle.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario
-from slalom.sim.scenario import Robot, Scenario
-from slalom.trajectory import Circular, ConstantVelocity, Stationary
-
-WEB = Path(__file__).parents[1] / "web"
-CHROMIUM = shutil.which("chromium")
-QUIET = ("background-networking", "component-update", "sync")
-ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--no-first-run", *(f"--disable-{name}" for name in QUIET)]
-
-
-def crossing(duration: float = 1.0) -> Scenario:
-    """A robot among three cars."""
-    cars = (
-        Obstacle(Disc(1.0), Circular((10, 0), 6.0, 4.0, 2.5), "a"),
-        Obstacle(Disc(0.8), ConstantVelocity((12, 4), (-2, -1)), "b"),
-        Obstacle(Disc(0.5), Stationary((7, -1.2)), "c"),
-    )
-    robot = Robot(Disc(0.5), Limits(4.0, 3.0), State((0, 0), (3, 0)), Goal(Stationary((20, 0)), 0.5))
-    return Scenario("crossing", (robot,), cars, duration=duration)
+from slalom.trajectory import Circular
 
 
 @pytest.fixture(scope="module")
 def run() -> Recording:
     return simulate(crossing(), method("nao"))
-
-
-def kinds(found: list[bytes]) -> list[str]:
-    return [unpack(message)[0]["kind"] for message in found]
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -73,20 +45,6 @@ def test_messages_come_back(order: int) -> None:
     assert arrays["n"].tolist() == [0, 1, 2, 3, 4]
     with pytest.raises(InvalidInput, match="scene: expected finite numbers"):
         pack("scene", {"x": float("nan")}, {})
-
-
-def drawn_region(arrays: dict[str, np.ndarray]) -> shapely.Geometry:
-    """What the renderer fills: the outer curves, which run counter-clockwise, without the holes of each obstacle."""
-    outer, holes = {}, {}
-    for owner, ring in zip(arrays["owners0"].tolist(), np.split(arrays["rings0"], arrays["ends0"][:-1])):
-        kind = outer if shapely.LinearRing(ring).is_ccw else holes
-        kind.setdefault(owner, []).append(shapely.make_valid(shapely.Polygon(ring)))
-    return shapely.union_all(
-        [
-            shapely.difference(shapely.union_all(filled), shapely.union_all(holes.get(owner, [])))
-            for owner, filled in outer.items()
-        ]
-    )
 
 
 @pytest.mark.parametrize("step", [0, 4])
@@ -110,7 +68,7 @@ def test_drawn_boundary_is_where_the_control_obstacle_is(run: Recording, step: i
 def test_only_what_changed_is_computed_again() -> None:
     session = Session(crossing(), method("nao"))
     session.opening()
-    session.answer({"do": "response", "number": 0, "id": 1})
+    session.answer({"do": "response", "number": 0, "step": 0, "id": 1})
     before = session._fields.computed
     drag = {"do": "drag", "what": "obstacle", "index": 2, "to": [7.0, -1.0], "step": 0, "gesture": 1, "id": 2}
     session.answer(drag)
@@ -140,7 +98,7 @@ def test_a_session_answers_every_command() -> None:
     for _ in range(4):
         session.answer({"do": "undo"})
     assert session.scenario.robot.state.position.tolist() == [0, 0]
-    both = session.answer({"do": "compare", "name": "vo"})
+    both = session.answer({"do": "compare", "name": "vo", "step": 3})
     assert [unpack(m)[0]["slot"] for m in both if unpack(m)[0]["kind"] == "control"] == [1, 0]
     session.answer({"do": "method", "name": "ao"})
     assert session.method.name == "ao"
@@ -297,159 +255,3 @@ def test_the_bundle_is_that_of_the_sources(tmp_path: Path) -> None:
     subprocess.run([node, "build.mjs", str(tmp_path / "view.js")], cwd=WEB, check=True)
     assert (tmp_path / "view.js").read_text() == renderer()
     subprocess.run([node, "node_modules/typescript/bin/tsc", "--noEmit"], cwd=WEB, check=True)
-
-
-@pytest.fixture(scope="module")
-def address() -> Iterator[str]:
-    """The address of a server."""
-    with serving("roundabout_crossing", "--seed", "3") as found:
-        yield found
-
-
-@contextlib.contextmanager
-def serving(*arguments: str) -> Iterator[str]:
-    """The address of a server, which Ctrl-C must stop within seconds."""
-    pytest.importorskip("uvicorn", reason="slalom[view] is not installed: the server is not tested")
-    pytest.importorskip("websockets", reason="slalom[view] is not installed: the server is not tested")
-    command = [sys.executable, "-m", "slalom", "view", *arguments, "--no-browser"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    yield process.stdout.readline().strip()
-    process.send_signal(signal.SIGINT)
-    assert process.wait(20) == 0
-    process.stdout.close()
-
-
-def socket_address(address: str) -> tuple[str, str]:
-    """The address of the connection, and the origin of the page."""
-    origin, _, query = address.partition("/?")
-    return f"{origin.replace('http', 'ws')}/messages?{query}", origin
-
-
-async def first_messages(url: str, origin: str, *sent: str, count: int = 4) -> list[bytes]:
-    import websockets
-
-    async with websockets.connect(url, origin=origin, max_size=None) as connection:  # type: ignore[arg-type]
-        for text in sent:
-            await connection.send(text)
-        return [await asyncio.wait_for(connection.recv(), 30) for _ in range(count)]  # type: ignore[misc]
-
-
-@pytest.mark.slow
-def test_the_server_refuses_what_it_must(address: str) -> None:
-    import websockets
-
-    url, origin = socket_address(address)
-    assert kinds(asyncio.run(first_messages(url, origin)))[:2] == ["scene", "frames"]
-    with pytest.raises(urllib.error.HTTPError, match="403"):
-        urllib.request.urlopen(address[:-4] + "AAAA")
-    for wrong_url, wrong_origin in ((url[:-4] + "AAAA", origin), (url, "http://example.org")):
-        with pytest.raises(websockets.exceptions.InvalidStatus):
-            asyncio.run(first_messages(wrong_url, wrong_origin))
-    for sent in ("x" * 20000, "x" * 200000, "not json", "[1]", '{"do": 3}', "[" * 9000):
-        with pytest.raises(websockets.exceptions.ConnectionClosed):
-            asyncio.run(first_messages(url, origin, sent, count=1000))
-
-
-@pytest.mark.slow
-def test_the_server_survives_clients_that_come_and_go(address: str) -> None:
-    import websockets
-
-    url, origin = socket_address(address)
-
-    async def come_and_go() -> None:
-        for _ in range(100):
-            async with websockets.connect(url, origin=origin):  # type: ignore[arg-type]
-                pass
-        # One that stops reading does not hold up another.
-        async with websockets.connect(url, origin=origin, max_queue=1):  # type: ignore[arg-type]
-            await first_messages(url, origin)
-
-    asyncio.run(come_and_go())
-    assert kinds(asyncio.run(first_messages(url, origin)))[0] == "scene"
-
-
-@pytest.mark.slow
-@pytest.mark.browser
-@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: pages are not opened")
-def test_pages_in_a_browser(address: str, run: Recording, tmp_path: Path) -> None:
-    """A file opens without a request; the live view answers a drag, and copies the scene that it shows."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pages are not opened")
-    app = "document.getElementById('slalom').slalom"
-    page_file = export(run, tmp_path / "run.html")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        with contextlib.closing(browser):
-            page = browser.new_context(bypass_csp=True).new_page()
-            requests, troubles = [], []
-            page.on("request", lambda request: requests.append(request.url))
-            page.on("pageerror", lambda error: troubles.append(str(error)))
-            page.on("console", lambda message: troubles.append(message.text) if message.type == "error" else None)
-            page.goto(page_file.as_uri())
-            page.wait_for_function(f"{app}.model.controls[0].size > 0")
-            page.keyboard.press("ArrowRight")
-            assert page.evaluate(f"{app}.model.step") == 1
-            page.keyboard.press("Space")
-            page.wait_for_function(f"{app}.model.playhead > 2")
-            assert requests == [page_file.as_uri()]
-            page.goto(address)
-            page.wait_for_function(f"{app}.model.complete && {app}.model.controls[0].size > 0")
-            x, y = page.evaluate(
-                f"(() => {{ const a = {app}, o = a.model.obstacle(3);"
-                "const r = a.parts.workspace.canvas.getBoundingClientRect();"
-                "return [r.x + a.view.px(o[0]), r.y + a.view.py(o[1])]; })()"
-            )
-            before = page.evaluate(f"{app}.model.obstacle(3)")
-            page.evaluate(f"{app}.latencies.length = 0")
-            page.mouse.move(x, y)
-            page.mouse.down()
-            for k in range(60):
-                page.mouse.move(x + k, y)
-                page.wait_for_timeout(10)
-            page.mouse.up()
-            page.wait_for_function(f"{app}.model.scene.undo === 1 && {app}.model.complete")
-            assert page.evaluate(f"{app}.model.obstacle(3)")[0] > before[0] + 1.0
-            spent = np.array(page.evaluate(f"{app}.latencies"))
-            median, worst = np.percentile(spent, [50, 99])
-            print(f"redrawn after a drag: median {median:.0f} ms, 99 % {worst:.0f} ms, {len(spent)} drags")
-            page.locator("select[aria-label=method]").select_option("vo")
-            page.wait_for_function(f"{app}.model.control()?.method === 'vo'")
-            page.locator("[data-name=yaml]").click()
-            page.wait_for_function(f"{app}.parts.yamlText.value.length > 0")
-            (tmp_path / "scene.yaml").write_text(page.evaluate(f"{app}.parts.yamlText.value"))
-            page.wait_for_function(f"{app}.model.complete")
-            shown = page.evaluate(f"{app}.model.count")
-            assert troubles == []
-    again = simulate(read_scenario(tmp_path / "scene.yaml"), method("vo"))
-    assert len(again.times) == shown
-    assert json.dumps(again.times[0]) == "0.0"
-
-
-@pytest.mark.slow
-@pytest.mark.browser
-@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: pages are not opened")
-def test_a_replay_in_a_browser(run: Recording, tmp_path: Path) -> None:
-    """Step, slider and play show the states of the file, each with its control space."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pages are not opened")
-    app, file = "document.getElementById('slalom').slalom", tmp_path / "run.h5"
-    shifted = run.positions + np.linspace(0.0, 0.8, len(run.times))[:, None, None] * np.array([0.3, 1.0])
-    replace(run, positions=shifted).save(file)
-    with serving(str(file)) as address, sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        with contextlib.closing(browser):
-            page = browser.new_context(bypass_csp=True).new_page()
-            page.goto(address)
-            page.wait_for_function(f"{app}.model.complete && {app}.model.control()?.step === 0")
-            for act in (
-                lambda: page.keyboard.press("ArrowRight"),
-                lambda: page.locator("input[aria-label='time of the run']").fill("6"),
-                lambda: page.keyboard.press("End"),
-            ):
-                act()
-                step = page.evaluate(f"{app}.model.step")
-                np.testing.assert_allclose(page.evaluate(f"{app}.model.robot(0)"), shifted[step, 0], atol=1e-3)
-                last = min(step, len(run.accelerations) - 1)
-                page.wait_for_function(f"{app}.model.control()?.step === {last}")
-                page.locator("canvas").first.focus()
-            page.keyboard.press("Space")
-            page.wait_for_function(f"{app}.model.playhead > 1 && {app}.model.playhead < {len(run.times) - 1}")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slalom import Disc, Limits, State, method
+from slalom import Disc, InvalidInput, Limits, State, method
 from slalom.goal import Goal
 from slalom.live import notebook
 from slalom.live.messages import unpack
@@ -75,6 +75,26 @@ def test_a_widget_holds_the_messages_of_a_run(run: Recording) -> None:
         found = held(made.data)
         np.testing.assert_allclose(found[1][1]["positions"], run.positions, atol=6e-4)
         assert sum(fields["kind"] == "control" for fields, _ in found) == 10
+
+
+def test_a_live_widget_answers_as_a_session(run: Recording) -> None:
+    """Of a scenario and of a recording; a refused command is answered by a sentence."""
+    pytest.importorskip("anywidget", reason="slalom[notebook] is not installed: widgets are not made")
+    for made in (widget(SCENE, method("nao"), live=True), widget(run, live=True)):
+        sent = []
+        made.send = lambda content, buffers, sent=sent: sent.append((content, [unpack(each) for each in buffers]))
+        made._handle_custom_msg({"do": "open"}, [])
+        assert [fields["kind"] for fields, _ in sent[-1][1]] == ["scene", "frames", "series", "control"]
+        while not sent[-1][0]["complete"]:
+            made._handle_custom_msg({"do": "more"}, [])
+        for command in ({"do": "fly"}, "fly", {"do": "drag"}):
+            made._handle_custom_msg(command, [])
+            assert [fields["kind"] for fields, _ in sent[-1][1]] == ["error"]
+        made._handle_custom_msg({"do": "drag", "what": "goal", "index": 0, "to": [9, 3], "step": 2, "id": 5}, [])
+        scene = sent[-1][1][0][0]
+        assert (scene["robots"][0]["goal"], scene["undo"], sent[-1][0]["complete"]) == ([9.0, 3.0], 1, False)
+    with pytest.raises(InvalidInput, match="robot: expected one of 0 to 0, found 1"):
+        widget(SCENE, method("nao"), robot=1, live=True)
 
 
 @pytest.mark.slow

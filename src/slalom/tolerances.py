@@ -1431,10 +1431,22 @@ VIEW_GRID: Final = 61
 Larger: finer shades, and more time for each obstacle that is dragged. Smaller: coarser shades.
 """
 
-VIEW_SLICE_GRID: Final = 72
+VIEW_SLICE_GRID: Final = 121
 """[1] Grid points along each axis of a slice of the control space of a robot in space, whose outline they determine.
 
 Larger: a finer outline and more time. Smaller: a coarser outline.
+"""
+
+VIEW_PROJECTION_GRID: Final = 33
+"""[1] Grid points along each axis of the projections of the control space of a robot in space.
+
+Larger: finer projections, and time that grows with the cube. Smaller: narrow free parts may be missed in them.
+"""
+
+VIEW_SILHOUETTE: Final = 800
+"""[1] Directions in which the border of an admissible set in space is sought, whose hull is drawn as its projection.
+
+Larger: a smoother outline. Smaller: an outline with visible corners.
 """
 
 VIEW_CONTEXTS: Final = 24

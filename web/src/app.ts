@@ -1,15 +1,17 @@
 // The view: takes messages, runs the clock, draws, and passes on what the user does.
 
-import { CHARTS, drawChart, stepAt } from "./charts.ts";
+import { CHARTS, drawChart } from "./charts.ts";
+import { connect } from "./connect.ts";
 import { controlView, drawControl, type Panel } from "./control.ts";
 import { Dragging } from "./drag.ts";
 import { Viewport } from "./geometry.ts";
-import { onKey } from "./keys.ts";
 import { legends, titles } from "./legends.ts";
 import { Model } from "./model.ts";
 import type { Message, Scene } from "./protocol.ts";
 import type { Command, Source } from "./sources.ts";
-import { drawSpace, type Camera } from "./space.ts";
+import { camera, Eye } from "./camera.ts";
+import { projectionViews } from "./projections.ts";
+import { drawSpace } from "./space.ts";
 import { DARK, LIGHT, type Theme } from "./theme.ts";
 import { build, type Parts } from "./ui.ts";
 import { drawWorkspace } from "./workspace.ts";
@@ -18,7 +20,7 @@ export class App {
   readonly model = new Model();
   readonly parts: Parts;
   readonly root: HTMLElement;
-  readonly camera: Camera = { yaw: 0.6, pitch: 0.45, distance: 1.9 };
+  readonly camera = camera();
   theme: Theme = LIGHT;
   view: Viewport | null = null;
   plane = 0;
@@ -46,7 +48,7 @@ export class App {
     this.setTheme(dark.matches ? DARK : LIGHT);
     dark.addEventListener("change", () => this.setTheme(dark.matches ? DARK : LIGHT));
     this.dragging = new Dragging(this);
-    this.connect();
+    connect(this);
     source.start(
       (messages) => this.receive(messages),
       (sentence) => (parts.note.textContent = sentence),
@@ -88,7 +90,7 @@ export class App {
 
   private begin(scene: Scene): void {
     const { parts, model } = this;
-    parts.title.textContent = `${scene.title} · ${scene.method}${scene.recorded ? " · recording" : ""}`;
+    parts.title.textContent = [scene.title, ...(scene.live ? [] : [scene.method]), ...(scene.recorded ? ["recording"] : [])].join(" · ");
     parts.title.title = scene.notes.join(" ");
     document.title = `${scene.title} – slalom`;
     const several = scene.robots.length > 1;
@@ -112,13 +114,28 @@ export class App {
     parts.undo.disabled = !scene.undo;
     parts.element.max = String(scene.horizon);
     if (model.element > scene.horizon) model.element = 0;
-    const second = parts.controls[1].section;
-    second.hidden = !scene.compare;
-    this.root.querySelector("main")!.className = scene.compare ? "three" : "";
+    this.arrange();
     if (!this.view || !scene.live) this.view = null;
     if (scene.notes.length && (!scene.live || scene.recorded)) this.say(scene.notes.join(" "));
     this.drawn = "";
     this.looked = "";
+  }
+
+  /** Shows or hides the panel of the second method. */
+  private arrange(): void {
+    const second = Boolean(this.model.scene?.compare);
+    this.parts.controls[1].section.hidden = !second;
+    this.root.querySelector("main")!.className = second ? "three" : "";
+    this.drawn = "";
+  }
+
+  /** Shows the decision of a second method in the same state; "" for none. */
+  compare(name: string): void {
+    const { model } = this;
+    model.scene!.compare = name || null;
+    if (!name) model.controls[1]!.clear();
+    this.arrange();
+    this.dragging.expect(this.send({ do: "compare", name, step: model.step }));
   }
 
   private show(name: string, visible: boolean): void {
@@ -133,13 +150,14 @@ export class App {
   private async showYaml(text: string): Promise<void> {
     const area = this.parts.yamlText;
     area.value = text;
-    area.hidden = false;
+    if (!this.parts.yamlDialog.open) this.parts.yamlDialog.showModal();
     area.select();
+    area.scrollTop = 0;
     try {
       await navigator.clipboard.writeText(text);
-      this.say("The scene is in the clipboard, and below.");
+      this.parts.yamlNote.textContent = "The scene is in the clipboard.";
     } catch {
-      this.say("The clipboard is not accessible: the scene is below, selected.");
+      this.parts.yamlNote.textContent = "The clipboard is not accessible: copy the selected text.";
     }
   }
 
@@ -169,46 +187,6 @@ export class App {
     this.model.element = Math.max(0, Math.min(this.model.scene?.horizon ?? 0, time));
     this.parts.element.value = String(this.model.element);
     this.drawn = "";
-  }
-
-  private connect(): void {
-    const { parts, model } = this;
-    parts.play.onclick = () => this.play();
-    parts.back.onclick = () => this.stepBy(-1);
-    parts.forward.onclick = () => this.stepBy(1);
-    parts.speed.onchange = () => (model.speed = Number(parts.speed.value));
-    parts.time.oninput = () => this.seek(Number(parts.time.value));
-    parts.element.oninput = () => this.setElement(Number(parts.element.value));
-    parts.deciding.onchange = () => this.setDeciding(parts.deciding.checked);
-    parts.robot.onchange = () => this.select(Number(parts.robot.value));
-    parts.colouring.onchange = () => {
-      model.colouring = parts.colouring.value as typeof model.colouring;
-      this.drawn = "";
-    };
-    parts.theme.onclick = () => this.setTheme(this.theme === DARK ? LIGHT : DARK);
-    parts.help.onclick = () => parts.keys.showModal();
-    parts.method.onchange = () => this.send({ do: "method", name: parts.method.value });
-    parts.compare.onchange = () => this.send({ do: "compare", name: parts.compare.value });
-    parts.response.onchange = () => this.send({ do: "response", number: Number(parts.response.value) });
-    parts.horizon.onchange = () => this.send({ do: "set", name: "horizon", value: Number(parts.horizon.value) });
-    parts.undo.onclick = () => this.send({ do: "undo" });
-    parts.yaml.onclick = () => this.send({ do: "yaml" });
-    parts.add.onclick = () => this.dragging.add();
-    parts.remove.onclick = () => this.dragging.remove();
-    parts.charts.forEach((canvas) => {
-      const seek = (event: PointerEvent): void => {
-        if (event.buttons) this.seek(stepAt(model, event.offsetX, canvas.clientWidth));
-      };
-      canvas.onpointerdown = (event) => {
-        canvas.setPointerCapture(event.pointerId);
-        seek(event);
-      };
-      canvas.onpointermove = seek;
-    });
-    // On a page of its own the view takes every key, in a notebook only those of its elements.
-    const keys: HTMLElement | Document = this.root.parentElement?.id === "slalom" ? document : this.root;
-    keys.addEventListener("keydown", (event) => onKey(this, event as KeyboardEvent));
-    this.root.tabIndex = -1;
   }
 
   setDeciding(on: boolean): void {
@@ -279,7 +257,19 @@ export class App {
 
   controlViewport(slot: number): Viewport | null {
     const control = this.model.control(slot);
-    return control ? controlView(control.planes[this.plane]!, this.panel(slot)) : null;
+    return control ? controlView(control, this.panel(slot)) : null;
+  }
+
+  /** Shows the slice of the projection at a pixel; returns whether there is one. */
+  choosePlane(slot: number, x: number, y: number): boolean {
+    const control = this.model.control(slot);
+    if (!control || control.planes.length < 2) return false;
+    const found = projectionViews(control, this.panel(slot)).findIndex(
+      (view) => x >= view.left && x <= view.left + view.width && y >= view.top && y <= view.top + view.height,
+    );
+    if (found >= 0) this.plane = found;
+    this.drawn = "";
+    return found >= 0;
   }
 
   private context(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
@@ -294,6 +284,7 @@ export class App {
   fit(): void {
     this.view = null;
     this.zoom = 1;
+    Object.assign(this.camera, camera());
     this.drawn = "";
   }
 
@@ -303,7 +294,11 @@ export class App {
     const canvas = parts.workspace.canvas;
     const g = this.context(canvas);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    if (scene.dimension === 3) drawSpace(g, model, this.theme, this.camera, width, height);
+    if (scene.dimension === 3) {
+      const eye = new Eye(model, this.camera, width, height);
+      drawSpace(g, model, this.theme, eye, width, height);
+      this.dragging.drawInSpace(g, eye, this.theme);
+    }
     else {
       if (!this.view || this.view.width !== width || this.view.height !== height) {
         this.view = Viewport.fit(scene.low, scene.high, 0, 0, width, height);

@@ -1,10 +1,11 @@
 // The control space: control obstacles by time to collision, admissible set, preferred and chosen control.
 
-import { hull, number, rounded, text, ticks, Viewport, type Context } from "./geometry.ts";
+import { drawDeciding, drawElements } from "./elements.ts";
+import { number, text, ticks, Viewport, type Context } from "./geometry.ts";
 import type { Model } from "./model.ts";
-import type { Control, Part, PlaneInfo } from "./protocol.ts";
+import type { Control, PlaneInfo } from "./protocol.ts";
+import { drawProjections, projectionsWidth } from "./projections.ts";
 import { css, viridis, type Theme } from "./theme.ts";
-import { forPredicted } from "./workspace.ts";
 
 const NONE = 255;
 const STEPS = 250;
@@ -21,7 +22,11 @@ export interface Panel {
 }
 
 /** The viewport of a control space in a canvas of this size. */
-export function controlView(plane: PlaneInfo, { width, height, zoom }: Panel): Viewport {
+export function controlView(control: Control, panel: Panel): Viewport {
+  const { height, zoom } = panel;
+  const plane = control.planes[panel.plane]!;
+  const beside = projectionsWidth(control, panel);
+  const width = panel.width - (beside ? beside + 10 : 0);
   const side = Math.max(40, Math.min(width - SIDE - BAR, height - FOOT - 12));
   const left = SIDE + (width - SIDE - BAR - side) / 2;
   return new Viewport(0, 0, (side / (2 * plane.half)) * zoom, side, side, left, 8);
@@ -32,7 +37,7 @@ export function drawControl(g: Context, model: Model, control: Control, panel: P
   g.fillStyle = theme.paper;
   g.fillRect(0, 0, width, height);
   const plane = control.planes[panel.plane]!;
-  const view = controlView(plane, panel);
+  const view = controlView(control, panel);
   g.save();
   g.beginPath();
   g.rect(view.left, view.top, view.width, view.height);
@@ -48,6 +53,7 @@ export function drawControl(g: Context, model: Model, control: Control, panel: P
   g.restore();
   drawAxes(g, control, plane, view, theme);
   drawBar(g, control, view, theme);
+  drawProjections(g, control, panel);
 }
 
 const images = new WeakMap<Control, Map<string, HTMLCanvasElement>>();
@@ -132,85 +138,6 @@ function drawOutlines(g: Context, control: Control, panel: Panel, view: Viewport
   g.lineWidth = 0.8;
   g.stroke(outline);
   g.globalAlpha = 1;
-}
-
-/** Parts of the Minkowski sum of an obstacle's part and the reflected robot: a hull of differences of corners. */
-function grown(other: Part, own: Part, at: number[], heading: number): { corners: number[][]; radius: number } {
-  const [c, s] = [Math.cos(heading), Math.sin(heading)];
-  const corners = other.corners.flatMap(([x, y]) =>
-    own.corners.map(([p, q]) => [at[0]! + c * x! - s * y! - p!, at[1]! + s * x! + c * y! - q!]),
-  );
-  return { corners: corners.length > 2 ? hull(corners) : corners, radius: other.radius + own.radius };
-}
-
-/** Draws the temporal element of one other at a time: the controls that are in it then. */
-function drawElement(
-  g: Context,
-  model: Model,
-  control: Control,
-  view: Viewport,
-  time: number,
-  rows: Set<number> | null,
-  line: () => void,
-): void {
-  const scene = model.scene!;
-  const times = control.arrays["times"]!.values;
-  const share = Math.min(times.length - 1.000001, (time / control.horizon) * (times.length - 1));
-  const k = Math.floor(share);
-  const mixed = (name: string, c: number, d: number): number => {
-    const values = control.arrays[name]!.values;
-    const a = values[k * d + c]!;
-    return a + (share - k) * (values[(k + 1) * d + c]! - a);
-  };
-  const gain = mixed("gain", 0, 1);
-  if (gain <= 0) return;
-  const drift = [mixed("drift", 0, 2), mixed("drift", 1, 2)];
-  const own = scene.shapes[scene.robots[control.robot]!.shape]!;
-  forPredicted(model, control, time, times, (shape, at, heading, more, row) => {
-    if (rows && !rows.has(row)) return;
-    for (const part of shape) {
-      for (const mine of own) {
-        const whole = grown(part, mine, at, heading);
-        const radius = ((whole.radius + more + control.margins[row]!) / gain) * view.scale;
-        const points = rounded(whole.corners, whole.radius + more + control.margins[row]!);
-        if (radius > 8000) continue;
-        g.beginPath();
-        points.forEach(([x, y], k) => {
-          const [px, py] = [view.px((x! - drift[0]!) / gain), view.py((y! - drift[1]!) / gain)];
-          if (k) g.lineTo(px, py);
-          else g.moveTo(px, py);
-        });
-        g.closePath();
-        line();
-      }
-    }
-  });
-}
-
-function drawElements(g: Context, model: Model, control: Control, view: Viewport, theme: Theme): void {
-  drawElement(g, model, control, view, model.element, null, () => haloed(g, theme.ink, 1.2, theme.paper));
-}
-
-function haloed(g: Context, colour: string, width: number, halo: string): void {
-  for (const [c, w] of [
-    [halo, width + 2],
-    [colour, width],
-  ] as const) {
-    g.strokeStyle = c;
-    g.lineWidth = w;
-    g.stroke();
-  }
-}
-
-function drawDeciding(g: Context, model: Model, control: Control, view: Viewport, theme: Theme): void {
-  g.setLineDash([5, 3]);
-  for (const { other, time } of control.binding.slice(0, 2)) {
-    if (time <= 0) continue;
-    drawElement(g, model, control, view, time, new Set([other]), () =>
-      haloed(g, theme.robot, 1.8, theme.paper),
-    );
-  }
-  g.setLineDash([]);
 }
 
 function drawAdmissible(g: Context, control: Control, panel: Panel, view: Viewport): void {
@@ -306,6 +233,7 @@ function drawBar(g: Context, control: Control, view: Viewport, theme: Theme): vo
     g.fillRect(x, view.top + row, width, 1.5);
   }
   g.strokeStyle = theme.ink;
+  g.lineWidth = 1;
   g.strokeRect(x + 0.5, view.top + 0.5, width, view.height);
   for (const value of ticks(0, control.horizon, 6)) {
     const y = view.top + view.height * (1 - value / control.horizon);

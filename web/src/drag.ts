@@ -2,18 +2,12 @@
 
 import type { App } from "./app.ts";
 import { arrow, text, type Context, type Viewport } from "./geometry.ts";
-import { Eye } from "./space.ts";
+import { orbit, type Eye } from "./camera.ts";
+import { handles, hit, hitSpace, pixel, place, type Handle } from "./handles.ts";
+import { gridWords } from "./legends.ts";
 import type { Theme } from "./theme.ts";
+import { tip } from "./workspace.ts";
 
-export type What = "robot" | "robot_velocity" | "goal" | "obstacle" | "obstacle_velocity" | "control";
-
-export interface Handle {
-  what: What;
-  index: number;
-  slot?: number;
-}
-
-const NEAR = 11;
 
 export class Dragging {
   active: Handle | null = null;
@@ -62,14 +56,14 @@ export class Dragging {
     const { model } = app;
     if (!model.scene) return;
     if (slot >= 0) {
-      if (!model.control(slot)) return;
+      if (!model.control(slot) || app.choosePlane(slot, event.offsetX, event.offsetY)) return;
       this.gesture++;
       this.active = { what: "control", index: 0, slot };
       this.offset = [0, 0];
       this.drag(slot, event, false);
       return;
     }
-    const found = model.scene.dimension === 2 ? this.hit(event.offsetX, event.offsetY) : this.hitSpace(event);
+    const found = model.scene.dimension === 2 ? hit(app, this.handle, event.offsetX, event.offsetY) : hitSpace(app, event.offsetX, event.offsetY);
     if (found && found.what === "robot" && found.index !== model.selected) {
       app.select(found.index);
       return;
@@ -78,7 +72,7 @@ export class Dragging {
       app.play(false);
       this.gesture++;
       this.active = this.handle = found;
-      const at = this.place(found)!;
+      const at = place(this.app, found)!;
       const view = app.view!;
       this.offset = [view.px(at[0]!) - event.offsetX, view.py(at[1]!) - event.offsetY];
       app.redraw();
@@ -94,8 +88,7 @@ export class Dragging {
       const [dx, dy] = [event.offsetX - this.panning.x, event.offsetY - this.panning.y];
       this.panning = { x: event.offsetX, y: event.offsetY };
       if (app.model.scene!.dimension === 3) {
-        app.camera.yaw += dx * 0.008;
-        app.camera.pitch = Math.max(-0.2, Math.min(1.5, app.camera.pitch + dy * 0.008));
+        orbit(app.camera, dx * 0.008, dy * 0.008);
       } else if (app.view) {
         app.view.x -= dx / app.view.scale;
         app.view.y += dy / app.view.scale;
@@ -104,7 +97,7 @@ export class Dragging {
       return;
     }
     if (slot < 0 && app.model.scene?.dimension === 2) {
-      canvas.style.cursor = this.hit(event.offsetX, event.offsetY) ? "grab" : "default";
+      canvas.style.cursor = hit(app, this.handle, event.offsetX, event.offsetY) ? "grab" : "default";
     }
   }
 
@@ -120,19 +113,24 @@ export class Dragging {
   }
 
   private wheel(slot: number, event: WheelEvent): void {
-    const { app } = this;
     const factor = Math.exp(-event.deltaY * 0.0015);
+    this.magnify(slot, factor, event.offsetX, event.offsetY);
+    event.preventDefault();
+  }
+
+  /** Magnifies a control space, or the workspace about a pixel (by default its middle). */
+  magnify(slot: number, factor: number, px?: number, py?: number): void {
+    const { app } = this;
     if (slot >= 0) app.zoom = Math.max(1, Math.min(20, app.zoom * factor));
-    else if (app.model.scene?.dimension === 3)
-      app.camera.distance = Math.max(0.6, Math.min(5, app.camera.distance / factor));
+    else if (app.model.scene?.dimension === 3) app.camera.zoom = Math.max(0.3, Math.min(20, app.camera.zoom * factor));
     else if (app.view) {
-      const [x, y] = app.view.inverse(event.offsetX, event.offsetY);
+      const [x, y] = [px ?? app.view.width / 2, py ?? app.view.height / 2];
+      const [wx, wy] = app.view.inverse(x, y);
       app.view.scale *= factor;
-      app.view.x = x - (event.offsetX - app.view.left - app.view.width / 2) / app.view.scale;
-      app.view.y = y + (event.offsetY - app.view.top - app.view.height / 2) / app.view.scale;
+      app.view.x = wx - (x - app.view.left - app.view.width / 2) / app.view.scale;
+      app.view.y = wy + (y - app.view.top - app.view.height / 2) / app.view.scale;
     }
     app.redraw();
-    event.preventDefault();
   }
 
   private drag(slot: number, event: PointerEvent, final: boolean): void {
@@ -150,6 +148,7 @@ export class Dragging {
     const control = model.control(slot)!;
     const plane = control.planes[this.app.plane]!;
     const u = [...(control.chosen ?? control.preferred)];
+    if (model.scene!.dimension === 3) plane.through.forEach((x, c) => (u[c] = x));
     u[plane.axes[0]] = to[0]!;
     u[plane.axes[1]] = to[1]!;
     const d = model.scene!.dimension;
@@ -185,96 +184,52 @@ export class Dragging {
     this.expect(this.app.send(command));
   }
 
-  /** Where a handle is, in metres. */
-  private place(handle: Handle): number[] | null {
-    const { model } = this.app;
-    const scene = model.scene!;
-    const { what, index } = handle;
-    if (what === "robot") return model.robot(index);
-    if (what === "goal") return scene.robots[index]!.goal;
-    if (what === "robot_velocity") return model.robot(index).map((x, c) => x + model.velocity(index)[c]!);
-    const at = scene.obstacles[index] ? model.obstacle(index) : null;
-    if (!at || what === "obstacle") return at;
-    return at.map((x, c) => x + model.obstacleVelocity(index)[c]!);
-  }
-
-  private handles(): Handle[] {
-    const { model } = this.app;
-    const scene = model.scene!;
-    const k = model.selected;
-    const own: Handle[] = [
-      { what: "robot_velocity", index: k },
-      { what: "robot", index: k },
-      { what: "goal", index: k },
-    ];
-    scene.obstacles.forEach((_, index) => {
-      if (this.handle?.index === index && this.handle.what.startsWith("obstacle"))
-        own.push({ what: "obstacle_velocity", index });
-      own.push({ what: "obstacle", index });
-    });
-    return own;
-  }
-
-  /** The handle at a point; another robot counts as a handle, which selects it. */
-  private hit(x: number, y: number): Handle | null {
-    const { app } = this;
-    const { model, view } = app;
-    const scene = model.scene!;
-    if (!view || !model.count) return null;
-    const reach = (handle: Handle): number => {
-      if (handle.what === "robot") return Math.max(NEAR, scene.robots[handle.index]!.radius * view.scale);
-      if (handle.what === "obstacle") return Math.max(NEAR, Math.min(60, scene.obstacles[handle.index]!.radius * view.scale));
-      return NEAR;
-    };
-    const others = scene.robots.map((_, index): Handle => ({ what: "robot", index }));
-    const all = app.source.live ? [...this.handles(), ...others] : others;
-    let best: Handle | null = null;
-    let nearest = Infinity;
-    for (const handle of all) {
-      const at = this.place(handle);
-      if (!at || (handle.what === "robot" && !model.present(handle.index))) continue;
-      const share = Math.hypot(view.px(at[0]!) - x, view.py(at[1]!) - y) / reach(handle);
-      // Small handles win over the bodies on which they lie.
-      const weight = handle.what.endsWith("velocity") || handle.what === "goal" ? 0.5 : 1;
-      if (share <= 1 && share * weight < nearest) [best, nearest] = [handle, share * weight];
-    }
-    return best;
-  }
-
-  private hitSpace(event: PointerEvent): Handle | null {
-    const { model, parts, camera } = this.app;
-    const canvas = parts.workspace.canvas;
-    const eye = new Eye(model, camera, canvas.clientWidth, canvas.clientHeight);
-    const index = model.scene!.robots.findIndex((robot, k) => {
-      const p = eye.project(model.robot(k));
-      return Math.hypot(p.x - event.offsetX, p.y - event.offsetY) < Math.max(NEAR, robot.radius * p.scale);
-    });
-    return index < 0 || index === model.selected ? null : { what: "robot", index };
-  }
-
   next(): void {
-    const all = this.handles();
+    const all = handles(this.app, this.handle);
     const k = all.findIndex((h) => h.what === this.handle?.what && h.index === this.handle.index);
     this.handle = all[(k + 1) % all.length]!;
     this.app.redraw();
   }
 
-  nudge([dx, dy]: [number, number]): void {
-    const handle = this.handle ?? { what: "robot" as const, index: this.app.model.selected };
-    const at = this.place(handle);
-    if (!at || !this.app.source.live || this.app.model.scene!.dimension === 3) return;
+  /** Moves the handle of the keyboard by a step; without one the robot in the plane, and the camera in space. */
+  nudge(by: [number, number, number]): void {
+    const { app } = this;
+    const space = app.model.scene!.dimension === 3;
+    if (!this.handle && space) {
+      orbit(app.camera, 0.1 * by[0], 0.1 * by[1]);
+      app.redraw();
+      return;
+    }
+    const handle = this.handle ?? { what: "robot" as const, index: app.model.selected };
+    const at = place(this.app, handle);
+    if (!at || (!app.source.live && handle.what !== "control")) return;
     this.handle = handle;
+    if (handle.what === "control") {
+      const { half } = app.model.control(handle.slot ?? 0)!.planes[app.plane]!;
+      this.gesture++;
+      this.probe(handle.slot ?? 0, at.map((x, c) => x + (half / 40) * by[c]!), true);
+      app.redraw();
+      return;
+    }
     this.gesture++;
-    this.ask(handle, [at[0]! + 0.25 * dx, at[1]! + 0.25 * dy], true);
+    this.ask(handle, at.map((x, c) => x + 0.25 * by[c]!), true);
+  }
+
+  /** Lets the handle of the keyboard go. */
+  release(): void {
+    this.handle = null;
+    this.app.model.probe = null;
+    this.app.redraw();
   }
 
   add(): void {
-    const { model, view } = this.app;
-    if (model.scene?.dimension !== 2 || !view) return;
+    const { model } = this.app;
+    if (!model.scene) return;
     const at = model.robot(model.selected);
     const goal = model.scene.robots[model.selected]!.goal;
     const middle = at.map((x, c) => (x + goal[c]!) / 2);
-    const span = (view.width / view.scale) * 0.05;
+    const { low, high } = model.scene;
+    const span = 0.05 * Math.max(...low.map((x, c) => high[c]! - x));
     this.app.send({ do: "add", to: middle, radius: Math.max(0.3, Math.min(span, 2)), step: model.step });
     this.handle = { what: "obstacle", index: model.scene.obstacles.length };
   }
@@ -292,39 +247,40 @@ export class Dragging {
   draw(g: Context, view: Viewport, theme: Theme): void {
     const handle = this.handle;
     if (!handle || !this.app.source.live) return;
-    const at = this.place(handle);
-    if (!at) return;
+    const at = place(this.app, handle);
+    if (!at || handle.what === "control") return;
     const { model } = this.app;
     if (handle.what.startsWith("obstacle")) {
       const body = model.obstacle(handle.index);
-      const tip = body && body.map((x, c) => x + model.obstacleVelocity(handle.index)[c]!);
-      if (body && tip) {
+      if (body) {
+        const [x, y] = tip(view, body, model.obstacleVelocity(handle.index));
         arrow(g, view, body, model.obstacleVelocity(handle.index), theme.ink, 2);
         g.beginPath();
-        g.arc(view.px(tip[0]!), view.py(tip[1]!), 5, 0, 2 * Math.PI);
+        g.arc(x, y, 4.5, 0, 2 * Math.PI);
         g.fillStyle = theme.paper;
         g.fill();
         g.stroke();
       }
     }
-    const [x, y] = [view.px(at[0]!), view.py(at[1]!)];
+    const [x, y] = pixel(this.app, handle, at, view);
+    this.label(g, handle, x, y, theme);
+  }
+
+  /** Frames the handle of the keyboard at a pixel, with its name. */
+  private label(g: Context, handle: Handle, x: number, y: number, theme: Theme): void {
     g.strokeStyle = theme.goal;
     g.lineWidth = 2;
     g.strokeRect(x - 9, y - 9, 18, 18);
     const name = handle.what.replace("_", " ");
-    const of = handle.what.startsWith("obstacle") ? ` ${model.scene!.obstacles[handle.index]?.name ?? ""}` : "";
+    const of = handle.what.startsWith("obstacle") ? ` ${this.app.model.scene!.obstacles[handle.index]?.name ?? ""}` : "";
     text(g, theme, name + of.replace(/^ obstacle/, ""), x + 13, y - 8, { size: 12, colour: theme.goal });
   }
-}
 
-/** What the grid of times says of a control, where no server is asked. */
-function gridWords(control: import("./protocol.ts").Control, plane: number, at: number[]): string {
-  const grid = control.arrays[`grid${plane}`]!;
-  const n = grid.shape[0]!;
-  const { half } = control.planes[plane]!;
-  const [column, row] = at.map((x) => Math.round(((x + half) / (2 * half)) * (n - 1))) as [number, number];
-  if (column < 0 || row < 0 || column >= n || row >= n) return "outside the picture.";
-  const value = grid.values[row * n + column]!;
-  if (value === 255) return `hits nothing within ${control.horizon} s.`;
-  return `collides in about ${((value / 250) * control.horizon).toFixed(1)} s.`;
+  /** As `draw`, in space. */
+  drawInSpace(g: Context, eye: Eye, theme: Theme): void {
+    const at = this.handle && this.handle.what !== "control" ? place(this.app, this.handle) : null;
+    if (!at || !this.app.source.live) return;
+    const p = eye.project(at);
+    this.label(g, this.handle!, p.x, p.y, theme);
+  }
 }

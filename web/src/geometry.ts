@@ -147,6 +147,7 @@ export function text(
   y: number,
   options: { align?: CanvasTextAlign; baseline?: CanvasTextBaseline; colour?: string; size?: number; bold?: boolean; plain?: boolean } = {},
 ): void {
+  const [stroke, width, fill] = [g.strokeStyle, g.lineWidth, g.fillStyle];
   g.font = `${options.bold ? "600 " : ""}${options.size ?? 12}px system-ui, sans-serif`;
   g.textAlign = options.align ?? "left";
   g.textBaseline = options.baseline ?? "alphabetic";
@@ -156,6 +157,7 @@ export function text(
   if (!options.plain) g.strokeText(words, x, y);
   g.fillStyle = options.colour ?? theme.ink;
   g.fillText(words, x, y);
+  [g.strokeStyle, g.lineWidth, g.fillStyle] = [stroke, width, fill];
 }
 
 /** Round numbers between two limits, about `count` of them. */

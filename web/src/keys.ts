@@ -4,16 +4,19 @@ import type { App } from "./app.ts";
 import { DARK, LIGHT } from "./theme.ts";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
-const ARROWS: Record<string, [number, number]> = {
-  ArrowLeft: [-1, 0],
-  ArrowRight: [1, 0],
-  ArrowUp: [0, 1],
-  ArrowDown: [0, -1],
+const ARROWS: Record<string, [number, number, number]> = {
+  ArrowLeft: [-1, 0, 0],
+  ArrowRight: [1, 0, 0],
+  ArrowUp: [0, 1, 0],
+  ArrowDown: [0, -1, 0],
+  PageUp: [0, 0, 1],
+  PageDown: [0, 0, -1],
 };
 
 export function onKey(app: App, event: KeyboardEvent): void {
   const target = event.target as HTMLElement;
   const typing = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
+  if (target.closest("dialog")) return;
   if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === " " && target.tagName === "BUTTON") return;
   const direction = ARROWS[event.key];
@@ -53,6 +56,12 @@ function actions(app: App): Record<string, () => void> {
     d: () => app.setDeciding(!model.deciding),
     t: () => app.setTheme(app.theme === DARK ? LIGHT : DARK),
     f: () => app.fit(),
+    h: () => dragging.next(),
+    Escape: () => dragging.release(),
+    "]": () => dragging.magnify(-1, 1.25),
+    "[": () => dragging.magnify(-1, 0.8),
+    "}": () => dragging.magnify(0, 1.25),
+    "{": () => dragging.magnify(0, 0.8),
     "?": () => parts.keys.showModal(),
   };
   for (const plane of [0, 1, 2]) {
@@ -63,16 +72,20 @@ function actions(app: App): Record<string, () => void> {
     };
   }
   if (live) {
-    found["h"] = () => dragging.next();
     found["a"] = () => dragging.add();
     found["x"] = () => dragging.remove();
     found["u"] = () => parts.undo.click();
     found["y"] = () => parts.yaml.click();
-    found["m"] = () => {
-      const next = (parts.method.selectedIndex + 1) % parts.method.options.length;
-      parts.method.selectedIndex = next;
-      parts.method.dispatchEvent(new Event("change"));
-    };
+    for (const [key, list] of [
+      ["m", parts.method],
+      ["c", parts.compare],
+      ["r", parts.response],
+    ] as const) {
+      found[key] = () => {
+        list.selectedIndex = (list.selectedIndex + 1) % list.options.length;
+        list.dispatchEvent(new Event("change"));
+      };
+    }
   }
   return found;
 }

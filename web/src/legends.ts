@@ -1,7 +1,8 @@
 // Titles, legends and the sentence that explains the choice.
 
 import type { App } from "./app.ts";
-import { css, DARK, OUTCOMES, viridis } from "./theme.ts";
+import { DARK, OUTCOMES } from "./theme.ts";
+import type { Control } from "./protocol.ts";
 import { el, entry } from "./ui.ts";
 
 const shown = new WeakMap<HTMLElement, string>();
@@ -13,16 +14,22 @@ function put(parent: HTMLElement, key: string, make: () => Node[]): void {
   parent.replaceChildren(...make());
 }
 
+/** Sets what is read aloud of a picture. */
+function describe(canvas: HTMLCanvasElement, words: string): void {
+  if (canvas.getAttribute("aria-label") !== words) canvas.setAttribute("aria-label", words);
+}
+
 export function titles(app: App): void {
   const { model, parts } = app;
   const scene = model.scene!;
   const name = scene.robots.length > 1 ? `, ${scene.robots[model.selected]!.name} selected` : "";
   const left = `workspace at t = ${model.time.toFixed(1)} s${name}`;
   put(parts.workspace.title, left, () => [document.createTextNode(left)]);
+  describe(parts.workspace.canvas, left);
   const alone = !model.control() && model.complete;
   app.root.querySelector("main")!.classList.toggle("alone", alone);
   parts.controls[0].section.hidden = alone;
-  parts.controls.forEach(({ title }, slot) => {
+  parts.controls.forEach(({ title, canvas }, slot) => {
     const control = model.control(slot);
     if (!control) return;
     const own = `${control.quantity.name}, ${control.response}`;
@@ -32,22 +39,31 @@ export function titles(app: App): void {
     const slice =
       hidden === undefined
         ? ""
-        : ` · slice at ${control.quantity.letter}${letters[hidden]} = ${plane.through[hidden]!.toFixed(2)} (keys 1 2 3)`;
-    const when = ` at t = ${control.time.toFixed(1)} s`;
+        : `slice at ${control.quantity.letter}${letters[hidden]} = ${(plane.through[hidden]! + 0).toFixed(2).replace("-", "−")}`;
+    const made = scene.start + scene.dt * model.step;
+    const when = Math.abs(control.time - made) < 0.5 * scene.dt ? "" : `at t = ${control.time.toFixed(1)} s `;
+    describe(canvas, `control space of ${control.method}: ${control.sentences.join(" ")}`);
     put(title, own + slice + when + control.method, () => [
       document.createTextNode(`${control.method.toUpperCase()}: ${own} `),
-      el("small", {}, `${when.trim()}${slice}`),
+      el("small", {}, `${when}${slice}`),
     ]);
   });
   const control = model.control();
   const outcome = model.outcomes[model.step]?.[model.selected] ?? "";
-  const words = model.probe ? model.probe.sentence : control ? control.sentences.join(" ") : outcomeWords(outcome);
+  const second = model.scene!.compare ? model.control(1) : null;
+  const words = model.probe
+    ? model.probe.sentence
+    : control && second
+      ? [control, second].map((one) => `${one.method.toUpperCase()}: ${one.sentences.join(" ")}`).join("\n")
+      : control
+        ? control.sentences.join(" ")
+        : outcomeWords(outcome);
   if (parts.why.textContent !== words) parts.why.textContent = words;
   if (control && app.source.live) {
     const key = control.responses.join("|") + control.response;
     if (parts.response.dataset["key"] !== key) {
       parts.response.dataset["key"] = key;
-      parts.response.replaceChildren(new Option("as committed", "-1"));
+      parts.response.replaceChildren(new Option("committed", "-1"));
       control.responses.forEach((response, k) => parts.response.append(new Option(response, String(k))));
     }
   }
@@ -62,10 +78,14 @@ export function legends(app: App): void {
   const scene = model.scene!;
   const several = scene.robots.length > 1;
   const control = model.control();
-  const key = `${several} ${model.colouring} ${theme === DARK} ${!!control} ${model.element > 0} ${!!control?.binding.length}`;
+  const space = scene.dimension === 3;
+  const guided = Boolean(control?.target);
+  const key = `${model.farthest} ${guided} ${several} ${model.colouring} ${theme === DARK} ${!!control} ${model.element > 0} ${!!control?.binding.length}`;
   put(parts.workspace.legend, key, () => {
-    const items = [entry("disc", several ? "selected robot" : "robot, arrow: motion in 1 s", theme.robot)];
+    const alone = space ? "robot" : "robot, arrow: motion in 1 s";
+    const items = [several ? entry("ring", "selected robot", theme.robot) : entry("disc", alone, theme.robot)];
     items.push(entry("ring", "goal", theme.goal));
+    if (guided && !space) items.push(entry("square", "target of guidance", theme.goal));
     if (control) {
       items.push(entry("line", "committed, dot per second", theme.robot));
       items.push(entry("dash", "preferred, to first contact", theme.ink));
@@ -77,10 +97,10 @@ export function legends(app: App): void {
       for (const [label, colour] of known) items.push(entry("disc", label, colour));
     }
     if (several && model.colouring === "speed") {
-      items.push(entry("disc", "at rest", css(viridis(0, theme))), entry("disc", "fastest", css(viridis(1, theme))));
+      items.push(entry("scale", "speed: rest to the largest"));
     }
     if (several && model.colouring === "time") {
-      items.push(entry("disc", "close to its goal", css(viridis(0, theme))), entry("disc", "far", css(viridis(1, theme))));
+      items.push(entry("scale", `time to the goal at full speed: 0 to ${model.farthest ?? "…"} s`));
     }
     if (control && (model.colouring === "role" || !several)) {
       items.push(entry("scale", "hit by the preferred control: soon to late"));
@@ -93,9 +113,23 @@ export function legends(app: App): void {
       entry("ring", "preferred", theme.robot),
       entry("disc", "chosen", theme.robot),
       entry("line", "admissible set", theme.ink),
-      entry("thin", "control obstacle of each obstacle", theme.ink),
-      ...(model.deciding && control?.binding.length ? [entry("dash", "elements that decided", theme.robot)] : []),
-      ...(model.element > 0 ? [entry("thin", "elements at the time ahead", theme.ink)] : []),
+      ...(space
+        ? [entry("dash", "where the slice is", theme.goal), entry("blank", "uncoloured in 1, 2, 3: a safe control exists")]
+        : [entry("thin", "control obstacle of each obstacle", theme.ink)]),
+      ...(!space && model.deciding && control?.binding.length ? [entry("dash", "elements that decided", theme.robot)] : []),
+      ...(!space && model.element > 0 ? [entry("thin", "elements at the time ahead", theme.ink)] : []),
     ]);
   }
+}
+
+/** What the grid of times says of a control, where no server is asked. */
+export function gridWords(control: Control, plane: number, at: number[]): string {
+  const grid = control.arrays[`grid${plane}`]!;
+  const n = grid.shape[0]!;
+  const { half } = control.planes[plane]!;
+  const [column, row] = at.map((x) => Math.round(((x + half) / (2 * half)) * (n - 1))) as [number, number];
+  if (column < 0 || row < 0 || column >= n || row >= n) return "outside the picture.";
+  const value = grid.values[row * n + column]!;
+  if (value === 255) return `hits nothing within ${control.horizon} s.`;
+  return `collides in about ${((value / 250) * control.horizon).toFixed(1)} s.`;
 }

@@ -1,7 +1,7 @@
 // Entry: a file, a page of the server, or a notebook.
 
 import { App } from "./app.ts";
-import { BlockSource, fromBase64, ServerSource } from "./sources.ts";
+import { BlockSource, fromBase64, ServerSource, WidgetSource, type WidgetModel } from "./sources.ts";
 import css from "./style.css";
 
 function styled(): void {
@@ -22,17 +22,13 @@ function mount(host: Host, app: () => App): App {
   return host.slalom;
 }
 
-interface WidgetModel {
-  get(name: "data"): DataView;
-}
-
 /** For notebooks (anywidget). */
 function render({ model, el }: { model: WidgetModel; el: HTMLElement }): void {
   const block = (): Uint8Array => {
     const data = model.get("data");
     return new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
   };
-  mount(el, () => new App(el, new BlockSource(block))).root.classList.add("embedded");
+  mount(el, () => new App(el, model.get("live") ? new WidgetSource(model) : new BlockSource(block))).root.classList.add("embedded");
 }
 
 const host = document.getElementById("slalom") as Host | null;

@@ -41,6 +41,8 @@ export class Model {
   element = 0;
   deciding = true;
   version = 0;
+  /** [s] Where the colours of times to the goal end; null: not known yet. */
+  farthest: number | null = null;
 
   /** Takes a message; returns whether it replaced the scene. */
   take(message: Message): boolean {
@@ -92,6 +94,7 @@ export class Model {
     if (!scene.live) this.controls.forEach((slot) => slot.clear());
     if (!scene.compare) this.controls[1]!.clear();
     this.probe = null;
+    this.farthest = null;
     this.playhead = 0;
     this.selected = scene.chosen ?? (same ? this.selected : 0);
   }

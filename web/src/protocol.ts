@@ -96,6 +96,7 @@ export interface Control {
   horizon: number;
   margin: number;
   outcome: string;
+  target: Vector | null;
   preferred: Vector;
   chosen: Vector | null;
   chosen_label: string;

@@ -41,6 +41,37 @@ export function fromBase64(text: string): Uint8Array {
   return bytes;
 }
 
+/** What a widget of a notebook (anywidget) offers. */
+export interface WidgetModel {
+  get(name: "data"): DataView;
+  get(name: "live"): boolean;
+  send(content: unknown): void;
+  on(name: "msg:custom", taken: (content: { complete: boolean }, buffers: DataView[]) => void): void;
+}
+
+/** Messages of the kernel of a notebook. It makes further steps of the run when it is asked, one chunk at a time. */
+export class WidgetSource implements Source {
+  readonly live = true;
+  private making = false;
+  constructor(private readonly model: WidgetModel) {}
+  start(receive: (messages: Message[]) => void): void {
+    this.model.on("msg:custom", (content, buffers) => {
+      this.making = false;
+      receive(buffers.map((view) => decode(new Uint8Array(view.buffer, view.byteOffset, view.byteLength).slice().buffer)));
+      if (!content.complete) this.more();
+    });
+    this.model.send({ do: "open" });
+  }
+  private more(): void {
+    if (this.making) return;
+    this.making = true;
+    this.model.send({ do: "more" });
+  }
+  send(command: Command): void {
+    this.model.send(command);
+  }
+}
+
 /** Messages of a server. */
 export class ServerSource implements Source {
   readonly live = true;

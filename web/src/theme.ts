@@ -15,7 +15,7 @@ export interface Theme {
 export const LIGHT: Theme = {
   paper: "#ffffff",
   ink: "#1c1f24",
-  faint: "#767b85",
+  faint: "#5c626d",
   grid: "#e9ebef",
   neutral: "#c9ccd2",
   robot: "#d55e00",

@@ -34,16 +34,21 @@ const KEYS = [
   ["← →", "one step back or forward"],
   ["home, end", "first or last step"],
   ["− +", "slower or faster"],
-  [", .", "time of the dashed outlines"],
+  [", .", "look ahead less or more"],
   ["n, p", "next or previous robot"],
   ["d", "deciding elements on or off"],
   ["t", "light or dark"],
   ["f", "whole workspace"],
+  ["[ ]", "workspace smaller or larger"],
+  ["{ }", "control space smaller or larger"],
+  ["1 2 3", "plane of the slice, in space"],
+  ["h", "next handle: robot, velocity, goal, control, obstacles"],
+  ["shift + arrows", "move the handle; in space without one: turn the view"],
+  ["escape", "let the handle go"],
 ];
 const LIVE_KEYS = [
-  ["h", "next handle: robot, velocity, goal, obstacles"],
-  ["shift + arrows", "move the handle"],
-  ["m", "next method"],
+  ["shift + page up, down", "move the handle along z"],
+  ["m, c, r", "next method, method beside it, response"],
   ["a, x", "add an obstacle, remove the handle's"],
   ["u", "undo"],
   ["y", "copy the scene as YAML"],
@@ -63,8 +68,8 @@ export function build(live: boolean) {
     colouring: el("select", { "aria-label": "colour of robots" }),
     undo: button("undo", "undo", "undo the last change (u)"),
     yaml: button("yaml", "copy YAML", "copy the scene as YAML (y)"),
-    add: button("add", "+ obstacle", "add an obstacle (a)"),
-    remove: button("remove", "− obstacle", "remove the selected obstacle (x)"),
+    add: button("add", "+ obst.", "add an obstacle (a)"),
+    remove: button("remove", "− obst.", "remove the selected obstacle (x)"),
     theme: button("theme", "◐", "light or dark (t)"),
     help: button("help", "?", "keys"),
     play: button("play", "▶", "play or pause (space)"),
@@ -82,7 +87,9 @@ export function build(live: boolean) {
     controls,
     charts,
     keys: el("dialog", { class: "keys", "aria-label": "keys" }),
-    yamlText: el("textarea", { class: "yaml", readonly: "", "aria-label": "scene as YAML", hidden: "" }),
+    yamlDialog: el("dialog", { class: "keys", "aria-label": "scene as YAML" }),
+    yamlText: el("textarea", { class: "yaml", readonly: "", "aria-label": "scene as YAML" }),
+    yamlNote: el("p", { role: "status" }),
   };
   for (const value of ["0.25", "0.5", "1", "2", "4", "8"]) parts.speed.append(new Option(`${value}×`, value));
   parts.speed.value = "1";
@@ -96,6 +103,9 @@ export function build(live: boolean) {
   const rows = [...KEYS, ...(live ? LIVE_KEYS : [])];
   const close = button("close", "close", "close");
   close.onclick = () => parts.keys.close();
+  const done = button("close", "close", "close");
+  done.onclick = () => parts.yamlDialog.close();
+  parts.yamlDialog.append(el("h2", {}, "The scene as YAML"), parts.yamlText, parts.yamlNote, done);
   parts.keys.append(
     el("h2", {}, "Keys"),
     el("dl", {}, ...rows.flatMap(([key, words]) => [el("dt", {}, key!), el("dd", {}, words!)])),
@@ -139,7 +149,7 @@ export function build(live: boolean) {
       el("label", { class: "field" }, parts.deciding, el("span", {}, "deciding elements")),
     ),
     el("div", { class: "charts" }, ...charts.map((chart) => el("div", { class: "frame" }, chart))),
-    parts.yamlText,
+    parts.yamlDialog,
     parts.keys,
   );
   parts.deciding.checked = true;

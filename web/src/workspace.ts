@@ -1,11 +1,15 @@
 // The workspace in the plane: robots, obstacles, paths, goal, and the committed manoeuvre.
 
+import { robotColour } from "./colouring.ts";
 import { arrow, drawShape, number, polyline, text, ticks, type Context, type Viewport } from "./geometry.ts";
+import { drawManoeuvre } from "./manoeuvres.ts";
 import type { Model } from "./model.ts";
-import type { Control, Part } from "./protocol.ts";
-import { css, OUTCOMES, viridis, type Theme } from "./theme.ts";
+import type { Control } from "./protocol.ts";
+import { css, viridis, type Theme } from "./theme.ts";
 
 const CROWD = 60;
+/** [pixel] Least distance of the handle of a velocity from its body. */
+const SHORT = 18;
 
 export interface Look {
   theme: Theme;
@@ -26,6 +30,7 @@ export function drawWorkspace(g: Context, model: Model, look: Look): void {
   drawTrack(g, model, look);
   drawObstacles(g, model, times, current, look);
   drawGoal(g, model, look);
+  if (current) drawTarget(g, model, current, look);
   drawRobots(g, model, times, current, look);
   if (current) drawManoeuvre(g, model, current, look);
   drawSelected(g, model, look);
@@ -160,7 +165,7 @@ function drawGoal(g: Context, model: Model, { theme, view }: Look): void {
   g.strokeStyle = theme.goal;
   g.lineWidth = 2;
   g.beginPath();
-  g.arc(x, y, Math.max(4, robot.tolerance * view.scale), 0, 2 * Math.PI);
+  g.arc(x, y, Math.max(8, robot.tolerance * view.scale), 0, 2 * Math.PI);
   g.moveTo(x - 5, y);
   g.lineTo(x + 5, y);
   g.moveTo(x, y - 5);
@@ -168,22 +173,31 @@ function drawGoal(g: Context, model: Model, { theme, view }: Look): void {
   g.stroke();
 }
 
-/** Colour of a robot that is not selected. */
-export function robotColour(model: Model, k: number, theme: Theme): string {
-  const scene = model.scene!;
-  if (model.colouring === "outcome") return OUTCOMES[model.outcomes[model.step]?.[k] ?? ""]?.colour ?? theme.neutral;
-  if (model.colouring === "speed") {
-    const share = model.speedOf(model.step, k) / scene.robots[k]!.max_speed;
-    return css(viridis(Math.round(share * 12) / 12, theme));
-  }
-  if (model.colouring === "time") {
-    const robot = scene.robots[k]!;
-    const at = model.robot(k);
-    const distance = Math.hypot(...at.map((x, c) => robot.goal[c]! - x));
-    const share = distance / robot.max_speed / Math.max(1, scene.duration / 3);
-    return css(viridis(Math.round(Math.min(1, share) * 12) / 12, theme));
-  }
-  return theme.neutral;
+/** The target that guidance gave the selected robot, where it is not the goal. */
+function drawTarget(g: Context, model: Model, control: Control, { theme, view }: Look): void {
+  if (!control.target) return;
+  const at = model.robot(model.selected);
+  const [x, y] = [view.px(control.target[0]!), view.py(control.target[1]!)];
+  g.strokeStyle = theme.goal;
+  g.lineWidth = 1.2;
+  g.setLineDash([2, 3]);
+  g.beginPath();
+  g.moveTo(view.px(at[0]!), view.py(at[1]!));
+  g.lineTo(x, y);
+  g.stroke();
+  g.setLineDash([]);
+  g.lineWidth = 2;
+  g.strokeRect(x - 5, y - 5, 10, 10);
+}
+
+/** Pixel of the handle of a velocity: where the body would be after a second, but not on the body itself. */
+export function tip(view: Viewport, at: number[], velocity: number[]): [number, number] {
+  const [vx, vy] = [velocity[0]! * view.scale, -velocity[1]! * view.scale];
+  const size = Math.hypot(vx, vy);
+  const [x, y] = [view.px(at[0]!), view.py(at[1]!)];
+  if (size >= SHORT) return [x + vx, y + vy];
+  const [ux, uy] = size > 1e-6 ? [vx / size, vy / size] : [1, 0];
+  return [x + SHORT * ux, y + SHORT * uy];
 }
 
 function drawRobots(g: Context, model: Model, times: Map<string, number>, control: Control | null, look: Look): void {
@@ -220,119 +234,27 @@ function drawRobots(g: Context, model: Model, times: Map<string, number>, contro
   }
 }
 
-function drawManoeuvre(g: Context, model: Model, control: Control, look: Look): void {
-  const { theme, view } = look;
-  const scene = model.scene!;
-  const [times, gain] = [control.arrays["times"]!.values, control.arrays["gain"]!.values];
-  const drift = control.arrays["drift"]!.values;
-  const d = scene.dimension;
-  const along = (u: number[], k: number): number[] => u.map((x, c) => drift[k * d + c]! + gain[k]! * x);
-  const contact = control.first >= 0 ? control.arrays["contact"]!.values[control.first]! : Infinity;
-  g.strokeStyle = theme.ink;
-  g.lineWidth = 1.4;
-  g.setLineDash([6, 4]);
-  const dashed: number[][] = [];
-  for (let k = 0; k < times.length && times[k]! <= contact + 1e-6; k++) dashed.push(along(control.preferred, k));
-  polyline(g, view, dashed);
-  g.stroke();
-  g.setLineDash([]);
-  const probe = model.probe;
-  const path = probe?.arrays["path"] ?? control.arrays["manoeuvre"];
-  if (path) {
-    const at = (k: number): number[] => Array.from({ length: d }, (_, c) => path.values[k * d + c]!);
-    const points = Array.from({ length: path.shape[0]! }, (_, k) => at(k));
-    g.lineCap = g.lineJoin = "round";
-    for (const [colour, width] of [
-      [theme.halo, 6],
-      [theme.robot, 3],
-    ] as const) {
-      g.strokeStyle = colour;
-      g.lineWidth = width;
-      polyline(g, view, points);
-      g.stroke();
-    }
-    g.fillStyle = theme.robot;
-    for (let second = 1; second <= control.horizon; second++) {
-      const [x, y] = interpolated(path.values, d, times, second);
-      g.beginPath();
-      g.arc(view.px(x!), view.py(y!), 3.4, 0, 2 * Math.PI);
-      g.fill();
-    }
-    if (model.element > 0) drawGhosts(g, model, control, look, interpolated(path.values, d, times, model.element));
-  }
-}
-
-/** Outlines at the time under the slider: of the robot on its manoeuvre, and of the others as they are predicted. */
-function drawGhosts(g: Context, model: Model, control: Control, { theme, view }: Look, own: number[]): void {
-  const scene = model.scene!;
-  const times = control.arrays["times"]!.values;
-  g.setLineDash([4, 3]);
-  drawShape(g, view, scene.shapes[scene.robots[model.selected]!.shape]!, own, 0, null, theme.robot, 2);
-  forPredicted(model, control, model.element, times, (shape, at, heading, grown) =>
-    drawShape(g, view, shape, at, heading, null, theme.faint, 1.4, grown),
-  );
-  g.setLineDash([]);
-}
-
-/** Calls `draw` with shape, position, heading and growth of each predicted other at a time. */
-export function forPredicted(
-  model: Model,
-  control: Control,
-  time: number,
-  times: ArrayLike<number>,
-  draw: (shape: Part[], at: number[], heading: number, grown: number, row: number) => void,
-): void {
-  const positions = control.arrays["positions"];
-  if (!positions) return;
-  const scene = model.scene!;
-  const d = scene.dimension;
-  const m = positions.shape[1]!;
-  const directions = control.arrays["directions"];
-  const growth = control.arrays["growth"];
-  const share = (time / control.horizon) * (times.length - 1);
-  const k = Math.min(times.length - 2, Math.floor(share));
-  const f = share - k;
-  control.predicted.forEach((row, column) => {
-    const at = Array.from({ length: d }, (_, c) => {
-      const a = positions.values[(k * m + column) * d + c]!;
-      return a + f * (positions.values[((k + 1) * m + column) * d + c]! - a);
-    });
-    if (!Number.isFinite(at[0]!)) return;
-    const [kind, index] = control.others[row]!;
-    const info = kind === "robot" ? scene.robots[index]! : scene.obstacles[index]!;
-    const heading = directions ? directions.values[k * m + column]! : 0;
-    const grown = growth ? growth.values[k * m + column]! : 0;
-    draw(scene.shapes[info.shape]!, at, heading, grown, row);
-  });
-}
-
-export function interpolated(values: ArrayLike<number>, d: number, times: ArrayLike<number>, time: number): number[] {
-  const share = Math.min(times.length - 1.000001, (time / times[times.length - 1]!) * (times.length - 1));
-  const k = Math.floor(share);
-  return Array.from({ length: d }, (_, c) => {
-    const a = values[k * d + c]!;
-    return a + (share - k) * (values[(k + 1) * d + c]! - a);
-  });
-}
-
 function drawSelected(g: Context, model: Model, { theme, view, handles }: Look): void {
   const scene = model.scene!;
   const k = model.selected;
   const at = model.robot(k);
-  drawShape(g, view, scene.shapes[scene.robots[k]!.shape]!, at, 0, theme.robot, theme.ink, 1.5);
-  if (scene.robots.length > 1 && scene.robots[k]!.radius * view.scale < 9) {
+  const several = scene.robots.length > 1;
+  const fill = several && model.colouring !== "role" ? robotColour(model, k, theme) : theme.robot;
+  drawShape(g, view, scene.shapes[scene.robots[k]!.shape]!, at, 0, fill, theme.ink, 1.5);
+  if (several) {
     g.strokeStyle = theme.robot;
-    g.lineWidth = 2;
+    g.lineWidth = 2.5;
     g.beginPath();
-    g.arc(view.px(at[0]!), view.py(at[1]!), 10, 0, 2 * Math.PI);
+    g.arc(view.px(at[0]!), view.py(at[1]!), Math.max(10, scene.robots[k]!.radius * view.scale + 4), 0, 2 * Math.PI);
     g.stroke();
   }
   const v = model.velocity(k);
   arrow(g, view, at, v, theme.ink, 2);
   if (handles) {
-    for (const place of [v.map((x, c) => at[c]! + x), scene.robots[k]!.goal]) {
+    const goal = scene.robots[k]!.goal;
+    for (const [x, y] of [tip(view, at, v), [view.px(goal[0]!), view.py(goal[1]!)]] as const) {
       g.beginPath();
-      g.arc(view.px(place[0]!), view.py(place[1]!), 5, 0, 2 * Math.PI);
+      g.arc(x, y, 4.5, 0, 2 * Math.PI);
       g.fillStyle = theme.paper;
       g.fill();
       g.strokeStyle = theme.ink;

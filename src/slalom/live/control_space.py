@@ -7,17 +7,17 @@ import numpy.typing as npt
 import shapely
 
 from slalom.checks import Array
-from slalom.limits import Admissible, Limits
+from slalom.limits import Admissible
 from slalom.live.fields import PLANES, Field, Fields, Plane
 from slalom.live.messages import Quantised, pack, quantised
+from slalom.live.near import half_side
+from slalom.live.projections import multiples, projections
 from slalom.live.reasons import Reasons, reasons
 from slalom.live.seen import Seen
 from slalom.tolerances import VIEW_PREDICTED, VIEW_SAMPLES
 from slalom.view.kinds import kind
 from slalom.view.regions import admissible_region
 
-NONE: Final = 255
-"""Stands for no collision in a grid of times; others are multiples of the horizon / 250."""
 CENTIMETRE: Final = 0.01
 """[m] Step of predicted positions."""
 RING_STEPS: Final = 8192
@@ -44,6 +44,8 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         arrays["manoeuvre"] = seen.manoeuvre.position(seen.time + times).astype(np.float32)
     shown = _predictions(seen, times, told, arrays)
     planes = [_panel(seen, fields, plane, k, arrays) for k, plane in enumerate(planes_of(seen))]
+    if seen.state.dimension == 3:
+        arrays |= projections(seen.blocked, seen.admissible, planes_of(seen)[0].half)
     described = {
         "answers": answers,
         "slot": slot,
@@ -57,6 +59,7 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         "horizon": seen.blocked.horizon,
         "margin": seen.navigator.margin,
         "outcome": seen.outcome,
+        "target": seen.goal.position(seen.time).tolist() if seen.guided else None,
         "preferred": controls.preferred.tolist(),
         "chosen": None if controls.chosen is None else controls.chosen.tolist(),
         "chosen_label": controls.label,
@@ -78,12 +81,6 @@ def planes_of(seen: Seen) -> list[Plane]:
     clipped = np.zeros(2) if d == 2 else seen.admissible.toward(through)
     place = tuple(float(x) for x in clipped)
     return [Plane(axes, half_side(seen.response, seen.navigator.limits, seen.admissible), place) for axes in PLANES[d]]
-
-
-def half_side(response: Any, limits: Limits, admissible: Admissible) -> float:
-    """Return half of the side of the drawn square around 0, in the unit of the control."""
-    known = {"acceleration": 1.25 * limits.max_acceleration, "velocity": 1.12 * limits.max_speed}
-    return known.get(kind(response).name, 1.12 * admissible.largest)
 
 
 def _predictions(seen: Seen, times: Array, told: Reasons, arrays: Arrays) -> list[int]:
@@ -168,4 +165,4 @@ def times_grid(found: list[Field], plane: Plane, horizon: float) -> npt.NDArray[
     for each in found:
         if each.times is not None:
             least = np.minimum(least, each.times)
-    return np.where(np.isfinite(least), np.round(250.0 * least / horizon), NONE).astype(np.uint8)
+    return multiples(least, horizon)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from slalom.checks import Array, number, positive, vector, whole
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.live.seen import has_left, state_at
+from slalom.live.others import has_left, state_at
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import moved
 from slalom.shape import round_shape

@@ -7,10 +7,12 @@ from slalom.checks import positive, whole
 from slalom.errors import InvalidInput
 from slalom.live.control_space import control_message
 from slalom.live.fields import Fields
+from slalom.live.others import state_at
 from slalom.live.page import file_page
 from slalom.live.recorded import Recorded, recorded
 from slalom.live.scene import Scene, series
-from slalom.live.seen import Seen, decisions, seen_alone, seen_among, state_at
+from slalom.live.seen import Seen, decisions, seen_alone, seen_among
+from slalom.live.targets import Targets
 from slalom.sim.measure.recording import Recording
 from slalom.tolerances import VIEW_EXPORT_INTERVAL, VIEW_EXPORTED
 
@@ -79,8 +81,9 @@ def looked_at(found: Recorded, robot: int, interval: float | None = None) -> Ite
     every = scenario.steps_per_decision
     stride = max(1, int(positive(interval, "interval") / (every * scenario.dt) + 1e-9)) * every
     if len(scenario.robots) > 1:
+        targets = Targets(scenario)
         for k in range(0, len(steps), stride):
-            yield seen_among(scenario, method, steps, k, robot)
+            yield seen_among(scenario, method, steps, k, robot, targets.goal(steps, k, robot))
         return
     for k, decision in enumerate(decisions(scenario, method, steps)):
         if k % stride == 0:

@@ -13,7 +13,8 @@ from shapely.geometry.polygon import orient
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
-from slalom.live.seen import Other, Seen
+from slalom.live.others import Other
+from slalom.live.seen import Seen
 from slalom.obstacle.window import ObstacleWindow
 from slalom.tolerances import VIEW_CONTEXTS, VIEW_GRID, VIEW_SLICE_GRID
 

@@ -3,12 +3,15 @@
 import html
 from typing import Any, Final
 
+from slalom.checks import flag, whole
 from slalom.errors import InvalidInput
 from slalom.live.export import messages
+from slalom.live.messages import pack
 from slalom.live.page import block, file_page, renderer
 from slalom.live.recorded import recorded
 from slalom.live.scene import Scene, series
-from slalom.methods import Method
+from slalom.live.session import Session
+from slalom.methods import METHODS, Method
 from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import Scenario
@@ -55,12 +58,13 @@ def _motion(recording: Recording) -> list[bytes]:
     ]
 
 
-def widget(run: Recording | Scenario, method: Method | None = None, *, robot: int = 0) -> Any:
+def widget(run: Recording | Scenario, method: Method | None = None, *, robot: int = 0, live: bool = False) -> Any:
     """Return the view of a run as a widget for notebooks.
 
     Args:
         run: a recording, or a scenario, which is then simulated. method: of the robots of a scenario.
         robot: the one whose control space is shown.
+        live: whether the scene can be changed, as in `slalom view`; the kernel of the notebook then answers.
 
     Raises:
         InvalidInput: a scenario without a method, a recording with one, a run without a step, no such robot, or
@@ -68,19 +72,52 @@ def widget(run: Recording | Scenario, method: Method | None = None, *, robot: in
     """
     if isinstance(run, Scenario) == (method is None):
         raise InvalidInput("method: expected one with a scenario, and none with a recording; found otherwise")
+    flag(live, "live")
     try:
         import anywidget
         import traitlets
     except ModuleNotFoundError as error:
         needed = "expected the packages of `pip install slalom[notebook]`"
         raise InvalidInput(f"widget: {needed}, found no {error.name}") from None
-    recording = simulate(run, method) if isinstance(run, Scenario) and method is not None else run
-    assert isinstance(recording, Recording)
 
     class View(anywidget.AnyWidget):
-        """The renderer, which reads `data`: the messages of a file."""
+        """The renderer, which reads `data`: the messages of a file; a live one exchanges messages."""
 
         _esm = renderer()
         data = traitlets.Bytes().tag(sync=True)
+        live = traitlets.Bool().tag(sync=True)
 
-    return View(data=block(messages(recording, robot)))
+    if live:
+        session = _session(run, method, robot)
+        made = View(data=b"", live=True)
+        made.on_msg(lambda sender, command, buffers: _answer(sender, session, command))
+        return made
+    recording = simulate(run, method) if isinstance(run, Scenario) and method is not None else run
+    assert isinstance(recording, Recording)
+    return View(data=block(messages(recording, robot)), live=False)
+
+
+def _session(run: Recording | Scenario, method: Method | None, robot: int) -> Session:
+    """The session of a live widget, with a robot selected."""
+    if isinstance(run, Scenario) and method is not None:
+        session = Session(run, method)
+    else:
+        assert isinstance(run, Recording)
+        session = Session.of(recorded(run), METHODS["nao"])
+    if whole(robot, "robot") >= len(session.scenario.robots):
+        raise InvalidInput(f"robot: expected one of 0 to {len(session.scenario.robots) - 1}, found {robot}")
+    session.robot = robot
+    return session
+
+
+def _answer(sender: Any, session: Session, command: Any) -> None:
+    """Send the messages that answer a command of the page: `open`, `more`, or one of `Session.answer`."""
+    given = command if isinstance(command, dict) else {}
+    try:
+        if given.get("do") == "open":
+            found = session.opening()
+        else:
+            found = session.more() if given.get("do") == "more" else session.answer(given)
+    except InvalidInput as error:
+        found = [pack("error", {"text": str(error)}, {})]
+    sender.send({"complete": session.complete}, buffers=found)

@@ -6,7 +6,8 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.decision import Outcome
-from slalom.live.seen import OLD, Other, Seen
+from slalom.live.others import OLD, Other
+from slalom.live.seen import Seen
 from slalom.sim.shape_distance import clearances
 from slalom.tolerances import VIEW_APPROACH_SAMPLES, VIEW_BINDING
 from slalom.view.kinds import kind
@@ -42,7 +43,11 @@ def reasons(seen: Seen) -> Reasons:
     binding = tuple(_binding(seen))
     wanted = f"The preferred {quantity.name} {_numbers(preferred)} {quantity.unit}"
     if first >= 0:
-        told = f"{wanted} would hit {seen.others[first].name} in {times[first]:.1f} s."
+        hit = seen.others[first]
+        shared = hit.kind == "robot" and seen.navigator.method.share < 1.0
+        # The picture shows the others as predicted; the decision leaves a part of the avoidance to them.
+        unless = f" unless {hit.name} takes its share of the avoidance" if shared else ""
+        told = f"{wanted} would hit {hit.name} in {times[first]:.1f} s{unless}."
     elif not seen.admissible.contains(preferred):
         told = f"{wanted} hits nothing, but it is outside the limits."
     else:
@@ -55,7 +60,9 @@ def reasons(seen: Seen) -> Reasons:
         sentences.append(Outcome[seen.outcome].value)
     if binding:
         passed = " and ".join(f"{seen.others[m.other].name} in {m.time:.1f} s" for m in binding[:2])
-        sentences.append(f"The manoeuvre passes {passed} with {binding[0].clearance:.2f} m.")
+        least = binding[0].clearance
+        closest = f"with {least:.2f} m" if least >= 0.0 else f"and overlaps by {-least:.2f} m"
+        sentences.append(f"The manoeuvre passes {passed} {closest}.")
     return Reasons(tuple(sentences), times, first, binding)
 
 

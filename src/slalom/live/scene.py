@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.live.messages import FORMAT, pack, quantised
-from slalom.live.seen import has_left
+from slalom.live.others import has_left
 from slalom.methods import METHODS
 from slalom.obstacle import Obstacle
 from slalom.path_goal import PathGoal

@@ -26,7 +26,7 @@ LARGEST: Final = 16384
 SLOWEST: Final = 10.0
 """[s] A client that takes no message for this long is disconnected."""
 QUIET: Final = 0.15
-"""[s] After a command the run goes on only if no other command follows for this long, so that drags are not held up."""
+"""[s] After a drag the run goes on only if no other command follows for this long, so that drags are not held up."""
 REFUSED, TOO_LARGE = 1008, 1009
 
 
@@ -130,13 +130,15 @@ async def _read(websocket: WebSocket, mailbox: Mailbox) -> None:
 async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox) -> None:
     """Send the opening, then the answers, and between them further steps of the run."""
     await _send(websocket, await asyncio.to_thread(session.opening))
-    quiet = 0.0
+    quiet, owed = 0.0, False
     while True:
-        if not session.complete and not await mailbox.wait(quiet):
-            quiet = 0.0
+        # A large fleet goes on between two control spaces, each of which takes as long as some steps.
+        if not session.complete and (owed or not await mailbox.wait(quiet)):
+            quiet, owed = 0.0, False
             await _send(websocket, await asyncio.to_thread(session.more))
             continue
-        command, quiet = await mailbox.get(), QUIET
+        command = await mailbox.get()
+        quiet, owed = QUIET if command["do"] == "drag" else 0.0, command["do"] == "look"
         try:
             answer = await asyncio.to_thread(session.answer, command)
         except InvalidInput as error:

@@ -11,10 +11,12 @@ from slalom.live.control_space import control_message
 from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.live.fields import Fields
 from slalom.live.messages import pack
+from slalom.live.others import state_at
 from slalom.live.played import Made, Played, Replayed
 from slalom.live.recorded import Recorded
 from slalom.live.scene import Scene, series
-from slalom.live.seen import Seen, seen_alone, seen_among, state_at, with_response
+from slalom.live.seen import Seen, seen_alone, seen_among, with_response
+from slalom.live.targets import Targets
 from slalom.methods import Method, method as method_of
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.run.deciders import SingleRobotDecider
@@ -58,6 +60,7 @@ class Session:
         self._scene = Scene(self.scenario, box=(self._box.low, self._box.high))
         self.robot = min(self.robot, len(self.scenario.robots) - 1)
         self._played: Played = Made(self.scenario, self.method) if self.recorded is None else Replayed(self.recorded)
+        self._targets = Targets(self.scenario)
         self._sent = 0
         self.complete = False
 
@@ -140,7 +143,8 @@ class Session:
             return None
         k = max(0, min(k, len(steps) - 1))
         if len(self.scenario.robots) > 1:
-            return seen_among(self.scenario, self.method, steps, k, self.robot)
+            goal = self._targets.goal(steps, k, self.robot)
+            return seen_among(self.scenario, self.method, steps, k, self.robot, goal)
         return seen_alone(self.scenario, self.method, self._played.decision(k), k, state_at(steps, k, 0))
 
     def _seen_by(self, method: Method, k: int) -> Seen:
@@ -152,10 +156,11 @@ class Session:
         if isinstance(run.decider, SingleRobotDecider):
             assert run.decider.decision is not None
             return seen_alone(here, method, run.decider.decision, 0, here.robot.state)
-        return seen_among(here, method, run.log.steps, 0, min(self.robot, len(here.robots) - 1))
+        robot = min(self.robot, len(here.robots) - 1)
+        return seen_among(here, method, run.log.steps, 0, robot, Targets(here).goal(run.log.steps, 0, robot))
 
     def _look(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        return self.look(whole(_given(command, "step"), "step"), answers)
+        return self.look(_step_of(command), answers)
 
     def _select(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         robot = whole(_given(command, "robot"), "robot")
@@ -167,9 +172,7 @@ class Session:
     def _drag(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         what, to = str(_given(command, "what")), _given(command, "to")
         if what == "control":
-            return self._probe(
-                whole(_given(command, "step"), "step"), to, answers, whole(command.get("slot", 0), "slot")
-            )
+            return self._probe(_step_of(command), to, answers, whole(command.get("slot", 0), "slot"))
         base = self._changed(command)
         self.scenario = dragged(base, what, whole(_given(command, "index"), "index"), to)
         return self._restarted(answers)
@@ -180,7 +183,7 @@ class Session:
         if gesture is not None and gesture == self._gesture:
             return self.scenario
         self._gesture = gesture
-        step = whole(_given(command, "step"), "step")
+        step = _step_of(command)
         steps = self._played.steps
         base = from_step(self.scenario, steps, min(step, len(steps) - 1) if steps else 0)
         self._remember()
@@ -263,14 +266,18 @@ class Session:
 
     def _compare(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         name = str(_given(command, "name"))
-        self.compared = method_of(name) if name else None
-        self._begin()
-        return self.opening(answers)
+        compared = method_of(name) if name else None
+        before, self.compared = self.compared, compared
+        try:
+            return self.look(_step_of(command), answers)
+        except SlalomError:
+            self.compared = before
+            raise
 
     def _response(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         number = _given(command, "number")
         self.response = -1 if number == -1 else whole(number, "number")
-        return self.look(0, answers)
+        return self.look(_step_of(command), answers)
 
     def _take_back(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         if not self._undo:
@@ -283,6 +290,11 @@ class Session:
 
     def _yaml(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         return [pack("yaml", {"text": scenario_text(self.scenario)}, {})]
+
+
+def _step_of(command: Mapping[str, Any]) -> int:
+    """Return the step that a command is about."""
+    return whole(_given(command, "step"), "step")
 
 
 def _given(command: Mapping[str, Any], name: str) -> Any:

@@ -202,10 +202,18 @@ def _decider_and_rows(
     names = [robot.name for robot in scenario.robots]
     if len(set(names)) < len(names):
         raise InvalidInput(f"robots: expected a name for each, found {names}")
-    # Fleets are sorted by name, so that sums over robots have the same bits in any order of the scenario.
+    ordered, rows = by_name(scenario)
+    return _fleet_decider(ordered, method, seed, threads), rows
+
+
+def by_name(scenario: Scenario) -> tuple[Scenario, Indices]:
+    """Return a scenario whose robots are sorted by name, and the row of each robot of the given one in it.
+
+    Fleets are sorted so that sums over robots have the same bits in any order of the scenario.
+    """
+    names = [robot.name for robot in scenario.robots]
     order = sorted(range(len(names)), key=lambda k: names[k])
-    ordered = replace(scenario, robots=tuple(scenario.robots[k] for k in order))
-    return _fleet_decider(ordered, method, seed, threads), np.argsort(order)
+    return replace(scenario, robots=tuple(scenario.robots[k] for k in order)), np.argsort(order)
 
 
 def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int | None) -> Decider:
