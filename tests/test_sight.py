@@ -201,7 +201,7 @@ def test_nothing_hidden_is_where_the_robot_knows_it_is_empty(seed, turn):
 
 
 def test_hidden_people_are_in_shadows_that_were_entered():
-    """A person who walks out of sight is not forgotten: no place that it can have reached is known to be empty."""
+    """A person that walks out of sight is not forgotten: no place that it can have reached is known to be empty."""
     wall = Obstacle(Polygon([(2.0, 0.5), (4.0, 0.5), (4.0, 3.0), (2.0, 3.0)]), Stationary((0.0, 0.0)))
     person = Obstacle(Disc(0.2), ConstantVelocity((4.6, 0.0), (0.0, 1.0)), "person")
     sight, last, hidden = Sight(9.0, hidden_speed=1.1), None, 0

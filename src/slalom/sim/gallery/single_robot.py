@@ -159,7 +159,7 @@ def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
 
 def blind_corner(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Build a robot in a corridor that passes the mouth of another one, out of which people come who do not yield.
+    """Build a robot in a corridor that passes the mouth of another one, out of which people come that do not yield.
 
     The robot sees 8 m far, and not around corners. People walk at 0.6 to 1 times `speed` and reach the mouth about when
     the robot does; then they turn to either side.
