@@ -2,10 +2,10 @@
 
 usage: python benchmarks/boundaries.py [--scenes 8] [--points 50000] [--quick] [--out FOLDER]
 
-The usual method takes the temporal elements of each obstacle at 200 times as discs with 64 corners (shapely's default),
-and forms their union. slalom uses `ControlObstacle.boundary`. Both compute the boundary of each obstacle alone and of
-all together, over the disc of controls within 4 m/s^2. The certified test decides at random controls whether they
-collide. A control is wrong if it lies on the wrong side of a boundary.
+The usual method takes the temporal elements of each obstacle at 200 times as polygons with 64 corners (shapely's
+default for discs). It forms their union. slalom uses `ControlObstacle.boundary`. Both compute the boundary of each
+obstacle alone and of all together, over the disc of controls within 4 m/s^2. The certified test decides at random
+controls whether they collide. A control is wrong if it lies on the wrong side of a boundary.
 """
 
 from time import perf_counter

@@ -2,9 +2,9 @@
 
 usage: python benchmarks/robot_loop.py [--quick] [--seeds 20] [--out FOLDER]
 
-Ten people who do not avoid the robot are measured with noise, late and with dropouts. The robot is a differential drive
-at 20 Hz in a hall of 200 wall segments. Each seed is another crowd. A decision is everything from the tracks to the
-command of the wheels. Times are processor times, so that other processes count little.
+Ten people do not avoid the robot. They are measured with noise, late and with dropouts. The robot is a differential
+drive at 20 Hz in a hall of 200 wall segments. Each seed is another crowd. A decision is everything from the tracks to
+the command of the wheels. Times are processor times, so that other processes count little.
 """
 
 import gc

@@ -5,7 +5,7 @@ import numpy as np
 import slalom
 
 DT = 0.1
-# What is known beforehand is made into tables once; of a map that changes, one table for each part.
+# Walls known beforehand are one table, made once. A map that changes has one table for each part.
 hall = slalom.ObstacleTable(
     slalom.Obstacle(slalom.Polyline(line), slalom.Stationary((0, 0)), name)
     for name, line in {"north": [(-2, 4), (22, 4)], "south": [(-2, -4), (22, -4)]}.items()

@@ -31,14 +31,14 @@ def building() -> slalom.ObstacleTable:
 
 
 class Crowd:
-    """Ten people who walk straight through the hall and do not avoid the robot; who has left is replaced by another."""
+    """Ten people. They walk straight through the hall, do not avoid the robot, and are replaced when they have left."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.rng, self.number = rng, 0
         self.people: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def step(self, robot: np.ndarray) -> None:
-        """Let everybody walk for one period, and others come in away from the robot."""
+        """Let all people walk for one period; new ones enter at a distance from the robot."""
         self.people = {k: (p + DT * v, v) for k, (p, v) in self.people.items()}
         self.people = {k: (p, v) for k, (p, v) in self.people.items() if np.all((p > 0.0) & (p < HALL))}
         while len(self.people) < 10:
@@ -81,7 +81,7 @@ class Perception:
 
 @dataclass
 class Report:
-    """What a run showed."""
+    """Measurements of a run."""
 
     people: float = np.inf  # [m] least distance from a person
     walls: float = np.inf  # [m] least distance from a wall

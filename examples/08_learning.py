@@ -1,4 +1,4 @@
-"""A policy that learns to pass an oncoming car, and the safety filter for one that has not learned.
+"""A policy that learns to pass an oncoming car, and the safety filter for another policy.
 
 The learner is the cross-entropy method: it draws policies, keeps the best, and draws the next ones about these. All of
 them drive at the same time, each in several worlds of one vector environment. Needs `pip install slalom[gym]`.
@@ -51,7 +51,7 @@ new = list(range(10**6, 10**6 + POLICIES * WORLDS))
 _, arrived = episodes(env, np.repeat(mean[None], len(new), axis=0), new)
 print(f"the learned policy arrives in {arrived.mean():.0%} of {len(new)} new episodes")
 
-# A policy that sees no obstacle heads for its goal; the filter changes its actions where they are not safe.
+# This policy observes no obstacle and drives to its goal; the filter changes actions that are not safe.
 filtered = SafetyFilter(RobotEnv(head_on, command="velocity"))
 observation, _ = filtered.reset(seed=1)
 ended, changed = False, 0

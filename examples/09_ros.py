@@ -1,4 +1,4 @@
-"""A robot on two wheels that is told by messages of ROS 2, without ROS: the drive is kept as a bag and replayed."""
+"""A robot on two wheels with messages of ROS 2, without ROS: the drive is kept as a bag and replayed."""
 
 import sys
 from math import cos, sin

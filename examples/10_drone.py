@@ -1,4 +1,4 @@
-"""A drone that follows setpoints of MAVLink among moving balls; its autopilot does exactly as it is told."""
+"""A drone that follows setpoints of MAVLink among moving balls, with an autopilot that follows them exactly."""
 
 import sys
 from importlib.util import find_spec
@@ -21,21 +21,21 @@ ROBOT = slalom.Navigator(slalom.method("nao"), DRONE.shape, slalom.Limits(2.0, 1
 
 
 class Autopilot:
-    """A drone that is where the last setpoint said, and tells it; all of it as bytes."""
+    """A drone at the position of its last setpoint, which it sends; all messages are bytes."""
 
     def __init__(self, north: float, east: float, down: float) -> None:
-        self.reader, self.told, self.count = mavlink.MAVLink(None), (north, east, down, 0.0, 0.0, 0.0), 0
+        self.reader, self.setpoint, self.count = mavlink.MAVLink(None), (north, east, down, 0.0, 0.0, 0.0), 0
 
     def write(self, data: bytes) -> None:
         """Take bytes of setpoints."""
         for message in self.reader.parse_buffer(data) or []:
             self.count += 1
-            self.told = (message.x, message.y, message.z, message.vx, message.vy, message.vz)
+            self.setpoint = (message.x, message.y, message.z, message.vx, message.vy, message.vz)
 
     def position(self, now: float) -> object:
         """The message with the position."""
-        told = mavlink.MAVLink(None).local_position_ned_encode(round(1000.0 * now), *self.told)
-        (message,) = mavlink.MAVLink(None).parse_buffer(told.pack(mavlink.MAVLink(None)))
+        encoded = mavlink.MAVLink(None).local_position_ned_encode(round(1000.0 * now), *self.setpoint)
+        (message,) = mavlink.MAVLink(None).parse_buffer(encoded.pack(mavlink.MAVLink(None)))
         return message
 
 

@@ -27,7 +27,9 @@ from slalom import (
     Obstacle,
     ObstacleWindow,
     Polyline,
+    Reciprocity,
     Rectangle,
+    Sight,
     State,
     Stationary,
     Tracker,
@@ -139,6 +141,12 @@ def late_replay(_: Path) -> object:
 def replay_with_settings(_: Path) -> object:
     """A replay with another horizon."""
     return view(str(sample_data("roundabout_ring_11.csv")), settings=["horizon=3"], browser=False)
+
+
+def reciprocity_backwards(folder: Path) -> object:
+    estimate = Reciprocity(0.3)
+    estimate.update(ROBOT.state, Tracks([(1, 0)], [(0, 0)], 0.3, 1.0))
+    return estimate.update(ROBOT.state, Tracks([(1, 0)], [(0, 0)], 0.3, 0.0))
 
 
 def short_horizon(_: Path) -> object:
@@ -431,7 +439,71 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Session._take_back", r"undo: expected a change before", lambda _: Session(SCENE, NAO)._take_back({}, 0)),
     ("_given", r"robot: expected a value in the command", lambda _: Session(SCENE, NAO)._select({}, 0)),
     ("scenario_text", r"sight_noise: expected 0", lambda _: scenario_text(replace(SCENE, sight_noise=0.1))),
-    ("_part", r"part: expected one of the kinds", lambda _: _part(SimpleNamespace(), BOUNDS)),
+    (
+        "kind_of",
+        r"part: expected one of friction, .*, found SimpleNamespace",
+        lambda _: _part(SimpleNamespace(), BOUNDS),
+    ),
+    ("Sight.__post_init__", r"field_of_view: expected at most 2 pi rad", lambda _: Sight(field_of_view=7.0)),
+    ("Sight.__post_init__", r"range: expected a finite one", lambda _: Sight(float("inf"), hidden_speed=1.0)),
+    (
+        "Sight.look",
+        r"now: expected a time from 1 s on, found 0 s",
+        lambda _: Sight().look(ROBOT.state, [], 0.0, Sight().look(ROBOT.state, [], 1.0)),
+    ),
+    (
+        "Sight.look",
+        r"sight: expected a scene in the plane, found dimension 3",
+        lambda _: Sight().look(State((0, 0, 0), (0, 0, 0)), []),
+    ),
+    (
+        "Method.stopping",
+        r"passive_safety: expected a method with manoeuvres that end",
+        lambda _: method("vo").stopping(),
+    ),
+    (
+        "Tracks._checked",
+        r"shares: expected numbers from 0 to 0.5, found \[0.7\]",
+        lambda _: Tracks([(1, 0)], [(0, 0)], 0.3, shares=[0.7]),
+    ),
+    (
+        "Reciprocity.update",
+        r"tracks: expected dimension 2 as of the state, found 3",
+        lambda _: Reciprocity(0.3).update(ROBOT.state, Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
+    ),
+    ("Reciprocity.update", r"tracks: expected a time t from 1 s on, found 0 s", reciprocity_backwards),
+    (
+        "eyes_of",
+        r"sight: expected none in space, in a periodic world or in several worlds",
+        lambda _: Fleet(NAO, DISC, LIMITS, robots=2, worlds=[0, 1], sight=Sight()),
+    ),
+    (
+        "eyes_of",
+        r"sight: expected no hidden speed in a fleet, found 1 m/s",
+        lambda _: Fleet(NAO, DISC, LIMITS, robots=2, sight=Sight(hidden_speed=1.0)),
+    ),
+    ("sight_of", r"occlusion: expected 0, 1 or 2, found 3", lambda _: replace(SCENE, occlusion=3.0)),
+    ("sight_of", r"sight_range: expected one above 0", lambda _: replace(SCENE, passive_safety=1.0)),
+    (
+        "refuse_sight",
+        r"sight_range: expected limited sight in the plane only, found dimension 3",
+        lambda _: replace(gallery.build("drones_crossing"), sight_range=3.0),
+    ),
+    (
+        "refuse_sight",
+        r"period: expected none with limited sight",
+        lambda _: gallery.build("navground_corridor", {"sight_range": 3.0}),
+    ),
+    (
+        "refuse_sight",
+        r"passive_safety: expected 0 for several robots, found it for 2",
+        lambda _: replace(SCENE, robots=PAIR, sight_range=3.0, passive_safety=1.0),
+    ),
+    (
+        "Method.stopping",
+        r"passive_safety: expected a method with .* such as nao, found nao_ahead",
+        lambda _: simulate(replace(SCENE, sight_range=3.0, passive_safety=1.0), "nao_ahead"),
+    ),
     ("Recording.row", r"robot: expected the name or number of one of 2", lambda _: run(2).row()),
     ("not_huge", r"position: expected numbers of magnitude up to 1e\+100", lambda _: State((1e308, 0), (0, 0))),
     (

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from slalom.cli import DONE, app, call
+from slalom.sim import read_scenario
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -37,6 +38,17 @@ def blocks(language: str) -> list[tuple[str, str]]:
 def test_python_blocks_run(page, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(code, page, "exec"), {"__name__": "__documentation__"})
+
+
+SCENARIOS = [(page, text) for page, text in blocks("yaml") if re.match(r"robots?:", text) and "max_speed" in text]
+
+
+@pytest.mark.parametrize(("page", "text"), SCENARIOS, ids=[page for page, _ in SCENARIOS])
+def test_scenarios_of_pages_are_whole_files(page, text, tmp_path):
+    """With robots: blocks of YAML that a reader copies into a file."""
+    assert len(SCENARIOS) > 1
+    (tmp_path / "scene.yaml").write_text(text)
+    assert read_scenario(tmp_path / "scene.yaml").robots
 
 
 LONG_EXAMPLES = ("03_experiment.py", "07_tracked_people.py", "08_learning.py", "09_ros.py", "11_irsim.py")

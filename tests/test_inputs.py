@@ -504,7 +504,7 @@ DECISIONS = [
         lambda _: navigator(objective=MostClearance(1.0, Arrive())).decide(FLAT, [], GOAL, budget=1.0),
     ),
     Case(
-        "part",
+        "kind_of",
         InvalidInput,
         r"obstacles\[0\]\.trajectory: expected one of stationary, .*, found Function",
         lambda folder: decision([CURVE]).dump(folder / "d.json"),
@@ -1002,7 +1002,7 @@ CASES = [
     Case(
         "LookAhead.__post_init__",
         InvalidInput,
-        r"limits: expected no more than a largest speed and acceleration, found further bounds",
+        r"limits: expected no more than a maximum speed and acceleration, found further bounds",
         lambda _: look_ahead(limits=Limits(2, 1, bounds=(TurningRadius(1),))),
     ),
     Case("positive", InvalidInput, r"time_horizon: .* found 0", lambda _: replace(look_ahead(), time_horizon=0.0)),

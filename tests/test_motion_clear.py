@@ -43,9 +43,9 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
     points = np.zeros((2, 3, 4, 3))
     points[..., :d] = rng.uniform(-3.0, 3.0, (2, 3, 4, d))
     none = np.full(3, -1)
-    return ObstaclePieces(pieces, np.zeros((6, 2)), none, np.zeros(3), none, np.full((6, 4), np.inf), share), Paths(
-        begin, points
-    )
+    return ObstaclePieces(
+        pieces, np.zeros((6, 2)), none, np.zeros(3), none, np.full((6, 4), np.inf), share, np.ones(3, np.bool_)
+    ), Paths(begin, points)
 
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:

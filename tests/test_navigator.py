@@ -48,7 +48,7 @@ from slalom.objective import Situation, preferred_control
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
-from slalom.tolerances import ADJUSTMENT, COMMITTED_SLACK, COST_TIE, LATEST_COLLISION, MIN_IMPROVEMENT
+from slalom.tolerances import ADJUSTMENT, COMMITTED_SLACK, COMPARED_COLLISION, COST_TIE, MIN_IMPROVEMENT
 
 PERIOD = 0.1
 PLANES = (2, 3)
@@ -252,7 +252,7 @@ def test_the_latest_collision_is_that_of_the_slow_search(seed: int) -> None:
     assert decision.outcome is Outcome.DELAYED
     latest = latest_by_bisection(robot, state, goal(2), robot.predict(ring, state, 0.0))
     found = float(decision.blocked.time_to_collision(decision.manoeuvre.control))
-    assert -0.02 * robot.period <= latest - found <= (1.0 + LATEST_COLLISION) * robot.period + 0.02 * robot.period
+    assert -0.02 * robot.period <= latest - found <= (1.0 + COMPARED_COLLISION) * robot.period + 0.02 * robot.period
 
 
 @pytest.mark.parametrize("method", METHODS)

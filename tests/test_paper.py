@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, ObstacleWindow, State, Stationary, Velocity
 from slalom.cli import BAD_INPUT, DONE, call
@@ -73,6 +74,27 @@ def test_every_entry_leaves_its_file_and_the_page(name: str, tmp_path: Path, cap
         assert f"({file.name})" in text
     assert entry.title in text
     assert "--quick" in text
+
+
+@pytest.mark.parametrize("name", [name for name, entry in ENTRIES.items() if entry.draw])
+def test_labels_hide_neither_each_other_nor_markers(name: str) -> None:
+    """Such as v_B, and the marker of the exit. Labels outside the panels are not drawn."""
+    draw = ENTRIES[name].draw
+    assert draw is not None
+    figure = draw()
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.canvas.draw()
+    count = 0
+    for ax in figure.axes:
+        inside = [text for text in ax.texts if text.get_text() and ax.contains_point(ax.transData.transform(text.xy))]
+        boxes = {text: text.get_window_extent(renderer) for text in inside}
+        marked = [line.get_xydata() for line in ax.lines if line.get_marker() not in (None, "None", "", " ")]
+        points = ax.transData.transform(np.concatenate([np.empty((0, 2)), *marked]))
+        for one, box in boxes.items():
+            assert not [other.get_text() for other in boxes if other is not one and box.overlaps(boxes[other])], one
+            assert not [point for point in points if box.contains(*point)], one
+        count += len(boxes) + len(points)
+    assert count > 0
 
 
 def test_a_figure_is_the_same_file_every_time(tmp_path: Path) -> None:

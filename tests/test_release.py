@@ -34,6 +34,20 @@ def test_versions_agree() -> None:
     assert f"slalom-{version}-py3-none-any.whl" in (ROOT / "docs" / "start.md").read_text()
 
 
+def test_the_authors_of_the_paper_are_cited() -> None:
+    """With first names, on every page that names authors of the paper."""
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text())
+    paper = citation["preferred-citation"]
+    assert [(each["given-names"], each["family-names"]) for each in paper["authors"]] == [
+        ("Asher", "Stern"),
+        ("Zvi", "Shiller"),
+    ]
+    assert "Asher Stern and Zvi Shiller" in (ROOT / "README.md").read_text()
+    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.py"), ROOT / "CITATION.cff"]
+    assert len(pages) > 300
+    assert not [path for path in pages if re.search(r"\bU\. ?Stern", path.read_text())]
+
+
 def test_policy() -> None:
     """Public interface, deprecation, security and support are stated."""
     interface = (ROOT / "docs" / "interface.md").read_text()
@@ -52,6 +66,9 @@ def test_the_workflow_runs_what_people_run() -> None:
     assert targets
     assert all(re.search(rf"^{target}:", makefile, re.M) for target in targets)
     assert "untested" in text
+    # The tests that `make test` selects.
+    (selected,) = re.findall(r'pytest .*-m "([^"]+)"', text)
+    assert f'$(PYTEST) -m "{selected}" --draws $(DRAWS)' in makefile
 
 
 def release(folder: Path, change: dict[str, str | None], shipped: tuple[str, ...] = SHIPPED) -> tuple[Path, Path]:

@@ -63,6 +63,12 @@ def test_a_bag_gives_the_commands_of_the_first_run_to_the_bit(drive, tmp_path, c
     assert figure.stat().st_size > 10_000
 
 
+def test_the_share_of_the_messages_that_are_read_is_reported(drive):
+    shares = []
+    read = list(bag.read_bag(drive, ["/odom"], shares.append))
+    assert shares == [k / len(read) for k in range(1, len(read) + 1)]
+
+
 def test_other_settings_give_other_commands_and_are_noticed(drive, capsys):
     changed = [*FLAGS, "--margin", "0.2"]
     assert call(["ros", "replay", str(drive), *changed, "--expected", "/cmd_vel"]) == FAILED

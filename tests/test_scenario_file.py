@@ -39,6 +39,12 @@ replan: 0.2
 horizon: 4.0
 margin: 0.1
 patience: 0.3
+sight_range: 9
+field_of_view: 4
+sight_near: 1
+occlusion: 2
+hidden_speed: 1.2
+passive_safety: 1
 holds: [0.5, 1]
 robot:
   position: [0, 0]
@@ -125,6 +131,12 @@ def test_everything_is_read(tmp_path: Path) -> None:
         "horizon": 4.0,
         "margin": 0.1,
         "patience": 0.3,
+        "sight_range": 9.0,
+        "field_of_view": 4.0,
+        "sight_near": 1.0,
+        "occlusion": 2.0,
+        "hidden_speed": 1.2,
+        "passive_safety": 1.0,
     }
     assert (scenario.name, scenario.holds) == ("everything", (0.5, 1.0))
     robot = scenario.robot
@@ -282,7 +294,8 @@ IN_ROBOT = (
     "acceleration_bounds, bounds, objective, position, goal"
 )
 AT_TOP = (
-    "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, period"
+    "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, "
+    "sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
 )
 KINDS = ", ".join(f"{name!r}" for name in TRAJECTORIES)
 

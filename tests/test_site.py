@@ -11,6 +11,7 @@ import pytest
 import slalom
 from slalom.cli import app
 from slalom.sim.files.schema import ScenarioSpec
+from slalom.sim.files.schema_parts import model_of_part
 from slalom.sim.gallery import GALLERY
 from slalom.sim.measure.metrics import METRICS
 
@@ -20,6 +21,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 import site_blocks  # noqa: E402
 import site_gallery  # noqa: E402
 import site_reference  # noqa: E402
+import site_units  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +86,76 @@ def test_reference_pages_are_complete() -> None:
     assert all(f"| `{key}` |" in keys for key in ScenarioSpec.model_fields)
     for model, meanings in site_reference.MEANINGS.items():
         assert set(meanings) == set(getattr(site_reference, model).model_fields), model
+
+
+PARTS = {
+    "get started": ["start"],
+    "tutorials": ["tutorials/one_decision", "tutorials/own_simulator", "tutorials/fleets", "tutorials/own_method"],
+    "further tutorials": ["robots", "paper", "recordings"],
+    "choice and concepts": ["methods", "concepts", "theory"],
+    "reference": [f"generated/{page}" for page in site_reference.PAGES],
+    "examples": ["generated/gallery", "generated/[0-9]*"],
+    "benchmarks": ["performance", "fleets", "planners", "crossings"],
+    "project": ["interface", "generated/changelog", "generated/contributing", "generated/security", "design/index"],
+}
+"""Pages of the site by the part that they belong to."""
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_the_site_has_every_part(part: str) -> None:
+    """In the navigation; the build refuses names of pages that do not exist."""
+    listed = {
+        line for line in (ROOT / "docs" / "index.md").read_text().splitlines() if re.fullmatch(r"[\w/\[\]*-]+", line)
+    }
+    assert PARTS[part]
+    assert not set(PARTS[part]) - listed
+
+
+def test_the_glossary_defines_the_words_of_the_tables() -> None:
+    """Terms of methods, results and figures."""
+    text = (ROOT / "docs" / "concepts.md").read_text().partition("## Glossary")[2]
+    terms = re.findall(r"^([^\n:]+)\n: (.+)$", text, re.M)
+    names = [name for name, _ in terms]
+    assert names == sorted(names, key=str.lower)
+    assert all(meaning.endswith((".", ")")) for _, meaning in terms)
+    needed = {
+        "adjustment",
+        "clearance",
+        "efficacy",
+        "extra time",
+        "foresight",
+        "horizon",
+        "manoeuvre",
+        "margin",
+        "outcome",
+        "preferred control",
+        "response",
+    }
+    assert needed <= set(names)
+
+
+def test_every_quantity_of_a_file_has_its_unit() -> None:
+    """Keys of all kinds, and parameters of all scenarios; no unit is left over."""
+    keys = {
+        (kind, key)
+        for kinds in site_reference.KINDS.values()
+        for kind, part in kinds.items()
+        for key in keys_of(kind, part)
+    }
+    assert all(site_units.unit_of(kind, key) for kind, key in keys)
+    assert set(site_units.UNITS) == {key for _, key in keys}
+    assert set(site_units.OWN_UNITS) <= keys
+    parameters = {(entry.name, name) for entry in GALLERY.values() for name in entry.parameters}
+    assert all(site_units.meaning_of(*each) for each in parameters)
+    assert set(site_units.PARAMETERS) == {name for _, name in parameters}
+    assert set(site_units.OWN_PARAMETERS) <= parameters
+    assert "| `speed` | number | required | m/s |" in site_reference.scenario_files()
+    assert "| `merging` | `wait` | 3 | [s] from the start until the gap passes the entry |" in site_reference.names()
+
+
+def keys_of(kind: str, part: type) -> set[str]:
+    """The keys of a part in a file."""
+    return {*model_of_part(kind, part).model_fields} - {"kind"}
 
 
 def test_a_missing_name_stops_the_build(monkeypatch: pytest.MonkeyPatch) -> None:

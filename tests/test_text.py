@@ -213,6 +213,22 @@ def test_registries_have_sentences() -> None:
         assert re.search(r"\b(19|20)\d\d$", method.source)
 
 
+ROOT = Path(__file__).parents[1]
+PAGES = [*ROOT.glob("*.md"), *(page for page in (ROOT / "docs").rglob("*.md") if "generated" not in page.parts)]
+PERSONS = re.compile(r"\b(who|whom|nobody|somebody|everybody|for ever|in vain|wish(?:es|ed)?|wants?|sieved?)\b", re.I)
+"""Words of the column "instead of" of the style in CONTRIBUTING.md: robots and obstacles are no persons."""
+
+
+def test_robots_and_obstacles_are_no_persons() -> None:
+    """In sources and pages, without quoted names. The page with the rules names these words itself."""
+    found = {
+        path: sorted({word.lower() for word in PERSONS.findall(re.sub(r"`[^`\n]*`", "", path.read_text()))})
+        for path in [*FILES, *PAGES]
+    }
+    assert found.pop(ROOT / "CONTRIBUTING.md")
+    assert not {name_of(path) if path in FILES else path.name: words for path, words in found.items() if words}
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Lengths and names.
 

@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
 
+from site_units import meaning_of
+
 import slalom
 from slalom.errors import InvalidInput
 from slalom.peers import contender
@@ -34,10 +36,10 @@ def page(picture: Callable[[str], tuple[str, str]]) -> str:
     ]
     for name, entry in GALLERY.items():
         address, sentence = picture(name)
-        parameters = ", ".join(f"`{key}={value:g}`" for key, value in entry.parameters.items())
+        parameters = [f"- `{key}`, {value:g}: {meaning_of(name, key)}" for key, value in entry.parameters.items()]
         command = " ".join(["slalom run", name, *_settings(name), "--figure", f"{name}.png"])
         lines += [f"## {name}", f"{entry.sentence} {sentence}"]
-        lines += [f"Parameters: {parameters}."] if parameters else []
+        lines += ["Parameters, with their defaults:", "\n".join(parameters)] if parameters else []
         lines += [f"```console\n$ {command}\n```"]
         lines += [f"![A run of {name}]({address})"] if address else []
     return "\n\n".join(lines) + "\n"

@@ -2,7 +2,10 @@
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, Final, Literal, get_args, get_origin
 
@@ -32,6 +35,10 @@ from slalom.sim.sweep.study_yaml import ScenarioRowSpec, StudySpec
 from slalom.trajectory import TRAJECTORIES
 from slalom.uncertainty import UNCERTAINTIES
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from site_units import meaning_of, unit_of
+
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "One decision": (
         *("Navigator", "Decision", "Outcome", "LookAhead", "SequenceDecision", "ExpectedLoss", "Manoeuvre"),
@@ -41,7 +48,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
         *("Obstacle", "ObstacleTable", "ObstacleWindow", "Tracks", "Tracker"),
-        *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement"),
+        *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility", "Reciprocity"),
     ),
     "Shapes": ("Shape", "Disc", "Ball", "Capsule", "Rectangle", "Polygon", "Polyline", "Union", "Part"),
     "Trajectories": (
@@ -138,9 +145,9 @@ ROBOT_KEYS: Final[Mapping[str, str]] = {
     "radius": "[m] of a disc, in space of a ball",
     "name": "in results and files",
     "method": "by which it decides; by default that of the run",
-    "objective": "what the robot minimises; by default it arrives as early as possible",
+    "objective": "cost that the robot minimises; by default the time of arrival",
     "margin": "[m] its own, by default that of the scenario",
-    "priority": "a robot with less of it does more of the avoidance",
+    "priority": "[1] of two robots, the one with the smaller value does more of the avoidance",
     "velocity": "[m/s] at the start; by default 0",
     "max_speed": "[m/s]",
     "max_acceleration": "[m/s^2]",
@@ -165,6 +172,12 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "margin": "[m] required clearance",
         "patience": "[s] gain of arrival time for which a safe manoeuvre is changed",
         "holds": "[s] durations for which an acceleration may be held",
+        "sight_range": "[m] up to which robots see; 0: not limited",
+        "field_of_view": "[rad] full angle about the direction of motion; 0: a full turn",
+        "sight_near": "[m] up to which robots sense in all directions",
+        "occlusion": "1: obstacles at rest hide what is behind them, 2: all do, 0: none does",
+        "hidden_speed": "[m/s] of hidden agents, with passive_safety",
+        "passive_safety": "1: hidden agents meet the robot at rest only, 2: seen ones as well, 0: neither",
         "period": "[m] after which the world repeats along each axis, .inf where it does not",
     },
     "RobotSpec": {
@@ -178,7 +191,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "count": "number of robots; this key makes an entry of `robots` a group",
         "positions": "pattern of the starts: kinds below",
         "goals": "pattern of the goals: kinds below",
-        "goal": "what the goals have in common: keys below",
+        "goal": "keys that the goals have in common: below",
         "overrides": "robots that differ: keys below",
     },
     "GroupGoalSpec": {
@@ -206,7 +219,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
     "PathSpec": {
         "points": "[m] of the polyline",
         "speeds": "[m/s] one, or one for each point",
-        "lookahead": "[s] by which the target is ahead",
+        "lookahead": "[s] of driving from the robot to its target on the path",
     },
     "HalfSpaceSpec": {"normal": "direction", "offset": "normal . x is at most this"},
     "ObstacleSpec": {
@@ -296,8 +309,8 @@ def in_words(hint: Any, metadata: Sequence[Any] = ()) -> str:
     return f"{words}, {limits['Ge'].ge:g} or more" if "Ge" in limits else words
 
 
-def keys(model: type[BaseModel], meanings: Mapping[str, str] | None = None) -> str:
-    """Return the table of the keys of a mapping. Raises KeyError for a key without a meaning, where these are given."""
+def keys(model: type[BaseModel], head: str, of: Callable[[str], str]) -> str:
+    """Return the table of the keys of a mapping, with a last column `head` that has the text `of` each key."""
     rows = []
     for name, field in model.model_fields.items():
         if name == "kind":
@@ -311,8 +324,8 @@ def keys(model: type[BaseModel], meanings: Mapping[str, str] | None = None) -> s
             else f"`{value}`"
         )
         row = [f"`{name}`", in_words(field.annotation, field.metadata), default]
-        rows.append([*row, meanings[name]] if meanings is not None else row)
-    return table(["key", "value", "default", *(["meaning"] if meanings is not None else [])], rows)
+        rows.append([*row, of(name)])
+    return table(["key", "value", "default", head], rows)
 
 
 def scenario_files() -> str:
@@ -339,14 +352,14 @@ def scenario_files() -> str:
         "A row of a study": ScenarioRowSpec,
     }
     for title, model in titled.items():
-        lines += [f"## {title}", "", keys(model, MEANINGS[model.__name__]), ""]
+        lines += [f"## {title}", "", keys(model, "meaning", MEANINGS[model.__name__].__getitem__), ""]
     for title, kinds in KINDS.items():
         lines += [f"## {title}", ""]
         for kind, part in kinds.items():
             model = model_of_part(kind, part)
             sentence = (part.__doc__ or "").strip().splitlines()[0]
             lines += [f"### `kind: {kind}`", "", sentence, ""]
-            lines += [keys(model), ""] if len(model.model_fields) > 1 else []
+            lines += [keys(model, "unit", partial(unit_of, kind)), ""] if len(model.model_fields) > 1 else []
     return "\n".join(lines)
 
 
@@ -474,22 +487,26 @@ def outcomes() -> str:
 
 def names() -> str:
     """Return the page of everything that has a name on the command line."""
-    scenarios = [
-        (f"`{e.name}`", e.sentence, ", ".join(f"`{k}={v:g}`" for k, v in e.parameters.items()))
+    scenarios = [(f"`{e.name}`", e.sentence, ", ".join(f"`{k}`" for k in e.parameters)) for e in GALLERY.values()]
+    parameters = [
+        (f"`{e.name}`", f"`{k}`", f"{v:g}", meaning_of(e.name, k))
         for e in GALLERY.values()
+        for k, v in e.parameters.items()
     ]
     methods = [(f"`{m.name}`", m.sentence, m.foresight, m.source) for m in CONTENDERS.values()]
     formats = [(f"`{f.name}`", f.sentence, f.mark, f.suffix or "-") for f in FORMATS.values()]
     parts = {
-        "Scenarios": table(["scenario", "what happens", "parameters"], scenarios),
-        "Methods": table(["method", "what it does", "foresight", "source"], methods),
+        "Scenarios": table(["scenario", "description", "parameters"], scenarios),
+        "Parameters of scenarios": "Set them by `--set NAME=VALUE`.\n\n"
+        + table(["scenario", "parameter", "default", "meaning"], parameters),
+        "Methods": table(["method", "description", "foresight", "source"], methods),
         "Levels of foresight": table(
-            ["foresight", "what is known"], [(f"`{name}`", text) for name, text in FORESIGHT_SENTENCES.items()]
+            ["foresight", "information"], [(f"`{name}`", text) for name, text in FORESIGHT_SENTENCES.items()]
         ),
         "Formats of recordings": table(["format", "contents", "recognised by", "written as"], formats),
         "Samples": table(["file", "contents"], [(f"`sample:{name}`", text) for name, text in SAMPLES.items()]),
     }
-    lines = ["# Scenarios, methods, formats", "", "What `slalom list` prints.", ""]
+    lines = ["# Scenarios, methods, formats", "", "`slalom list` prints these names.", ""]
     return "\n".join([*lines, *(f"## {title}\n\n{text}\n" for title, text in parts.items())])
 
 

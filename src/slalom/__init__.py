@@ -1,11 +1,11 @@
 """slalom: reactive robot navigation with velocity and acceleration obstacles.
 
-One concept: a control moves the robot by an affine map with a scalar gain (`response`); an obstacle (`shape` on a
-`trajectory`) blocks the controls that lead into it (`ControlObstacle`); `select` finds the admissible control nearest
-to the preferred one that collides with nothing; `Navigator` turns choices into safe motion; `slalom.sim` simulates,
+One concept: a control moves the robot by an affine map with a scalar gain (`response`). An obstacle (`shape` on a
+`trajectory`) blocks the controls that lead into it (`ControlObstacle`). `select` finds the admissible control nearest
+to the preferred one that collides with nothing. `Navigator` turns choices into safe motion. `slalom.sim` simulates,
 records and measures; `slalom.view` draws.
 
-The public names are in the stub beside this file. They are imported when they are first used: the command line answers
+The public names are in the stub beside this file. They are imported on first use: the command line starts
 without numpy, `slalom.Disc` without numba.
 """
 

@@ -97,6 +97,7 @@ from .obstacle.window import ObstacleWindow as ObstacleWindow
 from .path_goal import PathGoal as PathGoal
 from .peers.table import method as method
 from .precompile import compile as compile
+from .reciprocity import Reciprocity as Reciprocity
 from .response import (
     AccelerateThenBrake as AccelerateThenBrake,
     AccelerateThenCoast as AccelerateThenCoast,
@@ -127,6 +128,10 @@ from .shape import (
     Rectangle as Rectangle,
     Shape as Shape,
     Union as Union,
+)
+from .sight import (
+    Sight as Sight,
+    Visibility as Visibility,
 )
 from .state import State as State
 from .trajectory import (

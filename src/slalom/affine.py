@@ -12,10 +12,10 @@ class Affine:
     """Affine map u -> drift + gain * u from controls (d,) to the workspace, at one time or at many.
 
     `drift` is (..., d) and `gain` is (...): one map per leading index. The drift of a position map is the position of
-    the robot under u = 0: the flow of the drift vector field of control theory, not the field.
+    the robot under u = 0. It is the flow of the drift vector field of control theory, not the field.
 
-    slalom uses the map in four ways: the inverse image of an obstacle is avoided; that of the speed limit is
-    admissible; that of the goal is the target; the map itself moves the simulated robot.
+    slalom uses the map in four ways. The inverse image of an obstacle is avoided, that of the speed limit is
+    admissible, and that of the goal is the target. The map itself moves the simulated robot.
     """
 
     drift: Array

@@ -2,7 +2,7 @@
 
 In the body frame x points along the heading of the state, or along the velocity if the state has none. In the plane y
 points to its left, in space the rest is lateral. A robot slower than REST whose state has no heading takes the one of
-its bound. Without one, a bound on the acceleration that needs a heading is replaced by the largest ball about 0 that
+its bound. Without a heading, a bound on the acceleration that needs one is replaced by the largest ball about 0 that
 fits into it under every heading. `TurningRadius`, `HeadingCone` and `LeastSpeed` then bound nothing, because they
 restrict a moving robot only.
 """
@@ -107,9 +107,9 @@ class Friction:
     """(a_x / x)^2 + (a_lateral / lateral)^2 <= 1 in the body frame; x is `forward` if a_x >= 0, else `braking`.
 
     Two half ellipses (in space half ellipsoids of revolution): the friction ellipse of a tyre with different limits of
-    engine and brakes, all in m/s^2 and above 0. In the plane an inscribed polygon of ELLIPSE_SIDES sides, which loses
-    at most 0.5 % of any acceleration; in space a polyhedron of 18 faces, which loses at most 18.4 %. Neither loses
-    anything along the heading.
+    engine and brakes. All are in m/s^2 and above 0. In the plane an inscribed polygon of ELLIPSE_SIDES sides, which
+    loses at most 0.5 % of any acceleration. In space a polyhedron of 18 faces, which loses at most 18.4 %. Neither
+    loses anything along the heading.
     """
 
     of: ClassVar[Literal["acceleration"]] = "acceleration"

@@ -141,7 +141,7 @@ GOAL: Final = (("trajectory", "tolerance", "stop"), "a Goal")
 METHOD: Final = (("responses", "forecast"), "a method, such as method('nao')")
 WINDOW: Final = (("bodies", "horizon"), "an ObstacleWindow")
 BLOCKED: Final = (("for_controls", "overlaps"), "a ControlObstacle")
-"""Kinds of parts, as in has(state, *STATE, "state"): what they have, and the words of a message."""
+"""Kinds of parts, as in has(state, *STATE, "state"): their members, and the words of a message."""
 
 
 def has(value: object, attributes: Sequence[str], expected: str, name: str) -> None:

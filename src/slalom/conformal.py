@@ -19,10 +19,10 @@ from slalom.uncertainty import BoundedError, Uncertainty
 
 
 class Coverage(NamedTuple):
-    """How often a calibrated radius held, at one prediction time."""
+    """Measured share of errors within a calibrated radius, at one prediction time."""
 
     lead: float  # [s] prediction time
-    promised: float  # share of the errors that the radius shall hold
+    promised: float  # share of the errors that the radius is to hold
     measured: float  # share that it held; nan without an error
     errors: int  # that were judged
     radius: float  # [m] now
@@ -50,14 +50,14 @@ class _Lead:
 class Calibration:
     """Radii that hold a chosen share of the errors of a forecast, from all errors that were observed so far.
 
-    For each prediction time the radius is the conformal quantile of the newest errors of all tracks. If the share that
-    holds drifts from the promise, the level of the quantile follows: by CONFORMAL_RATE for each error. Law: in the
-    long run the share of errors within the radius is `confidence`, for any sequence of errors. Sources: Vovk,
-    Gammerman and Shafer, Algorithmic Learning in a Random World, 2005, for the quantile; Gibbs and Candes, Adaptive
-    conformal inference under distribution shift, NeurIPS 2021, for the level.
+    For each prediction time the radius is the conformal quantile of the newest errors of all tracks. If the measured
+    share drifts from the confidence, the level of the quantile follows: by CONFORMAL_RATE for each error. Law: in the
+    long run the share of errors within the radius is `confidence`, for any sequence of errors. Sources: Vovk, Gammerman
+    and Shafer, Algorithmic Learning in a Random World, 2005, for the quantile; Gibbs and Candes, Adaptive conformal
+    inference under distribution shift, NeurIPS 2021, for the level.
 
-    Until there are enough errors for the quantile, `prior` bounds them. The forecast sees positions and velocities that
-    were observed, and an error is known only when its time has come: nothing uses the future.
+    Until there are enough errors for the quantile, `prior` bounds them. The forecast uses observed positions and
+    velocities only, and an error is computed at its own time: nothing uses the future.
 
     Attributes:
         confidence: share of the errors, between 0 and 1.
@@ -91,10 +91,10 @@ class Calibration:
         self._leads = [_Lead(deque(maxlen=CONFORMAL_ERRORS), self.confidence) for _ in self.leads]
 
     def observe(self, tracks: Tracks) -> None:
-        """Judge earlier predictions by what is observed now, and predict anew.
+        """Compare earlier predictions with the present observation, and predict anew.
 
         Args:
-            tracks: what is observed at one time, with ids that stay the same.
+            tracks: the observation of one time, with ids that stay the same.
 
         Raises:
             InvalidInput: a time that is not after that of the last call.
@@ -124,7 +124,7 @@ class Calibration:
 
     @property
     def coverage(self) -> tuple[Coverage, ...]:
-        """Promised and measured share of errors within the radius, for each prediction time."""
+        """Confidence and measured share of errors within the radius, for each prediction time."""
         return tuple(
             Coverage(h, self.confidence, lead.held / lead.judged if lead.judged else np.nan, lead.judged, radius)
             for h, lead, radius in zip(self.leads, self._leads, self.radii().tolist(), strict=True)
@@ -140,7 +140,7 @@ class Calibration:
         return max(largest, float(self.prior.radius(h, self._dimension)))
 
     def _judge(self, id: Hashable, t: float, position: Array) -> None:
-        """Compare what was predicted of a track with its positions between the last observation and this one."""
+        """Compare the predictions of a track with its positions between the last observation and this one."""
         if id not in self._last:
             self._pending[id] = [deque() for _ in self.leads]
             return

@@ -20,10 +20,10 @@ from slalom.obstacle.pieces import Bodies
 from slalom.obstacle.window import ObstacleWindow
 from slalom.relative_motion import RelativeMotion
 from slalom.response import Response
-from slalom.response.pieces import piece_norm, response_pieces
+from slalom.response.pieces import piece_norm, response_pieces, rest_time
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import BOUNDARY, OVERLAP
+from slalom.tolerances import BOUNDARY, OVERLAP, REST_ROUNDING
 
 
 class Element(NamedTuple):
@@ -66,16 +66,16 @@ def _ahead(n: int) -> Array:
 class ControlObstacle:
     """The controls with which the robot collides with an obstacle within (0, horizon].
 
-    The union over time of the temporal elements (B(t) - drift(t)) / gain(t), where B(t) is the obstacle grown by the
-    robot's shape and by `margin` (Bareiss and van den Berg 2015; with the Acceleration response it is the AO or
-    NAO of Stern and Shiller 2025, with Velocity the VO or NLVO). Whether a control belongs to it is decided in
-    the workspace for all times, not at samples.
+    The union over time of the temporal elements (B(t) - drift(t)) / gain(t) (Bareiss and van den Berg 2015). B(t) is
+    the obstacle grown by the robot's shape and by `margin`. With the Acceleration response it is the AO or NAO of Stern
+    and Shiller 2025, with Velocity the VO or NLVO. Whether a control belongs to it is decided in the workspace for all
+    times, not at samples.
 
     Laws: contains(u) = (clearance(u) < 0) = (time_to_collision(u) < inf), up to CERTIFIED of clearance; a longer
     horizon, a larger radius or one more obstacle never frees a control.
 
     Args:
-        response: how the robot answers a control. state: its state now.
+        response: the motion of the robot under a control. state: its state now.
         obstacles: the obstacles over the window that begins now.
         robot: the robot's shape. margin: [m] >= 0 to keep from every obstacle.
         horizon: [s], at most that of the obstacles, which is the default.
@@ -96,11 +96,10 @@ class ControlObstacle:
 
     def __post_init__(self) -> None:
         refuse_kinds(self.response, self.obstacles, self.robot, self.state)
-        horizon = number(self.horizon, "horizon") or self.obstacles.horizon
-        if positive(horizon, "horizon") > self.obstacles.horizon:
-            raise InvalidInput(
-                f"horizon: expected at most {self.obstacles.horizon:g} s, as of the obstacles, found {horizon:g} s"
-            )
+        longest = self.obstacles.horizon
+        horizon = number(self.horizon, "horizon") or longest
+        if positive(horizon, "horizon") > longest:
+            raise InvalidInput(f"horizon: expected at most {longest:g} s, as of the obstacles, found {horizon:g} s")
         object.__setattr__(self, "horizon", horizon)
         if isinstance(self.margin, float):
             not_negative(self.margin, "margin")
@@ -153,13 +152,13 @@ class ControlObstacle:
 
     @cached_property
     def overlapping(self) -> npt.NDArray[np.int64]:
-        """Indices of the obstacles that the robot (with its margin) overlaps now."""
-        return np.flatnonzero(self.initial_clearances < -OVERLAP)
+        """Indices of the obstacles that the robot (with its margin) overlaps now, and whose contact at rest counts."""
+        return np.unique(self._bodies.owner[self._bodies.at_rest & (self._distances - self._radii < -OVERLAP)])
 
     @property
     def overlaps(self) -> bool:
-        """Whether the robot (with its margin) overlaps any obstacle now."""
-        return self._kept[1]
+        """Whether the robot (with its margin) overlaps any obstacle now whose contact at rest counts."""
+        return self._kept[1] and len(self.overlapping) > 0
 
     def escape_direction(self, index: int) -> Array:
         """The unit vector (d,) along which the robot leaves the nearest part of an obstacle soonest.
@@ -188,9 +187,11 @@ class ControlObstacle:
         table = BodyTable(self._radii, bodies.hull_radius, bodies.owner, bodies.hull)
         error = self.response.interpolation_error
         cut, bounding_radius, owner, hull = kernels.segments_of(bodies.pieces, motion, table, self.horizon, error)
-        turns = cut.turns
-        if not bodies.turning:
-            turns = np.ascontiguousarray(_ahead(len(owner))) if bodies.has_hulls else _ahead(len(owner))
+        if not bodies.at_rest.all():
+            rest = rest_time(self.response, self.state, self.horizon)
+            over = ~bodies.at_rest[cut.body] & (cut.begin >= rest - REST_ROUNDING)
+            cut.radius[over], cut.growth[over], bounding_radius[over] = -np.inf, 0.0, -np.inf
+        turns = cut.turns if bodies.turning else _ahead(len(owner))
         return RelativeMotion(
             begin=cut.begin,
             end=cut.end,
@@ -200,7 +201,7 @@ class ControlObstacle:
             bounding_radius=bounding_radius,
             owner=owner,
             hull=hull,
-            turns=turns,
+            turns=np.ascontiguousarray(turns) if bodies.has_hulls else turns,
             corners=bodies.corners,
             first=bodies.first,
             growth=cut.growth,
@@ -277,9 +278,10 @@ class ControlObstacle:
     def boundary(self, center: npt.ArrayLike, radius: float, *, tolerance: float = 0.0) -> Boundary:
         """The exact boundary in the plane within the disc of controls of `center` (2,) and `radius` > 0.
 
-        A control is in `region` if it collides, except where it is within about `tolerance` (in units of the control;
-        by default the share BOUNDARY of the radius) of the boundary. The curves are sampled envelopes of the elements
-        (Stern and Shiller 2025; docs/theory.md, 6); `times_to_collision` decides which side of them is blocked.
+        A control is in `region` if it collides, except within about `tolerance` of the boundary. The tolerance is in
+        units of the control, by default the share BOUNDARY of the radius. The curves are sampled envelopes of the
+        elements (Stern and Shiller 2025; docs/theory.md, 6); `times_to_collision` decides which side of them is
+        blocked.
 
         Raises:
             InvalidInput: in space; a radius that is not above 0.

@@ -8,7 +8,7 @@ class SlalomError(Exception):
 
 
 class InvalidInput(SlalomError, ValueError):
-    """Invalid value; the message states what was expected, what was found, and where."""
+    """Invalid value; the message states the expected value, the found one, and its place."""
 
 
 class OutsideSpan(SlalomError, ValueError):

@@ -1,4 +1,4 @@
-"""Forecasts: rules that predict an obstacle's trajectory from what is known of it now."""
+"""Forecasts: rules that predict an obstacle's trajectory from the present information about it."""
 
 from dataclasses import dataclass, replace
 from typing import Final, Protocol, runtime_checkable
@@ -55,7 +55,7 @@ class Present:
 
 @dataclass(frozen=True)
 class AtConstantVelocity:
-    """The present velocity for ever. The assumption of VO and AVO."""
+    """The present velocity without end. The assumption of VO and AVO."""
 
     @property
     def includes_future(self) -> bool:
@@ -67,7 +67,7 @@ class AtConstantVelocity:
 
 @dataclass(frozen=True)
 class AtConstantAcceleration:
-    """The present velocity, and the present acceleration for ever. The assumption of AO."""
+    """The present velocity, and the present acceleration without end. The assumption of AO."""
 
     @property
     def includes_future(self) -> bool:
@@ -83,7 +83,7 @@ class AtConstantAcceleration:
 class AcceleratingBriefly:
     """The present acceleration for `seconds`, then constant velocity: for robots that decide often.
 
-    The present acceleration indicates the next velocity of a robot, but nothing beyond. Extrapolated for ever, a
+    The present acceleration indicates the next velocity of a robot, but nothing beyond. Extrapolated without end, a
     braking robot would reverse.
     """
 
@@ -109,7 +109,7 @@ class AcceleratingBriefly:
 
 @dataclass(frozen=True)
 class AtConstantTurn:
-    """The present speed and turn rate for ever: vehicles on bends and in roundabouts.
+    """The present speed and turn rate without end: vehicles on bends and in roundabouts.
 
     The turn rate follows from the acceleration across the velocity; the acceleration along it is ignored. An obstacle
     at rest, or with a turn rate below STRAIGHT_TURN_RATE, moves straight on.

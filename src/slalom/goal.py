@@ -90,7 +90,7 @@ class Goal:
 
         To pass a goal at rest: the earliest arrival under one constant acceleration followed by coasting, exact
         (`kernels/decision/time_to_go.py`). A moving goal is evaluated where it is intercepted. With `stop`: exact on a
-        line for a robot that can still brake within its distance; a change of velocity dv costs |dv|^2 / (2 a v).
+        line for a robot that can still brake within its distance. A change of velocity dv costs |dv|^2 / (2 a v).
         """
         max_speed, max_acceleration = limits.max_speed, limits.max_acceleration
         if not self.stop:

@@ -1,4 +1,4 @@
-"""What the robot can do, as a set of controls: the admissible set."""
+"""The limits of a robot as a set of controls: the admissible set."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -130,17 +130,17 @@ class Limited(Protocol):
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a robot: the largest speed [m/s] and acceleration [m/s^2], both Euclidean norms, and bounds.
+    """Limits of a robot: the maximum speed [m/s] and acceleration [m/s^2], both Euclidean norms, and bounds.
 
     `velocity_bounds` and `acceleration_bounds` are half-spaces in which the velocity and the acceleration must stay.
     `bounds` are sets that depend on the state (see `slalom.bounds`): friction ellipse, box, polygon, heading cone,
     turning radius, least speed.
 
-    Guarantee of bounds in the frame of the body: the acceleration at the decision, and acceleration and velocity along
-    the predicted motion, are in the set *as it stands at the decision*. While a control is held the body turns and the
+    Guarantee of bounds in the frame of the body. Acceleration and velocity along the predicted motion are in the set
+    *as it is at the decision*. So is the acceleration at the decision. While a control is held the body turns and the
     set with it, so the later motion may leave the set of its own time. A navigator tests `allows` at every decision and
     keeps no manoeuvre that has left it. The applied acceleration is therefore always in the set of that decision,
-    unless the outcome says that no control is.
+    unless the outcome states that no control is.
 
     Raises:
         InvalidInput: a limit that is not above 0.
@@ -226,7 +226,7 @@ _BOUNDS = (
     ("acceleration_bounds", ("normal", "offset"), "a HalfSpace"),
     ("bounds", ("of", "half_spaces"), "a bound, such as Friction(...)"),
 )
-"""The bounds of `Limits`: name, members of each, and what each is."""
+"""The bounds of `Limits`: name, members and meaning of each."""
 
 _NONE = {d: (np.empty((0, d)), np.empty(0)) for d in (2, 3)}
 """No half-spaces, by dimension."""

@@ -52,7 +52,7 @@ class Method:
             them; None: the margin must only not shrink further. `Navigator` uses share and regain only for
             `robots=`: its obstacles do not avoid it.
         agrees: whether two robots that share the avoidance agree, from what both observe, on the side to pass on.
-        shared: robots know the committed manoeuvres of the others, and decide one after the other.
+        shared: robots receive the committed manoeuvres of the others, and decide one after the other.
         looks_ahead: whether a single robot searches over sequences of accelerations (`lookahead.LookAhead`).
     """
 
@@ -92,6 +92,22 @@ class Method:
         """The method for robots among other robots."""
         return self if self.responses_among is None else replace(self, responses=self.responses_among)
 
+    def stopping(self) -> "Method":
+        """The method for a robot that must be able to stop, see `Sight`.
+
+        It has its responses among robots, and further ones that brake in less time, which only slow robots can.
+
+        Raises:
+            InvalidInput: a method without a response that ends at rest.
+        """
+        found = self.among_robots()
+        limits = Limits(1.0, 1.0)
+        if not any(isinstance(r, AccelerateThenBrake) for r in found.responses(limits, 0.1, HOLDS)):
+            raise InvalidInput(
+                f"passive_safety: expected a method with manoeuvres that end at rest, such as nao, found {self.name}"
+            )
+        return replace(found, responses=_Stopping(found.responses))
+
 
 def _velocity(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
     return (Velocity(ramp=period),)
@@ -128,6 +144,23 @@ def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> 
     )
 
 
+@dataclass(frozen=True)
+class _Stopping:
+    """The responses `of` a method, and the shortest hold followed by a half, a quarter, ... of the time to brake."""
+
+    of: Responses
+
+    def __call__(self, limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+        given = self.of(limits, period, holds)
+        braking = [response for response in given if isinstance(response, AccelerateThenBrake)]
+        hold, steps = min(one.hold for one in braking), round(min(one.brake for one in braking) / period)
+        shorter = []
+        while steps > 1:
+            steps = (steps + 1) // 2
+            shorter.append(AccelerateThenBrake(hold, steps * period))
+        return (*given, *shorter)
+
+
 _ROWS: Final = (
     Method(
         "vo",
@@ -140,7 +173,7 @@ _ROWS: Final = (
         "rvo",
         _velocity,
         AtConstantVelocity(),
-        "Reciprocal velocity obstacle: as vo, and of the change that avoids another robot each makes half.",
+        "Reciprocal velocity obstacle: as vo, but each robot makes half of the change that avoids another.",
         "van den Berg, Lin and Manocha, ICRA 2008",
         share=0.5,
     ),
@@ -221,14 +254,14 @@ def margin_among(method: Method, margin: float, max_acceleration: float, time: f
     """The margin [m] of robots that meet each other.
 
     With a shared method it is `margin` [m]. Robots that only observe each other add twice a t^2, the largest error of a
-    prediction over t, one period and the delay of sight together, when both accelerate by a at most. They also add
-    three standard deviations, `noise` [m], of what they observe.
+    prediction when both accelerate by a at most. The time t is one period and the delay of observation together. They
+    also add three standard deviations, `noise` [m], of the observed positions.
     """
     return margin if method.shared else margin + 2.0 * max_acceleration * time * time + 3.0 * noise
 
 
 def refuse_alone(method: Method) -> None:
-    """Raise InvalidInput for a method that a robot cannot follow from what it observes itself."""
+    """Raise InvalidInput for a method that needs more than the observations of one robot."""
     if method.looks_ahead:
         raise InvalidInput(f"method: expected one without a search, found {method.name}; use LookAhead")
     if method.shared:

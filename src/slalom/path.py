@@ -6,7 +6,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.tolerances import MAX_PIECES
+from slalom.tolerances import AT_REST, MAX_PIECES
 
 
 class Path(NamedTuple):
@@ -64,6 +64,17 @@ def hermite_pieces(
     points[:, 2] = positions[1:] - third * end_velocities
     points[:, 3] = positions[1:]
     return Path(times, points, np.broadcast_to(np.asarray(error, dtype=np.float64), (len(times) - 1,)))
+
+
+def rest_from(times: Array, points: Array) -> float:
+    """Time [s] from which pieces between times (n + 1,) [s] with control points (n, 4, ...) stay as they are; or inf.
+
+    Slower than AT_REST is at rest.
+    """
+    change = np.abs(points - points[:, 3:]).reshape(len(points), -1).max(axis=1)
+    moving = np.flatnonzero(change > AT_REST * np.diff(times))
+    last = int(moving[-1]) + 1 if moving.size else 0
+    return float(times[last]) if last < len(points) else np.inf
 
 
 def even_knots(start: float, end: float, max_step: float) -> Array:

@@ -14,26 +14,26 @@ from slalom.trajectory import Stationary
 
 
 class PathStep(NamedTuple):
-    """What a robot on a path heads for until its next decision."""
+    """The target of a robot on a path until its next decision."""
 
     progress: float  # [m] along the path, of the point that the robot has reached
     goal: Goal  # a point ahead on the path, or its end
     max_speed: float  # [m/s]
-    final: bool  # whether it heads for the end
+    final: bool  # whether the target is the end
 
 
 class PathGoal(Goal):
     """The end of a polyline that is followed there.
 
-    At each decision the robot heads for the point that it reaches along the path in `lookahead` seconds: with a longer
+    At each decision the target is the point that the robot reaches along the path in `lookahead` seconds. With a longer
     one it cuts corners, with a shorter one it returns to the path more directly. If an obstacle at rest covers the path
-    up to there, it heads for a free point beside it. What it has passed is not visited again. All else is avoided as on
-    the way to any goal; the path has no part in safety.
+    up to there, the target is a free point beside it. Points that it has passed are not visited again. All else is
+    avoided as on the way to any goal; the path has no part in safety.
 
     Args:
         points: (n, d) [m], n >= 2, each apart from the one before.
         speeds: [m/s] above 0, one for the whole path or (n,) at its points, with constant acceleration in between. The
-            last may be 0, with `stop`. None: the largest speed of the robot.
+            last may be 0, with `stop`. None: the maximum speed of the robot.
         tolerance, stop: of the end, see `Goal`. lookahead: [s] above 0.
 
     Raises:
@@ -81,9 +81,7 @@ class PathGoal(Goal):
         return np.array([np.interp(progress, self._at, column) for column in self.points.T])
 
     def allowed_speed(self, progress: float, max_speed: float, braking: float) -> float:
-        """The speed [m/s] at a length [m] from the start that the profile allows there and, with `braking` [m/s^2],
-        further on.
-        """
+        """The speed [m/s] at a length [m] from the start that the profile and `braking` [m/s^2] allow."""
         if self.speeds is None:
             return max_speed
         squares = self.speeds**2
@@ -112,13 +110,13 @@ class PathGoal(Goal):
         size: float = 1.0,
         covered: Callable[[Array], bool] = lambda _: False,
     ) -> PathStep:
-        """What a robot at a position (d,) [m] heads for: a point ahead on the path, or beside what covers the path.
+        """The target of a robot at a position (d,) [m]: a point ahead on the path, or beside a covered part of it.
 
         Args:
             progress: [m] at its last decision; None: it is at the nearest point of the whole path.
             max_speed: [m/s], braking: [m/s^2] of the robot. period: [s] until its next decision.
             size: [m] by which points beside the path differ. covered: whether an obstacle at rest covers a point (d,)
-                [m]; the robot then heads for the nearest free one beside the path, on the right where both are as near.
+                [m]. The target is then the nearest free one beside the path, on the right where both are as near.
         """
         reach = self.lookahead * max_speed
         if progress is None:

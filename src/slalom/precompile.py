@@ -133,13 +133,13 @@ USES: Final[dict[str, Callable[[], None]]] = {
     "ahead": look_ahead,
     "figures": figures,
 }
-"""Uses of slalom by name. Each calls what it compiles."""
+"""Uses of slalom by name. Each calls the kernels that it compiles."""
 
 
 def compile(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | None = None) -> None:
     """Compile everything that some uses need, all of them by default; afterwards no decision compiles anything.
 
-    What is compiled is kept on disk, for this user and until slalom or numba changes: a later call takes seconds.
+    Compiled kernels are kept on disk, for this user and until slalom or numba changes: a later call takes seconds.
 
     Args:
         uses: names of `USES`. jobs: processes. progress: called with the name of a use and how long it took [s].
@@ -162,9 +162,9 @@ def compile(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | 
 
 
 def _timed(name: str) -> float:
-    """How long [s] a use took to compile."""
-    told, before = list(kernels.when_compiling), perf_counter()
+    """Time [s] that a use took to compile."""
+    functions, before = list(kernels.when_compiling), perf_counter()
     kernels.when_compiling.clear()
     USES[name]()
-    kernels.when_compiling[:] = told
+    kernels.when_compiling[:] = functions
     return perf_counter() - before

@@ -14,7 +14,7 @@ Part = TypeVar("Part")
 
 
 class Kind(NamedTuple):
-    """What the parts of a table are: whether an object is one, and words for messages."""
+    """The kind of the parts of a table: a test of an object, and words for messages."""
 
     fits: Callable[[object], bool]
     words: str
@@ -23,7 +23,7 @@ class Kind(NamedTuple):
 class Registry(UserDict[str, Part], Generic[Part]):
     """Parts by name: those of slalom, and those of installed packages, by the entry points of a group.
 
-    Packages are looked for when the table is listed, or asked for a name that it does not have. A part is also added by
+    Packages are searched when the table is listed, or when a name is unknown. A part is also added by
     `TABLE[name] = part`.
 
     Attributes:
@@ -31,8 +31,8 @@ class Registry(UserDict[str, Part], Generic[Part]):
             point added.
 
     Raises:
-        InvalidInput: (when packages are looked for) an entry point that cannot be imported, that is another kind of
-            part, or that has the name of a part that is there, or another name than its part.
+        InvalidInput: (when packages are searched) an entry point that cannot be imported or is another kind of part;
+            one with the name of an existing part, or with another name than its part.
     """
 
     def __init__(self, group: str, kind: Kind, parts: Mapping[str, Part]) -> None:

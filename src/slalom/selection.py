@@ -38,7 +38,7 @@ from slalom.tolerances import CANDIDATES, ELEMENTS
 
 
 class Status(Enum):
-    """How a choice ended. The value is the sentence for the user."""
+    """Kind of the result of a choice. The value is the sentence for the user."""
 
     CLEAR = "The preferred control is admissible and collides with nothing."
     CONSTRAINED = "The nearest admissible control that collides with nothing was chosen."
@@ -86,9 +86,8 @@ def select(
     """The control in `admissible` nearest to `preferred` (d,) with which `blocked` is avoided for all its horizon.
 
     Laws: a chosen control is admissible (to the relative tolerance ADMISSIBLE) and its clearance to the true
-    trajectories is at least 0; no admissible control with a clearance of CONTACT + CERTIFIED or
-    more is nearer; the order of obstacles does not matter. BLOCKED means that no admissible control has that
-    clearance.
+    trajectories is at least 0. No admissible control with a clearance of CONTACT + CERTIFIED or more is nearer. The
+    order of obstacles does not matter. BLOCKED means that no admissible control has that clearance.
 
     Raises:
         InvalidInput: different dimensions, or an admissible set that is not bounded by a ball.
@@ -183,7 +182,7 @@ def select_many(
     margin: float = 0.0,
     threads: int = 1,
 ) -> Choices:
-    """The exact choices of robots in many states that see the same obstacles, in one call of the kernel.
+    """The exact choices of robots in many states among the same obstacles, in one call of the kernel.
 
     Args:
         preferred: (n, d) in units of the control. states: n of them, or numbers (n, 2, d) or (n, 3, d): position,

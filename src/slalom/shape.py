@@ -25,8 +25,8 @@ class Part(NamedTuple):
 class Shape(Protocol):
     """Union of rounded convex hulls around a position, in the body frame: x forward, y to the left.
 
-    Law: a robot of shape A at p overlaps an obstacle of shape B at c exactly if p lies in the Minkowski sum of B and -A
-    at c. Shapes are open sets: contact is not overlap.
+    Law: let a robot have shape A at p and an obstacle shape B at c. They overlap exactly if p lies in the Minkowski sum
+    of B and -A at c. Shapes are open sets: contact is not overlap.
     """
 
     @property

@@ -18,8 +18,8 @@ avoidance of inexact tracking by larger radii is from Alonso-Mora, Breitenmoser,
 reciprocal collision avoidance for multiple non-holonomic robots*, DARS 2010. The inputs of a vehicle follow from its
 path (flatness): Fliess, Levine, Martin and Rouchon, Int. J. Control 61(6), 1995.
 
-Law: the disc about the reference, grown by `tracking_error`, contains the vehicle's disc about the tracked point at all
-times, if the vehicle starts in the state of the reference.
+Law: let the vehicle start in the state of the reference. The disc about the reference, grown by `tracking_error`, then
+contains the vehicle's disc about the tracked point at all times.
 """
 
 from dataclasses import dataclass
@@ -94,8 +94,8 @@ class _MotionBounds(NamedTuple):
 def _motion_bounds(limits: Limits, dt: float, min_speed: float, along_arcs: bool) -> _MotionBounds:
     """Bounds with the least D that includes the feedback caused by D itself.
 
-    Candidates for eta are spaced geometrically: if feedback and velocity error are at most eta times the acceleration
-    limit and eta times `min_speed`, D follows from eta. The result is that of the smallest eta whose D satisfies this
+    Candidates for eta are spaced geometrically. D follows from eta if feedback and velocity error are at most eta times
+    the acceleration limit and eta times `min_speed`. The result is that of the smallest eta whose D satisfies this
     assumption.
 
     Raises:
@@ -166,8 +166,8 @@ class Bicycle:
     def turning_radius(self, limits: Limits, dt: float, min_speed: float) -> float:
         """Radius [m] for a `TurningRadius` bound of the reference with which the steering always suffices.
 
-        Larger than wheelbase / tan(max_steering), for two reasons: the feedback, and a reference that holds its
-        acceleration while it slows down, so that its curvature grows during a period.
+        Larger than wheelbase / tan(max_steering), for two reasons. One is the feedback. The other is a reference that
+        holds its acceleration while it slows down, so that its curvature grows during a period.
 
         Raises:
             InvalidInput: as `tracking_error`; or the feedback alone may need more than `max_steering`.

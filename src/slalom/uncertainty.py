@@ -81,10 +81,10 @@ class KalmanError:
 
     `position` [m] and `velocity` [m/s] are the largest standard deviations along any axis, `correlation` (0 to 1) is
     that of both errors, `acceleration` [m/s^2/sqrt(Hz)] the root of the spectral density of the accelerations. At each
-    time the obstacle is outside the radius with a probability of at most `probability`; over all times of a horizon it
+    time the obstacle is outside the radius with a probability of at most `probability`. Over all times of a horizon it
     may be more.
 
-    The standard deviation at time t is sqrt(p^2 + 2 r p v t + v^2 t^2 + a^2 t^3 / 3), see Bar-Shalom, Li and
+    The standard deviation at time t is sqrt(p^2 + 2 r p v t + v^2 t^2 + a^2 t^3 / 3). Source: Bar-Shalom, Li and
     Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2. It is the norm of two
     convex functions that do not decrease, and therefore convex. A negative correlation counts as 0, an upper bound.
     """

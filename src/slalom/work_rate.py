@@ -1,4 +1,4 @@
-"""How much counted work a computer does in a second, by which a budget of a decision follows from a time."""
+"""Counted work per second of a computer, which relates the budget of a decision to time."""
 
 from time import process_time
 

@@ -96,7 +96,7 @@ def in_goal(problem: Any, position: Array, velocity: Array, step: int) -> bool:
     """Whether a position (2,) [m] and a velocity (2,) [m/s] at a time step are in the goal.
 
     With states of the point mass commonroad-io 2024.3 takes the speed for the first component of the velocity when it
-    derives the orientation. States that have an orientation of their own are judged as the format says.
+    derives the orientation. States that have an orientation of their own are judged by the format.
     """
     from commonroad.scenario.state import KSState
 

@@ -2,8 +2,8 @@
 
 ir-sim holds a commanded velocity for one step and moves by it from the heading at the begin of the step. Robots that
 move in every direction therefore get the mean velocity of the decision over the step. Robots on wheels decide with
-`VehicleNavigator`, from their measured poses. ir-sim bounds the speed and the turn rate of a differential drive each on
-its own; the drive decides with wheels so far apart that both bounds hold.
+`VehicleNavigator`, from their measured poses. ir-sim bounds the speed and the turn rate of a differential drive
+separately. The drive decides with wheels so far apart that both bounds hold.
 """
 
 from math import cos, hypot, isfinite, sin

@@ -34,7 +34,7 @@ def ned(vectors_up: Any) -> Array:
 
 
 class Setpoint(NamedTuple):
-    """Where a drone is to be, in MAVLink's local frame."""
+    """Target of a drone at one time, in MAVLink's local frame."""
 
     position: Array  # (3,) [m] north, east, down
     velocity: Array  # (3,) [m/s]
@@ -43,7 +43,7 @@ class Setpoint(NamedTuple):
 
     @property
     def type_mask(self) -> int:
-        """What the autopilot ignores: the rate of yaw, and yaw if there is none."""
+        """Fields that the autopilot ignores: the rate of yaw, and yaw if there is none."""
         return YAW_RATE_IGNORED | (YAW_IGNORED if self.yaw is None else 0)
 
     def send(self, connection: Any, now: float, system: int = 1, component: int = 1) -> None:
@@ -75,8 +75,8 @@ def setpoint(decision: Decision, t: float, heading: float | None = None) -> Setp
 class Drone:
     """A drone within `radius` [m] of its centre that is at most `error` [m] off its setpoints.
 
-    Decide for `shape` from `state`. While the drone is within its error of the plan, the plan then is that of a drone
-    that follows it exactly, and `shape` about it contains the drone.
+    Decide for `shape` from `state`. While the drone is within its error of the plan, the plan is that of a drone that
+    follows it exactly. `shape` about it contains the drone.
 
     Raises:
         InvalidInput: a value that is not above 0.
@@ -99,7 +99,7 @@ class Drone:
         return float(np.linalg.norm(measured(message).position - decision.manoeuvre.position(now)))
 
     def state(self, message: Any, decision: Decision | None, now: float) -> State:
-        """State from which to decide at `now` [s]: of the plan if the drone is on it, else as a message says.
+        """State from which to decide at `now` [s]: of the plan if the drone is on it, else of a message.
 
         Args:
             message: LOCAL_POSITION_NED. decision: the last one; None at the begin.

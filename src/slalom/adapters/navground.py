@@ -6,7 +6,7 @@ move in every direction (input-output linearisation; Siciliano, Sciavicco, Villa
 2009, section 11.6). The margin of the disc about that point is larger by twice `lead`, once for each of two agents.
 
 Neighbours have no identity in navground. A neighbour is a member of the fleet if its centre is within its radius of the
-centre of a member: discs that do not overlap are farther apart. All others are not expected to avoid the fleet.
+centre of a member. Discs that do not overlap are farther apart. All others are not expected to avoid the fleet.
 """
 
 from typing import Any, Final
@@ -46,7 +46,7 @@ class _Group:
         self._walls = ObstacleTable([])
 
     def command(self, member: "SlalomFleet", dt: float) -> core.Twist2:
-        """Twist of a member; all decide when the first is asked."""
+        """Twist of a member; all decide at the first call of a step."""
         if member is self.members[0]:
             self._commands = self._decide(self.members, dt)
         return self._commands[self.members.index(member)]
@@ -90,7 +90,7 @@ class _Group:
             )
 
     def _around(self, members: list["SlalomFleet"]) -> tuple[ObstacleTable, ...]:
-        """Walls and discs at rest that members know."""
+        """Walls and discs at rest around the members."""
         states = [m.get_environment_state() for m in members]
         alone = self._shift[0] if len(members) == 1 else np.zeros(2)
         lines = {(*line.p1, *line.p2) for state in states for line in state.line_obstacles}

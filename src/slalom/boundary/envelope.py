@@ -1,16 +1,17 @@
 """Grazing curves of the elements of a control obstacle, in the plane; their faces make up the control obstacle.
 
 At one time the element of a point is a disc of controls, and that of a hull a rounded polygon. A control enters or
-leaves the union of elements only across the envelope of their outlines, the back of a first element, or the front of a
-last one. Source: theory.md section 6; Stern and Shiller, arXiv:2506.06255. This module joins these pieces to closed
-curves. Gaps, caps, swallowtails and jumps of the velocity then need no special treatment:
+leaves the union of elements only across three curves. These are the envelope of their outlines, the back of a first
+element, and the front of a last one. Source: theory.md section 6; Stern and Shiller, arXiv:2506.06255. This module
+joins these pieces to closed curves. Gaps, caps, swallowtails and jumps of the velocity then need no special treatment:
 
 * The centre C / g of a disc moves along w = g C' - g' C. The disc touches the envelope at the angles +-a from w, where
   |w| cos a = g' R - g R'. The closed curve follows +a forwards in time, the front of the last disc, -a backwards, and
   the back of the first disc. Its winding number about a control is the number of visits of the robot to the obstacle
   under that control. While a disc shrinks inside its predecessors a is 0: the two sides coincide and cancel.
 * The outline of a rounded polygon sweeps cells, each outwards or inwards. Three curves together are closed for the same
-  reason: between the two kinds, the first outline where it moves inwards, and the last one where it moves outwards.
+reason. These are the curve between the two kinds, the first outline where it moves inwards, and the last one where it
+moves outwards.
 """
 
 from collections.abc import Callable, Iterator
@@ -195,7 +196,7 @@ def discs_bend(window: Window) -> Bends:
                 abs(wrapped(after.heading - before.heading) + side * (after.opening - before.opening))
                 for before, after in ((a, m), (m, b))
             ]
-            # The envelope is tangent to each disc, so its direction is known: an arc over half a chord of length l that
+            # The envelope is tangent to each disc, so its direction is known. An arc over half a chord of length l that
             # turns by d rises l d / 2 over the whole chord.
             rise = np.maximum(length(middle - start) * turns[0], length(end - middle) * turns[1])
             off = np.maximum(rise / 2.0, chord_distance(start, end, middle))
@@ -284,7 +285,7 @@ def grazing_curves(
 ) -> list[tuple[int, Array, Array]]:
     """Controls that graze point parts and corners of hulls, with the times of contact (theory.md section 6).
 
-    Both branches e+- of the envelope of each. Not every grazing control bounds the control obstacle: another element
+    Both branches e+- of the envelope of each. Not every grazing control bounds the control obstacle. Another element
     may contain it, and the disc of a corner may touch the inner side of its hull.
 
     Args:

@@ -47,11 +47,12 @@ class Work:
     store
         Folder that keeps every finished run, created if needed; the same command resumes an interrupted comparison.
     adopt
-        Adopt runs of former code from the store if a sample of them, run again, gives the same numbers.
+        Adopt runs of former code from the store if a sample of them gives the same numbers when it is run again.
     shard
         K/N: make only share K of N of the runs, for several machines that share the store.
     merge
-        Make no run; the table of the runs in the store, which says what is missing. Exit code 1 if something is.
+        Make no run; print the table of the runs in the store and list the missing ones, with exit code 1 if there are
+        any.
     """
 
     jobs: int = 1

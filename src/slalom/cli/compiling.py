@@ -1,4 +1,4 @@
-"""`slalom compile`: make everything that a use needs ready."""
+"""`slalom compile`."""
 
 from typing import Annotated
 
@@ -9,11 +9,11 @@ from slalom.cli.console import print_message
 
 def compile_(
     *uses: Annotated[str, Parameter(help="robot, polygons, fleets, space, ahead, figures; all by default.")],
-    jobs: Annotated[int, Parameter(help="Processes.")] = 2,
+    jobs: Annotated[int, Parameter(help="Number of processes.")] = 2,
 ) -> None:
-    """Compile what decisions need, once after an installation; no decision after it compiles anything.
+    """Compile all kernels, once after an installation; decisions after it compile nothing.
 
-    Without it, the first use compiles what it needs. The result is kept on disk for this user.
+    Without it, the first use compiles the kernels that it needs. The result is kept on disk for this user.
     """
     from slalom.precompile import compile as compile_uses
 

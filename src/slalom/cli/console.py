@@ -77,8 +77,8 @@ def writing(path: Path) -> Iterator[None]:
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Show the progress on stderr; yield a function of the share done.
 
-    A terminal shows a bar with the time that remains. Elsewhere one line says early how long a command of LONG_COMMAND
-    or more will take.
+    A terminal shows a bar with the remaining time. Elsewhere one line states the remaining time of a command that takes
+    LONG_COMMAND or more.
     """
     if not sys.stderr.isatty():
         yield _Estimate(label).advance
@@ -92,12 +92,12 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
 
 class _Estimate:
-    """Prints once how long the rest takes, from the pace since the first report: kernels compile before it."""
+    """Prints the remaining time once, from the pace since the first report: kernels compile before it."""
 
     def __init__(self, label: str) -> None:
         self.label = label
         self.begin: tuple[float, float] | None = None
-        self.said = False
+        self.printed = False
 
     def advance(self, share: float) -> None:
         """Note the share done, and print the estimate if the rest is long."""
@@ -107,9 +107,9 @@ class _Estimate:
         if self.begin is None:
             self.begin = now, share
         since, first = self.begin
-        if self.said or share <= first or now - since < ESTIMATE_AFTER:
+        if self.printed or share <= first or now - since < ESTIMATE_AFTER:
             return
-        self.said = True
+        self.printed = True
         rest = (now - since) * (1.0 - share) / (share - first)
         if rest >= LONG_COMMAND:
             print_message(f"{self.label}: about {rest / 60.0:.0f} min")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from slalom.goal import Goal
 
 LABELS = {"time_to_collision": "preferred collides"}
-"""Words for keys of the result, where the key alone does not say which control it means."""
+"""Labels for keys of the result that do not name their control."""
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,7 @@ TABLES: Final[dict[str, Callable[[], Rows]]] = {
     "figures": _figures,
     "samples": _samples,
 }
-"""What can be listed, each imported when it is."""
+"""The lists, each imported on use."""
 
 
 def _first_line(part: object) -> str:

@@ -50,6 +50,12 @@ def formatted(value: Any) -> str:
     return "none" if value is None else str(value)
 
 
+def milliseconds(microseconds: float) -> str:
+    """Format a time [us] in milliseconds: one decimal place, or two digits below 0.1 ms."""
+    value = microseconds / 1e3
+    return f"{value:.2g} ms" if 0.0 < value < 0.1 else f"{value:.1f} ms"
+
+
 def run_text(recording: "Recording", result: dict[str, Any]) -> str:
     """Format the result of a run."""
     from slalom.sim.measure.metrics import max_acceleration, max_speed, path_length
@@ -71,7 +77,7 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
         f"  path length        {sum(paths) / len(paths):.1f} m{' (mean of the robots)' if len(paths) > 1 else ''}",
         f"  largest speed      {max(max_speed(one) for one in each):.2f} m/s",
         f"  largest accel.     {max(max_acceleration(one) for one in each):.2f} m/s^2",
-        f"  decision time      {decision_time['p50'] / 1e3:.1f} ms (99 %: {decision_time['p99'] / 1e3:.1f} ms)",
+        f"  decision time      {milliseconds(decision_time['p50'])} (99 %: {milliseconds(decision_time['p99'])})",
         f"  decisions          {statuses or 'none'}",
     ]
     return "\n".join(lines)

@@ -12,6 +12,7 @@ from slalom.cli.console import (
     Flag,
     Names,
     print_result,
+    progress,
     vector_of,
     writable,
     writing,
@@ -44,7 +45,8 @@ def replay(
     Parameters
     ----------
     bag
-        A bag of ROS 2 with odometry, and with what a node takes: obstacles, a map, a goal or a path, transforms.
+        A bag of ROS 2 with odometry, and with messages that a node uses: obstacles, a map, a goal or a path,
+        transforms.
     out
         Write the commands to this .csv file, or as geometry_msgs/Twist on /cmd_vel to a new bag of this name.
     figure
@@ -52,7 +54,7 @@ def replay(
     goal
         Goal X,Y [m] in the fixed frame, until the bag has another.
     topics
-        Topics to read; by default all of a kind that a node takes.
+        Topics to read; by default all of a kind that a node uses.
     expected
         A topic of the bag with geometry_msgs/Twist, with which the commands are compared to the bit.
     json
@@ -71,7 +73,8 @@ def replay(
     from slalom.adapters.ros import bag as bags
 
     writable(out, figure)
-    commands = bags.replay(bags.read_bag(bag, topics), made)
+    with progress("replaying") as advance:
+        commands = bags.replay(bags.read_bag(bag, topics, advance), made)
     if out is not None:
         with writing(out):
             if out.suffix == ".csv":

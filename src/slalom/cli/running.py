@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 RUNS = (".h5", ".hdf5")
 """Suffixes of the files of runs."""
 DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
-"""Default methods. The default for recordings can wait for gaps, which one constant acceleration cannot."""
+"""Default methods. The default for recordings can stop for gaps, which one constant acceleration cannot."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ def run(
     settings
         NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     method
-        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. In a recording by default nao_ahead,
-        which can also wait for gaps: it chooses a sequence of accelerations, nao only one.
+        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. In a recording by default nao_ahead, which
+        can also stop for gaps: it chooses a sequence of accelerations, nao only one.
     foresight
         Knowledge of the method about obstacles: recorded, present, observed, observed_velocity or observed_turn (see
         `slalom list foresights`); the same as NAME@FORESIGHT. By default that of the method.
@@ -194,7 +194,7 @@ def _with_settings(loaded: "Scenario", settings: dict[str, float]) -> "Scenario"
 
 
 def print_notes(notes: Sequence[str]) -> None:
-    """Print notes on what was read or written, a line each."""
+    """Print notes on files that were read or written, a line each."""
     for note in notes:
         print_message(note)
 

@@ -85,7 +85,7 @@ def view(
 
 
 def export(run: Path, page: Path, /, *, robot: int = 0, every: float | None = None) -> int:
-    """Write a run as one HTML file that shows itself in any browser, without a server and without a network.
+    """Write a run as one HTML file with a player, for any browser, without a server and without a network.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def _sessions(
     crossing: Crossing | None,
     reading: Reading | None,
 ) -> Callable[[], "Session"]:
-    """What begins a session of a name or a file: the replay of a run, or a run of a scenario."""
+    """The beginning of a session of a name or a file: the replay of a run, or a run of a scenario."""
     from slalom.live.session import Session
     from slalom.methods import method as method_of
 

@@ -24,8 +24,8 @@ def approach_of(
 ) -> Approach | None:
     """The last progress of a robot in `state`: `last`, or a new one `now` [s]; None without a goal.
 
-    It is new where the distance to the goal, on a path along it, is less than at the last one by APPROACH_TIME times
-    `max_speed` [m/s]; at the goal; and where the goal has moved by more than its tolerance.
+    A new one is noted in three cases. The robot is at the goal, or the goal has moved by more than its tolerance. Or
+    the distance to the goal, on a path along it, is less than at the last one by APPROACH_TIME times `max_speed` [m/s].
 
     Args:
         progress: [m] along the path of a `PathGoal`.

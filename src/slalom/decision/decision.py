@@ -36,6 +36,8 @@ class Outcome(Enum):
     BEGUN = "No sequence to the goal is known yet; a safe partial sequence that ends at rest was started."
     SQUEEZED = "No manoeuvre keeps the margin; one with a clearance above 0 was chosen."
     DELAYED = "Every manoeuvre is predicted to collide; the one with the latest collision was chosen."
+    STOPPING = "No manoeuvre is collision-free up to the horizon; this one ends at rest before any contact."
+    BRAKING = "No manoeuvre ends at rest before a contact; the robot brakes as hard as the limits allow."
     IMPACT = "A collision within this control period is inevitable; the impact speed was minimised."
     INADMISSIBLE = "No control obeys all limits in this state; a compromise between them was chosen."
     ESCAPING = "The robot overlaps an obstacle; it separates as fast as the limits allow."
@@ -53,7 +55,7 @@ SAFE = (
 
 
 class Commitment(NamedTuple):
-    """The part of the decision before on which a decision depends, see `Decision`."""
+    """The part of the previous decision on which a decision depends, see `Decision`."""
 
     manoeuvre: Manoeuvre
     regret: float
@@ -63,7 +65,7 @@ class Commitment(NamedTuple):
 
 
 class DecisionInputs(NamedTuple):
-    """Everything from which a decision was made, see `Navigator.decide`."""
+    """All inputs of a decision, see `Navigator.decide`."""
 
     navigator: "Navigator"
     state: State
@@ -81,7 +83,7 @@ class Decision:
 
     Attributes:
         manoeuvre: the committed future path; apply `manoeuvre.mean_acceleration(now, period)`.
-        outcome: how the manoeuvre was chosen.
+        outcome: kind of the result.
         preferred: the control (d,) that the objective prefers for the manoeuvre's response.
         control_obstacle: makes `blocked`.
         regret: upper bound [s] on the arrival time lost by keeping the manoeuvre; alternatives count at their
@@ -91,7 +93,7 @@ class Decision:
         work: [s] counted for the decision, see `Navigator.decide`; 0 for objectives written in Python.
         cut: whether the budget ended the search: a better manoeuvre may exist.
         approach: the last progress towards the goal; None for an objective that needs no goal.
-        inputs: from what the decision was made; None for one that no navigator made.
+        inputs: the inputs of the decision; None for one that no navigator made.
         earlier: the manoeuvres that the robot was committed to before, for a horizon back.
     """
 
@@ -123,7 +125,7 @@ class Decision:
 
     @property
     def stuck(self) -> bool:
-        """Whether `stalled` has reached `Navigator.stuck_after`: only another goal or path will help."""
+        """Whether `stalled` has reached `Navigator.stuck_after`: it needs another goal or path."""
         return self.inputs is not None and self.stalled >= self.inputs.navigator.stuck_after
 
     @cached_property
@@ -144,7 +146,7 @@ class Decision:
         return as_dict(self)
 
     def dump(self, file: FilePath | str) -> None:
-        """Write everything from which the decision was made to a JSON file; `slalom decide FILE` repeats it.
+        """Write all inputs of the decision to a JSON file; `slalom decide FILE` repeats it.
 
         Raises:
             InvalidInput: parts that no file can hold, such as a trajectory or objective that is a Python function; a
@@ -213,7 +215,7 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
 def completed(
     decision: Decision, inputs: DecisionInputs, previous: Decision | None, progress: float | None, limit: float
 ) -> Decision:
-    """The decision with what it was made from, and with what the next one needs to know; write its line of the log.
+    """The decision with its inputs and with the values that the next one needs; write its line of the log.
 
     progress: [m] along a path. limit: [s] of work.
     """
@@ -231,7 +233,7 @@ def completed(
 
 
 def made(blocked: ControlObstacle) -> Callable[[], ControlObstacle]:
-    """What `Decision.control_obstacle` is where the control obstacle is at hand."""
+    """Function for `Decision.control_obstacle` that returns a control obstacle that exists already."""
     return partial(_itself, blocked)
 
 

@@ -1,10 +1,9 @@
 """Files that hold everything from which a decision was made, as JSON; `slalom.sim.files.decision_file` reads them."""
 
-import inspect
 import json
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
 from importlib.metadata import version
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Final
@@ -12,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from slalom.bounds import BOUNDS
-from slalom.checks import Checked
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.forecast import FORECASTS
 from slalom.goal import Goal
@@ -23,6 +21,7 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.horizon import HORIZONS
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
+from slalom.part_keys import file_keys, kind_of
 from slalom.path_goal import PathGoal
 from slalom.response import RESPONSES
 from slalom.response.sequence import AccelerationSequence
@@ -48,7 +47,7 @@ KINDS: Final[dict[str, Mapping[str, type]]] = {
     "forecast": FORECAST_KINDS,
     "response": RESPONSE_KINDS,
 }
-"""Parts that files hold, by what they are and by name."""
+"""Parts that files hold, by kind and by name."""
 TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds")
 """Attributes of `Tracks` in files, besides the states."""
 
@@ -104,15 +103,9 @@ def result(decision: "Decision") -> dict[str, Any]:
 
 def part(value: Any, what: str, where: str) -> dict[str, Any]:
     """The kind of a part and its fields. Raises InvalidInput for a part that no file can hold."""
-    kinds = KINDS[what]
-    kind = next((name for name, cls in kinds.items() if type(value) is cls), None)
-    if kind is None:
-        raise InvalidInput(f"{where}: expected one of {', '.join(kinds)}, found {type(value).__name__}")
-    found: dict[str, Any] = {"kind": kind}
-    for field in fields(value):
-        held = inspect.getattr_static(type(value), field.name, None)
-        key = (held.key if isinstance(held, Checked) else "") or field.name
-        found[key] = _plain(getattr(value, field.name), what, f"{where}.{key}")
+    found: dict[str, Any] = {"kind": kind_of(value, KINDS[what], where)}
+    for name, key in file_keys(type(value)).items():
+        found[key] = _plain(getattr(value, name), what, f"{where}.{key}")
     return found
 
 

@@ -10,6 +10,7 @@ from slalom.objective import Situation
 from slalom.obstacle.window import ObstacleWindow
 from slalom.selection import select
 from slalom.shape import Shape
+from slalom.tolerances import AT_REST
 
 
 def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: ObstacleWindow) -> Decision:
@@ -46,6 +47,15 @@ def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) 
     others = blocked.obstacles.without(blocked.overlapping)
     manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, others), s.now)
     return Decision(manoeuvre, Outcome.ESCAPING, preferred, made(blocked))
+
+
+def stop(s: Situation, robot: Shape, obstacle_window: ObstacleWindow) -> Decision:
+    """Decision of a robot that may be touched at rest and must not move into contact: rest, or brake hardest."""
+    preferred = s.response.velocity(s.state, s.response.settled(s.horizon)).inverse(np.zeros(s.state.dimension))
+    outcome = Outcome.STOPPING if float(np.linalg.norm(s.state.velocity)) <= AT_REST else Outcome.BRAKING
+    control = nearest(preferred, s, robot, ObstacleWindow((), s.now, s.horizon))
+    blocked = ControlObstacle(s.response, s.state, obstacle_window, robot)
+    return Decision(Manoeuvre(s.response, s.state, control, s.now), outcome, preferred, made(blocked))
 
 
 def nearest(preferred: Array, s: Situation, robot: Shape, others: ObstacleWindow) -> Array:

@@ -66,6 +66,7 @@ class Skeletons:
             hull_radius=bodies.hull_radius,
             hull=bodies.hull,
             uncertain=bodies.uncertain,
+            at_rest=bodies.at_rest,
             world=obstacles.worlds[bodies.owner] if obstacles.has_worlds else every,
             corners=corners if bodies.has_hulls or not robots.point.all() else (),
             heads=bodies.heads,

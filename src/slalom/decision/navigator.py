@@ -10,7 +10,7 @@ from slalom import kernels
 from slalom.checks import Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
-from slalom.decision.fallback import escape, least_impact
+from slalom.decision.fallback import escape, least_impact, stop
 from slalom.decision.navigator_checks import FOLLOWING, check_dimensions, check_settings, goal_or_place
 from slalom.decision.navigator_tables import PolicyTables
 from slalom.decision.objective_policy import decide_by_objective
@@ -31,6 +31,7 @@ from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
 from slalom.path_goal import PathGoal, PathStep
 from slalom.response import Response
+from slalom.response.pieces import rest_time
 from slalom.shape import Shape
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING
@@ -55,17 +56,17 @@ FALL_BACK = -1
 class Navigator:
     """Robot that decides with `method`.
 
-    At each decision, responses propose their exact choices, and the proposal with the earliest predicted arrival wins.
+    At each decision, responses propose their exact choices, and the one with the earliest predicted arrival is taken.
     The committed manoeuvre is kept while it is safe and keeping it has cost less than `patience`. Responses are tried
-    in order of optimistic cost (their cost without obstacles) until none can beat the best by MIN_IMPROVEMENT *
-    patience. A robot without a safe proposal continues the committed manoeuvre, which remains safe as long as the
-    forecasts hold. If they did not hold, requirements are dropped in this order: the margin, the latest collision, the
-    least impact speed. See docs/design/0005 and 0011.
+    in order of optimistic cost (their cost without obstacles). The search ends when none can be better than the best by
+    the share MIN_IMPROVEMENT of `patience`. A robot without a safe proposal continues the committed manoeuvre, which
+    remains safe as long as the forecasts hold. If they did not hold, requirements are dropped in this order: the
+    margin, the latest collision, the least impact speed. See docs/design/0005 and 0011.
 
     Attributes:
         method: a row of the table of methods.
         robot: its shape.
-        limits: its largest speed and acceleration, and further bounds.
+        limits: its maximum speed and acceleration, and further bounds.
         period: [s] between decisions.
         horizon: [s] up to which collisions count.
         margin: [m] to keep from every obstacle.
@@ -74,7 +75,7 @@ class Navigator:
         objective: the quantity to minimise.
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
         detours: angles [rad] by which the desired velocity is turned if it is not collision-free, in the plane; among
-            equal ones the first wins. Without detours, a robot blocked by a permanent obstacle never arrives.
+            equal ones the first is taken. Without detours, a robot blocked by a permanent obstacle never arrives.
         stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
     """
 
@@ -125,16 +126,18 @@ class Navigator:
             obstacles: a list of obstacles, tables and tracks, or one of these. The method's forecast determines which
                 part of their trajectories is used. Walls and known trajectories belong into an `ObstacleTable` that
                 is made once, others that are observed anew at each step into `Tracks`.
-            goal: where to be, and with a `PathGoal` along which path; not needed to follow a velocity or acceleration.
-            robots: others that decide by the same method, as they are observed. The method says which part of the
-                avoidance they do, and how soon a lost part of the margin is regained. The margin from all of them grows
-                as in a `Fleet`: they are taken to accelerate no more than this robot.
+            goal: the place to reach, with a `PathGoal` along a path; not needed to follow a velocity or acceleration.
+            robots: others that decide by the same method, as they are observed. The method sets their part of the
+                avoidance, unless they have `Tracks.shares`; with a share of 0 they are obstacles. It also sets the time
+                to regain a lost part of the margin. The margin from all of them grows as in a `Fleet`: they are assumed
+                to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
             budget: [s] of work, counted and not measured, so that equal inputs give equal bits on every machine. When
-                it is used up, the best manoeuvre is taken that was found by then; without any, the committed one goes
-                on if it is safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
-            delay: [s] age of `state` at `now`, the time at which the decision begins to act. The robot is taken to have
-                followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps its velocity.
+                it is used up, the best manoeuvre found so far is taken. Without any, the committed one continues if it
+                is safe (INTERRUPTED). It never ends the search for a first safe manoeuvre. None: no bound.
+            delay: [s] age of `state` at `now`, the time at which the decision begins to act. The prediction assumes
+                that the robot followed its commitments meanwhile, see `Decision.state_at`; without `previous` it keeps
+                its velocity.
 
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
@@ -149,7 +152,10 @@ class Navigator:
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
         given, goal = goal, goal_or_place(goal, state, robot.objective)
-        window, others = self.predict(obstacles, state, now), self._observed(robots)
+        others, unyielding = self._observed(robots)
+        listed_obstacles = tuple(listed(obstacles))
+        around = (*listed_obstacles, unyielding) if unyielding is not None else listed_obstacles
+        window = self.predict(around, state, now)
         check_dimensions(self.robot, state, window, others)
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
         if type(robot.objective) in (Arrive, *FOLLOWING):
@@ -162,13 +168,15 @@ class Navigator:
         else:
             raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
         if found is None and others is not None:
-            window = self.predict([*listed(obstacles), others], state, now)
+            window = self.predict([*around, others], state, now)
+        if window.is_passive and (found is None or not found.safe):
+            found = robot._stopping(window, state, goal, step, now, previous, limit)
         decision = found or robot._fall_back(window, state, goal, now)
-        inputs = DecisionInputs(robot, state, tuple(listed(obstacles)), given, robots, now, budget, None)
+        inputs = DecisionInputs(robot, state, listed_obstacles, given, robots, now, budget, None)
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
     def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
-        """Where a robot on a path heads for, at most as fast as is allowed there."""
+        """The target of a robot on a path, and the largest speed allowed there."""
         return goal.step(
             state.position,
             None if previous is None else previous.progress,
@@ -179,14 +187,13 @@ class Navigator:
             lambda point: window.covers(point, self.robot, self.margin),
         )
 
-    def _observed(self, robots: Tracks | None) -> Tracks | None:
-        """The other robots as the method predicts them; None if there are none."""
+    def _observed(self, robots: Tracks | None) -> tuple[Tracks | None, Tracks | None]:
+        """The other robots as the method predicts them, and those that do no part of the avoidance; None for none."""
         if robots is None:
-            return None
+            return None, None
         has(robots, ("with_forecast", "paths"), "Tracks", "robots")
-        if not len(robots):
-            return None
-        return robots.with_forecast(self.method.robot_forecast)
+        some, rest = (one.with_forecast(self.method.robot_forecast) for one in robots.yielding)
+        return some if len(some) else None, rest if len(rest) else None
 
     def _decide(
         self,
@@ -233,6 +240,28 @@ class Navigator:
             work=work,
         )
 
+    def _stopping(
+        self,
+        obstacles: ObstacleWindow,
+        state: State,
+        goal: Goal,
+        step: PathStep | None,
+        now: float,
+        previous: Decision | None,
+        budget: float,
+    ) -> Decision:
+        """Decision where nothing is safe, of a robot with passive safety: to be at rest before any contact."""
+        if type(self.objective) in (Arrive, *FOLLOWING):
+            window = obstacles.while_moving()
+            found = self._decide(window, None, state, goal, step, self.objective, now, previous, budget)
+            if found is not None and found.safe:
+                return replace(found, outcome=Outcome.STOPPING)
+        situations = self.situations(state, goal, now)
+        soonest = min(
+            situations, key=lambda one: (rest_time(one.response, state, self.horizon), one.response.settled(1.0))
+        )
+        return stop(soonest, self.robot, obstacles)
+
     def fall_back(self, state: State, obstacles: Obstacles, goal: Goal, *, now: float = 0.0) -> Decision:
         """Decision of a robot that overlaps an obstacle or will at once.
 
@@ -255,7 +284,7 @@ class Navigator:
     def control_obstacle(
         self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | Array | None = None
     ) -> ControlObstacle:
-        """The control obstacle of a response with a margin [m], the own if None, or what the robot can keep of it."""
+        """The control obstacle of a response with a margin [m], by default the own, as far as the robot can keep it."""
         clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
         return ControlObstacle(response, state, obstacles, self.robot, kept)
@@ -263,7 +292,7 @@ class Navigator:
     def predict(self, obstacles: Obstacles, state: State, now: float) -> ObstacleWindow:
         """The obstacles on their predicted trajectories from `now` [s] on.
 
-        Obstacles that appear later are included only if the forecast knows them.
+        Obstacles that appear later are included only if the forecast contains them.
         """
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
         if window.has_worlds:

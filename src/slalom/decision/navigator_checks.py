@@ -1,4 +1,4 @@
-"""Checks of the settings of a navigator, and of what it is given at each decision."""
+"""Checks of the settings of a navigator, and of the input of each decision."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -28,7 +28,7 @@ ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
 
 
 class PolicyTables:
-    """What all decisions of one robot have in common, from which the tables of each decision are made.
+    """Parts that all decisions of one robot have in common, from which the tables of each decision are made.
 
     Args:
         among: whether there are other robots that decide by the same method.
@@ -118,6 +118,11 @@ class PolicyTables:
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours))
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
         settings = self._settings._replace(now=float(now), budget=1e6 * float(budget))
+        if others is not None and others.shares is not None and settings.share < 1.0:
+            # The robot does the rest, see `reciprocity.share_of`.
+            rest = (1.0 - others.shares) / others.shares
+            robots.priority[1:] = rest * (1.0 - settings.share) / settings.share
+            settings = settings._replace(least_share=min(settings.least_share, 0.5))
         return DecisionTables(robots, bodies, self._table, bounds, targets, settings)
 
 

@@ -1,4 +1,4 @@
-"""What a supervisor asks of a decision: the expected collision, what is in the way, a line for a log, a dictionary."""
+"""Reports of a decision: the expected collision, the obstacles in the way, a line for a log, a dictionary."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -53,7 +53,7 @@ def collision_of(decision: "Decision") -> Collision | None:
 def names_in_the_way(decision: "Decision") -> tuple[str, ...]:
     """Names of the obstacles that a robot meets which drives straight to its goal, in the order of time.
 
-    It drives at its largest speed, up to the horizon; on a path to the point ahead. Empty without a goal.
+    It drives at its maximum speed, up to the horizon; on a path to the point ahead. Empty without a goal.
     """
     made = decision.inputs
     if made is None or made.goal is None:
@@ -125,7 +125,7 @@ def as_dict(decision: "Decision") -> dict[str, Any]:
 
 
 def log(decision: "Decision") -> None:
-    """Write one line about a decision to the logger `slalom` at level DEBUG: only what is known without more work."""
+    """Write one line about a decision to the logger `slalom` at level DEBUG, from values that are already computed."""
     if LOGGER.isEnabledFor(DEBUG):
         made, manoeuvre = decision.inputs, decision.manoeuvre
         LOGGER.debug(

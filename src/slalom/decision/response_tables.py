@@ -7,7 +7,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.kernels.decision.tables import ResponseTable
-from slalom.path import hermite
+from slalom.path import hermite, rest_from
 from slalom.response import Response
 from slalom.state import State
 from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, RESPONSE_WINDOWS, TABLE_SPEED
@@ -47,6 +47,7 @@ def response_table(
         gain=whole[..., 2].copy(),
         error=np.array([response.interpolation_error for response in responses]),
         settled=np.array([response.settled(horizon) for response in responses]),
+        rest=np.array([rest_from(times, each) for times, each in zip(knots, points)]),
         settled_velocity=np.array(settled_velocity),
         initial_acceleration=np.array([_initial_acceleration(response, dimension) for response in responses]),
         first_peak=np.cumsum([0, *(len(each) for each in peaks)]),

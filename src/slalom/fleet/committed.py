@@ -1,4 +1,4 @@
-"""Robots with committed manoeuvres: what each knows of the others, and the decisions that change the manoeuvres."""
+"""Robots with committed manoeuvres, their predictions of each other, and the decisions that change the manoeuvres."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
@@ -17,6 +17,7 @@ from slalom.decision.navigator_tables import ARRIVE
 from slalom.decision.response_tables import response_table
 from slalom.decision.robot_tables import bounds_of, commit_to, robot_table, target_paths
 from slalom.errors import InvalidInput
+from slalom.fleet.eyes import eyes_of
 from slalom.fleet.images import Images
 from slalom.fleet.members import members_of
 from slalom.fleet.policy import Policy
@@ -36,6 +37,7 @@ from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
 from slalom.path_goal import PathGoal
 from slalom.response import AccelerateThenBrake, Response
 from slalom.shape import Shape
+from slalom.sight import Sight
 from slalom.state import State
 from slalom.tolerances import DETOURS, PATH_BRAKING, REST_DURATION
 from slalom.trajectory import Stationary
@@ -45,7 +47,7 @@ class CommittedFleet:
     """Robots that decide by methods of one robot each. `fleet.Fleet` has the loop of a caller, the simulator its own.
 
     Attributes:
-        members: what each robot is. policies: the robots of each method.
+        members: settings of each robot. policies: the robots of each method.
         table: the robots, see `kernels.decision.tables.RobotTable`. responses: of all kinds of robots, as tables.
         progress: [m] of each robot along its path; None where it follows none.
         skeletons: kinds of shapes. targets: motion of targets that move.
@@ -73,6 +75,7 @@ class CommittedFleet:
         observation_noise: float = 0.0,
         threads: int | None = None,
         stuck_after: float = 10.0,
+        sight: Sight | None = None,
     ) -> None:
         self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
@@ -88,7 +91,7 @@ class CommittedFleet:
         self.dimension, self.skeletons = dimensions.pop(), Skeletons(self.members.shapes)
         self.policies = self._policies()
         self.table, self.texts = self._tables(delay, not_negative(noise, "observation_noise"))
-        self._bounds = bounds_of(self.members.limits, [_rest(self.dimension)] * n)
+        self._bounds = bounds_of(self.members.limits, [State(np.zeros(self.dimension), np.zeros(self.dimension))] * n)
         self._turning = any(each.bounds for each in self.members.limits)
         self.targets, _ = target_paths([], 0.0, 1.0)
         # The response of each robot whose manoeuvre is not in the tables.
@@ -97,7 +100,8 @@ class CommittedFleet:
         self.progress: list[float | None] = [None] * n
         self.stuck_after = positive(stuck_after, "stuck_after")
         self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
-        self._images = None if world_period is None else Images(self, world_period)
+        self.images = None if world_period is None else Images(self, world_period)
+        self.eyes = [] if sight is None else eyes_of(self, sight)
 
     def _policies(self) -> list[Policy]:
         rows: dict[Method, list[int]] = {}
@@ -138,7 +142,7 @@ class CommittedFleet:
 
     @property
     def span(self) -> float:
-        """Duration [s] of the committed paths; those that end at rest last for ever."""
+        """Duration [s] of the committed paths; a path that ends at rest continues at rest."""
         return 2.0 * self.horizon
 
     def _refuse_short_horizon(self, responses: Sequence[Response], name: str) -> None:
@@ -153,7 +157,7 @@ class CommittedFleet:
             )
 
     def follow(self, paths: Mapping[int, PathGoal], window: ObstacleWindow) -> None:
-        """Give the robots with paths, by row, the targets and largest speeds of their next step on them."""
+        """Give the robots with paths, by row, the targets and maximum speeds of their next step on them."""
         table, d = self.table, self.dimension
         for k, path in paths.items():
             limits, shape = self.members.limits[k], self.members.shapes[k]
@@ -194,8 +198,8 @@ class CommittedFleet:
     def window(self, policy: Policy, obstacles: Obstacles, now: float) -> ObstacleWindow:
         """The obstacles as the robots of a policy predict them; in a periodic world, for the cell about the origin."""
         forecast = policy.method.forecast
-        if self._images is not None:
-            return self._images.window(self.table, obstacles, forecast, now)
+        if self.images is not None:
+            return self.images.window(self.table, obstacles, forecast, now)
         return ObstacleWindow.predicted(obstacles, forecast, now, self.horizon)
 
     def grown_bodies(self, window: ObstacleWindow) -> list[GrownBodies]:
@@ -208,15 +212,15 @@ class CommittedFleet:
     ) -> dict[int, Outcome]:
         """Commit the robots (rows) in `order`, of one policy, to new manoeuvres; their outcomes by row.
 
-        The table holds what they know of the others. With shared manoeuvres each robot avoids the decisions of those
-        before it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
+        The table holds the others as observed. With shared manoeuvres each robot avoids the decisions of those before
+        it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
         """
         if self._turning:
             table, d = self.table, self.dimension
             states = [State(table.position[k, :d], table.velocity[k, :d]) for k in range(len(self.members.limits))]
             self._bounds = bounds_of(self.members.limits, states)
         fallen: dict[int, Outcome] = {}
-        groups = [(order, bodies)] if self._images is None else self._images.about(self, order, bodies)
+        groups = [(order, bodies)] if self.images is None else self.images.about(self, order, bodies)
         for together, among in groups:
             fallen |= self._decide_together(together, settings, among, obstacles)
         found = self.table.outcome.tolist()
@@ -250,9 +254,9 @@ class CommittedFleet:
         number, method = np.arange(len(table.radius)), self.members.methods[k]
         state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
         passive = [each.in_world(world) if isinstance(each, Tracks) else each for each in listed(obstacles)]
-        if self._images is not None:
-            number = self._images.robot_of
-            passive = [*self._images.met(table, k, passive, method.forecast, now, d)]
+        if self.images is not None:
+            number = self.images.robot_of
+            passive = [*self.images.met(table, k, passive, method.forecast, now, d)]
         others = [
             Obstacle(
                 self.members.shapes[number[j]],
@@ -318,7 +322,3 @@ class CommittedFleet:
         slope = (1 - x) ** 2 * (p1 - p0) + 2 * x * (1 - x) * (p2 - p1) + x * x * (p3 - p2)
         position = (1 - x) ** 3 * p0 + 3 * x * (1 - x) ** 2 * p1 + 3 * x * x * (1 - x) * p2 + x**3 * p3
         return 3.0 * slope / np.where(width > 0.0, width, 1.0), position
-
-
-def _rest(dimension: int) -> State:
-    return State(np.zeros(dimension), np.zeros(dimension))

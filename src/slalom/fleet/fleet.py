@@ -11,6 +11,7 @@ from slalom.decision import Outcome
 from slalom.decision.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
+from slalom.fleet.eyes import decide_seeing
 from slalom.kernels.arrays import Flags
 from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle import Obstacle
@@ -20,7 +21,7 @@ from slalom.state import State
 
 
 class FleetDecision(NamedTuple):
-    """What n robots do until their next decision; rows of robots that are not present are 0.
+    """Commands for n robots until their next decision; rows of robots that are not present are 0.
 
     Apply one of the three: accelerations, constant over the period; or the velocities or positions to be reached at its
     end, for robots that are controlled by these.
@@ -31,7 +32,7 @@ class FleetDecision(NamedTuple):
     positions: Array  # (n, d) [m]
     outcomes: tuple[Outcome | None, ...]  # n, None for a robot that is not present
     stalled: Array  # (n,) [s] since each robot last came nearer to its target, see `Decision.stalled`
-    stuck: Flags  # (n,) whether that is at least `stuck_after`: only another target will help
+    stuck: Flags  # (n,) whether that is at least `stuck_after`: it needs another target
 
     @property
     def safe(self) -> Flags:
@@ -43,12 +44,12 @@ class FleetDecision(NamedTuple):
 
 
 class Fleet(CommittedFleet):
-    """Robots that decide together, each from what it knows of the others.
+    """Robots that decide together, each from its information about the others.
 
-    With `nao_shared` robots know each other's committed manoeuvres and decide one after the other; with other methods
-    each predicts the others from their present states. In a fleet of several methods a robot knows the manoeuvres of
-    others only if both have the method `nao_shared`. The result depends neither on threads nor on the hash seed. A
-    fleet can be pickled and copied; it goes on equal to the bit.
+    With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. With other
+    methods each predicts the others from their present states. In a fleet of several methods a robot receives the
+    manoeuvre of another only if both have the method `nao_shared`. The result depends neither on threads nor on the
+    hash seed. A fleet can be pickled and copied; it goes on equal to the bit.
 
     Args:
         method: a row of the table of methods. shapes, limits, margin, priority: see below.
@@ -59,21 +60,24 @@ class Fleet(CommittedFleet):
         period: [s] between decisions. horizon: [s] up to which collisions count.
         margin: [m] to keep from obstacles. Between robots that only observe each other twice a (period + delay)^2 is
             added, the largest error of a prediction when both accelerate by a at most; and three times the noise.
-        priority: above 0. Of two robots that share the avoidance, robot i does the part s q / (s q + (1 - s) p), where
-            s is the share of its method, p its priority and q that of the other. With published manoeuvres robots
-            decide by falling priority, so that one avoids those before it.
+        priority: above 0. Of two robots that share the avoidance, robot i does the part s q / (s q + (1 - s) p). Here s
+            is the share of its method, p its priority and q that of the other. With published manoeuvres robots decide
+            by falling priority, so that one avoids those before it.
         worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
         world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
             Robots meet all images of robots and obstacles. Positions are not wrapped.
         holds, patience, detours, stuck_after: see `Navigator`.
-        observation_delay: [s] largest age of what a robot observes of the others. observation_noise: [m] standard
+        observation_delay: [s] largest age of the observed states of the others. observation_noise: [m] standard
             deviation of that. Both enter the margin.
+        sight: what each robot sees of obstacles and, unless it shares its manoeuvres, of other robots; obstacles at
+            rest are a known map. None: everything.
         threads: None: one for each core.
 
     Raises:
         InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions; with
             shared manoeuvres, a horizon shorter than one of them; priorities where a method does not share the
-            avoidance, or with a ratio above PRIORITY_RATIO; a period of the world below the width of a robot.
+            avoidance, or with a ratio above PRIORITY_RATIO; a period of the world below the width of a robot; a sight
+            in space, in several worlds, in a world that repeats, or with a hidden speed.
     """
 
     def step(
@@ -101,7 +105,7 @@ class Fleet(CommittedFleet):
             accelerations: (n, d) [m/s^2] applied up to now; None: those of the last decision.
             tolerances: (n,) or one number [m], see `Goal`. stop: (n,) or one, whether to stop at the target.
             present: (n,) whether a robot is in the scene; None: all. A robot joins at its first step in the scene.
-            others: what is not expected to avoid this fleet: observed `Tracks`, or the `manoeuvres` of another fleet.
+            others: bodies that do not avoid this fleet: observed `Tracks`, or the `manoeuvres` of another fleet.
 
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
@@ -133,12 +137,15 @@ class Fleet(CommittedFleet):
         outcomes: dict[int, Outcome] = {}
         for policy, some in self.by_policy(order[there[order]]):
             self.observe(policy, now)
+            if self.eyes:
+                outcomes |= decide_seeing(self, policy, some, self.settings(policy, now), around)
+                continue
             bodies = self.grown_bodies(self.window(policy, around, now))
             outcomes |= self.decide(some, self.settings(policy, now), bodies, around)
         return self._decision(there, outcomes, now)
 
     def _decision(self, there: Flags, outcomes: dict[int, Outcome], now: float) -> FleetDecision:
-        """What the robots do until the next step."""
+        """Commands for the robots until the next step."""
         table, d = self.table, self.dimension
         velocity, position = self.planned(now + self.period)
         acceleration = (velocity - table.velocity) / self.period
@@ -165,7 +172,7 @@ class Fleet(CommittedFleet):
     def manoeuvres(self, robots: Sequence[int] | None = None) -> tuple[Obstacle, ...]:
         """The committed manoeuvres of the robots that are present, or of some of them (rows), as obstacles.
 
-        They can be pickled, and given to another fleet as `others`: fleets in several processes take turns, and each
+        They can be pickled, and passed to another fleet as `others`. Fleets in several processes then take turns. Each
         decides with the manoeuvres of all others that were published before. With `nao_shared` in all of them each
         robot avoids all published manoeuvres, as in one fleet.
 
@@ -203,7 +210,7 @@ class Fleet(CommittedFleet):
         around: Obstacles,
         now: float,
     ) -> None:
-        """Set what the robots are to do, see `step`."""
+        """Set targets, desired velocities or paths of the robots, see `step`."""
         table, n, d = self.table, len(self.members.shapes), self.dimension
         given = {"targets": targets, "desired_velocities": desired_velocities, "paths": paths}
         found = [name for name, value in given.items() if value is not None]

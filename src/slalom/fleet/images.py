@@ -58,7 +58,7 @@ class Images:
 
     def window(self, table: RobotTable, obstacles: Obstacles, forecast: Forecast, now: float) -> ObstacleWindow:
         """The images of predicted obstacles that robots in the cell about the origin can meet."""
-        # No response makes a robot faster that exceeds its largest speed.
+        # No response makes a robot faster that exceeds its maximum speed.
         speed = max(table.max_speed.max(), np.linalg.norm(table.velocity, axis=1).max())
         reach = 0.5 * np.array(self.period) + speed * self.horizon + table.radius.max() + table.margin.max()
         each = images_met(one_by_one(obstacles), forecast, self.period, now, self.horizon, -reach, reach)

@@ -1,4 +1,4 @@
-"""What each robot of a fleet is: its method, shape, limits, margin, priority and world."""
+"""Settings of each robot of a fleet: method, shape, limits, margin, priority and world."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar

@@ -15,8 +15,8 @@ class Policy:
     """The robots `rows` (m,) of a fleet, which decide by `method`.
 
     Attributes:
-        published: (n,) whether a robot publishes its committed manoeuvre, and these robots know it; the states of the
-            others are observed.
+        published: (n,) whether a robot publishes its committed manoeuvre to these robots; the states of the others are
+            observed.
     """
 
     def __init__(self, method: Method, rows: Indices, publishes: Flags, horizon: float) -> None:
@@ -31,7 +31,7 @@ class Policy:
 
     @property
     def pieces(self) -> int:
-        """How many pieces a predicted path has in tables; 0 where nothing is predicted in tables."""
+        """Number of pieces of a predicted path in tables; 0 where nothing is predicted in tables."""
         return 0 if self.published.all() or self._forecast is None else len(self._forecast.shares)
 
     def settings(
@@ -61,7 +61,7 @@ class Policy:
             states: (n, 3, 3), observed at `times` (n,) [s]; None: as they are now.
         """
         if self.published.all():
-            # What a robot commits to is observed at once.
+            # A new committed manoeuvre is observed at once.
             return
         if states is None:
             states = np.stack([table.position, table.velocity, table.acceleration], axis=1)

@@ -29,8 +29,8 @@ def at_once(some: Indices, tables: DecisionTables, fall_back: FallBack, threads:
 def one_by_one(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, Outcome]:
     """Decide for the robots `some` (m,) in their order, each after those before it that it can meet.
 
-    A round holds robots that cannot meet, so the decisions are those of one robot after the other. The robots after a
-    robot that falls back wait for its decision. Returns the outcomes of robots that fell back.
+    A round holds robots that cannot meet, so the decisions are those of one robot after the other. Robots after a robot
+    with a fallback decide after it. Returns the outcomes of robots that fell back.
     """
     outcomes: dict[int, Outcome] = {}
     while len(some):

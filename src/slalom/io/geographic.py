@@ -12,8 +12,9 @@ and, with the differences D from the geocentric position of the origin (p0, l0, 
     north = -sin p0 (cos l0 DX + sin l0 DY) + cos p0 DZ
     up    =  cos p0 (cos l0 DX + sin l0 DY) + sin p0 DZ
 
-(NIMA TR8350.2, 3rd edition). Distances in space are preserved. A point on the ground at distance d from the origin
-appears in the plane closer by about (d / R)^2 / 6 of d (4 mm at 10 km) and lies d^2 / 2R below it (7.8 m at 10 km).
+(NIMA TR8350.2, 3rd edition). Distances in space are preserved. Take a point on the ground at distance d from the
+origin. In the plane it is closer by about (d / R)^2 / 6 of d (4 mm at 10 km). It lies d^2 / 2R below the plane (7.8 m
+at 10 km).
 """
 
 from collections.abc import Mapping, Sequence

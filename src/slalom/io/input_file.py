@@ -8,7 +8,7 @@ from slalom.tolerances import MAX_FILE_SIZE
 
 
 def file_size(path: Path, kind: str = "text file") -> int:
-    """Return the size [B] of a regular file, without opening it: opening a pipe can wait for ever.
+    """Return the size [B] of a regular file, without opening it: opening a pipe can block without end.
 
     Raises:
         InvalidFile: no such file; a folder, a pipe or a device; a file above MAX_FILE_SIZE. `kind` is in the message.

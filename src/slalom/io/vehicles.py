@@ -23,7 +23,7 @@ def drone(path: Path, *, frame_rate: float | None = None) -> Rows:
     """Read a drone data set: NN_tracks.csv, with NN_recordingMeta.csv and NN_tracksMeta.csv if they exist.
 
     inD, rounD, exiD and uniD give the centre, length and width. highD gives a corner of the bounding box, from which
-    the centre is computed; its y axis points down, which is kept and noted.
+    the centre is computed. Its y axis points down, which is kept and noted.
 
     Args:
         frame_rate: [Hz]; by default frameRate of the recordingMeta file.

@@ -36,8 +36,8 @@ class Hulls(NamedTuple):
 
 
 MaybeHulls: TypeAlias = Hulls | tuple[()]
-"""Empty where all bodies are points: numba drops branches that the length of an argument decides, so that kernels are
-compiled without the parts that only hulls need. It must be an argument itself: of a field numba does not know it."""
+"""Empty where all bodies are points. numba drops branches that depend on the length of an argument only. Kernels are
+then compiled without the parts for hulls. It must be an argument itself: numba has no constant length for a field."""
 MaybeCorners: TypeAlias = Corners | tuple[()]
 """The same without numbers and directions."""
 

@@ -1,8 +1,8 @@
 """The one typed wrapper of numba's njit for all kernels.
 
-numba keys its disk cache by the file of a function: an edit of a callee in another file goes unnoticed, and the old
-code runs. Here the key holds a hash of all kernel sources. Where no cache can be written (a read-only installation
-without a writable home) kernels compile in every process instead of failing.
+numba keys its disk cache by the file of a function: after an edit of a callee in another file the old code runs. Here
+the key holds a hash of all kernel sources. Where no cache can be written (a read-only installation without a writable
+home) kernels compile in every process instead of failing.
 """
 
 import gc
@@ -45,7 +45,7 @@ class _KernelFiles(IndexDataCacheFile):
     """numba's index and data files of one function, with data files that are named by their keys.
 
     numba numbers them. Two processes that compile at the same time then choose the same number for different
-    signatures, and the index of one names the code of the other. Files of other sources are removed.
+    signatures. The index of one then refers to the code of the other. Files of other sources are removed.
     """
 
     def save(self, key: Any, data: Any) -> None:
@@ -139,7 +139,7 @@ def kernel(
 ) -> F:
     """Compile `function` on first use: nogil, IEEE arithmetic, division by zero gives inf or nan.
 
-    It is compiled as a part of the kernels that call it, and by itself only when Python calls it. Wrappers for Python
+    It is compiled as a part of the kernels that call it, and alone only if Python calls it. Wrappers for Python
     objects, optimisation and machine code cost more than the rest; parts have none of them. `compiler`: of the entry,
     `of_parts`: of the part; `options`: of numba, for the part.
     """
@@ -177,5 +177,5 @@ def _quickly(compile_one: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def threads() -> int:
-    """How many threads kernels may run in: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
+    """Number of threads for kernels: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
     return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]

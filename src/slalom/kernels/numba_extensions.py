@@ -1,6 +1,6 @@
-"""What extends numba's own: how parts of kernels are kept, who counts the references to arrays, and what is remembered.
+"""Extensions of numba: storage of parts of kernels, reference counts of arrays, and cached type resolution.
 
-It is used with versions of numba that it is known to fit. With others kernels compile and run as numba's usual
+It is used with the versions of numba that were tested with it. With others kernels compile and run as numba's usual
 functions do, which takes half as long again.
 """
 
@@ -21,7 +21,7 @@ from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
 
 FITS = (0, 61) <= numba.version_info.short <= (0, 68)
-"""Whether numba is a version that these classes are known to fit: fleets ran with one of each, with the same bits."""
+"""Whether numba is a version that was tested with these classes: fleets gave the same bits with one of each."""
 
 
 class PartLibrary(JITCodeLibrary):
@@ -49,14 +49,14 @@ class PartLibrary(JITCodeLibrary):
 
 
 class VectorPartLibrary(PartLibrary):
-    """A part that is optimised by itself, with loops turned into vector instructions: entries do not do that."""
+    """A part that is optimised alone, with loops turned into vector instructions, which entries do not have."""
 
     def _optimize_final_module(self) -> None:
         _optimize(self._final_module, self._codegen._tm, loops=True)
 
 
 class EntryLibrary(JITCodeLibrary):
-    """What Python calls, with the parts linked in; loops are neither unrolled nor turned into vector instructions.
+    """Functions that Python calls, with their parts linked in; loops are neither unrolled nor vectorised.
 
     Most loops have two or three passes. Unrolled and vectorised, the policy has 2.5 times as many instructions, takes
     twice as long to optimise and translate, and is no faster.
@@ -84,9 +84,9 @@ WHOLE = -1
 class _Lower(Lower):
     """Arguments are lent: whoever calls holds them until the call returns. So are parts of tuples that are lent.
 
-    numba counts a reference more to each array of each argument when a function begins, and one less when it ends, by
-    a call each, and so whenever an array is taken out of a tuple. Of a table of twenty arrays that costs as much as a
-    small kernel does otherwise.
+    numba adds a reference to each array of each argument when a function begins, and removes it when the function ends,
+    by a call each. It does the same when an array is taken out of a tuple. Of a table of twenty arrays that costs as
+    much as a small kernel does otherwise.
     """
 
     _counts, _lent = True, frozenset[str]()
@@ -145,7 +145,7 @@ class _Lower(Lower):
             super().decref(typ, val)  # type: ignore[no-untyped-call]
 
     def storevar(self, value: Any, name: str, argidx: int | None = None) -> None:
-        # What the name stood for before, in a loop, was lent too.
+        # In a loop, the previous value of the name was borrowed too.
         self._counts = name not in self._lent
         super().storevar(value, name, argidx)  # type: ignore[no-untyped-call]
         self._counts = True
@@ -156,7 +156,7 @@ class _Lower(Lower):
 
 
 class _EntryLower(_Lower):
-    """Of what Python calls: where no array is returned, references to arguments are not counted by parts either.
+    """Lowering of functions that Python calls: if no array is returned, parts do not count references to arguments.
 
     Python holds the arguments, and nothing that is found from them outlives the call. A reference costs as much as ten
     additions, since threads may count at the same time.
@@ -214,7 +214,7 @@ class VectorCompiler(Compiler):
 
 
 class EntryCompiler(VectorCompiler):
-    """Of entries: see `EntryLibrary`."""
+    """Compiler of entries, see `EntryLibrary`."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
         if library is None:
@@ -224,7 +224,7 @@ class EntryCompiler(VectorCompiler):
 
 
 class PartCompiler(VectorCompiler):
-    """Of parts: see `PartLibrary`."""
+    """Compiler of parts, see `PartLibrary`."""
 
     lowering: type[NativeLowering] = _PartLowering
     kept_as: type[PartLibrary] = PartLibrary
@@ -235,7 +235,7 @@ class PartCompiler(VectorCompiler):
 
 
 class VectorPartCompiler(PartCompiler):
-    """Of parts with long loops: see `VectorPartLibrary`."""
+    """Compiler of parts with long loops, see `VectorPartLibrary`."""
 
     kept_as = VectorPartLibrary
 
@@ -254,8 +254,8 @@ def _asked_once(function: Any, context: Any, args: Any, named: Any) -> Any:
 def remembering() -> Iterator[None]:
     """While kernels compile: what numba finds of one of its own functions and the types of arguments is kept.
 
-    Numbers that are added and arrays that are indexed are of the same few types in all kernels: 300 of 6700 questions
-    are different. numba looks through all that it knows of a function each time, a quarter of the time of compiling.
+    Numbers that are added and arrays that are indexed are of the same few types in all kernels: 300 of 6700 requests
+    differ. numba searches all signatures of a function at each request, which takes a quarter of the time of compiling.
     """
     if not FITS:
         yield

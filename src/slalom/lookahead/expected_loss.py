@@ -25,12 +25,12 @@ class ExpectedLoss:
 
     A large margin tolerates errors of the forecast and costs time. No margin suits all scenes, so `robot` decides once
     with each. The cost of a decision is its time to arrival, and `loss` times the expected number of contacts. The size
-    of an error is assumed to be exponentially distributed: at a distance c from an obstacle, the probability of a
+    of an error is assumed to be exponentially distributed. At a distance c from an obstacle, the probability of a
     contact is exp(-c / spread). The expected number is the sum over obstacles, averaged over LOSS_TIMES moments. Later
     moments have less weight.
 
-    Law: the decision is one of `robot` with one of the margins, so it obeys what `LookAhead` promises with that margin.
-    With one margin it is the decision of `LookAhead`. Shapes count as their bounding balls in the cost.
+    Law: the decision is one of `robot` with one of the margins, so it has the guarantee of `LookAhead` with that
+    margin. With one margin it is the decision of `LookAhead`. Shapes count as their bounding balls in the cost.
 
     Attributes:
         robot: looks ahead; its margin is replaced.

@@ -64,13 +64,13 @@ class LookAhead:
 
     Sequences grow best first; each step is an exact choice near several candidate accelerations
     (`kernels/sequence_search/`). The best sequence that arrives is kept until another arrives earlier by the
-    navigator's `patience`, or until it collides with new predictions. The robot thus waits for gaps, passes behind
-    obstacles and arrives in time without further rules. While no sequence to the goal is known, the most promising safe
-    one is started. The search continues at the next decision as long as the predictions do not change. Without any, the
-    navigator decides.
+    navigator's `patience`, or until it collides with new predictions. The robot thus stops for gaps, passes behind
+    obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe one with the
+    least estimated arrival is started. The search continues at the next decision as long as the predictions do not
+    change. Without any, the navigator decides.
 
     Law: a sequence keeps the margin, or the largest possible fraction of it, until it ends, as long as the forecasts
-    hold. The motion after a pass through the goal is not tested. Limits: only a largest speed and a largest
+    hold. The motion after a pass through the goal is not tested. Limits: only a maximum speed and a largest
     acceleration.
 
     Attributes:
@@ -105,7 +105,7 @@ class LookAhead:
             object.__setattr__(self, name, value)
         limits = self.navigator.limits
         if limits.bounds or limits.velocity_bounds or limits.acceleration_bounds:
-            raise InvalidInput("limits: expected no more than a largest speed and acceleration, found further bounds")
+            raise InvalidInput("limits: expected no more than a maximum speed and acceleration, found further bounds")
 
     def decide(
         self,

@@ -54,7 +54,7 @@ class Search:
 
     @property
     def full(self) -> bool:
-        """Whether the tree has no room for further nodes."""
+        """Whether the tree is full."""
         return bool(self.tree.counts[NODES] >= len(self.tree.time) - END_NODES)
 
     @property
@@ -151,7 +151,7 @@ class Search:
         return np.maximum(durations, NODE_TIME_SLACK * self.problem.period), self.tree.acceleration[nodes]
 
     def with_stop(self, now: float, horizon: float) -> "Search":
-        """Search with the most promising open sequence after which the robot can brake and rest until the horizon.
+        """Search with the open sequence of least cost after which the robot can brake and rest until the horizon.
 
         Without a node if none of the tested sequences qualifies. `horizon` is in [s] from `now`.
         """

@@ -47,7 +47,7 @@ class SafeTime:
     the velocity of the obstacle now, or when it appears. A longer horizon forbids controls that can still be corrected.
     With a shorter one the robot may enter states in which braking is too late. Source: Gal, Shiller and Rimon, ICRA
     2009; Shiller, Gal and Raz, IROS 2011. They cut the velocity obstacle where its boundary meets that of the
-    inevitable collision states; for a robot that brakes straight this is the time to stop.
+    inevitable collision states. For a robot that brakes straight this is the time to stop.
     """
 
     extra: float = 1.0

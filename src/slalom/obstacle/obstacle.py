@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import SHAPE, Array, has, known, number, text
+from slalom.checks import SHAPE, Array, flag, has, known, number, text
 from slalom.errors import InvalidInput
 from slalom.path import Path
 from slalom.shape import Disc, Shape
@@ -33,6 +33,10 @@ class Obstacle:
             continue at its last velocity, and a decision after the end is refused. "continues": it continues at its
             last velocity at every time, and its uncertainty grows from the end on. "leaves": it exists no more.
 
+        contact_at_rest: whether a contact counts while the robot is at rest. False for what a robot must never run into
+            but may be touched by after it has stopped (passive safety, see `Sight`). Such an obstacle may stand for
+            another one of its name in any motion: a robot for which nothing is safe relies on it alone.
+
     Raises:
         InvalidInput: no shape or trajectory, or two of different dimension; a heading in space, or an invalid one;
             another word for `after_end`.
@@ -44,6 +48,7 @@ class Obstacle:
     heading: float | Literal["motion"] = 0.0
     uncertainty: Uncertainty | None = None
     after_end: Literal["unknown", "continues", "leaves"] = "unknown"
+    contact_at_rest: bool = True
 
     def __post_init__(self) -> None:
         prefix = f"obstacle {text(self.name, 'name')!r}: "
@@ -63,6 +68,7 @@ class Obstacle:
         else:
             object.__setattr__(self, "heading", number(self.heading, "heading"))
         known(self.after_end, "after_end", AFTER_END)
+        flag(self.contact_at_rest, "contact_at_rest")
         if self.dimension == 3 and self.heading != 0.0:
             raise InvalidInput(f"heading: expected 0 in space, where orientation is constant, found {self.heading!r}")
 
@@ -137,7 +143,7 @@ class Obstacle:
         return replace(self, trajectory=Composite((self.trajectory, rest), (last,)))
 
     def known_at(self, now: float) -> "Obstacle":
-        """The obstacle as a decision at `now` [s] takes it, see `after_end`; the same object at most calls.
+        """The obstacle for a decision at `now` [s], see `after_end`; the same object at most calls.
 
         Raises:
             InvalidInput: the trajectory ends before `now`, and what follows is unknown.

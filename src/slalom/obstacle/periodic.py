@@ -84,7 +84,7 @@ def images_within(displacement: Array, distance: float, period: Period | None) -
 
 
 def images_about(k: int, positions: Array, distances: Array, period: Period) -> tuple[Indices, Array]:
-    """The images that are near robot k: whose they are (m,), and their displacements (m, 3) [m].
+    """The images near robot k: the numbers of their obstacles or robots (m,), and displacements (m, 3) [m].
 
     The first n are the nearest images of all n robots, in the order of `positions` (n, 3) [m]. Then follow the other
     images of each robot but k that are within its entry of `distances` (n,) [m] of robot k.
@@ -193,7 +193,7 @@ def images_met(
     """The obstacles whose images, as a forecast predicts them at `now` [s], can enter a box, see `in_box`.
 
     Yields the obstacle, the obstacle on its predicted trajectory, and the displacement (d,) [m] of both. Obstacles that
-    appear later are included only if the forecast knows them.
+    appear later are included only if the forecast contains them.
     """
     existing = [o for o in obstacles if forecast.includes_future or o.exists(now)]
     foreseen = [predicted(obstacle, forecast, now) for obstacle in existing]

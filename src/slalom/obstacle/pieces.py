@@ -29,6 +29,7 @@ class Bodies(NamedTuple):
     first: Indices  # (b + 1,)
     unordered: Flags  # (b,)
     uncertain: Flags  # (b,) whether its obstacle has an uncertainty
+    at_rest: Flags  # (b,) whether a contact with its obstacle counts while the robot is at rest
     heads: Indices  # rows with which bodies begin that exist when the window begins
     has_hulls: bool  # whether any of them is more than a point
 
@@ -88,6 +89,7 @@ def joined(
         first=np.concatenate([[0], np.cumsum(counts)]),
         unordered=np.concatenate([shape.unordered for shape in shapes]),
         uncertain=~np.repeat(plain, sizes),
+        at_rest=np.repeat([obstacles[index].contact_at_rest for index in indices], sizes),
         heads=heads[pieces.times[heads, 0] <= 0.0],
         has_hulls=bool(hull.max(initial=-1) >= 0),
     )
@@ -141,6 +143,7 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
         first=np.concatenate([[0], *(part.first[1:] + k for part, k in zip(parts, from_corner))]),
         unordered=np.concatenate([part.unordered for part in parts]),
         uncertain=np.concatenate([part.uncertain for part in parts]),
+        at_rest=np.concatenate([part.at_rest for part in parts]),
         heads=np.concatenate([part.heads + k for part, k in zip(parts, from_row)]),
         has_hulls=any(part.has_hulls for part in parts),
     )
@@ -188,7 +191,7 @@ def rows_of(obstacle: Obstacle, shape: MinkowskiSum, decided: float, begin: floa
 
 @lru_cache(maxsize=256)
 def _ahead(n: int) -> Array:
-    """Directions (n, 4, 2) of what does not turn."""
+    """Directions (n, 4, 2) of bodies that do not turn."""
     return np.broadcast_to(_AHEAD, (n, 4, 2))
 
 
@@ -212,6 +215,7 @@ def no_bodies(d: int) -> Bodies:
             no,
             np.empty((0, 5)),
             first,
+            np.empty(0, np.bool_),
             np.empty(0, np.bool_),
             np.empty(0, np.bool_),
         ),

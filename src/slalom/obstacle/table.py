@@ -20,7 +20,7 @@ from slalom.trajectory import Stationary
 class ObstacleTable:
     """Walls and other obstacles with known trajectories, whose pieces are made once and serve many decisions.
 
-    Pass it wherever obstacles are expected, alone or in a list. What is in it never changes: of a map that is updated,
+    Pass it in place of obstacles, alone or in a list. Its contents never change. For a map that is updated,
     make one table for each part, and a new table for a part that changes.
 
     The pieces are made for each shape of a robot and each stretch of STRETCH_HORIZONS horizons, when first needed.

@@ -12,7 +12,7 @@ from slalom.uncertainty import KalmanError, Uncertainty
 
 
 class Measurement(NamedTuple):
-    """What a perception system measured of one obstacle."""
+    """A measurement of one obstacle by a perception system."""
 
     t: float  # [s] absolute time
     position: Array  # (d,) [m]
@@ -21,7 +21,7 @@ class Measurement(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """Where an obstacle is, and how far the prediction from there may be wrong."""
+    """The state of an obstacle, and the uncertainty of its prediction."""
 
     state: Array  # (3, d): position [m], velocity [m/s] and acceleration [m/s^2]
     uncertainty: Uncertainty  # of the prediction, as a function of the time since the estimate
@@ -39,7 +39,7 @@ class Filter(Protocol):
 
     @property
     def forecast(self) -> Forecast:
-        """How an estimate moves on, for methods that take trajectories as they are given."""
+        """The forecast from an estimate, for methods that use trajectories as given."""
 
     def begin(self, seen: Measurement) -> Any:
         """The belief after the first measurement."""
@@ -51,7 +51,7 @@ class Filter(Protocol):
         """The belief after a measurement at its time."""
 
     def estimate(self, belief: Any) -> Estimate:
-        """What the belief says."""
+        """The estimate as position, velocity and uncertainty."""
 
 
 class Gaussian(NamedTuple):

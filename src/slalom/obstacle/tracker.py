@@ -1,4 +1,4 @@
-"""Tracks of moving obstacles from measurements that come late, rarely, twice or not at all."""
+"""Tracks of moving obstacles from measurements that are late, rare, repeated or missing."""
 
 from bisect import bisect_right
 from collections.abc import Hashable
@@ -19,7 +19,7 @@ from slalom.trajectory import ConstantAcceleration
 
 
 class _Step(NamedTuple):
-    """A measurement of one obstacle, and what is known after it."""
+    """A measurement of one obstacle, and the estimate after it."""
 
     key: tuple[float, ...]  # time, then the numbers: the order does not depend on that of arrival
     seen: Measurement
@@ -33,12 +33,12 @@ class _Step(NamedTuple):
 class Tracker:
     """Obstacles followed by their ids, for decisions in a loop.
 
-    Measurements may come in any order and at any rate. A late one is put where it belongs, and those after it are
-    replayed: the result is the same to the bit for every order of arrival.
+    Measurements may come in any order and at any rate. A late one is inserted at its time, and later ones are applied
+    again. The result is the same to the bit for every order of arrival.
 
-    One rule says what is too old: an obstacle without a measurement in the last `max_age` seconds is dropped, and a
-    measurement more than `max_age` before the last call of `at` is not used. Of an obstacle that comes back after a
-    longer gap the estimate begins anew. Measurements later than the time of a call of `at` are kept for later calls.
+    One rule bounds the age. An obstacle without a measurement in the last `max_age` seconds is dropped. A measurement
+    more than `max_age` before the last call of `at` is not used. Of an obstacle that comes back after a longer gap the
+    estimate begins anew. Measurements later than the time of a call of `at` are kept for later calls.
 
     It is not safe to call a tracker from several threads at once.
 
@@ -122,7 +122,7 @@ class Tracker:
         return tuple(self._steps)
 
     def _known(self, id: Hashable) -> _Step | None:
-        """The last step of an obstacle up to now; forget what is too old. None for one that is not there."""
+        """The last step of an obstacle up to now; older steps are dropped. None for one that is not there."""
         steps, oldest = self._steps[id], self._now - self.max_age
         # One step from before is kept as the begin of a replay.
         steps[: max(sum(step.seen.t < oldest for step in steps) - 1, 0)] = []

@@ -38,10 +38,12 @@ class Tracks:
         uncertainty: bound on the distance from the prediction as a function of the time since t, one for all or a
             sequence with one for each; None: exact.
         worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
+        shares: (n,) part [1] of the avoidance that each does itself, from 0 to 0.5, as `Reciprocity` estimates it. It
+            counts for `Navigator.decide(robots=)`; None: as the method says.
 
     Raises:
         InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids or
-            uncertainties of another number, a forecast that needs the past or knows the future.
+            uncertainties of another number, a forecast that needs the past or the future.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class Tracks:
         forecast: Forecast | None = None,
         uncertainty: Uncertainty | Sequence[Uncertainty | None] | None = None,
         worlds: npt.ArrayLike | None = None,
+        shares: npt.ArrayLike | None = None,
     ) -> None:
         places = array(positions, "positions")
         if places.ndim != 2 or places.shape[1] not in (2, 3):
@@ -84,11 +87,31 @@ class Tracks:
         if len(self.uncertainties) != n:
             raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
+        self.shares = None if shares is None else self._checked(shares)
         usual = AtConstantVelocity() if accelerations is None else AcceleratingBriefly()
         self.forecast: Forecast = _usable(usual if forecast is None else forecast)
 
     def __len__(self) -> int:
         return len(self.states)
+
+    def _checked(self, shares: npt.ArrayLike) -> Array:
+        found = array_of(shares, "shares", (len(self),))
+        if np.any((found < 0.0) | (found > 0.5)):
+            raise InvalidInput(f"shares: expected numbers from 0 to 0.5, found {found.tolist()}")
+        return found
+
+    def with_shares(self, shares: npt.ArrayLike) -> "Tracks":
+        """The same tracks with other `shares` (n,). Raises InvalidInput for numbers outside of 0 to 0.5."""
+        other = copy(self)
+        other.shares = self._checked(shares)
+        return other
+
+    @property
+    def yielding(self) -> tuple["Tracks", "Tracks"]:
+        """Those that do a part of the avoidance, and those that do none."""
+        if self.shares is None:
+            return self, self._some(np.empty(0, np.int64))
+        return self._some(np.flatnonzero(self.shares > 0.0)), self._some(np.flatnonzero(self.shares == 0.0))
 
     def with_forecast(self, forecast: Forecast) -> "Tracks":
         """The same tracks with another forecast. Raises InvalidInput for one that needs the past."""
@@ -98,17 +121,18 @@ class Tracks:
         return other
 
     def in_world(self, world: int) -> "Tracks":
-        """Those that are in a world, without worlds."""
+        """The tracks in a world, without numbers of worlds."""
         other = self._some(np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD)))
         other.worlds = np.full(len(other), EVERY_WORLD)
         return other
 
     def _some(self, some: Indices) -> "Tracks":
-        """Those of some indices."""
+        """The tracks of some indices."""
         other = copy(self)
         other.states, other.radii, other.worlds = self.states[some], self.radii[some], self.worlds[some]
         other.ids = tuple(self.ids[k] for k in some)
         other.uncertainties = tuple(self.uncertainties[k] for k in some)
+        other.shares = None if self.shares is None else self.shares[some]
         other.__dict__.pop("obstacles", None)
         return other
 
@@ -189,6 +213,7 @@ class Tracks:
             first=np.append(0, np.cumsum(_each(shape.counts, n))),
             unordered=_each(shape.unordered, n),
             uncertain=np.repeat(~exact, b),
+            at_rest=np.ones(total, np.bool_),
             heads=number * k,
             has_hulls=bool(hull.max() >= 0),
         )

@@ -79,12 +79,13 @@ class ObstacleWindow:
         self.horizon = duration(horizon, "horizon")
         self.dimension = one_dimension(source.dimension for source in self._sources)
         self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
+        self._at_rest = True
         self._bodies: dict[Shape, Bodies] = {}
         self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
 
     @classmethod
     def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
-        """The obstacles as a forecast predicts them at `start` [s]; those that appear later only if it knows them."""
+        """The obstacles as a forecast predicts them at `start` [s]; later ones only if the forecast contains them."""
         sources: list[Obstacle | ObstacleTable | Tracks] = []
         unknown: list[tuple[int, Flags]] = []
         count, exact = 0, isinstance(forecast, EXACT)
@@ -139,8 +140,27 @@ class ObstacleWindow:
     def staying(self, t: float) -> tuple[list[Obstacle], Indices]:
         """The obstacles that are known and exist at time t [s], of one part; and their worlds (m,)."""
         known = self.until > 0.0
-        found = [k for k, o in enumerate(self.obstacles) if known[k] and len(o.shape.parts) == 1 and o.exists(t)]
+        found = [
+            k
+            for k, o in enumerate(self.obstacles)
+            if known[k] and o.contact_at_rest and len(o.shape.parts) == 1 and o.exists(t)
+        ]
         return [self.obstacles[k] for k in found], self.worlds[found]
+
+    @property
+    def is_passive(self) -> bool:
+        """Whether contacts with some obstacles do not count while the robot is at rest."""
+        return any(not o.contact_at_rest for s in self._sources if not isinstance(s, Tracks) for o in s.obstacles)
+
+    def while_moving(self) -> "ObstacleWindow":
+        """The same obstacles, contacts with which count only while the robot moves.
+
+        Without those for which another one of the same name stands, contact with which counts so anyway.
+        """
+        names = {o.name for o in self.obstacles if not o.contact_at_rest and o.name}
+        window = self.without(np.array([o.contact_at_rest and o.name in names for o in self.obstacles], np.bool_))
+        window._at_rest = False
+        return window
 
     def covers(self, point: Array, robot: Shape, margin: float) -> bool:
         """Whether a robot at a point (d,) [m] would be closer than the margin [m] to an obstacle at rest."""
@@ -158,7 +178,7 @@ class ObstacleWindow:
         return window
 
     def without(self, some: Indices | Flags | slice) -> "ObstacleWindow":
-        """The same without some of the obstacles."""
+        """The same window without some of the obstacles."""
         until = self.until.copy()
         until[some] = 0.0
         return self.within(until)
@@ -179,7 +199,8 @@ class ObstacleWindow:
             for source, count in zip(self._sources, self._counts):
                 parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon))
                 first += count
-            self._bodies[robot] = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
+            bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
+            self._bodies[robot] = bodies if self._at_rest else bodies._replace(at_rest=np.zeros_like(bodies.at_rest))
         return self._bodies[robot]
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:

@@ -35,7 +35,7 @@ SELECTIONS: Final[dict[str, dict[str, float]]] = {
     "both": {},
 }
 """Scenario settings of each selection. Without patience a robot takes the control of least cost at every decision; the
-committed one has no preference. Without guidance it heads straight for its goal. The library's default is `both`."""
+committed one has no preference. Without guidance it moves straight to its goal. The library's default is `both`."""
 VARIANTS: Final[dict[str, Passing | float]] = {
     "side flips": PASSING,
     "side flips, nearest within 3 s": PASSING._replace(ahead=3.0),

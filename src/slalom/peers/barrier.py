@@ -13,7 +13,7 @@ SLACK = 1e6
 """[1] Cost of the squared violation [m^2/s^4] of barriers that cannot all be kept, beside that of the difference to
 the preferred acceleration. Larger: rounding decides; smaller: barriers are violated that could be kept."""
 ROOT = 1e-9
-"""[m/s] Least speed from which a robot is said to brake within a distance. Larger: contact is treated more mildly."""
+"""[m, m/s] Least distance or speed that is divided by. Larger: barriers of robots in contact are less exact."""
 
 
 class BarrierFilter:
@@ -23,11 +23,11 @@ class BarrierFilter:
 
         h = sqrt(2 A (d - r)) + s >= 0,
 
-    A: sum of both largest accelerations, 0 for discs and walls, which do not brake for the robot; r: sum of the radii
-    and `margin` [m]. It is kept by h' >= -min(`gain` h^3, h / period), of which each robot of a team gives the
-    share of A that is its own (Ames, Xu, Grizzle and Tabuada, IEEE TAC 62(8), 2017, for the program). The second
-    bound is for accelerations that are held over a period. Where not all barriers can be kept the largest violation is
-    least. Others are expected to keep their velocity but for their share.
+    A: sum of both maximum accelerations, 0 for discs and walls, which do not brake for the robot; r: sum of the radii
+    and `margin` [m]. It is kept by h' >= -min(`gain` h^3, h / period). Each robot of a team does the part a / A of it,
+    with its own maximum acceleration a. The program is that of Ames, Xu, Grizzle and Tabuada, IEEE TAC 62(8), 2017. The
+    second bound is for accelerations that are held over a period. Where not all barriers can be kept the largest
+    violation is least. Others are expected to keep their velocity but for their share.
 
     Raises:
         InvalidInput: a gain not above 0, a margin below 0; daqp is not installed.

@@ -14,8 +14,8 @@ class DynamicWindow:
     """Team in which each robot takes the best velocity of its window (Fox, Burgard and Thrun, IEEE RAM 4(1), 1997).
 
     The window holds the velocities that one period of acceleration reaches, on a grid of `grid` x `grid`. Each is held
-    while the discs keep theirs. It is admissible if the robot can brake before it comes nearer than `margin` [m] to
-    anything, which is tested up to `horizon` [s] or the time that this takes. Among these the robot maximises
+    while the discs keep theirs. It is admissible if the robot can brake before it comes nearer than `margin` [m] to a
+    body. This is tested up to `horizon` [s] or the time of the braking. Among these the robot maximises
 
         heading (1 - angle to the preferred velocity / pi) + distance (free share of the longest way)
         + speed (1 - difference to the preferred speed / max_speed)

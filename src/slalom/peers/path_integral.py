@@ -12,7 +12,7 @@ class PathIntegral:
 
     Williams, Aldrich and Theodorou, Journal of Guidance, Control, and Dynamics 40(2), 2017, and Williams et al., ICRA
     2017: a sequence over the `horizon` [s] is kept and shifted by a period at each decision. `samples` sequences differ
-    from it by normal noise, whose standard deviation is the share `deviation` of the largest acceleration, constant
+    from it by normal noise, whose standard deviation is the share `deviation` of the maximum acceleration, constant
     over `hold` [s] each. The new sequence is their mean with the weights exp(-(cost - least cost) / `temperature`).
     Accelerations and speeds are cut to the limits in the prediction. The costs are, summed over the steps,
 

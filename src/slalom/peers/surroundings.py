@@ -45,7 +45,7 @@ def nearest_point(places: Array, start: Array, end: Array) -> Array:
 
 
 def surroundings(team: Team, positions: Array, velocities: Array, others: Discs, seconds: float) -> list[Surroundings]:
-    """What each robot of the team may meet within that time [s]."""
+    """Obstacles and robots that each robot of the team may meet within that time [s]."""
     count = len(positions)
     places, speeds = np.concatenate([positions, others.positions]), np.concatenate([velocities, others.velocities])
     radii = np.concatenate([team.radii, others.radii])

@@ -1,4 +1,4 @@
-"""Responses to an acceleration: held for ever, or held and followed by constant velocity."""
+"""Responses to an acceleration: held without end, or held and followed by constant velocity."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from slalom.state import State
 
 @dataclass(frozen=True)
 class Acceleration(TimeInvariant):
-    """u is an acceleration [m/s^2], held for ever: gain t^2 / 2 (Stern and Shiller 2025, AO and NAO)."""
+    """u is an acceleration [m/s^2], held without end: gain t^2 / 2 (Stern and Shiller 2025, AO and NAO)."""
 
     @property
     def interpolation_error(self) -> float:

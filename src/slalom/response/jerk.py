@@ -14,7 +14,7 @@ from slalom.state import State
 
 @dataclass(frozen=True)
 class Jerk:
-    """u is a jerk [m/s^3], held for ever from the present acceleration: gain t^3 / 6."""
+    """u is a jerk [m/s^3], held without end from the present acceleration: gain t^3 / 6."""
 
     @property
     def interpolation_error(self) -> float:

@@ -2,8 +2,10 @@
 
 from math import ceil, log2, sqrt
 
+import numpy as np
+
 from slalom.checks import Array
-from slalom.path import hermite
+from slalom.path import hermite, rest_from
 from slalom.response.protocol import Response
 from slalom.response.time_invariant import TimeInvariant
 from slalom.state import State
@@ -46,3 +48,13 @@ def response_pieces(
     position, velocity = response.position(state, knots), response.velocity(state, knots)
     drift = hermite(knots, position.drift, velocity.drift).points
     return knots, drift, hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
+
+
+def rest_time(response: Response, state: State, horizon: float) -> float:
+    """Time [s] from which the robot in `state` is at rest under every control up to the horizon [s]; inf: never."""
+    knots = response.knots(horizon, _usual_bound(state))
+    position = response.position(state, knots)
+    velocity = response.velocity(state, knots)
+    drift = hermite(knots, position.drift, velocity.drift).points
+    gain = hermite(knots, position.gain[:, None], velocity.gain[:, None]).points
+    return rest_from(knots, np.concatenate([drift, gain], axis=2))

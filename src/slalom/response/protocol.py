@@ -52,8 +52,8 @@ class Response(Protocol):
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         """Maps of u that bound the speed.
 
-        It stays below a limit if all images have norms below the limit, and so does the present speed. For ever where
-        the control comes to an end, also after the horizon, since a manoeuvre is kept beyond it; otherwise up to the
+        It stays below a limit if all images have norms below the limit, and so does the present speed. At all times
+        where the control ends, also after the horizon, since a manoeuvre is kept beyond it; otherwise up to the
         horizon.
         """
 

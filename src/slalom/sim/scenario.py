@@ -34,6 +34,8 @@ from slalom.objective import Arrive, Objective
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period, checked_period, displaced, images_met, in_box
 from slalom.shape import Shape
+from slalom.sight import Sight
+from slalom.sim.limited_sight import SIGHT, refuse_sight, sight_of
 from slalom.sim.shape_distance import clearances
 from slalom.state import State
 from slalom.tolerances import DETOURS, MAX_HORIZON, MAX_STEPS, WHOLE_PERIODS
@@ -99,6 +101,10 @@ class Scenario:
             message_loss: share of messages that never arrive (see `Messages`).
         sight_noise: [m, m/s, m/s^2] standard deviation of observations of other robots. sight_delay: [s] their age, a
             multiple of replan or dt. sight_loss: share of observations that are lost (see `Sensing`).
+        sight_range [m], field_of_view [rad], sight_near [m]: see `Sight`; 0: not limited. occlusion: 1 if obstacles at
+            rest hide what is behind them, 2 if all do, 0 if none does. Obstacles at rest are known everywhere.
+        passive_safety: 1 if hidden agents of up to hidden_speed [m/s] may meet the robot at rest only, 2 if seen ones
+            too, in any motion; 0 if neither.
         period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere. Robots
             meet all images of robots and obstacles (see `periodic`).
         parameters: the parameters of the gallery; recordings contain them.
@@ -127,6 +133,12 @@ class Scenario:
     sight_noise: float = 0.0
     sight_delay: float = 0.0
     sight_loss: float = 0.0
+    sight_range: float = 0.0
+    field_of_view: float = 0.0
+    sight_near: float = 0.0
+    occlusion: float = 0.0
+    hidden_speed: float = 0.0
+    passive_safety: float = 0.0
     period: Period | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     recorded: tuple[float, float] | None = None
@@ -160,6 +172,7 @@ class Scenario:
         for name in ("message_loss", "sight_loss"):
             share(getattr(self, name), name)
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
+        refuse_sight(self.sight, self.dimension, len(self.robots), self.period)
         if self.period is not None:
             wide = 2.0 * max(robot.shape.bounding_radius for robot in self.robots) + self.margin
             checked_period(self.period, self.dimension, wide, "period")
@@ -193,6 +206,11 @@ class Scenario:
                     f"goal: expected a position that the robot can reach, found one {-clearance:g} m deep in obstacle "
                     f"{obstacle.name!r} grown by the robot's shape"
                 )
+
+    @property
+    def sight(self) -> Sight | None:
+        """What limits the sight of every robot; None: nothing."""
+        return sight_of({name: getattr(self, name) for name in SIGHT})
 
     def margin_of(self, robot: int) -> float:
         """The margin [m] of a robot: its own, or that of the scenario."""
@@ -255,16 +273,18 @@ class Scenario:
                 f"method: expected one that does not look ahead in a periodic world, found {method.name}"
             )
         ahead = LookAhead(navigator, time_horizon=self.duration, deadline=self.start + self.duration)
-        return ahead.prepared_for(self.obstacles, self.start)
+        return ahead if self.sight else ahead.prepared_for(self.obstacles, self.start)
 
     def navigator(self, method: Method, robot: int = 0) -> Navigator:
         """The navigator of a robot among obstacles, which publishes nothing and does not look ahead."""
-        own = self.robots[robot]
+        own, period = self.robots[robot], self.dt * self.steps_per_decision
+        if self.passive_safety:
+            method = method.stopping()
         return Navigator(
             replace(method, shared=False, looks_ahead=False),
             own.shape,
             own.limits,
-            period=self.dt * self.steps_per_decision,
+            period=period,
             horizon=self.horizon,
             margin=self.margin_of(robot),
             holds=self.holds,
@@ -275,7 +295,7 @@ class Scenario:
 
 
 def too_long(duration: float, dt: float, horizon: float, holds: Sequence[float]) -> Iterator[tuple[str, str]]:
-    """The names of times [s] that no run can be that long, each with what was expected and found."""
+    """The names of times [s] that are too long for a run, each with the expected and the found value."""
     if duration > MAX_STEPS * dt:
         yield "duration", f"expected at most {MAX_STEPS} steps of dt = {dt:g} s, found {duration:g} s"
     for name, value in (("horizon", horizon), ("holds", max(holds, default=0.0))):
@@ -300,5 +320,6 @@ _PARTS = (
 SETTINGS = (
     *("start", "duration", "dt", "replan", "horizon", "margin", "patience", "guided"),
     *("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss"),
+    *SIGHT,
 )
 """Settings that every scenario has and that `--set` may change."""

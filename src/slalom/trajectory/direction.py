@@ -27,7 +27,7 @@ def direction_path(trajectory: Trajectory, start: float, end: float, tolerance: 
     """Unit vectors (cos, sin) along the velocity in the plane, as cubic pieces within `tolerance` [1] where possible.
 
     While the velocity is zero the last direction is kept (before the first motion: the first). Where it reverses within
-    STANDING seconds, the pieces are the zero vector with an error of 1: the body then counts as its smallest disc about
+    STANDING seconds, the pieces are the zero vector with an error of 1. The body then counts as its smallest disc about
     the position. So does, all the time, a body that turns at about 100 rad/s or more.
 
     Raises:
@@ -48,9 +48,9 @@ def direction_path(trajectory: Trajectory, start: float, end: float, tolerance: 
 def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
     """Directions of velocities that are polynomials between `times` (n + 1,) [s], control points (n, m + 1, 2).
 
-    Each piece is the cubic Hermite interpolant w of the unit vectors e. The cross product w x v, a polynomial bounded
-    by its Bernstein coefficients, divided by the least speed bounds the angle between w and v; the length of w is
-    bounded likewise. Then |w - e| <= sqrt(2) |w x v| / |v| + | |w|^2 - 1 |, as long as w . v > 0. Pieces above the
+    Each piece is the cubic Hermite interpolant w of the unit vectors e. The cross product w x v is a polynomial,
+    bounded by its Bernstein coefficients. Divided by the least speed it bounds the angle between w and v. The length of
+    w is bounded likewise. Then |w - e| <= sqrt(2) |w x v| / |v| + | |w|^2 - 1 |, as long as w . v > 0. Pieces above the
     tolerance are halved.
 
     Raises:

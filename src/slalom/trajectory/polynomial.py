@@ -41,7 +41,7 @@ class Stationary(Endless):
 
 @dataclass(frozen=True, eq=False)
 class ConstantVelocity(Endless):
-    """At `initial_position` (d,) [m] at time `at` [s], with `initial_velocity` (d,) [m/s] for ever."""
+    """At `initial_position` (d,) [m] at time `at` [s], with constant `initial_velocity` (d,) [m/s]."""
 
     initial_position: Checked = Checked(vector, key="position")
     initial_velocity: Checked = Checked(vector, key="velocity")

@@ -1,10 +1,10 @@
 """A bicycle or car that decides for a point ahead of its rear axle.
 
 With speed v and steering angle d the heading turns at v tan(d) / L, L the wheelbase. The point at the distance l ahead
-of the rear axle moves along the course heading + f with tan(f) = (l / L) tan(d). On a path whose radius is nowhere less
-than r > l, |sin f| never exceeds l / r once it is below it (a tractrix): f' = (1 / radius - sin(f) / l) V. The steering
-angle therefore suffices, at every speed, if r is the radius of the point's circle at the largest steering angle.
-docs/vehicles.md derives the bound.
+of the rear axle moves along the course heading + f with tan(f) = (l / L) tan(d). Let the radius of a path be nowhere
+less than r > l. Once |sin f| is below l / r it never exceeds it (a tractrix): f' = (1 / radius - sin(f) / l) V. The
+steering angle therefore suffices at every speed if r is the radius of the point's circle at the largest steering angle.
+See docs/vehicles.md for the bound.
 """
 
 from dataclasses import dataclass

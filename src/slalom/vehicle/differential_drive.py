@@ -1,7 +1,7 @@
 """A differential drive that decides for a point ahead of its axle, with a proven bound.
 
-With speed v and turn rate w the point at the distance l ahead of the axle has the velocity v e + l w n, where e is the
-unit vector along the heading and n the one to its left. Every velocity of the point thus belongs to one (v, w): the
+Let e be the unit vector along the heading and n the one to its left. With speed v and turn rate w the point at the
+distance l ahead of the axle has the velocity v e + l w n. Every velocity of the point thus belongs to one (v, w). The
 drive stands still, turns in place and starts from rest in every direction. docs/vehicles.md derives the bound.
 """
 

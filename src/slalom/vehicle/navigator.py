@@ -28,7 +28,7 @@ from slalom.vehicle.vehicle import Vehicle
 
 @dataclass(frozen=True, eq=False)
 class VehicleDecision:
-    """What a vehicle does, and the motion that it leads to.
+    """The command for a vehicle, and the resulting motion.
 
     Attributes:
         command: for the period from now on.
@@ -53,11 +53,11 @@ class VehicleNavigator:
     """Vehicle that decides with `method`, and judges each manoeuvre by the motion of its own body.
 
     Plans of the point ahead of the axle come from `Navigator`. The commands that follow a plan, within all limits, are
-    integrated up to the horizon, and the clearance of the body on that motion decides (certified in continuous time).
-    So neither the distance of the point from the body nor any tracking error is lost. Plans are looked for with a robot
-    that grows from the width of the body to all that the body may cover around the point; the first that is clear is
-    chosen. Without one, the manoeuvre goes on if it is clear. Otherwise the latest collision among all of them, and
-    braking, is chosen.
+    integrated up to the horizon. The clearance of the body on that motion decides (certified in continuous time). So
+    neither the distance of the point from the body nor any tracking error is lost. Plans are computed for a robot that
+    grows from the width of the body. The largest one is the disc about the point that contains the body at every
+    heading. The first clear one is chosen. Without one, the manoeuvre goes on if it is clear. Otherwise the latest
+    collision among all of them, and braking, is chosen.
 
     Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched.
 

@@ -18,7 +18,7 @@ POSE: Final = (("position", "heading", "speed", "turn"), "a Pose")
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where a vehicle is and how it moves.
+    """Position, heading, speed and turn of a vehicle.
 
     `position` (2,) [m] of the middle of its axle (of a bicycle, the rear one), `heading` [rad], `speed` [m/s] along the
     heading, negative in reverse. `turn` is the turn rate [rad/s] of a differential drive, or the steering angle [rad]
@@ -47,7 +47,7 @@ class Pose:
 
 
 class Command(NamedTuple):
-    """What a vehicle is to reach at the end of a period, at constant rates.
+    """The speed and turn rate, or steering angle, to reach at the end of a period at constant rates.
 
     `speed` [m/s], and as `turn` a turn rate [rad/s] (differential drive) or a steering angle [rad] (bicycle).
     """

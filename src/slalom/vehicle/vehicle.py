@@ -1,4 +1,4 @@
-"""What vehicles have in common: they decide for a point ahead of their axle, and their commands follow its plan."""
+"""Common parts of vehicles: decisions for a point ahead of the axle, and commands that follow its plan."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -22,8 +22,8 @@ from slalom.vehicle.pose import Command, Pose, goal_of_point
 class Vehicle(ABC):
     """A vehicle that reaches a commanded speed and turn at the end of each `period` [s], at constant rates.
 
-    Let v, f be the velocity of the point at the begin of a period and at the end, p(t) and q(t) position and velocity
-    of the plan, and e, d the errors of position and velocity at the begin. The command is the one with
+    Let v, f be the velocity of the point at the begin of a period and at the end. p(t) and q(t) are position and
+    velocity of the plan, e and d the errors of position and velocity at the begin. The command is the one with
     f = q(t + h) - e / h - d / 2, which is deadbeat: without limits an error is gone after two periods.
     """
 
@@ -81,7 +81,7 @@ class Vehicle(ABC):
 
     @abstractmethod
     def within_limits(self, motion: Motion, wanted: Command) -> Command:
-        """The command within the limits that turns most nearly, and then is most nearly as fast, as the wanted one."""
+        """The command within the limits with the turn, and then the speed, nearest to those of the desired one."""
 
     def shape(self, radius: float, center: float = 0.0) -> Disc:
         """Robot of the navigator for a body within `radius` [m] of a point `center` [m] ahead of the axle.
@@ -100,7 +100,7 @@ class Vehicle(ABC):
     def state(self, pose: Pose, decision: Decision | None = None, now: float = 0.0) -> State:
         """State from which to decide at `now` [s]: of the plan if the vehicle is on it, else of the point.
 
-        While the vehicle is on its plan, the plan then is what a robot without any error does.
+        While the vehicle is on its plan, the plan is the motion of a robot without any error.
         """
         position, velocity = self.point(pose)
         if decision is not None:

@@ -47,7 +47,7 @@ VIEWS: Final = {2: ((0, 1, "x [m]", "y [m]"),), 3: ((0, 1, "x [m]", "y [m]"), (0
 
 
 class Film(Sequence[Pixels]):
-    """Pictures of a recorded run, one for each moment of a video; each is drawn when it is asked for.
+    """Pictures of a recorded run, one for each moment of a video; each is drawn on use.
 
     Between two steps robots move with the constant acceleration of the step.
 
@@ -81,7 +81,7 @@ class Film(Sequence[Pixels]):
             self._lay_out()
 
     def _lay_out(self) -> None:
-        """Draw what does not move, once."""
+        """Draw the bodies at rest, once."""
         run = self.recording
         goals = [goal.position(self.times[0]) for goal in run.goals] if run.period is None else []
         every = max(1, len(run.times) // TIMES)

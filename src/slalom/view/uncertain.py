@@ -22,7 +22,7 @@ def uncertain_regions(ax: Axes, traffic: ObstacleWindow) -> list[Line2D]:
     A region is the body of the obstacle, grown by the radius of its uncertainty.
 
     Returns:
-        The legend entry, which says if no obstacle has an uncertainty.
+        The legend entry, which states if no obstacle has an uncertainty.
     """
     known = [(i, one) for i, one in enumerate(traffic.obstacles) if one.uncertainty is not None]
     if not known:

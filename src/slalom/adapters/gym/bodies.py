@@ -1,4 +1,4 @@
-"""Everything that the robots of many worlds can meet, relative to each robot, as arrays."""
+"""Bodies that the robots of many worlds can meet, relative to each robot, as arrays."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from slalom.kernels.arrays import Flags, Indices
 
 
 class Surroundings(NamedTuple):
-    """What each of W x R robots can meet: B discs or balls, namely obstacles, robots and the nearest points of walls.
+    """Discs or balls B that each of W x R robots can meet: obstacles, robots and the nearest points of walls.
 
     Of the B bodies the first are `moving` obstacles, then the R robots, the rest are walls.
     """
@@ -45,7 +45,7 @@ class Bodies:
         return self
 
     def _write(self, w: int) -> None:
-        """Write what does not change during an episode of world w."""
+        """Write the values that are constant during an episode of world w."""
         motion, first = self.motions[w], self.moving + self._robots
         n, m = len(motion.moving), len(motion.walls)
         self._exist[w], self._radii[w, :n] = False, motion.radii
@@ -53,7 +53,7 @@ class Bodies:
         self._exist[w, first : first + m] = True
 
     def around(self, steps: Indices, position: Array, velocity: Array, radii: Array, there: Flags) -> Surroundings:
-        """What robots at `position` (W, R, d) [m] with `radii` (W, R) [m] can meet at the begin of `steps` (W,)."""
+        """Bodies that robots at `position` (W, R, d) [m] with `radii` (W, R) [m] can meet when `steps` (W,) begin."""
         (w, r, d), o = position.shape, self.moving
         for k, (motion, step) in enumerate(zip(self.motions, steps.tolist())):
             n = len(motion.moving)
@@ -81,7 +81,7 @@ class Bodies:
 
 
 def observed(around: Surroundings, radii: Array, sight: Array, max_speed: Array, nearest: int) -> Array:
-    """What robots with `radii`, `sight` and `max_speed` (W, R) see of the nearest bodies: (W, R, nearest, 2 d + 2).
+    """Observations (W, R, nearest, 2 d + 2) of the nearest bodies by robots with `radii`, `sight`, `max_speed` (W, R).
 
     A row is 1, the offset in units of sight, the relative velocity in units of twice max_speed, and the sum of both
     radii in units of sight, at most 1. Rows are sorted by clearance; a row without a body within sight is 0.

@@ -36,8 +36,9 @@ def least_clearances(
 ) -> Array:
     """Lower bounds (W, R) [m] of the least clearance of `some` robots (W, R) during `steps` (W,); inf for the others.
 
-    Above 0 they are below the true ones by at most M h^2 / 8, with the step h and the relative acceleration M, and near
-    a wall by at most the way of the robot in the step. Otherwise they are exact up to CERTIFIED.
+    Above 0 they are below the true ones by at most M h^2 / 8, with the step h and the relative acceleration M. Near a
+    wall they are below by at most the distance that the robot drives in the step. Otherwise they are exact up to
+    CERTIFIED.
     """
     (w, r, b), o, h = before.there.shape, before.moving, worlds.period
     own, bends, there = np.linalg.norm(moved.acceleration, axis=-1) * h * h / 8.0, np.zeros((w, b)), before.there.copy()

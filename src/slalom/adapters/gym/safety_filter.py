@@ -21,7 +21,7 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
     """A policy of which each action becomes the nearest acceleration that is collision-free up to the horizon.
 
     A manoeuvre holds that acceleration and then coasts or stops. A step at which no manoeuvre is safe continues the
-    last one, which stays safe up to its horizon as long as the forecasts hold. `info` says more about the step:
+    last one, which stays safe up to its horizon as long as the forecasts hold. `info` describes the step:
     `intervened`, whether the applied acceleration differs from that of the policy; `wanted` and `applied` (d,) [m/s^2];
     `filter`, the outcome of the decision; and `certified`, whether it is safe.
 
@@ -30,7 +30,7 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
 
     Args:
         env: a `RobotEnv`, possibly in other wrappers. method: a row of the table of methods or its name. With nao the
-            future of obstacles is known, with nao@observed it is predicted from what was observed.
+            future of obstacles is given, with nao@observed it is predicted from observations.
         margin: [m] to keep from obstacles; None: that of the scenario. horizon: [s]; None: that of the scenario.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What environments with one world share: pictures, and what `info` says of a step."""
+"""Shared parts of environments with one world: pictures, and the values of `info` after a step."""
 
 from typing import Any
 
@@ -46,6 +46,6 @@ def checked_mode(render_mode: str | None) -> str | None:
 
 
 def information(outcome: int, clearance: float, time: float) -> dict[str, Any]:
-    """What `info` says of a step, see `RobotEnv`."""
+    """The values of `info` after a step, see `RobotEnv`."""
     name = OUTCOMES[outcome]
     return {"outcome": name, "is_success": name == "arrived", "clearance": clearance, "time": time}

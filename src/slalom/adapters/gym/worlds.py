@@ -145,8 +145,8 @@ class Worlds:
     def step(self, actions: Array, worlds: Flags | None = None) -> Transition:
         """Make a step in all worlds, or in some of them (W,).
 
-        The reward is the share of the initial distance to the goal by which a robot came nearer, less the share of the
-        duration that passed; 1 more for an arrival, and 1 less for a collision.
+        The reward is the decrease of the distance to the goal as a share of the initial one, less the period as a share
+        of the duration; 1 more for an arrival, and 1 less for a collision.
 
         Raises:
             InvalidInput: actions of another shape, or not finite.
@@ -187,9 +187,9 @@ class Worlds:
     def observations(self) -> npt.NDArray[np.float32]:
         """Observations (W, R, size), in [-1, 1].
 
-        First the own velocity in units of max_speed, the offset to the goal in units of sight and the velocity of the
-        goal relative to the robot in units of twice max_speed; then the nearest bodies, see `bodies.observed`. Vectors
-        longer than 1 are shortened to 1.
+        First the own velocity in units of max_speed and the offset to the goal in units of sight. Then the velocity of
+        the goal relative to the robot in units of twice max_speed, and the nearest bodies, see `bodies.observed`.
+        Vectors longer than 1 are shortened to 1.
         """
         robots, (w, r) = self.robots, self.acting.shape
         seen = observed(self._surroundings(), robots.radius, robots.sight, robots.max_speed, self.nearest)

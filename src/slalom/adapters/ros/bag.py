@@ -1,6 +1,6 @@
 """Bags of ROS 2 through a node: the messages in the order of the bag, the commands in a bag or a table."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from csv import writer
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -36,11 +36,13 @@ def kinds() -> Any:
     return SimpleNamespace(**{name: types[f"geometry_msgs/msg/{name}"] for name in ("Twist", "Accel", "Vector3")})
 
 
-def read_bag(bag: Path, topics: Collection[str] | None = None) -> Iterator[Sent]:
+def read_bag(
+    bag: Path, topics: Collection[str] | None = None, progress: Callable[[float], None] | None = None
+) -> Iterator[Sent]:
     """Messages of a bag in the order in which they were recorded.
 
     Args:
-        topics: those to read; None: all of a kind that a node takes.
+        topics: those to read; None: all of a kind that a node takes. progress: called with the share that is read.
 
     Raises:
         InvalidFile: no bag. InvalidInput: a topic that the bag does not have, or of a kind that no node takes; odometry
@@ -52,9 +54,13 @@ def read_bag(bag: Path, topics: Collection[str] | None = None) -> Iterator[Sent]
         with AnyReader([bag], default_typestore=store()) as reader:
             found = {each.topic: str(each.msgtype) for each in reader.connections}
             taken = _taken(found, topics)
-            for connection, t, raw in reader.messages([c for c in reader.connections if c.topic in taken]):
+            connections = [c for c in reader.connections if c.topic in taken]
+            count = sum(c.msgcount for c in connections)
+            for k, (connection, t, raw) in enumerate(reader.messages(connections), 1):
                 message = reader.deserialize(raw, connection.msgtype)
                 yield Sent(connection.topic, str(connection.msgtype), t, message)
+                if progress:
+                    progress(k / count)
     except (AnyReaderError, FileNotFoundError) as error:
         raise InvalidFile([f"{bag}: expected a bag of ROS, found {error}"]) from None
 

@@ -1,4 +1,4 @@
-"""What a node tells a robot, and the messages that say it."""
+"""Commands of a node to a robot, and their messages."""
 
 from typing import Any, NamedTuple
 
@@ -7,7 +7,7 @@ from slalom.decision import Decision
 
 
 class Command(NamedTuple):
-    """What the robot is to do from the time of an odometry on, for a period."""
+    """Command for a period from the time of an odometry on."""
 
     stamp: int  # [ns]
     linear: Array  # (2,) [m/s] in the frame of the body, at the end of the period

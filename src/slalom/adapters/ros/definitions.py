@@ -38,7 +38,7 @@ OBSTACLES: Final[dict[str, str]] = {
         std_msgs/Header header
         derived_object_msgs/Object[] objects""",
 }
-"""Fields of messages that rosbags does not know, by type."""
+"""Fields of messages that rosbags does not define, by type."""
 
 _IDL: Final = {"string": str, "bool": bool}
 """Types of IDL that are those of Python; all others have the same names in `cyclonedds.idl.types`."""

@@ -1,4 +1,4 @@
-"""Figure of a replay: what the robot was told, and where obstacles were at its decisions."""
+"""Figure of a replay: the commands, and the obstacles at the decisions."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -92,7 +92,7 @@ def odometry(message: Any) -> Odometry:
 
 
 class Placement(NamedTuple):
-    """Where a frame is in another: `position` (2,) [m] of its origin, and its `heading` [rad]."""
+    """Pose of a frame in another: `position` (2,) [m] of its origin, and its `heading` [rad]."""
 
     position: Array
     heading: float
@@ -114,7 +114,7 @@ class Placement(NamedTuple):
 
     @property
     def inverse(self) -> "Placement":
-        """Where the other frame is in the placed one."""
+        """Pose of the other frame in this one."""
         return Placement(-self.position @ self.axes, -self.heading)
 
 
@@ -140,7 +140,7 @@ class Frames:
                 self._known[str(each.header.frame_id)] = place.inverse
 
     def of(self, frame: str, name: str) -> Placement:
-        """Where a frame is in the fixed one. Raises InvalidInput for a frame that is not known."""
+        """Pose of a frame in the fixed one. Raises InvalidInput for an unknown frame."""
         if frame not in self._known:
             expected = f"one of {sorted(self._known)}, or a transform of it from or to {self.fixed!r} before"
             raise InvalidInput(f"{name}.header.frame_id: expected {expected}, found {shown(frame)}")
@@ -148,14 +148,14 @@ class Frames:
 
 
 class Placed(Generic[T]):
-    """Something in a frame, made anew in the fixed frame when the transform between them changes."""
+    """Object in a frame, made anew in the fixed frame when the transform between them changes."""
 
     def __init__(self, frame: str, make: Callable[[Placement], T]) -> None:
         self._frame, self._make = frame, make
         self._made: tuple[tuple[float, ...], T] | None = None
 
     def at(self, frames: Frames, name: str) -> T:
-        """It in the fixed frame."""
+        """The object in the fixed frame."""
         place = frames.of(self._frame, name)
         if self._made is None or self._made[0] != place.key:
             self._made = place.key, self._make(place)

@@ -57,7 +57,7 @@ class Node:
         navigator: its limits and shape are those of `vehicle`, if there is one.
         vehicle: wheels; None: the robot moves in every direction.
         frame: the fixed frame, in which the odometry is.
-        tracker: follows what is measured.
+        tracker: estimates measured obstacles.
         namespaces: those of markers that are obstacles; None: all.
         occupied: [%] least value of an occupied cell of a map. unknown: whether unknown cells are occupied.
         stop: whether the robot stops at its goal. tolerance: [m] of the goal.
@@ -96,8 +96,8 @@ class Node:
         """The command after an odometry, if it is time and there is a goal; None after any other message.
 
         Raises:
-            InvalidInput: a message of another kind (see KINDS); what its reader refuses; an odometry in another frame,
-                or one whose time runs backwards; what `Navigator.decide` refuses.
+            InvalidInput: a message of another kind (see KINDS) or one that its reader refuses; an odometry in another
+                frame, or with a time before the last one; input that `Navigator.decide` refuses.
         """
         kind = next((k for k, names in KINDS.items() if all(hasattr(message, n) for n in names)), None)
         if kind == "nav_msgs/msg/Odometry":

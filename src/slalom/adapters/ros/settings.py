@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class NodeSettings:
-    """Robot, and what it makes of messages.
+    """Settings of a robot and of the use of messages.
 
     Parameters
     ----------

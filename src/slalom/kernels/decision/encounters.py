@@ -29,7 +29,7 @@ def is_elsewhere(world: int, own: int) -> bool:
 
 @kernel
 def in_reach(i: int, others: Indices, robots: RobotTable, settings: DecisionSettings) -> Indices:
-    """Those of the robots `others` (m,) that robot i can meet within the horizon, both straight at max speed."""
+    """Robots of `others` (m,) that robot i can meet within the horizon, both straight at max speed."""
     near, count = np.empty(len(others), np.int64), 0
     for k in others:
         speeds = robots.max_speed[i] + robots.max_speed[k]
@@ -108,14 +108,15 @@ def obstacle_pieces(
     turns = np.zeros((n if turning else 0, 4, 2))
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
     hull, hull_radius = np.full(total, -1), np.zeros(total)
-    robot, share = np.full(total, -1), np.ones(total)
+    robot, share, at_rest = np.full(total, -1), np.ones(total), np.ones(total, np.bool_)
     balls = np.full((n, 4), np.inf)
-    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, share)
+    at_rest[:fixed] = bodies.at_rest
+    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, share, at_rest)
     overlaps_passive = add_passive(i, passive, error, rows, scene) if fixed else False
     overlaps_robot, s = add_robots(i, near, len(passive), error, agrees, rows, scene)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
     return ObstaclePieces(
-        used, rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], share
+        used, rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], share, at_rest
     ), overlaps_passive or overlaps_robot
 
 
@@ -275,7 +276,8 @@ def add_margin(i: int, radius: Array, scene: EncounterTables) -> bool:
         s, clearance = near[h], found[h, 0] - radius[body[h]]
         if bodies.uncertain[body[h]]:
             clearance -= fixed.radius[s] + fixed.growth[s] * share_of_piece(fixed.times, s)
-        overlapping = overlapping or overlaps(clearance)
+        # From a body that a robot at rest may touch there is nothing to separate.
+        overlapping = overlapping or (bodies.at_rest[body[h]] and overlaps(clearance))
         kept[body[h]] = max(kept_margin(clearance, robots.margin[i]), -radius[body[h]])
     radius += kept
     return overlapping

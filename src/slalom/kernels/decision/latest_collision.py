@@ -1,4 +1,4 @@
-"""The decision of a robot whose every manoeuvre is predicted to collide: as late as possible, then as slowly."""
+"""The decision of a robot if all its manoeuvres are predicted to collide: the latest collision, then the slowest."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from slalom.kernels.decision.tables import DecisionTables, ObstaclePieces, Respo
 from slalom.kernels.geometry.cubic import copy_into, slope, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel
-from slalom.tolerances import LATEST_COLLISION, WORK_ROW
+from slalom.tolerances import COMPARED_COLLISION, LATEST_COLLISION, WORK_ROW
 
 
 @kernel
@@ -33,33 +33,58 @@ def latest_collision(i: int, rows: ObstaclePieces, tables: DecisionTables, searc
     """The response with the latest collision among `rows`; its control goes into `search.control`.
 
     Of those within one period of the latest, the one with the least impact speed. -1 if all collide within one period.
-    Collision times are bracketed by steps that double, from the latest one so far, and then found by bisection, to the
-    part LATEST_COLLISION of a period.
+    Responses are compared to the part COMPARED_COLLISION of a period; the control of the one that is chosen collides at
+    most the part LATEST_COLLISION of a period sooner than necessary.
     """
     settings, first, count = tables.settings, tables.responses.kinds[tables.robots.kind[i]], len(search.excluded)
-    times, speeds, controls, u = np.zeros(count), np.full(count, np.inf), np.zeros((count, 3)), np.zeros(3)
-    latest = 0.0
+    times, ends, speeds = np.zeros(count), np.zeros(count), np.full(count, np.inf)
+    controls, u, latest = np.zeros((count, 3)), np.zeros(3), 0.0
     for k in range(count):
-        low, high, step = max(latest - settings.period, 1e-9), settings.horizon, 2.0 * settings.period
+        low = max(latest - settings.period, 1e-9)
         if search.excluded[k] or not free_until(i, first + k, low, rows, search.preferred[k], tables, u):
             continue
-        copy_into(controls[k], u)
-        while high - low > LATEST_COLLISION * settings.period:
-            middle = min(low + step, 0.5 * (low + high))
-            if free_until(i, first + k, middle, rows, search.preferred[k], tables, u):
-                low, step = middle, 2.0 * step
-                copy_into(controls[k], u)
-            else:
-                high = middle
-        times[k], latest = low, max(latest, low)
-        speeds[k] = impact_speed(i, first + k, high, controls[k], rows, tables, search)
+        copy_into(search.control, u)
+        within = COMPARED_COLLISION * settings.period
+        times[k], ends[k] = free_from(i, first + k, low, settings.horizon, within, rows, tables, search)
+        copy_into(controls[k], search.control)
+        latest = max(latest, times[k])
+        speeds[k] = impact_speed(i, first + k, ends[k], controls[k], rows, tables, search)
     best = -1
     for k in range(count):
         if times[k] >= max(latest - settings.period, settings.period) and (best < 0 or speeds[k] < speeds[best]):
             best = k
     if best >= 0:
         copy_into(search.control, controls[best])
+        within = LATEST_COLLISION * settings.period
+        free_from(i, first + best, times[best], ends[best], within, rows, tables, search)
     return best
+
+
+@kernel
+def free_from(
+    i: int,
+    r: int,
+    low: float,
+    high: float,
+    within: float,
+    rows: ObstaclePieces,
+    tables: DecisionTables,
+    search: ResponseSearch,
+) -> tuple[float, float]:
+    """Times [s] at most `within` apart: up to the first, response r has a free control; up to the second, it has none.
+
+    Both lie between `low` [s], up to which `search.control` is free, and `high` [s]. The control that is free
+    longest goes there. The time is bracketed by steps that double, and then found by bisection.
+    """
+    u, step, k = np.zeros(3), 2.0 * tables.settings.period, r - tables.responses.kinds[tables.robots.kind[i]]
+    while high - low > within:
+        middle = min(low + step, 0.5 * (low + high))
+        if free_until(i, r, middle, rows, search.preferred[k], tables, u):
+            low, step = middle, 2.0 * step
+            copy_into(search.control, u)
+        else:
+            high = middle
+    return low, high
 
 
 @kernel

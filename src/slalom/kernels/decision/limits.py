@@ -102,7 +102,7 @@ def obeys_turning_bounds(
 ) -> bool:
     """Whether the committed motion of robot i until the next decision obeys the bounds that turn with the robot.
 
-    See `limits.Limits.allows`. `position` and `velocity` (d,) are buffers.
+    The rule is that of `limits.Limits.allows`. `position` and `velocity` (d,) are buffers.
     """
     for b in range(bounds.first[i], bounds.first[i + 1]):
         if bounds.rows[b, 1] == 0.0:

@@ -89,8 +89,8 @@ def manoeuvre_cost(
 ) -> float:
     """Time [s] that robot i needs to its target: on row `row` of `paths` until `until` [s], then without obstacles.
 
-    Or the cost of the difference from what it follows. Detours around the robots `near` (m,) and the passive obstacles,
-    where they will be at the horizon, are added.
+    For a robot that follows a velocity or an acceleration: the cost of the difference from it. Detours around the
+    robots `near` (m,) and the passive obstacles, where they will be at the horizon, are added.
     """
     robots, bodies, settings = tables.robots, tables.bodies, tables.settings
     if robots.objective[i] != ARRIVE:

@@ -1,7 +1,7 @@
-"""Whether a given path is collision-free for certain, piece by piece: most choices need no more.
+"""Whether a given path is certainly collision-free, piece by piece: sufficient for most choices.
 
-Most preferred controls are free, and most committed paths are clear. To find that out takes no table of segments under
-all controls.
+Most preferred controls are free, and most committed paths are clear. This test needs no table of segments under all
+controls.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from slalom.kernels.arrays import Array, Flags, Indices
 from slalom.kernels.decision.encounters import meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import reachable_neighbours
-from slalom.kernels.decision.paths import bounding_balls, response_path
+from slalom.kernels.decision.paths import bounding_balls, response_path, rest_of_path
 from slalom.kernels.decision.tables import Controls, DecisionSettings, DecisionTables, ObstaclePieces, Paths, Scratch
 from slalom.kernels.geometry.cubic import below, put_distance, restrict
 from slalom.kernels.jit import kernel
@@ -58,14 +58,17 @@ def path_is_clear(
     pieces, now, horizon = rows.pieces, settings.now, settings.horizon
     times, points = paths.times, paths.points
     d, n = pieces.points.shape[2], points.shape[1]
-    p = np.zeros((4, 3))
+    p, resting = np.zeros((4, 3)), -1.0
     for s in range(len(pieces.body)):
         body = pieces.body[s]
         if skipped[s]:
             continue
         own, first = shared_row if rows.share[body] < 1.0 else row, pieces.times[s, 0]
+        if not rows.at_rest[body] and resting < 0.0:
+            resting = rest_of_path(paths, row, now)
+        until = horizon if rows.at_rest[body] else min(horizon, resting)
         width = pieces.times[s, 1] - pieces.times[s, 0]
-        t0, t1, k = max(first, 0.0), min(pieces.times[s, 1], horizon), 0
+        t0, t1, k = max(first, 0.0), min(pieces.times[s, 1], until), 0
         while t0 < t1:
             # As in `encounters.state_on_path`: the last piece that has a length goes on.
             while k < n - 1 and times[own, k + 1] - now <= t0 and times[own, k + 2] > times[own, k + 1]:

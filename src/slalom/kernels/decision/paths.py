@@ -6,7 +6,7 @@ from slalom.kernels.arrays import Array
 from slalom.kernels.decision.tables import DecisionSettings, Paths, ResponseTable, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict, slope, value
 from slalom.kernels.jit import inlined, kernel
-from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS, FOLLOWING_ERROR, REST_DURATION
+from slalom.tolerances import AT_REST, BALL_ROUNDING, BALL_WINDOWS, FOLLOWING_ERROR, REST_DURATION
 
 
 @kernel
@@ -53,8 +53,8 @@ def bounding_balls(times: Array, points: Array, settings: DecisionSettings, cent
 def unchanged_control(i: int, r: int, robots: RobotTable, responses: ResponseTable, u: Array) -> None:
     """Write the control of response r that changes nothing now into u (3,): the present velocity, or no acceleration.
 
-    The share of the avoidance is a share of the change from it. From the present acceleration a robot would count the
-    end of its own avoidance as a part of the other's, and two robots would avoid and return by turns.
+    The share of the avoidance is a share of the change from it. From the present acceleration, the end of a robot's own
+    avoidance would count as a part of the other's. Two robots would then avoid and return by turns.
     """
     for axis in range(3):
         u[axis] = robots.velocity[i, axis] if responses.settled_velocity[r, 0] == 0.0 else 0.0
@@ -163,3 +163,23 @@ def acceleration_on_path(paths: Paths, i: int, t: float, acceleration: Array) ->
         p0, p1, p2, p3 = points[i, k, 0, axis], points[i, k, 1, axis], points[i, k, 2, axis], points[i, k, 3, axis]
         bend = (1.0 - x) * (p2 - 2.0 * p1 + p0) + x * (p3 - 2.0 * p2 + p1)
         acceleration[axis] = 6.0 * bend / (width * width)
+
+
+@kernel
+def rest_of_path(paths: Paths, i: int, now: float) -> float:
+    """Time [s] after `now` [s], at least 0, from which row i of `paths` stays where it is; inf if it moves at the end.
+
+    Slower than AT_REST is at rest.
+    """
+    times, points, rest = paths.times, paths.points, np.inf
+    for p in range(points.shape[1] - 1, -1, -1):
+        width, largest = times[i, p + 1] - times[i, p], 0.0
+        if not width > 0.0:
+            continue
+        for c in range(3):
+            for axis in range(points.shape[3]):
+                largest = max(largest, abs(points[i, p, c, axis] - points[i, p, 3, axis]))
+        if largest > AT_REST * width:
+            return rest
+        rest = max(times[i, p] - now, 0.0)
+    return rest

@@ -18,6 +18,7 @@ from slalom.kernels.decision.paths import (
     continue_from_state,
     predict,
     response_path,
+    rest_of_path,
     unchanged_control,
 )
 from slalom.kernels.decision.response_controls import first_least, optimistic_costs
@@ -97,7 +98,8 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         count += 1
         knots[count] = times[i, p + 1] - settings.now
     motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)))
-    table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon)
+    rest = rest_of_path(committed, i, settings.now)
+    table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon, rest)
     less = COMMITTED_SLACK if without_margin else COMMITTED_SLACK + CONTACT_SLACK
     for s in range(len(table.radius)):
         table.radius[s] -= less
@@ -257,7 +259,7 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
             rows, _ = obstacle_pieces(i, met, error, centers, radii, False, scene)
             copy_into(search.costs, optimistic)
         if level > 0:
-            # With half the margin, then a quarter, at last without.
+            # With half the margin, then a quarter, then an eighth, then none.
             reduce_margin(0.5 ** min(level, MARGIN_STEPS - 1), rows)
             copy_into(search.costs, optimistic)
         keep = level == 0 and result == SEARCH
@@ -272,7 +274,7 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
         if step == 1 and committed and committed_is_clear(i, True, near, tables) == KEPT:
             return CONTINUED
         if step == 1 and not free_without_margin(i, rows, tables, search):
-            # Every part of the margin would be tried in vain.
+            # No part of the margin leaves a safe control then.
             reduce_margin(1.0, rows)
             break
     # Nothing is left of the margin, and no body does a part of the avoidance.
@@ -306,7 +308,7 @@ def build_cell_list(
 
 @kernel
 def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
-    """Decide for the robots in `order` (m,), one after the other; how many, up to the first that needs a fallback.
+    """Number of the robots in `order` (m,) that decided, one after the other, up to the first that needs a fallback.
 
     `cells` are those of `build_cell_list`, or NO_CELLS: then they are made first.
     """

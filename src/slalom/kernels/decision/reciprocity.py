@@ -1,4 +1,4 @@
-"""What two robots that avoid each other agree on: the part of each, and the side to pass on."""
+"""Shares of the avoidance of two robots that avoid each other, and the side on which they pass."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ def share_of(i: int, k: int, robots: RobotTable, settings: DecisionSettings) -> 
 def agreed_side(
     i: int, k: int, position: Array, velocity: Array, room: float, robots: RobotTable, side: Array
 ) -> float:
-    """How much wider [m] robot k is taken to be towards a side: the unit vector `side` (d,).
+    """Widening [m] of robot k towards a side, the unit vector `side` (d,).
 
     Two robots that would both make a half of the avoidance collide if they do so towards opposite sides. Each therefore
     passes on the side on which it would pass now if neither changed its velocity, the right one if that is none. The

@@ -17,7 +17,15 @@ from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 from slalom.kernels.selection.admissible import segments_in_reach
 from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.tolerances import CANDIDATES, ELEMENTS, RESPONSE_WINDOWS, WORK_CHOICE, WORK_CONTROL, WORK_ELEMENT
+from slalom.tolerances import (
+    CANDIDATES,
+    ELEMENTS,
+    RESPONSE_WINDOWS,
+    REST_ROUNDING,
+    WORK_CHOICE,
+    WORK_CONTROL,
+    WORK_ELEMENT,
+)
 
 
 @inlined
@@ -33,10 +41,16 @@ def hulls_of_segments(corners: MaybeCorners, rows: ObstaclePieces, body: Indices
 
 @kernel
 def relative_table(
-    rows: ObstaclePieces, bodies: GrownBodies, motion: PositionMap, horizon: float
+    rows: ObstaclePieces, bodies: GrownBodies, motion: PositionMap, horizon: float, rest: float
 ) -> tuple[Segments, MaybeHulls, Indices]:
-    """The segments, hulls and bodies (n,) of the motion relative to a robot, up to the horizon [s]."""
+    """The segments, hulls and bodies (n,) of the motion relative to a robot, up to the horizon [s].
+
+    From `rest` [s] on the robot is at rest: segments of bodies that do not count then are never met.
+    """
     cut = relative_segments(rows.pieces, motion, horizon)
+    for s in range(len(cut.body)):
+        if not rows.at_rest[cut.body[s]] and cut.begin[s] >= rest - REST_ROUNDING:
+            cut.radius[s], cut.growth[s] = -np.inf, 0.0
     table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radii(cut, rows.hull_radius))
     return table, hulls_of_segments(bodies.corners, rows, cut.body, cut.turns), cut.body
 
@@ -78,7 +92,7 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
             if turning:
                 turns[k, c, 0], turns[k, c, 1] = pieces.turns[s, c, 0], pieces.turns[s, c, 1]
     return ObstaclePieces(
-        kept, rows.margin[:count], rows.hull, rows.hull_radius, rows.robot, rows.balls[:count], rows.share
+        kept, rows.margin[:count], rows.hull, rows.hull_radius, rows.robot, rows.balls[:count], rows.share, rows.at_rest
     )
 
 
@@ -102,7 +116,7 @@ def relative_motion(
                 drift[p, c, axis] = own + responses.acceleration_gain[first + p, c] * robots.acceleration[i, axis]
     motion = PositionMap(knots, drift, responses.gain[first:last])
     near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.body_radius) else rows
-    table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon)
+    table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon, responses.rest[r])
     if settings.share < 1.0:
         # A part of the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) /
         # share is tested.

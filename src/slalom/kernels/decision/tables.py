@@ -26,6 +26,7 @@ class ResponseTable(NamedTuple):
     gain: Array  # (m, 4) control points
     error: Array  # (k,) [m] largest distance of the motion from its cubic pieces
     settled: Array  # (k,) [s] when the control has been carried out
+    rest: Array  # (k,) [s] from when on the robot is at rest under every control; inf: never for certain
     settled_velocity: Array  # (k, 3) at that time: velocity = [0] v + [1] a + [2] u
     initial_acceleration: Array  # (k, 3) at the start: acceleration = [0] v + [1] a + [2] u
     first_peak: Indices  # (k + 1,) response r has the peaks first_peak[r] to first_peak[r + 1]
@@ -45,13 +46,13 @@ class RobotTable(NamedTuple):
     position: Array  # (n, 3) [m]
     velocity: Array  # (n, 3) [m/s]
     acceleration: Array  # (n, 3) [m/s^2] applied last
-    kind: Indices  # (n,) which responses they have
+    kind: Indices  # (n,) kind of robot by its responses, see `ResponseTable`
     skeleton: Indices  # (n,) kind of skeleton
     rounding: Array  # (n,) [m] by which the skeleton is rounded
     radius: Array  # (n,) [m] of the bounding ball about the position
     margin: Array  # (n,) [m] to keep from all bodies
     priority: Array  # (n,) > 0: of two robots that share the avoidance, the one with more does less of it
-    world: Indices  # (n,) robots meet only robots and bodies of their own world
+    world: Indices  # (n,) number of the world: robots meet only robots and bodies of their own
     max_speed: Array  # (n,) [m/s]
     max_acceleration: Array  # (n,) [m/s^2]
     braking: Array  # (n,) [m/s^2] deceleration that the bounds allow at any velocity
@@ -138,6 +139,7 @@ class GrownBodies(NamedTuple):
     hull_radius: Array  # (b,) [m]
     hull: Indices  # (b,) number of the hull, -1 for a point
     uncertain: Flags  # (b,) whether the radius of its pieces holds an uncertainty of its position
+    at_rest: Flags  # (b,) whether a contact counts while the robot is at rest
     world: Indices  # (b,) in which the body is; EVERY_WORLD for all
     corners: MaybeCorners  # of passive bodies and of robots
     heads: Indices  # rows with which passive bodies begin that exist now
@@ -170,7 +172,7 @@ class DecisionSettings(NamedTuple):
 
 
 class DecisionTables(NamedTuple):
-    """Everything from which a decision is made but the cell list."""
+    """All inputs of a decision except the cell list."""
 
     robots: RobotTable
     bodies: GrownBodies  # grown by the skeleton of the deciding robots
@@ -181,7 +183,7 @@ class DecisionTables(NamedTuple):
 
 
 class EncounterTables(NamedTuple):
-    """What a robot can meet. Fewer arrays than `DecisionTables`: to hand them over takes time."""
+    """Robots and pieces of bodies for encounters: fewer arrays than `DecisionTables`, to pass them in less time."""
 
     robots: RobotTable
     bodies: GrownBodies
@@ -205,6 +207,7 @@ class ObstaclePieces(NamedTuple):
     robot: Indices  # (b,) number of the robot, -1 for a passive body
     balls: Array  # (n, 4) [m] centre and radius of a ball that holds the grown body on a piece; inf: not known
     share: Array  # (b,) [1] part of the avoidance that the robot does itself: 1 where the body does none
+    at_rest: Flags  # (b,) whether a contact counts while the robot is at rest
 
 
 class RelativeMotion(NamedTuple):
@@ -232,7 +235,7 @@ class Scratch(NamedTuple):
 
 
 class ResponseSearch(NamedTuple):
-    """What is known of the responses of one robot during one decision, and buffers."""
+    """Costs and controls of the responses of one robot during one decision, and buffers."""
 
     scratch: Scratch
     excluded: Flags  # (k,) responses that are not considered

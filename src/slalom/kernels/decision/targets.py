@@ -1,4 +1,4 @@
-"""Targets at rest or in motion: where they are, the velocity that leads to them, the time to reach them."""
+"""Targets at rest or in motion: their positions, the velocity that leads to them, the time to reach them."""
 
 import numpy as np
 
@@ -51,10 +51,10 @@ def target_state(i: int, t: float, robots: RobotTable, targets: TargetPaths, pos
 
 @kernel
 def intercept(i: int, t: float, position: Array, max_speed: float, targets: TargetPaths, scratch: Scratch) -> None:
-    """Write into `scratch.target` where robot i, at `position` (d,) [m] and max speed from t [s] on, meets its moving
-    target.
+    """Write the place at which robot i meets its moving target into `scratch.target`.
 
-    Fixed-point iteration on the time of arrival, which is bounded for targets that outrun the robot.
+    The robot is at `position` (d,) [m] and at max speed from t [s] on. Fixed-point iteration on the time of arrival,
+    which is bounded for targets that outrun the robot.
     """
     duration = 0.0
     for _ in range(INTERCEPTION_STEPS):

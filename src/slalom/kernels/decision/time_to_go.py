@@ -60,7 +60,7 @@ def earliest_on_line(left: float, along: float, max_acceleration: float, fast: f
 
 @kernel
 def arrival_by_secants(away: Array, v: Array, max_acceleration: float, max_speed: float, tolerance: float) -> float:
-    """An estimate [s] of the earliest arrival where the speed limits it, or -1; nothing is guaranteed of it.
+    """An estimate [s], without a guarantee, of the earliest arrival where the speed limits it; or -1.
 
     Arguments as of `earliest_arrival`.
     """
@@ -90,8 +90,8 @@ def arrival_by_secants(away: Array, v: Array, max_acceleration: float, max_speed
 def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: float, tolerance: float) -> float:
     """Earliest time [s] at which a point gets within `tolerance` [m] of the displacement `away` (d,) [m]; inf if never.
 
-    The point has the velocity v (d,) [m/s], accelerates once by at most `max_acceleration` [m/s^2] and then coasts, at
-    most at `max_speed` [m/s] or at its present speed.
+    The point has the velocity v (d,) [m/s]. It accelerates once by at most `max_acceleration` [m/s^2] and then coasts,
+    at most at `max_speed` [m/s] or at its present speed.
     """
     square, speed = 0.0, 0.0
     for axis in range(len(away)):
@@ -153,8 +153,8 @@ def stopping_velocity(away: Array, max_acceleration: float, max_speed: float, de
 def passing_velocity(away: Array, velocity: Array, max_acceleration: float, max_speed: float, desired: Array) -> None:
     """The desired velocity towards a place to pass, into `desired` (d,) [m/s]; `away` (d,) [m]: its displacement.
 
-    At most `max_speed` [m/s], and no faster than `max_acceleration` [m/s^2] lets the robot turn there: the arc from the
-    present heading to the place has the radius distance / (2 sin angle).
+    At most `max_speed` [m/s]. `max_acceleration` [m/s^2] also bounds it on the arc from the present heading to the
+    place, which has the radius distance / (2 sin angle).
     """
     square, speed, along = 0.0, 0.0, 0.0
     for axis in range(len(away)):

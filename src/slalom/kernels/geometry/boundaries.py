@@ -1,8 +1,8 @@
 """Balls and half-spaces in control space: membership, projections, intersections.
 
-A boundary is a row (side, x, y, z, r): side 1, outside the ball of centre (x, y, z) and radius r; side -1, inside it;
-side 0, the half-space x u0 + y u1 + z u2 <= r with a unit normal. In the plane z is 0. Circles (side 2) and lines (side
-3, x u0 + y u1 = r) of rounded polygons give candidates only: the polygon itself decides which controls it rejects
+A boundary is a row (side, x, y, z, r). Side 1 is the outside of the ball of centre (x, y, z) and radius r, side -1 the
+inside. Side 0 is the half-space x u0 + y u1 + z u2 <= r with a unit normal. In the plane z is 0. Circles (side 2) and
+lines (side 3, x u0 + y u1 = r) of rounded polygons give candidates only. Rejection is tested with the polygon itself
 (`polygons`). The exchange keeps four more columns: the polygon that a row belongs to, or -1, and the disc in which
 alone the row matters. `boundaries` is an array of such rows, (n, 5) or (n, 9), u and `found` are controls.
 """

@@ -1,6 +1,6 @@
 """Cubic pieces and the squared distance along them, in Bernstein form.
 
-A cubic q(s), s in [0, 1], is held by its control points. |q(s)|^2 is a polynomial of degree 6; its Bernstein
+A cubic q(s), s in [0, 1], is given by its control points. |q(s)|^2 is a polynomial of degree 6. Its Bernstein
 coefficients bound it from both sides and converge quadratically under bisection. Whether it stays above R^2 is decided
 by their signs alone, without sampling and without a root formula that degenerates.
 
@@ -123,7 +123,7 @@ def least_coefficient(node: Array) -> float:
 
 @kernel
 def below(stack: Array) -> float:
-    """Some s at which the root node's polynomial is below 0, or -1 if there is none (up to rounding)."""
+    """A place s at which the root node's polynomial is below 0, or -1 if there is none (up to rounding)."""
     top = 0
     while top >= 0:
         node = stack[top]

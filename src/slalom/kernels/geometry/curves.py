@@ -1,7 +1,7 @@
 """Curves in space: the circle or line in which two boundaries meet, and how far along it a third one reaches.
 
-A curve is an array (4, 3): the centre of the circle and two unit vectors e, g in its plane, e towards the preferred
-control u; the last row holds the radius. Its point at angle t is centre + radius (cos t e + sin t g): the distance from
+A curve is an array (4, 3): the centre of the circle, two unit vectors e, g in its plane, and the radius in the last
+row. e points to the preferred control u. Its point at angle t is centre + radius (cos t e + sin t g): the distance from
 u grows with |t| up to pi. A line has radius inf, its point nearest to u as the centre, and e along it; t is a length.
 """
 
@@ -53,8 +53,8 @@ def curve_of(boundaries: Array, i: int, j: int, u: Array, curve: Array) -> bool:
 def frame(curve: Array, nx: float, ny: float, nz: float, u: Array) -> None:
     """Write the unit vectors of a circle with unit normal n: e towards the control u (3,), and g = n x e.
 
-    From the axis of the circle all its points are as near, and e is any vector in its plane. Close to the axis, what
-    is left of the vector to u is rounding for the most part: its share along n is removed once more.
+    From the axis of the circle all its points are as near, and e is any vector in its plane. Close to the axis, the
+    remaining vector to u is mostly rounding error. Its share along n is therefore removed once more.
     """
     wx, wy, wz = u[0] - curve[0, 0], u[1] - curve[0, 1], u[2] - curve[0, 2]
     size = np.sqrt(wx * wx + wy * wy + wz * wz) + curve[3, 0]

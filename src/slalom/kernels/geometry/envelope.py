@@ -1,4 +1,4 @@
-"""Where discs of controls graze their envelope: cubic pieces cut until chords stand for it (`boundary.envelope`).
+"""Envelopes of discs of controls: cubic pieces, cut until chords represent the envelope (`boundary.envelope`).
 
 A piece is held by its control points (4, 4): place (x, y), gain, radius. Its disc has the centre place / gain and the
 size radius / gain.
@@ -74,8 +74,8 @@ def bends(a: Disc, m: Disc, b: Disc, window: Array) -> bool:
         mx, my = m[0] + m[2] * np.cos(m[3] + side * m[4]), m[1] + m[2] * np.sin(m[3] + side * m[4])
         bx, by = b[0] + b[2] * np.cos(b[3] + side * b[4]), b[1] + b[2] * np.sin(b[3] + side * b[4])
         one, two = turn(a, m, side), turn(m, b, side)
-        # The envelope runs along the tangent of each disc, so that its direction is known: an arc over half a chord
-        # of length l that turns by d rises l d / 2 over the whole one.
+        # The envelope is tangent to each disc, so its direction is known. An arc over half a chord of length l that
+        # turns by d rises l d / 2 over the whole chord.
         rise = max(np.hypot(mx - ax, my - ay) * one, np.hypot(bx - mx, by - my) * two)
         if max(rise / 2.0, off_chord(ax, ay, bx, by, mx, my)) <= window[3]:
             continue
@@ -104,8 +104,8 @@ def grazing_discs(control: Array, reach: Array, window: Array) -> tuple[Indices,
         control: (4, 4 or more, n). reach: (n,) of the elements. window: x, y, radius, tolerance.
 
     Returns:
-        In order of piece and time: the piece (k,), begin and end from 0 to 1 (2, k), control points (k, 4, 4), and
-        whether the element hardly moves although its touching normals turn (k,).
+        In order of piece and time: the piece (k,), begin and end from 0 to 1 (2, k), control points (k, 4, 4). Then
+        flags (k,): the element hardly moves although its touching normals turn.
     """
     piece, times, points = np.empty(256, np.int64), np.empty((2, 256)), np.empty((256, 4, 4))
     sharp, count = np.empty(256, np.bool_), 0

@@ -5,10 +5,9 @@ The hull's corners move on cubics: the origin's, plus each corner turned by the 
 corners at one time, in the plane counter-clockwise.
 
 The signed distance of the origin to a convex hull is the largest, over unit vectors v, of min v . corner: negative
-inside, where it is minus the depth. Any v therefore bounds it from below, and for a v that stays the same, min v .
-corner along a cubic is bounded by its control points. That bound is of second order when v is the best one in the
-middle. A control that slides along a hull would be bisected without end: collisions less deep than CLEARANCE are not
-sought.
+inside, where it is minus the depth. Any v therefore bounds it from below. For a constant v, min v . corner along a
+cubic is bounded by its control points. That bound is of second order when v is the best one in the middle. A control
+that slides along a hull would be bisected without end: collisions less deep than CLEARANCE are not sought.
 """
 
 from typing import NamedTuple
@@ -128,7 +127,7 @@ def distance_bound(moving: MovingHull, a: float, b: float, vx: float, vy: float,
 
 @kernel
 def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
-    """Some x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere by more than CLEARANCE."""
+    """A place x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere by more than CLEARANCE."""
     for end in (0.0, 1.0):
         if hull_distance(moving, end, q)[0] < 0.0:
             return end

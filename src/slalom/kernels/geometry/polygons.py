@@ -1,7 +1,7 @@
 """Rounded convex polygons in the control plane: the working set's elements that are not balls.
 
-Several polygons are held as one flat list of corners: polygon k has the corners (x, y) in rows begins[k] to
-begins[k + 1], counter-clockwise, and is rounded by radii[k]; the disc (x, y, r) in row k of `around` holds it.
+Several polygons are one flat list of corners. Polygon k has the corners (x, y) in rows begins[k] to begins[k + 1],
+counter-clockwise. It is rounded by radii[k], and the disc (x, y, r) in row k of `around` contains it.
 """
 
 from typing import TypeAlias

@@ -177,7 +177,7 @@ def line_of_sight(cost: Array, x0: float, y0: float, x1: float, y1: float) -> bo
     steps = int(np.ceil(SIGHT_SAMPLES * length)) + 1
     for k in range(steps + 1):
         x, y = x0 + (x1 - x0) * k / steps, y0 + (y1 - y0) * k / steps
-        # A robot in contact stands in a cell that is occupied by rounding: the first cells do not count.
+        # The cell of a robot in contact may be occupied by rounding: the first cells do not count.
         if cost[nearest_cell(shape, x, y)] > most and length * k / steps > SIGHT_START:
             return False
     return True

@@ -75,7 +75,7 @@ def yielding_direction(
     k: int,
     blocked: tuple[float, float, float],
     touch: float,
-    asked: Flags,
+    requested: Flags,
     robots: GuidanceState,
     grid: Grid,
     margin: float,
@@ -83,7 +83,7 @@ def yielding_direction(
     """Direction (x, y) in which robot k best moves off the path of a blocked robot; free distance [m] and blocker.
 
     blocked: direction x, y of the blocked robot and how far [m] robot k is to the left of its path. touch: sum of
-    their radii [m]. asked (n,): robots that have received a request. The blocker is -1 for a wall or none.
+    their radii [m]. requested (n,): robots that have received a request. The blocker is -1 for a wall or none.
     """
     fx, fy, across = blocked
     most, best_score, best, best_run, best_blocker = YIELD_DISTANCE * touch, -np.inf, (fx, fy), 0.0, -1
@@ -99,7 +99,7 @@ def yielding_direction(
         score = min(aside, YIELD_ASIDE * touch) + YIELD_DISTANCE_WEIGHT * run
         if run < YIELD_BLOCKED * touch:
             # A robot in that direction can receive a request in turn; a wall cannot.
-            inherits = blocker >= 0 and not asked[blocker]
+            inherits = blocker >= 0 and not requested[blocker]
             score += YIELD_INHERITANCE * touch if inherits else -YIELD_WALL_PENALTY * touch
         if score > best_score:
             best_score, best, best_run, best_blocker = score, (dx, dy), run, blocker
@@ -108,18 +108,18 @@ def yielding_direction(
 
 @kernel
 def request_space(
-    i: int, ex: float, ey: float, asked: Flags, robots: GuidanceState, grid: Grid, margin: float, until: float
+    i: int, ex: float, ey: float, requested: Flags, robots: GuidanceState, grid: Grid, margin: float, until: float
 ) -> None:
     """Send requests of robot i along its direction, the unit vector (ex, ey), and those that inherit its priority.
 
-    Robots that receive a request get a point to yield to, until the time `until` [s]; asked (n,) marks them.
+    Robots that receive a request get a point to yield to, until the time `until` [s]; requested (n,) marks them.
     """
     stack = [(i, ex, ey)]
     ahead = -REQUEST_BESIDE if robots.waiting_time[i] >= REQUEST_BESIDE_AFTER else REQUEST_AHEAD
     while len(stack) > 0:
         j, fx, fy = stack.pop()
         for k in range(len(robots.present)):
-            if asked[k] or not robots.present[k]:
+            if requested[k] or not robots.present[k]:
                 continue
             rx, ry = nearest_image(j, k, robots)
             touch = robots.radius[j] + robots.radius[k]
@@ -131,13 +131,13 @@ def request_space(
             speed = np.sqrt(robots.velocity[k, 0] ** 2 + robots.velocity[k, 1] ** 2)
             if speed > REQUEST_SPEED * robots.max_speed[k]:
                 continue
-            asked[k] = True
-            dx, dy, run, blocker = yielding_direction(k, (fx, fy, across), touch, asked, robots, grid, margin)
+            requested[k] = True
+            dx, dy, run, blocker = yielding_direction(k, (fx, fy, across), touch, requested, robots, grid, margin)
             most = YIELD_DISTANCE * touch
             robots.yielding[k, 0] = robots.position[k, 0] + most * dx
             robots.yielding[k, 1] = robots.position[k, 1] + most * dy
             robots.yielding[k, 2], robots.yielding[k, 3] = until, i
-            if run < YIELD_BLOCKED * touch and blocker >= 0 and not asked[blocker]:
+            if run < YIELD_BLOCKED * touch and blocker >= 0 and not requested[blocker]:
                 stack.append((k, dx, dy))
         ahead = REQUEST_AHEAD
 
@@ -169,7 +169,7 @@ def give_way(robots: GuidanceState, grid: Grid, margin: float, now: float, perio
     margin: kept between bodies [m]; now [s]; period: since the last call [s].
     """
     n = len(robots.radius)
-    asked = np.zeros(n, np.bool_)
+    requested = np.zeros(n, np.bool_)
     update_waiting(robots, now, period)
     # Robots that had arrived and moved off their goals have lower priority than those on their way.
     priority = robots.waiting_time.copy()
@@ -181,14 +181,14 @@ def give_way(robots: GuidanceState, grid: Grid, margin: float, now: float, perio
         i = order[j]
         if robots.waiting_time[i] < REQUEST_AFTER:
             break
-        if asked[i]:
+        if requested[i]:
             continue
-        asked[i] = True
+        requested[i] = True
         # It has the right of way: earlier requests to it end.
         robots.yielding[i, 2] = now
         ex, ey = robots.waypoint[i, 0] - robots.position[i, 0], robots.waypoint[i, 1] - robots.position[i, 1]
         length = max(np.sqrt(ex * ex + ey * ey), DIVISOR_FLOOR)
-        request_space(i, ex / length, ey / length, asked, robots, grid, margin, now + YIELD_DURATION)
+        request_space(i, ex / length, ey / length, requested, robots, grid, margin, now + YIELD_DURATION)
     for k in range(n):
         if robots.yielding[k, 2] > now:
             robots.target[k, 0], robots.target[k, 1] = robots.yielding[k, 0], robots.yielding[k, 1]

@@ -8,7 +8,7 @@ from slalom.kernels.arrays import Array, Flags, Indices, Singles, Words
 class GuidanceState(NamedTuple):
     """Robots as discs, their goals and their targets.
 
-    It has no part in safety: the decision keeps clear of everything, whatever the target.
+    It has no part in safety: the decision keeps clear of all bodies with any target.
     """
 
     position: Array  # (n, 3) [m]

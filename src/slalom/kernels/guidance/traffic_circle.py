@@ -1,6 +1,6 @@
 """Traffic circles: robots whose straight paths would meet pass the common point counterclockwise.
 
-`update_targets` keeps one circle for each robot; in periodic worlds, `keep_right` passes each robot by itself.
+`update_targets` keeps one circle for each robot; in periodic worlds, `keep_right` passes one robot after the other.
 """
 
 import numpy as np
@@ -70,7 +70,7 @@ def predicted_encounters(i: int, frontal: float, robots: GuidanceState, rows: Ro
         mx, my = vx - speed * dx, vy - speed * dy
         square = max(mx * mx + my * my, DIVISOR_FLOOR)
         time = -(rx * mx + ry * my) / square
-        # A robot that crosses at the goal itself is waited for, not passed.
+        # A robot that crosses at the goal itself is not passed: the robot stops for it.
         if time <= 0.0 or time >= end:
             continue
         nx, ny = rx + time * mx, ry + time * my
@@ -184,7 +184,7 @@ def update_targets(order: Indices, robots: GuidanceState) -> None:
         last = robots.waypoint[i, 0] == robots.goal[i, 0] and robots.waypoint[i, 1] == robots.goal[i, 1]
         copy_into(robots.target[i], robots.waypoint[i])
         robots.stop[i] = robots.goal_stop[i] and last
-        # A robot that only came near a waypoint could not yet see the next one.
+        # Near a waypoint the line to the next one may still be blocked.
         robots.tolerance[i] = robots.goal_tolerance[i] if last else WAYPOINT_TOLERANCE * robots.radius[i]
         circle = robots.circle[i]
         if robots.waiting_time[i] >= CIRCLE_PATIENCE:

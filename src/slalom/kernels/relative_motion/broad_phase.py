@@ -1,8 +1,8 @@
 """Broad phase of a choice: the segments on which a control within some distance of a given one can collide.
 
-A change of the control by r moves the robot, at any time of a segment, by at most r times the largest gain of that
-segment. One pass of the chord test at one control therefore bounds, for every segment, the distance of the controls
-that may collide on it. Most segments never matter; the rows of the others are copied, and later passes run over these.
+During a segment, a change of the control by r moves the robot by at most r times the largest gain of that segment. One
+pass of the chord test at one control therefore bounds, for every segment, the distance of the controls that may collide
+on it. Most segments never matter; the rows of the others are copied, and later passes run over these.
 """
 
 from typing import NamedTuple

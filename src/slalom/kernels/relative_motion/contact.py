@@ -1,8 +1,8 @@
 """The rule of contact, once: when a robot overlaps a body, and how much of a margin it keeps near one.
 
-Contact is not overlap. A robot within CONTACT_SLACK of a body, and at most OVERLAP deep in it, touches the body
-and may still move away: the body is taken as smaller by up to that much. Farther away the robot keeps the margin,
-or as much of it as it has now.
+Contact is not overlap. A robot within CONTACT_SLACK of a body, and at most OVERLAP deep in it, touches the body and may
+still move away. The body then counts as smaller by up to that amount. Farther away the robot keeps the margin, or as
+much of it as it has now.
 """
 
 from slalom.kernels.jit import kernel

@@ -142,9 +142,9 @@ def hulls_at(hulls: MaybeHulls, rows: Indices, turns: Array) -> MaybeHulls:
 def chord_distances(points: Array, gains: Array, ux: float, uy: float, uz: float, gaps: Array) -> None:
     """Lower bounds [m] of the distance to the origin along every segment under control (ux, uy, uz), into gaps (n,).
 
-    The distance of the chord, less the distance by which the cubic may leave it. With e, f the distances of the inner
-    control points from the points at one and two thirds of the chord, that is at most 3/4 max(|e|, |f|), since
-    3 s (1 - s) <= 3/4. The loop has no calls and no branches, so that it runs on vector registers.
+    The distance of the chord, less the distance by which the cubic may leave it. Let e, f be the distances of the inner
+    control points from the points at one and two thirds of the chord. The bend is at most 3/4 max(|e|, |f|), since 3 s
+    (1 - s) <= 3/4. The loop has no calls and no branches, so that it runs on vector registers.
 
     Args:
         points: (4, 3, n) [m], gains: (4, n): of `Segments`.

@@ -215,5 +215,5 @@ def distances_now(bodies: Snapshot, hulls: MaybeHulls, position: Array) -> Array
 
 @kernel
 def share_of_piece(times: Array, s: int) -> float:
-    """Where in [0, 1] on piece s, `times` (n, 2) [s], time 0 lies: pieces may begin before the window does."""
+    """Place of time 0 in [0, 1] on piece s with `times` (n, 2) [s]: pieces may begin before the window."""
     return float(-times[s, 0] / (times[s, 1] - times[s, 0]))

@@ -1,12 +1,12 @@
-"""Candidates for the nearest free control: the critical points that a new element adds, and the heap they wait in.
+"""Candidates for the nearest free control: the critical points that a new element adds, and the heap of candidates.
 
-A candidate that lies in another element of the working set never enters the heap, nor one that is nearer to the
-preferred control than the last one examined: all nearer controls were rejected, by elements that stay.
+Candidates in another element of the working set never enter the heap. Nor do those nearer to the preferred control than
+the last one examined. All nearer controls were rejected, by elements that stay.
 
-The heap is one array. Row 0 holds the number of candidates and how many of them wait. Candidate number n >= 1 is row n:
-cost, control (x, y, z), the boundaries i, j that generated it, -1 for none, and in space its place on their curve.
-Column 7 of the rows from 1 on is the heap: the numbers of the waiting candidates. Of candidates of equal cost the
-earlier one is taken first.
+The heap is one array. Row 0 holds the number of candidates and the number of those in the heap. Candidate number n >= 1
+is row n: cost, control (x, y, z), the boundaries i, j that generated it (-1 for none), and in space its place on their
+curve. Column 7 of the rows from 1 on is the heap: the numbers of the candidates in it. Of candidates of equal cost
+the earlier one is taken first.
 
 One array and plain loops, since lists of tuples and `heapq` take several seconds to compile.
 """
@@ -151,7 +151,7 @@ def put(queue: Array, cost: float, u: Array, i: int, j: int, t: float) -> Array:
 
 @inlined
 def take(queue: Array) -> int:
-    """The number of the candidate of least cost, removed from the heap (n, 8); 0 if none waits."""
+    """The number of the candidate of least cost, removed from the heap (n, 8); 0 if the heap is empty."""
     size = int(queue[0, 1])
     if size == 0:
         return 0

@@ -1,14 +1,14 @@
 """Candidates for the nearest free control in space: points of single boundaries, and of curves in which two meet.
 
 The nearest point of "admissible and outside the working set" is the preferred control, its projection on a boundary, or
-lies on a curve in which two boundaries meet: there it is the point nearest to the preferred control, or an end of the
-part that a third boundary excludes. From every curve at most one candidate waits on each side of its nearest point. One
-that a boundary excludes moves on along its curve, to the end of the part that this boundary excludes. So the work grows
-with the curves that come near the optimum, never with all triples of boundaries.
+lies on a curve in which two boundaries meet. On a curve it is the point nearest to the preferred control, or an end of
+the part that a third boundary excludes. The heap holds at most one candidate of each curve on each side of its nearest
+point. One that a boundary excludes moves on along its curve, to the end of the part that this boundary excludes. So the
+work grows with the curves that come near the optimum, never with all triples of boundaries.
 
 The rows of the heap are those of `candidates`: cost, control, boundaries i and j, and the place on their curve, see
-`geometry.curves`. Column 6 of a boundary is the value beyond which it excludes a control: of the squared distance from
-the centre of a ball, of the product with the normal of a half-space.
+`geometry.curves`. Column 6 of a boundary is the value beyond which it excludes a control. It is a squared distance from
+the centre of a ball, or a product with the normal of a half-space.
 """
 
 from typing import NamedTuple
@@ -106,9 +106,9 @@ def put_point(queue: Array, view: View, u: Array, i: int, j: int, t: float) -> A
 
 @kernel
 def move_on(queue: Array, n: int, boundaries: Array, k: int, view: View) -> Array:
-    """The queue (n, 8) with what follows candidate n, which boundary k excludes: the next places on its curve.
+    """The queue (n, 8) with the next places on the curve of candidate n, which boundary k excludes.
 
-    From the nearest point of a curve, both sides go on.
+    From the nearest point of a curve, the search continues on both sides.
     """
     i, j, t = int(queue[n, 4]), int(queue[n, 5]), queue[n, 6]
     curve, found = view.curve, view.found

@@ -26,8 +26,9 @@ def hull_element(
     """Number of corners and radius of a part of the control obstacle of hull segment s that rejects u (3,).
 
     The corners go into `work.corners`. A sharp corner sweeps over a curve of which elements at single times cover
-    points only. In the plane the part is therefore, where that rejects u, the set that surely lies between the elements
-    of two times (`swept`); else the element at the place `work.element[0]`. Both are grown by CONTACT.
+    points only. In the plane the part is therefore the set that surely lies between the elements of two times
+    (`swept`), if that set rejects u. Otherwise it is the element at the place `work.element[0]`. Both are grown by
+    CONTACT.
     """
     load_path(table, hulls, s, u, work.path)
     moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
@@ -73,9 +74,9 @@ def swept(
 ) -> tuple[int, float]:
     """Number of corners and radius of a set that the elements between a and b surely cover; the corners go into q.
 
-    The convex hull of the elements at a and b, shrunk by what the motion in between may miss it (`sag`): towards a
-    point inside it, since shrinking by the share sag / rho moves its border inwards by at least sag, with rho the
-    distance of that point from the border. Nothing (0) where that leaves nothing.
+    The convex hull of the elements at a and b, shrunk by the largest distance `sag` by which the motion in between may
+    miss it. It is shrunk towards a point inside it. Let rho be the distance of that point from the border: shrinking by
+    the share sag / rho moves the border inwards by at least sag. Nothing (0) where that leaves nothing.
     """
     m = corners_in_control(moving, gain, a, q, 0)
     if m == 0:
@@ -108,8 +109,8 @@ def fan(
     """As `swept`, for a body that turns: the set that one corner and the middle of the body cover from a to b.
 
     All elements in between hold the element in the middle, shrunk by as much as its corners move. With one corner
-    they hold its hull with the chord of that corner's path, shrunk by what the path may miss the chord. The corner is
-    the one for which the control is deepest inside.
+    they hold its hull with the chord of that corner's path, shrunk by the largest distance of the path from the chord.
+    The corner is the one for which the control is deepest inside.
     """
     n = corners_in_control(moving, gain, a, q, 0)
     if n == 0:
@@ -197,8 +198,9 @@ def sag(path: Array, gain: Array, far: float, a: float, b: float) -> float:
     """Largest distance [m] between a body that does not turn and its straight interpolation between a and b.
 
     For every control within `far` of that of the path (4, 5). A control in the hull of the elements at a and b collides
-    with the body interpolated between these times: with weights (1 - m) on the element at a and m on that at b, take
-    the time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. The distance of the cubics from their chords remains.
+    with the body interpolated between these times. Let (1 - m) be the weight of the element at a and m that at b. The
+    contact is at the time at which (1 - l) gain(a) : l gain(b) = (1 - m) : m. The distance of the cubics from their
+    chords remains.
     """
     return float(bend(path[:, 0], path[:, 1], a, b) + far * bend(gain, gain, a, b))
 
@@ -214,7 +216,7 @@ def corner_sag(moving: MovingHull, gain: Array, far: float, a: float, b: float) 
 
 @kernel
 def bend(x: Array, y: Array, a: float, b: float) -> float:
-    """How far the plane cubic with control values x, y may be from its chord over [a, b], see `chord_gaps`."""
+    """Largest distance of the plane cubic with control values x, y from its chord over [a, b], see `chord_gaps`."""
     x0, x1, x2, x3 = restrict(x[0], x[1], x[2], x[3], a, b)
     y0, y1, y2, y3 = restrict(y[0], y[1], y[2], y[3], a, b)
     e = (x1 - (2.0 * x0 + x3) / 3.0) ** 2 + (y1 - (2.0 * y0 + y3) / 3.0) ** 2

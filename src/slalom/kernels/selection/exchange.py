@@ -1,16 +1,15 @@
 """The exact choice: the admissible control nearest to the preferred one that collides with nothing.
 
-Exchange of elements. The working set holds the boundaries of the admissible set (balls and half-spaces, to stay
-inside) and temporal elements (balls and, in the plane, rounded convex polygons, to stay outside), at first none of
-these. The nearest point of "admissible and outside the working set" is among finitely many critical points: the
-preferred control, its projections on single boundaries, and the nearest points of intersections of two of them, in
-space up to where others exclude them (`candidates_in_space`). The boundaries of a rounded polygon are circles and
-lines. They wait in a heap by distance. The nearest one that is admissible and outside all elements is tested in the
-workspace, for all time; if it collides, the element of a worst violation joins the working set, which rejects it for
-good.
+Exchange of elements. The working set holds the boundaries of the admissible set: balls and half-spaces, to stay inside.
+It also holds temporal elements, at first none: balls and, in the plane, rounded convex polygons, to stay outside. The
+nearest point of "admissible and outside the working set" is among finitely many critical points. These are the
+preferred control, its projections on single boundaries, and the nearest points of intersections of two of them; for
+space see `candidates_in_space`. The boundaries of a rounded polygon are circles and lines. A heap orders the points by
+distance. The nearest one that is admissible and outside all elements is tested in the workspace, for all time. If it
+collides, the element of a worst violation joins the working set, which rejects it from then on.
 
-Every answer is at least as near as any control that keeps CONTACT clear, since the working set is always a part of
-the control obstacle; the first candidate that passes the test is therefore the optimum.
+The working set is always a part of the control obstacle. Every result is therefore at least as near as any control that
+keeps CONTACT clear. The first candidate that passes the test is therefore the optimum.
 """
 
 from typing import NamedTuple

@@ -87,7 +87,7 @@ def motion_is_clear(
 def accelerate_and_coast(
     problem: SearchProblem, position: Array, velocity: Array, acceleration: Array
 ) -> tuple[float, float]:
-    """How long to accelerate [s], in whole periods, and when the robot passes the goal after coasting [s]; -1: never.
+    """Time [s] of acceleration, in whole periods, and of the pass of the goal after coasting [s]; -1: never.
 
     The earliest such arrival from position (3,) [m] with velocity (3,) [m/s]. The acceleration goes into
     acceleration (3,) [m/s^2].
@@ -127,10 +127,10 @@ def accelerate_and_coast(
 def accelerate_and_brake(
     problem: SearchProblem, position: Array, velocity: Array, acceleration: Array
 ) -> tuple[float, float]:
-    """How long to accelerate and then to brake evenly [s], in whole periods, to stop at the goal; -1: not possible.
+    """Times [s] to accelerate and then to brake evenly, in whole periods, to stop at the goal; -1: not possible.
 
-    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first. position (3,) [m], velocity (3,) [m/s];
-    the first acceleration goes into acceleration (3,) [m/s^2].
+    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first. position (3,) [m], velocity (3,) [m/s].
+    The first acceleration goes into acceleration (3,) [m/s^2].
     """
     d, most = problem.dimension, int(np.round(BRAKE_STEPS * problem.step / problem.period))
     for total in range(2, 2 * most + 1):

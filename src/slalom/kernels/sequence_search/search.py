@@ -1,9 +1,9 @@
 """Best-first search over sequences of accelerations that are clear of all moving bodies.
 
-From each node the exact selection runs for several candidate accelerations: to coast, to brake, to head for the goal,
-and full acceleration in all directions. Each leads to a node one step later. Before that, `steer_to_goal` tries to
-end the sequence. Work is counted in microseconds of a usual machine instead of measured: the same search ends in the
-same way on all machines.
+From each node the exact selection runs for several candidate accelerations. They are coasting, braking, moving towards
+the goal, and full acceleration in all directions. Each leads to a node one step later. Before that, `steer_to_goal`
+tries to end the sequence. Work is counted in microseconds of a usual machine instead of measured: the same search ends
+in the same way on all machines.
 """
 
 import heapq

@@ -72,7 +72,7 @@ def add_node(
 def is_new(tree: SearchTree, problem: SearchProblem, time: float, position: Array, velocity: Array) -> bool:
     """Whether the cell of time [s], position (3,) [m] and velocity (3,) [m/s] has been free; it is occupied afterwards.
 
-    Cells are told apart by hash keys of 64 bits: among a million cells two keys agree with a probability of 3e-8, and
+    Cells are identified by hash keys of 64 bits. Among a million cells two keys agree with a probability of 3e-8, and
     then the tree lacks a node.
     """
     key = np.int64(np.round(TIME_CELLS_PER_STEP * (time - tree.time[0]) / problem.step))

@@ -36,7 +36,7 @@ var $=class e{constructor(t,o,n,r,s,i=0,a=0){this.x=t;this.y=o;this.scale=n;this
 .slalom *, .slalom *::before { box-sizing: border-box; }
 .slalom header { display: flex; flex-wrap: wrap; align-items: center; gap: 6px 7px; font-size: 13px; }
 .slalom header strong { font-size: 16px; letter-spacing: 0.02em; }
-.slalom .title { color: var(--faint); overflow: hidden; text-overflow: ellipsis; white-space: nowrap; flex: 1 1 12ch; min-width: 12ch; }
+.slalom .title { color: var(--faint); overflow: hidden; text-overflow: ellipsis; white-space: nowrap; flex: 1 1 22ch; min-width: 22ch; }
 .slalom header select { max-width: 7.6em; padding: 3px 4px; }
 .slalom header button { padding: 3px 7px; }
 .slalom .field { display: inline-flex; align-items: center; gap: 5px; color: var(--faint); white-space: nowrap; }

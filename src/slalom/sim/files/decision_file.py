@@ -78,7 +78,7 @@ def read_decision(path: Path | str) -> DecisionFile:
     try:
         spec = DecisionSpec.model_validate(content)
     except ValidationError:
-        # JSON is YAML, whose reader is slow and knows the lines.
+        # JSON is YAML: the reader of YAML is slow, and gives the lines of mistakes.
         root = compose(path)[0] if path.stat().st_size < JSON_LINES else None
         raise InvalidFile(first_of(path, messages(path, root, content, DecisionSpec), MAX_MISTAKES)) from None
     try:

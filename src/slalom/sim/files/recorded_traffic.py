@@ -83,8 +83,8 @@ class AgentSelection:
 def read_recorded(path: Path | str, selection: AgentSelection | None = None, **reading: Any) -> Recorded:
     """Return the agents of a recording of any format as discs, or balls in space.
 
-    The radius of an agent is the first of: its own in the file, that of `selection`, half the diagonal of its length
-    and width, that of its kind in RADII. The last is noted.
+    The radius of an agent is the first available one of four: its own in the file, that of `selection`, half the
+    diagonal of its length and width, that of its kind in RADII. The last is noted.
 
     Args:
         reading: see `io.formats.read_recording`.

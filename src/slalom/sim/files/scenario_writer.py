@@ -1,9 +1,7 @@
 """Writer of scenario files: the scenario as YAML that `read_scenario` reads back, equal to the bit."""
 
-import inspect
 import io
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +9,14 @@ import numpy as np
 from ruamel.yaml import YAML
 
 from slalom.bounds import BOUNDS
-from slalom.checks import Checked
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.objective import OBJECTIVES
 from slalom.obstacle import Obstacle
+from slalom.part_keys import file_keys, kind_of
 from slalom.path_goal import PathGoal
 from slalom.shape import SHAPES
+from slalom.sim.limited_sight import SIGHT
 from slalom.sim.measure.hdf5_parts import as_polynomial
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import TRAJECTORIES, Stationary, Trajectory
@@ -35,8 +34,8 @@ def write_scenario(scenario: Scenario, path: Path | str) -> None:
 def scenario_text(scenario: Scenario) -> str:
     """Return a scenario as YAML.
 
-    A trajectory that files cannot hold (a composite, a Python function) becomes its cubic pieces over the run and one
-    horizon, within the error of its path.
+    A trajectory that files cannot hold (a composite, a Python function) is written as cubic pieces over the run and one
+    horizon. They are within the error of its path.
 
     Raises:
         InvalidInput: a setting that files cannot hold, a part of a kind that is in no registry.
@@ -50,6 +49,7 @@ def scenario_text(scenario: Scenario) -> str:
     content: dict[str, Any] = {"name": scenario.name}
     content |= {name: float(getattr(scenario, name)) for name in ("start", "duration", "dt", "horizon", "margin")}
     content |= {name: float(getattr(scenario, name)) for name in ("replan", "patience")}
+    content |= {name: float(getattr(scenario, name)) for name in SIGHT if getattr(scenario, name)}
     content["holds"] = [float(hold) for hold in scenario.holds]
     if scenario.period is not None:
         content["period"] = [float(x) for x in scenario.period]
@@ -122,14 +122,9 @@ def _in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
 
 def _part(part: Any, kinds: Mapping[str, type]) -> dict[str, Any]:
     """Return kind and fields of a part, with the keys that files use (see `schema_parts`)."""
-    kind = next((name for name, cls in kinds.items() if type(part) is cls), None)
-    if kind is None:
-        raise InvalidInput(f"part: expected one of the kinds {', '.join(kinds)}, found a {type(part).__name__}")
-    found: dict[str, Any] = {"kind": kind}
-    for item in fields(part):
-        held = inspect.getattr_static(type(part), item.name, None)
-        key = (held.key if isinstance(held, Checked) else "") or item.name
-        value = getattr(part, item.name)
+    found: dict[str, Any] = {"kind": kind_of(part, kinds, "part")}
+    for name, key in file_keys(type(part)).items():
+        value = getattr(part, name)
         if value is not None:
             found[key] = _value(value)
     return found

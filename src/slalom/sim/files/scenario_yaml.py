@@ -93,7 +93,7 @@ class _Parts(Mistakes):
         )
 
     def written_robots(self, content: dict[str, Any]) -> list[WrittenRobot]:
-        """Return what the file says of each robot, those of groups included; note names that occur twice."""
+        """Return the keys of each robot of the file, those of groups included; note names that occur twice."""
         listed = content.get("robots")
         if not isinstance(listed, list) or not listed:
             return [WrittenRobot(_name(content.get("robot"), "robot"), content.get("robot"), ("robot",), {})]

@@ -28,6 +28,12 @@ class ScenarioSpec(Model):
     margin: NotNegative = 0.05
     patience: NotNegative = 0.1
     holds: list[Positive] = Field(default_factory=lambda: list(HOLDS), min_length=1)
+    sight_range: NotNegative = 0.0
+    field_of_view: NotNegative = 0.0
+    sight_near: NotNegative = 0.0
+    occlusion: NotNegative = 0.0
+    hidden_speed: NotNegative = 0.0
+    passive_safety: NotNegative = 0.0
     period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
 
     @field_validator("robots")

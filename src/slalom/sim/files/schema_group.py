@@ -37,7 +37,7 @@ class RangeSpec(Model):
 
 
 class PositiveRangeSpec(RangeSpec):
-    """The same for numbers above 0."""
+    """A range of numbers above 0."""
 
     first: Positive
     last: Positive
@@ -68,7 +68,7 @@ NotNegativeOrRange = Annotated[Any, NumberOrRange(NotNegative, RangeSpec)]
 
 
 class GroupGoalSpec(Model):
-    """What the goals of a group have in common."""
+    """Keys that the goals of a group have in common."""
 
     tolerance: Positive = 0.5
     stop: bool = False
@@ -124,7 +124,7 @@ def is_group(content: object) -> bool:
 
 
 class WrittenRobot(NamedTuple):
-    """A robot as a file says it: its name, keys and place, and the places of keys that stand elsewhere."""
+    """A robot of a file: its name, keys and place, and the places of keys that stand elsewhere."""
 
     name: str
     content: object

@@ -17,6 +17,7 @@ from slalom.bounds import BOUNDS, Bound
 from slalom.checks import Checked, not_negative, positive, vector
 from slalom.errors import InvalidInput
 from slalom.objective import OBJECTIVES, Objective
+from slalom.part_keys import file_keys
 from slalom.shape import SHAPES, Shape
 from slalom.sim.files.schema_base import Built, ModelByContent, NotNegative, Positive, Vector
 from slalom.trajectory import TRAJECTORIES, Trajectory
@@ -69,8 +70,8 @@ class OfAnyKind(ModelByContent):
         model = self.model_of(content)
         if model is None:
             tags = ", ".join(repr(name) for name in self.kinds)
-            told = {"discriminator": "'kind'", "tag": str(content["kind"]), "expected_tags": tags}
-            raise PydanticKnownError("union_tag_invalid", told)
+            context = {"discriminator": "'kind'", "tag": str(content["kind"]), "expected_tags": tags}
+            raise PydanticKnownError("union_tag_invalid", context)
         return model.model_validate(content)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
@@ -103,9 +104,9 @@ def model_of_part(kind: str, part: type) -> type[PartModel]:
     hints = get_type_hints(part, include_extras=True)
     names: dict[str, str] = {}
     keys: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    of_field = file_keys(part)
     for field in fields(part):
-        held = inspect.getattr_static(part, field.name, None)
-        key = (held.key if isinstance(held, Checked) else "") or field.name
+        held, key = inspect.getattr_static(part, field.name, None), of_field[field.name]
         names[key] = field.name
         in_file = _array_type(held.shape) if isinstance(held, Checked) else _value_type(hints[field.name])
         if in_file is None:
@@ -144,8 +145,8 @@ def _value_type(hint: Any) -> Any:
     length is a list of that length, a mapping from texts a mapping.
     """
     if get_origin(hint) is Annotated:
-        value, told = get_args(hint)[:2]
-        return Literal[told] if value is str else NUMBERS.get(told)
+        value, condition = get_args(hint)[:2]
+        return Literal[condition] if value is str else NUMBERS.get(condition)
     if get_origin(hint) is tuple and get_args(hint)[1:] == (...,):
         item = _value_type(get_args(hint)[0])
         return None if item is None else GenericAlias(list, (item,))

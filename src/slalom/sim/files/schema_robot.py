@@ -91,7 +91,7 @@ def known_method(name: str) -> str:
 
 
 class RobotKeys(Shaped):
-    """What a robot and a group of robots have in common."""
+    """Keys that a robot and a group of robots have in common."""
 
     name: Text = ""
     method: Annotated[str, AfterValidator(known_method)] | None = None

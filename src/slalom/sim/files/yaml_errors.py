@@ -72,7 +72,7 @@ def _refuse_size(path: Path, root: Node | None) -> None:
 
 
 def _refuse_values(path: Path, root: Node | None) -> None:
-    """Raise InvalidFile with all values that are not of the kind that their tag or form says, or that are no text."""
+    """Raise InvalidFile with all values that are not of the kind of their tag or form, or that are no text."""
     constructor, mistakes = YAML(typ="safe").constructor, []
     for node in _scalars(root):
         try:

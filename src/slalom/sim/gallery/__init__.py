@@ -80,6 +80,12 @@ GALLERY: Final = Registry[Entry](
                 "A corridor with a doorway, through which people walk in both directions.",
             ),
             Entry(
+                "blind_corner",
+                single_robot.blind_corner,
+                {"people": 3.0, "speed": 1.5, "width": 2.4, "max_speed": 1.5, "max_acceleration": 1.0},
+                "A corridor with a blind corner, around which people come who do not yield.",
+            ),
+            Entry(
                 "circle",
                 open_space.circle,
                 {

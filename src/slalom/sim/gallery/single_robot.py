@@ -11,7 +11,7 @@ from slalom.goal import Goal
 from slalom.io.tracks import read_tracks, sample_data
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
-from slalom.shape import Ball, Disc, Polyline, Union
+from slalom.shape import Ball, Disc, Polygon, Polyline, Union
 from slalom.sim.placement import random_angles
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
@@ -37,7 +37,7 @@ def head_on(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """Build four vehicles on a curved road: the robot on the outer lane, with a goal 15 m ahead, and three cars.
 
-    The paper's example of a false prediction by a velocity obstacle: the fast car on the middle lane would collide with
+    The paper's example of a false prediction by a velocity obstacle. The fast car on the middle lane would collide with
     the robot if it drove straight on. It follows its lane and never collides.
     """
     inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0
@@ -88,8 +88,8 @@ def merging(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
     The gap is a random one of the outer lane with at least `gap` [m] between the cars. Its middle passes the entry
     after `wait` [s]; the exit is `exit` [degrees] after the entry. The goal moves from the middle of the gap along the
-    lane and leaves at the exit, where it brakes and stops. In the lane the goal is 5 % faster than the cars, whose
-    speed is the robot's maximum, so the robot cannot reach it before the exit.
+    lane and leaves at the exit, where it brakes and stops. The speed of the cars is the robot's maximum, and in the
+    lane the goal is 5 % faster. The robot therefore cannot reach it before the exit.
     """
     cars = lanes_of_cars(p, rng)
     lane = [car.trajectory for car in cars if isinstance(car.trajectory, Circular) and car.trajectory.radius == 20.0]
@@ -156,6 +156,47 @@ def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     robot = Robot(Disc(0.3), Limits(1.5, 1.0), state, goal)
     obstacles = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"), *people)
     return Scenario("corridor", (robot,), obstacles, duration=60.0, horizon=6.0)
+
+
+def blind_corner(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """Build a robot in a corridor that passes the mouth of another one, out of which people come who do not yield.
+
+    The robot sees 8 m far, and not around corners. People walk at 0.6 to 1 times `speed` and reach the mouth about when
+    the robot does; then they turn to either side.
+    """
+    half, far, speed = 0.5 * positive(p["width"], "width"), 14.0, positive(p["speed"], "speed")
+    corners = {
+        "left wall": [(-far, half), (-half, half), (-half, far), (-far, far)],
+        "right wall": [(half, half), (far, half), (far, far), (half, far)],
+        "lower wall": [(-far, -half - 1.0), (far, -half - 1.0), (far, -half), (-far, -half)],
+    }
+    walls = tuple(Obstacle(Polygon(points), Stationary((0.0, 0.0)), name) for name, points in corners.items())
+    people = []
+    for k in range(whole(p["people"], "people")):
+        pace, side = speed * rng.uniform(0.6, 1.0), rng.choice([-1.0, 1.0])
+        x, y = rng.uniform(0.35 - half, half - 0.35, 2)
+        track = np.array([(x, far), (x, half), (x, y), (side * far, y)])
+        steps = np.diff(track, axis=0)
+        durations = np.linalg.norm(steps, axis=1) / pace
+        # At the mouth at this time.
+        start = rng.uniform(3.0, 7.0) + 4.0 * (k // 2) - durations[0]
+        moves = np.stack([track[:-1], steps / durations[:, None]], axis=1)
+        people.append(Obstacle(Disc(0.25), PiecewisePolynomial(durations, moves, start), f"person {k + 1}"))
+    robot = Robot(
+        Disc(0.3),
+        Limits(p["max_speed"], p["max_acceleration"]),
+        State((-9.0, 0.0), (0.0, 0.0)),
+        Goal(Stationary((9.0, 0.0)), 0.3, stop=True),
+    )
+    return Scenario(
+        "blind_corner",
+        (robot,),
+        (*walls, *people),
+        duration=60.0,
+        sight_range=8.0,
+        occlusion=1.0,
+        hidden_speed=speed,
+    )
 
 
 def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:

@@ -1,10 +1,10 @@
 """Program that reads HDF5 files and writes their content to stdout; `hdf5_tree` runs it in a process of its own.
 
-The HDF5 library trusts its files: a malformed one can make it hang, crash or take all memory. Each line of stdin is
-the arguments of `answer` as JSON. The answer is one line of JSON, followed by the bytes of the arrays in the order of
-the line. The line holds `mistake`, a text, or `tree` and `arrays`, the type and shape of each array. A tree has
-`attributes`, `groups` and `datasets` by name. A value is the number of its array, or `texts` and `shape`. The program
-ends at the end of stdin, and after a mistake, since the state of the library is then unknown.
+The HDF5 library does not check its files: a malformed one can make it hang, crash or take all memory. Each line of
+stdin is the arguments of `answer` as JSON. The answer is one line of JSON, followed by the bytes of the arrays in the
+order of the line. The line holds `mistake`, a text, or `tree` and `arrays`, the type and shape of each array. A tree
+has `attributes`, `groups` and `datasets` by name. A value is the number of its array, or `texts` and `shape`. The
+program ends at the end of stdin, and after a mistake, since the state of the library is then unknown.
 
 The program imports nothing of slalom, so that it starts fast.
 """
@@ -21,7 +21,7 @@ NUMERIC = "biuf"
 
 
 class Refused(Exception):
-    """Content that no recording has; the message states what was found."""
+    """Content that no recording has; the message states it."""
 
 
 class Content:
@@ -82,7 +82,7 @@ class Content:
         return self.value(name, np.asarray(dataset[()]), dataset.dtype)
 
     def count(self, name: str, dtype: Any, shape: Any) -> None:
-        """Subtract the size of a value from what is left; it may be much larger than its part of the file."""
+        """Subtract the size of a value from the remaining size; it may be much larger than its part of the file."""
         if shape is None:
             raise Refused(f"{name!r} without a value")
         self.left -= int(dtype.itemsize) * int(np.prod(shape, dtype=object))
@@ -126,7 +126,7 @@ def answer(path: str, most: int, depth: int, seconds: float, memory: int) -> boo
             content = Content(file, most, depth)
         line = {"tree": content.tree, "arrays": [[a.dtype.str, a.shape] for a in content.arrays]}
     except Exception as error:
-        # Whatever h5py raises for a malformed file, and MemoryError, says why the file cannot be read.
+        # Every error of h5py for a malformed file, and MemoryError, is a reason why the file cannot be read.
         line = {"mistake": " ".join(str(error).split()) or type(error).__name__}
         content = None
     sys.stdout.buffer.write(json.dumps(line).encode() + b"\n")

@@ -32,8 +32,8 @@ T = TypeVar("T")
 def save_trajectory(group: Any, trajectory: Trajectory, start: float, end: float) -> None:
     """Write the kind of the trajectory and its fields; reading gives the same curve to the bit.
 
-    A kind that is not in TRAJECTORIES (a composite, a Python function, a user's class) is saved as its cubic pieces
-    over the run, within the error of its path.
+    A kind that is not in TRAJECTORIES (a composite, a Python function, a user's class) is saved as cubic pieces over
+    the run. They are within the error of its path.
     """
     if type(trajectory) not in TRAJECTORIES.values():
         first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])

@@ -71,39 +71,39 @@ class Reader:
             timer = threading.Timer(HDF5_WAIT * seconds, end)
             timer.start()
             try:
-                said, arrays = self._exchange(process, request)
+                reply, arrays = self._exchange(process, request)
             except BrokenPipeError:
-                said, arrays = {}, []
+                reply, arrays = {}, []
             finally:
                 timer.cancel()
-            if "tree" in said and len(arrays) == len(said["arrays"]):
-                return said, arrays
+            if "tree" in reply and len(arrays) == len(reply["arrays"]):
+                return reply, arrays
             code = self.close()
         if late.is_set():
-            said = {"mistake": f"one on which reading takes more than {HDF5_WAIT * seconds:.1f} s"}
+            reply = {"mistake": f"one on which reading takes more than {HDF5_WAIT * seconds:.1f} s"}
         elif code < 0 and signal.Signals(-code).name == "SIGPROF":
-            said = {"mistake": f"one on which reading takes more than {seconds:.1f} s of processor time"}
-        return said if "mistake" in said else {"mistake": "one on which the HDF5 library crashes"}, []
+            reply = {"mistake": f"one on which reading takes more than {seconds:.1f} s of processor time"}
+        return reply if "mistake" in reply else {"mistake": "one on which the HDF5 library crashes"}, []
 
     def _exchange(
         self, process: "subprocess.Popen[bytes]", request: list[Any]
     ) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
-        """Return what the process answers, less than an answer where it ends before."""
+        """Return the bytes that the process writes; fewer than an answer if it ends before."""
         assert process.stdin is not None
         assert process.stdout is not None
         process.stdin.write(json.dumps(request).encode() + b"\n")
         process.stdin.flush()
         line = process.stdout.readline()
-        said = json.loads(line) if line.endswith(b"\n") else {}
+        reply = json.loads(line) if line.endswith(b"\n") else {}
         arrays = []
-        for name, shape in said.get("arrays", ()):
+        for name, shape in reply.get("arrays", ()):
             array = np.empty(shape, np.dtype(name))
             body = process.stdout.read(array.nbytes) if array.size else b""
             if len(body) < array.nbytes:
                 break
             array[...] = np.frombuffer(body, array.dtype).reshape(shape)
             arrays.append(array)
-        return said, arrays
+        return reply, arrays
 
     def _started(self) -> "subprocess.Popen[bytes]":
         if self.process is None:
@@ -145,10 +145,10 @@ def read_tree(path: Path) -> Group:
         InvalidFile: no such file, no HDF5, links, objects that occur twice, other types, content far larger than the
             file, a file on which reading does not end within its limits.
     """
-    said, arrays = READER.read(path, file_size(path, KIND))
-    if "mistake" in said:
-        raise InvalidFile([f"{path}: expected an {KIND}, found {said['mistake']}"])
-    return _group(said["tree"], arrays)
+    reply, arrays = READER.read(path, file_size(path, KIND))
+    if "mistake" in reply:
+        raise InvalidFile([f"{path}: expected an {KIND}, found {reply['mistake']}"])
+    return _group(reply["tree"], arrays)
 
 
 def _group(tree: dict[str, Any], arrays: list[npt.NDArray[Any]]) -> Group:

@@ -48,8 +48,8 @@ def passing_sides(position: Array, velocity: Array, contact_distance: float, rul
         contact_distance: [m] sum of their radii.
 
     Returns:
-        Sign of velocity x position: 1 if the other robot is left of the robot's path, -1 if it is right of it, 0 if
-        the conditions of `rule` do not hold.
+        Sign of velocity x position: 1 if the other robot is left of the robot's path, -1 if right of it, 0 if the
+        conditions of `rule` do not hold.
         Law: the value is the same for both robots.
     """
     closing = np.sum(velocity * position, axis=1)

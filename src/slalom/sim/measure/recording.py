@@ -197,7 +197,7 @@ class Recording:
 
     def _repr_html_(self) -> str:
         """Return the view of the run for notebooks, at most about 1.5 MB."""
-        # The one import upwards, named in the contract of layers: a notebook asks the recording itself for its view.
+        # The one import upwards, named in the contract of layers: a notebook calls `_repr_html_` of the recording.
         from slalom.live.notebook import shown
 
         return shown(self)
@@ -225,7 +225,7 @@ class Recording:
                 raise InvalidInput(f"format: expected {FORMAT!r}, found {shown(found)}")
             return cls._from_group(member(file.groups, "run_0"))
         except (SlalomError, ArithmeticError, TypeError, ValueError) as error:
-            # Errors of the checks of the parts, and of numpy for values of which no check thinks.
+            # Errors of the checks of the parts, and of numpy for values without a check.
             raise InvalidFile([f"{path}: expected the content of a recording, found {error}"]) from None
 
     @classmethod

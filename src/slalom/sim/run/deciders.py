@@ -1,4 +1,4 @@
-"""How the robots of a run decide: the protocol of the loop over time, and robots that decide one by one."""
+"""Deciders of the robots of a run: the protocol of the loop over time, and robots that decide one by one."""
 
 from collections.abc import Sequence
 from time import perf_counter
@@ -8,8 +8,10 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.decision import Decision
+from slalom.fleet.eyes import Eyes
 from slalom.methods import Method
 from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.window import Obstacles
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
 
@@ -50,6 +52,7 @@ class SingleRobotDecider:
         self.scenario, self.method, self.states = scenario, method, RobotStates(scenario)
         self.decision: Decision | None = None
         self._navigator = scenario.decider(method)
+        self._eyes = Eyes(scenario.sight, scenario.obstacles) if scenario.sight else None
         self._table = ObstacleTable(scenario.obstacles) if scenario.period is None else None
 
     def sense(self, now: float) -> None:
@@ -60,7 +63,10 @@ class SingleRobotDecider:
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
         before, state, goal = perf_counter(), self.states.state(0), self.scenario.robot.goal
-        obstacles = self._table or self.scenario.around(state, now, self.method)
+        if self._eyes is not None:
+            obstacles: Obstacles = self._eyes.look(state, self.scenario.obstacles, now, goal.position(now))
+        else:
+            obstacles = self._table or self.scenario.around(state, now, self.method)
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)
         return Decisions({0: self.decision.outcome.name}, {0: perf_counter() - before})
 

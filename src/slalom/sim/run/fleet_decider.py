@@ -10,6 +10,7 @@ from slalom.decision import Outcome
 from slalom.decision.robot_tables import target_paths
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
+from slalom.fleet.eyes import decide_seeing
 from slalom.fleet.policy import Policy
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
@@ -23,7 +24,7 @@ from slalom.sim.run.sensing import sensing_of
 
 
 class FleetDecider:
-    """A fleet whose robots have the targets that guidance gives them.
+    """A fleet with targets from guidance.
 
     Attributes:
         fleet: decides; its table shares the arrays of `states`.
@@ -51,6 +52,7 @@ class FleetDecider:
             patience=scenario.patience,
             observation_delay=scenario.sight_delay,
             observation_noise=scenario.sight_noise,
+            sight=scenario.sight,
             threads=threads,
         )
         methods = [policy.method for policy in fleet.policies]
@@ -106,7 +108,10 @@ class FleetDecider:
             if bodies is None:
                 bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, now))
             for some, settings in self._turns(policy, due, now):
-                outcomes |= fleet.decide(some, settings, bodies, fleet.obstacles)
+                if fleet.eyes:
+                    outcomes |= decide_seeing(fleet, policy, some, settings, fleet.obstacles)
+                else:
+                    outcomes |= fleet.decide(some, settings, bodies, fleet.obstacles)
         each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)
         names = {k: outcomes.get(k, Outcome.WAITING).name for k in order}
         return Decisions(names, dict.fromkeys(order, each))
@@ -128,9 +133,9 @@ class FleetDecider:
     def _by_messages(
         self, messages: Messages, due: Indices, settings: DecisionSettings
     ) -> Iterator[tuple[Indices, DecisionSettings]]:
-        """Each robot that may decide, with the manoeuvres that it has received in the table; the others wait.
+        """Each robot that may decide does, with the received manoeuvres in the table; the others keep theirs.
 
-        A robot expects to decide again after as long as it has waited now.
+        A robot expects its next decision after the same time as since its last one.
         """
         table, rows = self.fleet.table, np.arange(len(self.fleet.table.radius))
         for k in due:

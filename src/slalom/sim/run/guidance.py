@@ -26,9 +26,9 @@ from slalom.trajectory import Stationary
 class Guidance:
     """The targets of all robots of a run, in `guide` as arrays.
 
-    Guidance has no part in safety: whatever the target of a robot is, its decision avoids all obstacles. In space, and
-    in a scenario that is not `guided`, the target of a robot is its goal. In a periodic world robots only keep right
-    of those that come towards them, and give way.
+    Guidance has no part in safety: with any target the decision of a robot avoids all obstacles. In space, and
+    in a scenario that is not `guided`, the target of a robot is its goal. In a periodic world robots only keep right of
+    frontal robots, and move aside on request.
 
     Attributes:
         guide: the table of `kernels.guidance`; it shares the arrays of `states`.

@@ -25,21 +25,22 @@ class Message(NamedTuple):
 class Messages:
     """Which robot has received which messages, and which robot may change its manoeuvre (docs/theory.md, 17).
 
-    Of each pair of robots one holds the right to change. Every message contains the committed manoeuvre of the sender
-    and the number of handovers of the right of the pair that it knows of. If that number is even, the first of the two
-    holds the right.
+    Of each pair of robots one holds the right to change. Every message contains the committed manoeuvre of the sender,
+    and the largest number of handovers of the right of the pair that the sender received or made. If that number is
+    even, the first of the two holds the right.
 
     Robot i may change its manoeuvre if for every other robot j
 
     1. i holds the right of the pair, or the two are farther than `far` from each other; and
-    2. i holds the right, and the two have not been farther than `far` since the last message of j that i received was
-       sent; or they are farther than `apart`, and no manoeuvre of one meets any manoeuvre of the other.
+    2. i holds the right, and the two have stayed within `far` since the last message of j that i received was sent. Or
+       they are farther than `apart`, and no manoeuvre of one meets any manoeuvre of the other.
 
-    Robot i takes the least distance that the last message of j leaves possible. It hands a right over once j has waited
-    longer for a decision, as far as i knows. A lost message needs no repeat, since the next one contains as much.
+    Robot i takes the least distance that the last message of j leaves possible. It hands a right over once j, by the
+    messages that i received, has waited longer for a decision. A lost message needs no repeat, since the next one
+    contains as much.
 
     Steps are those at which robots decide; a message arrives at the next step at the earliest. Arrays (n, n) have a row
-    for the robot that knows and a column for the robot that is known.
+    for the receiver and a column for the sender of the information.
 
     Attributes:
         max_speed: (n,) [m/s]. apart, far: (n, n) [m], see above.
@@ -61,7 +62,7 @@ class Messages:
         self.max_speed, self.world_period = np.array(speeds), scenario.period
         self.apart = ranges[:, None] + ranges[None, :] + scenario.margin
         # If i and j are within `apart` by a message no older than FRESH * delay, their distance has stayed below `far`
-        # since: with v the largest speed it was at most apart + 2 v * age. Condition 2 then holds with the right.
+        # since: with v the maximum speed it was at most apart + 2 v * age. Condition 2 then holds with the right.
         self.far = self.apart + 3.0 * self.max_speed.max() * (FRESH * self.delay + self.period)
         self.first = np.arange(n)[:, None] < np.arange(n)[None, :]
         self.handovers = np.zeros((n, n), np.int64)
@@ -74,7 +75,7 @@ class Messages:
         self._in_transit: dict[int, list[Message]] = {}
 
     def holds(self) -> Flags:
-        """Whether robot i, as far as it knows, holds the right of the pair (i, j); (n, n)."""
+        """Whether robot i, by its messages, holds the right of the pair (i, j); (n, n)."""
         return np.asarray((self.handovers % 2 == 0) == self.first)
 
     def deliver(self, positions: Array) -> None:
@@ -83,8 +84,8 @@ class Messages:
         if self.step == 0:
             self._positions[-1] = positions.copy()
         for sent, sender, receiver, handovers, decided in self._in_transit.pop(self.step, []):
-            for known, told in ((self.handovers, handovers), (self.known_decisions, decided), (self.received, sent)):
-                known[receiver, sender] = np.maximum(known[receiver, sender], told)
+            for known, news in ((self.handovers, handovers), (self.known_decisions, decided), (self.received, sent)):
+                known[receiver, sender] = np.maximum(known[receiver, sender], news)
         distance = self._distance(positions[:, None] - positions[None, :])
         self.was_far[distance > self.far] = self.step
         np.fill_diagonal(self.received, self.step)

@@ -10,6 +10,7 @@ from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Flags
 from slalom.peers import Crowd, Peer, Team, discs, outlines
 from slalom.shape import Disc
+from slalom.sim.limited_sight import SIGHT
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.robot_states import RobotStates
@@ -20,7 +21,7 @@ class PeerDecider:
     """All robots of a run with a peer, without guidance.
 
     A robot prefers its goal's `desired_velocity`. It reaches the velocity that the peer chose by a constant
-    acceleration over the step. A `limited` peer uses at most the largest acceleration of the robot, so it may need more
+    acceleration over the step. A `limited` peer uses at most the maximum acceleration of the robot, so it may need more
     than one step. Of obstacles the peer observes position and velocity. The settings of navigators (horizon, margin,
     patience, holds) do not concern it.
 
@@ -29,7 +30,7 @@ class PeerDecider:
 
     Raises:
         InvalidInput: the peer's package is not installed; a scenario in space, a robot that is not a disc or has
-            other limits than a largest speed and acceleration, an obstacle that the peer cannot avoid; robots that
+            other limits than a maximum speed and acceleration, an obstacle that the peer cannot avoid; robots that
             observe each other late or inexactly; a periodic world.
     """
 
@@ -70,7 +71,7 @@ class PeerDecider:
         chosen = self._crowd.choose(positions, velocities, preferred, discs(self.scenario.obstacles, now))
         for k, velocity, robot, state in zip(here, chosen, robots, each, strict=True):
             self._answered[k] = np.isfinite(velocity).all()
-            # RVO2 computes in single precision and exceeds the largest speed by up to a percent.
+            # RVO2 computes in single precision and exceeds the maximum speed by up to a percent.
             excess = float(np.linalg.norm(velocity)) / robot.limits.max_speed
             self._chosen[k] = velocity / max(excess, 1.0) if self._answered[k] else state.velocity
         outcomes = {k: CHOSEN if self._answered[k] else UNANSWERED for k in here}
@@ -95,7 +96,7 @@ class PeerDecider:
 
 def _refuse(scenario: Scenario, peer: Peer) -> None:
     """Raise InvalidInput for a scenario that the peer cannot be run in."""
-    for name in ("sight_noise", "sight_delay", "sight_loss"):
+    for name in ("sight_noise", "sight_delay", "sight_loss", *SIGHT):
         if getattr(scenario, name):
             raise InvalidInput(
                 f"{name}: expected 0 for {peer.name}, whose observations are exact; found {getattr(scenario, name):g}"

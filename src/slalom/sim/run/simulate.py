@@ -81,7 +81,7 @@ def simulate(
 
     All robots decide from the same past, the states at the begin of the step. Each observes the others as
     `method.robot_forecast` says. With a `shared` method they decide one after the other, in the order of their names,
-    which begins with another robot at each step. Each then knows the manoeuvres to which all others are committed at
+    which begins with another robot at each step. Each then receives the manoeuvres to which all others are committed at
     that moment (docs/theory.md, 16).
 
     The result depends on the scenario and the method, and on the seed where sensing or messages are late, inexact or

@@ -162,7 +162,7 @@ def measured(
 
 
 def named_metrics(metrics: Sequence[Metric]) -> dict[str, Callable[[Recording], float]]:
-    """Return functions by name. Raises InvalidInput for an unknown name, or for what is no function."""
+    """Return functions by name. Raises InvalidInput for an unknown name, or for an object that is no function."""
     found: dict[str, Callable[[Recording], float]] = {}
     for one in metrics:
         function = METRICS.find(one, "metric") if isinstance(one, str) else one
@@ -230,7 +230,7 @@ def digests_of(name: str) -> list[str]:
 
 
 def scenario_content(name: Source, settings: Mapping[str, float], scenario: Scenario) -> Content:
-    """Return what a result depends on of a `scenario` that was loaded by that name with those settings.
+    """Return the inputs that a result depends on, of a `scenario` that was loaded by that name with those settings.
 
     The code of a package that adds parts is known by its version, that of an object not at all.
     """
@@ -248,7 +248,7 @@ def scenario_content(name: Source, settings: Mapping[str, float], scenario: Scen
 
 
 def method_content(method: Method | Peer) -> Content:
-    """Return what a result depends on of a method: its name, foresight and numeric parameters.
+    """Return the inputs that a result depends on, of a method: its name, foresight and numeric parameters.
 
     The code is part of the digest of the sources. The keys are written out here, so that no rename changes them.
     """

@@ -29,8 +29,8 @@ def working_with(backend: str | None) -> Iterator[None]:
     cluster on this machine). ray uses its own settings too (RAY_ADDRESS).
 
     Raises:
-        InvalidInput: a backend that joblib does not know or that is not installed; or multiprocessing, which waits for
-            ever for a killed process.
+        InvalidInput: a backend that joblib does not have or that is not installed; or multiprocessing, which never
+            returns after a kill.
     """
     with ExitStack() as stack:
         if backend == "multiprocessing":

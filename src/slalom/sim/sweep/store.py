@@ -33,9 +33,9 @@ class _Former(NamedTuple):
 class Store:
     """A folder of results: KEY.json holds the content of the case with that key, its result and a digest of both.
 
-    A file is written under another name and then renamed, so a killed process leaves a whole file or none; a file
-    *.part that is left over is never read. (A power failure may cut a file off; it is then reported as damaged.)
-    Several sweeps may use one folder at once. Runs that were refused or killed are not stored.
+    A file is written under another name and then renamed, so a killed process leaves a whole file or none. A remaining
+    file *.part is never read. (A power failure may cut a file off; it is then reported as damaged.) Several sweeps may
+    use one folder at once. Runs that were refused or killed are not stored.
     """
 
     folder: Path
@@ -74,7 +74,7 @@ class Store:
         """Return the stored results by key; cases without a result are left out.
 
         Raises:
-            InvalidFile: damaged files, each with what was found.
+            InvalidFile: damaged files, each with its defect.
         """
         rows: dict[str, dict[str, Any]] = {}
         mistakes: list[str] = []
@@ -101,9 +101,9 @@ class Store:
     def adopt(self, cases: Iterable[Case], run: Callable[[Sequence[Case]], Mapping[str, Result]]) -> tuple[int, int]:
         """Store results of former sources as those of the cases, and return how many, and how many runs were compared.
 
-        A former result fits a case without a result if the two differ in the digest of the sources only (and in how
-        the method was described, but for its name). Of each scenario, method and former digest of the sources the case
-        with the least seed is run again, and every number of the two results must agree to the bit.
+        A former result fits a case without a result if the two differ in the digest of the sources only. The
+        description of the method may also differ, apart from its name. Of each scenario, method and former digest of
+        the sources the case with the least seed is run again. Every number of the two results must agree to the bit.
 
         Args:
             run: stores and returns the results of cases by key.
@@ -125,7 +125,7 @@ class Store:
             _refuse_another(case, found[case.key][1], results[case.key])
         for key, (case, one) in found.items():
             if key not in results:
-                # A digest by a former rule would be compared with others in vain.
+                # A digest by a former rule equals no other.
                 row = one.row if one.format == FORMAT else {**one.row, "digest": None}
                 self.write(case, row, adopted_from=one.content["sources"])
         return len(found) - len(samples), len(samples)

@@ -121,7 +121,7 @@ def compare_all(
 
     Raises:
         InvalidInput: an unknown scenario, setting, method, metric or backend, or a value out of range; two methods of
-            one name; objects with a store, which knows no code but slalom's and that of packages by their version.
+            one name; objects with a store, which identifies only the code of slalom and versions of packages.
             InvalidFile: mistakes in a scenario file; a damaged file in the store; former runs with other results. All
             but the last are raised before any run.
     """

@@ -1,0 +1,91 @@
+"""What single robots see from decision to decision, and the decisions of a fleet whose robots see less than all."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slalom.checks import Array, has
+from slalom.decision import Outcome
+from slalom.errors import InvalidInput
+from slalom.fleet.policy import Policy
+from slalom.kernels.arrays import Indices
+from slalom.kernels.decision.tables import DecisionSettings
+from slalom.obstacle import Obstacle
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.window import Obstacles, each_of
+from slalom.sight import Sight, Visibility
+from slalom.state import State
+from slalom.trajectory import ConstantVelocity, Stationary
+
+if TYPE_CHECKING:
+    from slalom.fleet.committed import CommittedFleet
+
+
+class Eyes:
+    """Limited sight of one robot among `obstacles`, of which those at rest are a known map.
+
+    Attributes:
+        last: what it saw last; None before the first decision. robots_seen: (n,) whether it saw each other robot.
+    """
+
+    def __init__(self, sight: Sight, obstacles: Sequence[Obstacle]) -> None:
+        self.sight = sight
+        self.last: Visibility | None = None
+        self.robots_seen = np.zeros(0, np.bool_)
+        self._map = ObstacleTable(o for o in obstacles if isinstance(o.trajectory, Stationary))
+
+    def look(
+        self, state: State, obstacles: Sequence[Obstacle], now: float, ahead: Array, robots: Sequence[Obstacle] = ()
+    ) -> list[Obstacle | ObstacleTable]:
+        """The map, the obstacles that are seen at `now` [s], and those that stand for hidden agents.
+
+        Args:
+            obstacles: all that there are. robots: (n,) others, of which `robots_seen` says which are seen; they are
+                not in the result.
+            ahead: (2,) [m] a point that a robot faces which has not moved yet.
+        """
+        if self.last is None and not state.velocity.any():
+            x, y = ahead - state.position
+            state = State(state.position, state.velocity, state.acceleration, float(np.arctan2(y, x)))
+        self.last = self.sight.look(state, (*obstacles, *robots), now, self.last)
+        there, self.robots_seen = np.split(self.last.visible, [len(obstacles)])
+        moving = [o for o, seen in zip(obstacles, there) if seen and not isinstance(o.trajectory, Stationary)]
+        return [self._map, *moving, *self.last.hidden]
+
+
+def eyes_of(fleet: "CommittedFleet", sight: Sight) -> list[Eyes]:
+    """The sight of each robot of a fleet. Raises InvalidInput as the fleet."""
+    has(sight, ("look", "range"), "a Sight, or None", "sight")
+    if fleet.dimension != 2 or fleet.images is not None or fleet.table.world.any():
+        raise InvalidInput("sight: expected none in space, in a periodic world or in several worlds, found one")
+    if sight.hidden_speed is not None:
+        raise InvalidInput(f"sight: expected no hidden speed in a fleet, found {sight.hidden_speed:g} m/s")
+    return [Eyes(sight, fleet.obstacles.given) for _ in fleet.members.shapes]
+
+
+def decide_seeing(
+    fleet: "CommittedFleet", policy: Policy, some: Indices, settings: DecisionSettings, around: Obstacles
+) -> dict[int, Outcome]:
+    """The outcomes of robots (rows), each of which decides among the obstacles and the robots that it sees.
+
+    Robots that share their manoeuvres know them of all robots.
+    """
+    table, d, now, outcomes = fleet.table, fleet.dimension, settings.now, dict[int, Outcome]()
+    obstacles = each_of(around)
+    robots = [
+        Obstacle(shape, ConstantVelocity(position, velocity, now))
+        for shape, position, velocity in zip(fleet.members.shapes, table.position[:, :d], table.velocity[:, :d])
+    ]
+    for k in some.tolist():
+        others = [j for j in range(len(robots)) if j != k and table.present[j]]
+        state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
+        seen = fleet.eyes[k].look(state, obstacles, now, table.target[k, :d], [robots[j] for j in others])
+        if not policy.method.shared:
+            present = np.zeros(len(robots), np.bool_)
+            present[others], present[k] = fleet.eyes[k].robots_seen, True
+            fleet.table = table._replace(present=present)
+        bodies = fleet.grown_bodies(fleet.window(policy, seen, now))
+        outcomes |= fleet.decide(some[some == k], settings, bodies, seen)
+        fleet.table = table
+    return outcomes
