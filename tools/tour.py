@@ -1,4 +1,4 @@
-"""Pictures of docs/tour.md and of README.md, taken from the view itself: `.venv/bin/python tools/tour.py`.
+"""Pictures of docs/tour.md, docs/view.md and README.md, taken from the view itself: `.venv/bin/python tools/tour.py`.
 
 It needs Chromium (`make chromium`) and Playwright. Look at each picture before you keep it.
 """
@@ -29,7 +29,7 @@ SIZE = {"width": 1280, "height": 760}
 MOVING, SHOWN = {"width": 1000, "height": 560}, (720, 404)
 """[pixel] Size of the page of the moving picture, which shows the panels and the sentence alone, and of the picture."""
 HIDDEN = (
-    ".slalom header, .slalom .transport, .slalom .charts { display: none !important } .slalom .why { height: 44px }"
+    ".slalom header, .slalom .transport, .slalom .charts { display: none !important } .slalom .why { height: 64px }"
 )
 RATE = 8.0
 """[Hz] Pictures in a second of the moving picture."""
@@ -104,6 +104,8 @@ def still(browser: Any, run: Path, turning: int) -> None:
         page.wait_for_function(f"{APP}.model.control(1)?.step !== undefined")
         page.wait_for_timeout(800)
         shot(page, "tour_compare.png")
+        page.keyboard.press("t")
+        shot(page, "view.png")
 
 
 def moving(browser: Any, run: Path, steps: range) -> None:
@@ -119,6 +121,20 @@ def moving(browser: Any, run: Path, steps: range) -> None:
         print(path, path.stat().st_size // 1000, "kB", len(pictures), "pictures")
 
 
+def space_and_fleet(browser: Any) -> None:
+    """The pictures of docs/view.md of a robot in space and of a fleet."""
+    with served("drones_crossing") as address, page_of(browser, address, SIZE) as page:
+        seek(page, 7)
+        page.keyboard.press("2")
+        shot(page, "view_space.png")
+    with served("doorway", "--set", "duration=8") as address, page_of(browser, address, SIZE) as page:
+        seek(page, 60)
+        page.evaluate(f"{APP}.select(3)")
+        page.wait_for_function(f"{APP}.model.control()?.robot === 3 && {APP}.model.control()?.step === 60")
+        page.locator("select[aria-label^=colour]").select_option("outcome")
+        shot(page, "view_fleet.png")
+
+
 def main() -> None:
     """Make the run, and take the pictures."""
     recording = simulate(gallery.build("roundabout_crossing", seed=3), method("nao"), seed=3)
@@ -128,6 +144,7 @@ def main() -> None:
         recording.save(run)
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
         still(browser, run, turning)
+        space_and_fleet(browser)
         moving(browser, run, range(0, len(recording.accelerations), 3))
         browser.close()
 

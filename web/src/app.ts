@@ -90,12 +90,13 @@ export class App {
 
   private begin(scene: Scene): void {
     const { parts, model } = this;
-    parts.title.textContent = [scene.title, ...(scene.live ? [] : [scene.method]), ...(scene.recorded ? ["recording"] : [])].join(" · ");
+    parts.title.textContent = [scene.title, ...(scene.live ? [] : [scene.method]), ...(scene.recorded ? ["replay"] : [])].join(" · ");
     parts.title.title = scene.notes.join(" ");
     document.title = `${scene.title} – slalom`;
     const several = scene.robots.length > 1;
     this.show("robot", several);
     this.show("colour", several);
+    this.show("deciding", scene.dimension === 2);
     parts.robot.max = String(scene.robots.length - 1);
     parts.robot.value = String(model.selected);
     if (parts.method.options.length === 0) {
@@ -274,11 +275,25 @@ export class App {
 
   private context(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
     const ratio = window.devicePixelRatio || 1;
+    // Whole pixels: a picture that is stretched by a fraction of one is blurred.
+    const frame = canvas.parentElement!.getBoundingClientRect();
+    const [across, down] = [`${Math.floor(frame.width)}px`, `${Math.floor(frame.height)}px`];
+    if (canvas.style.width !== across) canvas.style.width = across;
+    if (canvas.style.height !== down) canvas.style.height = down;
     const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     const g = canvas.getContext("2d")!;
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     return g;
+  }
+
+  /** Pixel of the selected robot in the plane, if it is in the picture. */
+  selectedPixel(): [number?, number?] {
+    const { model, view } = this;
+    if (!view || model.scene!.dimension === 3) return [];
+    const at = model.robot(model.selected);
+    const [x, y] = [view.px(at[0]!), view.py(at[1]!)];
+    return x >= 0 && y >= 0 && x <= view.width && y <= view.height ? [x, y] : [];
   }
 
   fit(): void {

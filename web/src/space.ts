@@ -47,16 +47,17 @@ function balls(model: Model, control: Control | null, theme: Theme): Ball[] {
     return share === undefined ? otherwise : css(viridis(share, theme));
   };
   const found: Ball[] = [];
+  const roles = model.colouring === "role" || scene.robots.length === 1;
   scene.obstacles.forEach((info, k) => {
     const at = model.obstacle(k);
     if (!at) return;
+    const shown = roles ? colour(`obstacle ${k}`, theme.neutral) : theme.neutral;
     for (const part of scene.shapes[info.shape]!) {
       for (const corner of part.corners) {
-        found.push({ at: at.map((x, c) => x + corner[c]!), radius: part.radius, colour: colour(`obstacle ${k}`, theme.neutral) });
+        found.push({ at: at.map((x, c) => x + corner[c]!), radius: part.radius, colour: shown });
       }
     }
   });
-  const roles = model.colouring === "role";
   scene.robots.forEach((robot, k) => {
     if (!model.present(k)) return;
     const own = roles ? theme.neutral : robotColour(model, k, theme);

@@ -146,7 +146,7 @@ export function build(live: boolean) {
       el("span", { class: "ahead" }, el("span", {}, "look ahead"), parts.element, parts.ahead),
       field("robot", parts.robot, "robot"),
       field("colour", parts.colouring, "colour"),
-      el("label", { class: "field" }, parts.deciding, el("span", {}, "deciding elements")),
+      el("label", { class: "field", "data-field": "deciding" }, parts.deciding, el("span", {}, "deciding elements")),
     ),
     el("div", { class: "charts" }, ...charts.map((chart) => el("div", { class: "frame" }, chart))),
     parts.yamlDialog,

@@ -129,10 +129,11 @@ function drawTrack(g: Context, model: Model, { theme, view }: Look): void {
 function drawObstacles(g: Context, model: Model, times: Map<string, number>, control: Control | null, look: Look): void {
   const { theme, view } = look;
   const scene = model.scene!;
+  const role = model.colouring === "role" || scene.robots.length === 1;
   scene.obstacles.forEach((info, k) => {
     const at = model.obstacle(k);
     if (!at) return;
-    const share = times.get(`obstacle ${k}`);
+    const share = role ? times.get(`obstacle ${k}`) : undefined;
     const fill = share === undefined ? theme.neutral : css(viridis(share, theme));
     drawShape(g, view, scene.shapes[info.shape]!, at, model.heading(k), fill, theme.ink, share === undefined ? 0.8 : 1.4);
     const grown = control?.arrays["growth"];

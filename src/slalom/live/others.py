@@ -76,7 +76,7 @@ def last_outcome(steps: Sequence[Step], k: int, robot: int) -> str:
 
 
 def obstacles_of(scenario: Scenario, method: Method, state: State, now: float, robot: int = 0) -> tuple[Other, ...]:
-    """The obstacles as a robot predicts them; in a periodic world the image that is nearest now."""
+    """Return the obstacles as a robot predicts them; in a periodic world the image that is nearest now."""
     margin, forecast, found = scenario.margin_of(robot), method.forecast, []
     for index, obstacle in enumerate(scenario.obstacles):
         if not (forecast.includes_future or obstacle.exists(now)):
@@ -93,6 +93,7 @@ def _nearest(scenario: Scenario, obstacle: Obstacle, state: State, now: float) -
 
 
 def robots_of(scenario: Scenario, method: Method, steps: Sequence[Step], k: int, robot: int) -> Iterator[Other]:
+    """Return the other robots at step k as a robot predicts them; those that have left are not among them."""
     now, own = scenario.start + scenario.dt * k, steps[k].positions[robot]
     delay = scenario.dt * scenario.steps_per_decision + scenario.sight_delay
     for j, other in enumerate(scenario.robots):
