@@ -1,11 +1,12 @@
 """A blind noisy policy with and without the safety filter, and the steps a second of the environments.
 
-usage: python benchmarks/gym_filter.py [--episodes 500] [--noise 0.5] [--quick] [--out FOLDER]
+usage: python benchmarks/gym_filter.py [--episodes 500] [--noise 0.5] [--only single|vector] [--quick] [--out FOLDER]
 
 The policy heads for the goal at the largest speed and sees no obstacle; its action has normal noise. Futures are known
 (nao). Episode k is that of scenario seed k, with and without the filter. The least clearance of all episodes is found a
 second time by samples of the true trajectories, by code that has no part in decisions. Steps a second are those of
-random actions, in scenarios that are built once.
+random actions, in scenarios that are built once. In the vector environment all episodes run side by side, with
+scenarios that its generators draw: one robot in each of as many worlds.
 """
 
 import argparse
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 from program import finish, options, table, target
 
-from slalom.adapters.gym import RobotEnv, RobotsEnv, SafetyFilter
+from slalom.adapters.gym import RobotEnv, RobotsEnv, SafetyFilter, VectorSafetyFilter
 from slalom.sim.shape_distance import clearances
 
 SCENES = ("roundabout_crossing", "crowdnav")
@@ -86,6 +87,29 @@ def filtered(name: str, episodes: int, noise: float, on: bool) -> dict[str, Any]
     }
 
 
+def side_by_side(name: str, episodes: int, noise: float) -> list[Any]:
+    """The first episode of each world of a filtered vector environment: a row of a table."""
+    env = VectorSafetyFilter(RobotsEnv(episodes, name))
+    started, rng = time.process_time(), np.random.default_rng(0)
+    observations, _ = env.reset(seed=0)
+    worlds: Any = env.unwrapped.worlds
+    running, ends, steps, changed, uncertified = np.ones(episodes, np.bool_), Counter[str](), 0, 0, 0
+    while running.any():
+        drawn = rng.normal(0.0, noise, (episodes, 2))
+        limits = [scenario.robot.limits for scenario in worlds.scenarios]
+        actions = [blind(*each, worlds.period) for each in zip(observations, drawn, limits)]
+        # Worlds whose episode has ended begin another one, which does not count.
+        observations, _, ended, late, info = env.step(np.array(actions))
+        steps, changed = steps + int(running.sum()), changed + int(info["intervened"][running].sum())
+        uncertified += int((~info["certified"])[running].sum())
+        over = running & (ended | late)
+        ends.update(info["outcome"][over].tolist())
+        running &= ~over
+    counts = [ends[key] for key in ("collision", "arrived", "time")]
+    rate = steps / (time.process_time() - started)
+    return [name, *counts, changed / steps, uncertified, rate]
+
+
 def speeds(seconds: float, counts: tuple[int, ...]) -> list[list[Any]]:
     """Steps a second of robots in many worlds."""
     rows = []
@@ -107,25 +131,31 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--episodes", type=int, default=500)
     parser.add_argument("--noise", type=float, default=0.5)
+    parser.add_argument("--only", choices=("single", "vector"))
     arguments: argparse.Namespace = parser.parse_args()
     episodes, seconds = (2, 0.05) if arguments.quick else (arguments.episodes, SECONDS)
-    rows = [filtered(name, episodes, arguments.noise, on) for name in SCENES for on in (True, False)]
+    single, vector = arguments.only != "vector", arguments.only != "single"
+    rows = [filtered(name, episodes, arguments.noise, on) for name in SCENES for on in (True, False) if single]
+    many = [side_by_side(name, episodes, arguments.noise) for name in SCENES if vector]
     heads = ("name", "filter", "collisions", "arrived", "late", "intervened", "uncertified", "least", "time", "ms")
     labels = (
         *("scenario", "filter", "collisions", "arrivals", "too late", "share of interventions", "uncertified steps"),
         *("least clearance [m]", "time of arrival [s]", "processor time of a step [ms]"),
     )
-    rates = speeds(seconds, (1, 100, 1000))
+    rates = speeds(seconds, (1, 100, 1000)) if single else []
+    of_many = ("scenario", "collisions", "arrivals", "too late", "interventions", "uncertified steps", "steps a second")
     result = {
         "tables": [
             table(f"{episodes} episodes of a blind policy", labels, [[row[key] for key in heads] for row in rows]),
+            table(f"{episodes} filtered worlds in one call", of_many, many),
             table("environment steps", ("robots", "calls a second", "steps a second"), rates),
         ],
         "targets": [
             target(f"collisions with the filter, {row['name']}", row["collisions"], most=0)
             for row in rows
             if row["filter"] == "yes"
-        ],
+        ]
+        + [target(f"collisions of {episodes} filtered worlds in one call, {row[0]}", row[1], most=0) for row in many],
         "rows": rows,
     }
     finish("gym_filter", result, arguments, ("gymnasium", "pettingzoo"))

@@ -204,15 +204,15 @@ def unknown_setting(_: Path) -> object:
 
 def goal_without_position(_: Path) -> object:
     """A planning problem of CommonRoad with a goal in time only."""
-    from slalom.adapters.commonroad import _target
+    from slalom.adapters.commonroad.target import target
 
     goal = SimpleNamespace(state_list=[SimpleNamespace(has_value=lambda name: False)])
-    return _target(SimpleNamespace(planning_problem_id=7, initial_state=None, goal=goal), 0.1)
+    return target(SimpleNamespace(planning_problem_id=7, initial_state=None, goal=goal), 0.1)
 
 
 def unknown_shape(_: Path) -> object:
     """An obstacle of CommonRoad with a shape that slalom does not read."""
-    from slalom.adapters.commonroad import _shape
+    from slalom.adapters.commonroad.scene import _shape
 
     return _shape(SimpleNamespace(obstacle_id=3, obstacle_shape=3.0))
 
@@ -324,6 +324,11 @@ OF_GYM: list[tuple[str, str, Callable[[Path], object]]] = [
         r"env: expected a RobotEnv, possibly wrapped, found",
         gym(lambda g: g.SafetyFilter(g.gymnasium.make("CartPole-v1"))),
     ),
+    (
+        "VectorSafetyFilter.__init__",
+        r"env: expected a RobotsEnv, possibly wrapped, found",
+        gym(lambda g: g.VectorSafetyFilter(g.gymnasium.make_vec("CartPole-v1", num_envs=2))),
+    ),
 ]
 """Of environments."""
 
@@ -388,7 +393,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("_Group._unwrap", r"world_period: expected the period", moved_at_once),
     ("_lead", r"kinematics: expected omnidirectional ones", other_kinematics),
     ("_settings", r"behavior: expected settings of horizon, .*, found amax", unknown_setting),
-    ("_target", r"planning problem 7: expected a goal with a position, found none", goal_without_position),
+    ("target", r"planning problem 7: expected a goal with a position, found none", goal_without_position),
     ("_shape", r"obstacle 3: expected a rectangle, disc or polygon, found float", unknown_shape),
     ("Robot.__init__", r"navigator: expected a disc as its robot, found Rectangle", in_sumo(Rectangle(1.0, 1.0), 0.1)),
     ("Robot.__init__", r"navigator: expected the period 0\.1 s of SUMO, found 0\.2 s", in_sumo(Disc(1.0), 0.2)),

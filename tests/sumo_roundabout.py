@@ -41,7 +41,13 @@ def routes(flow: int) -> str:
 
 
 def cross(
-    folder: Path, crossings: int, seed: int, straight: bool = False, error: float = 0.3, flow: int = 150
+    folder: Path,
+    crossings: int,
+    seed: int,
+    straight: bool = False,
+    error: float = 0.3,
+    flow: int = 150,
+    margin: float = 1.2,
 ) -> Crossings:
     """Cross the roundabout; `straight` is a robot that sees no cars."""
     import libsumo
@@ -55,6 +61,8 @@ def cross(
         "warn",
         "--collision.mingap-factor",
         "0",
+        "--lateral-resolution",
+        "0.4",
         "--no-step-log",
         "--no-warnings",
         "--time-to-teleport",
@@ -62,7 +70,7 @@ def cross(
     ]
     libsumo.start(["sumo", *options])
     rng, dt = np.random.default_rng(seed), 0.1
-    navigator = Navigator(method("nao"), Disc(1.0), Limits(8.0, 4.0), period=dt, horizon=4.0, margin=0.3)
+    navigator = Navigator(method("nao"), Disc(1.0), Limits(8.0, 4.0), period=dt, horizon=4.0, margin=margin)
     robot, arrived, overlaps, reported, unsafe, times = (
         Robot(libsumo, navigator, uncertainty=BoundedError(0.1, error)),
         0,

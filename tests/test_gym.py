@@ -17,7 +17,7 @@ pytest.importorskip("pettingzoo", reason="the package PettingZoo is not installe
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 from pettingzoo.test import parallel_api_test, parallel_seed_test  # noqa: E402
 
-from slalom.adapters.gym import SINGLE, FleetEnv, RobotEnv, RobotsEnv, SafetyFilter  # noqa: E402
+from slalom.adapters.gym import SINGLE, FleetEnv, RobotEnv, RobotsEnv, SafetyFilter, VectorSafetyFilter  # noqa: E402
 
 FLEETS = ("ring", "corridor_swap")
 SEED = "scenario_seed"
@@ -197,6 +197,54 @@ def test_the_filter_changes_no_safe_action():
         assert not info["intervened"]
         np.testing.assert_allclose(info["applied"], info["wanted"], atol=1e-9)
         assert info["filter"] == "CLEAR"
+
+
+@pytest.mark.parametrize("command", ["acceleration", "velocity"])
+def test_the_filter_of_many_worlds_is_that_of_each_to_the_bit(command):
+    """Also after some of them have ended and begun again."""
+    source = {"scenario": lambda seed: gallery.build("head_on", {"offset": 0.1 * (seed % 7), "duration": 1.2})}
+    many, rng = VectorSafetyFilter(RobotsEnv(3, nearest=2, command=command, **source)), np.random.default_rng(1)
+    single = [SafetyFilter(RobotEnv(nearest=2, command=command, **source)) for _ in range(3)]
+    observations, _ = many.reset(seed=7)
+    for k, env in enumerate(single):
+        assert np.array_equal(observations[k], env.reset(seed=7 + k)[0])
+    over, ends, changed = [False] * 3, 0, 0
+    for _ in range(20):
+        actions = rng.uniform(-1, 1, (3, 2)) + np.array([0.7, 0.0])
+        observations, rewards, ended, late, info = many.step(actions)
+        for k, env in enumerate(single):
+            assert info["_intervened"][k] != over[k]
+            if over[k]:
+                assert np.array_equal(observations[k], env.reset()[0])
+                assert (info["intervened"][k], info["certified"][k], info["filter"][k]) == (False, True, "")
+                over[k] = False
+                continue
+            seen, reward, stop, out, about = env.step(actions[k])
+            assert np.array_equal(observations[k], seen)
+            assert (rewards[k], ended[k], late[k]) == (reward, stop, out)
+            for name in ("intervened", "certified", "filter", "wanted", "applied"):
+                assert np.array_equal(info[name][k], about[name])
+            over[k] = stop or out
+            ends, changed = ends + over[k], changed + about["intervened"]
+    assert ends >= 3
+    assert changed > 0
+
+
+@pytest.mark.slow
+def test_many_blind_policies_collide_without_the_filter_and_not_with_it():
+    bare = RobotsEnv(12, "roundabout_crossing", layouts=12)
+    hits = []
+    for env in (bare, VectorSafetyFilter(bare)):
+        rng, (observations, _) = np.random.default_rng(0), env.reset(seed=3)
+        over, hit = np.zeros(12, np.bool_), np.zeros(12, np.bool_)
+        for _ in range(40):
+            aim = observations[:, 2:4] / np.linalg.norm(observations[:, 2:4], axis=1)[:, None]
+            observations, _, ended, late, info = env.step(aim + rng.normal(0.0, 0.3, (12, 2)))
+            hit |= ~over & (info["outcome"] == "collision")
+            over |= ended | late
+        hits.append(int(hit.sum()))
+    assert hits[0] > 5
+    assert hits[1] == 0
 
 
 def test_robots_that_stop_stay_and_others_leave():

@@ -2,6 +2,9 @@
 
 `Robot` takes the module `libsumo`, or a connection of `traci`, so this module imports neither. SUMO gives positions of
 the front of a vehicle and angles clockwise from north; here positions are centres and angles are those of slalom.
+
+SUMO reports a collision where vehicles overlap along a lane. It compares positions across the lane only with
+`--lateral-resolution`; without it a robot beside a lane counts as one on it.
 """
 
 from typing import Any, cast
@@ -36,7 +39,7 @@ class Robot:
 
     Args:
         sumo: `libsumo`, or a connection of `traci`. navigator: of a disc, with the step of SUMO as its period.
-        name: of a vehicle that was added to the simulation, whose type has the diameter of the disc as its length.
+        name: of a vehicle that was added to the simulation; its type has the diameter of the disc as length and width.
         uncertainty: bound on the distance of cars from their prediction; None: they move as predicted.
 
     Raises:
@@ -76,12 +79,26 @@ class Robot:
         return self.previous
 
     def _move(self) -> None:
-        velocity = self.state.velocity
+        velocity, sumo = self.state.velocity, self.sumo
         if np.hypot(*velocity) > REST:
             self.heading = float(np.arctan2(velocity[1], velocity[0]))
-        front = self.state.position + self.radius * np.array([np.cos(self.heading), np.sin(self.heading)])
-        angle = (90.0 - np.degrees(self.heading)) % 360.0
-        self.sumo.vehicle.moveToXY(self.name, "", NO_LANE, float(front[0]), float(front[1]), angle, FREE)
+        x, y = self.state.position.tolist()
+        heading = self._along_lane(x, y)
+        front = self.state.position + self.radius * np.array([np.cos(heading), np.sin(heading)])
+        angle = (90.0 - np.degrees(heading)) % 360.0
+        sumo.vehicle.moveToXY(self.name, "", NO_LANE, float(front[0]), float(front[1]), angle, FREE)
+
+    def _along_lane(self, x: float, y: float) -> float:
+        """Direction [rad] of the nearest lane if the disc at (x, y) [m] covers a part of it, else that of its motion.
+
+        A disc may have any. SUMO takes a vehicle on a lane as a rectangle along that lane, behind its front.
+        """
+        edge, along, number = self.sumo.simulation.convertRoad(x, y)
+        lane = f"{edge}_{number}"
+        middle = self.sumo.simulation.convert2D(edge, along, number)
+        if np.hypot(x - middle[0], y - middle[1]) > self.radius + 0.5 * self.sumo.lane.getWidth(lane):
+            return self.heading
+        return float(np.radians(90.0 - self.sumo.lane.getAngle(lane, along)))
 
     def _cars(self, now: float) -> list[Obstacle]:
         """Cars as rectangles that follow their routes at their present speeds."""

@@ -9,8 +9,9 @@ from slalom.adapters.gym.fleet import FleetEnv
 from slalom.adapters.gym.robot import RobotEnv
 from slalom.adapters.gym.safety_filter import SafetyFilter
 from slalom.adapters.gym.vector import RobotsEnv
+from slalom.adapters.gym.vector_filter import VectorSafetyFilter
 
-__all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter"]
+__all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter", "VectorSafetyFilter"]
 
 SINGLE = (
     *("empty", "head_on", "curved_road", "roundabout_crossing", "roundabout_exit", "merging", "drones_crossing"),

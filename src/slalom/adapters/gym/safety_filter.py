@@ -1,20 +1,16 @@
 """Wrapper of gymnasium that replaces the action of any policy by the nearest certified one."""
 
-from dataclasses import replace
 from typing import Any
 
 import gymnasium
 import numpy as np
 
+from slalom.adapters.gym.certifier import Certifier, rules_of, shared_tables
 from slalom.adapters.gym.robot import Observation, RobotEnv
 from slalom.checks import Array
 from slalom.decision import Decision
-from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
-from slalom.methods import Method, method as method_named
-from slalom.objective import FollowAcceleration
-from slalom.obstacle.table import ObstacleTable
-from slalom.tolerances import INTERVENTION
+from slalom.methods import Method
 
 
 class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
@@ -49,45 +45,30 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
         inner = env.unwrapped
         if not isinstance(inner, RobotEnv):
             raise InvalidInput(f"env: expected a RobotEnv, possibly wrapped, found {inner}")
-        self._robot, self._method = inner, method_named(method) if isinstance(method, str) else method
-        self._margin, self._horizon = margin, horizon
-        self._navigator, self._table = self._prepared()
-        self.decision: Decision | None = None
+        self._robot, self._rules = inner, rules_of(method, margin, horizon)
+        self._certifier = self._begun()
+
+    @property
+    def decision(self) -> Decision | None:
+        return self._certifier.decision
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode."""
         found = super().reset(seed=seed, options=options)
-        self._navigator, self._table = self._prepared()
-        self.decision = None
+        self._certifier = self._begun()
         return found
 
     def step(self, action: Array) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
         """Follow the nearest certified action for one period."""
         worlds = self._robot.worlds
         wanted = worlds.accelerations(np.asarray(action, np.float64)[None, None])[0, 0]
-        now = worlds.now()
-        self.decision = self._navigator.decide(
-            worlds.state(), self._table, now=now, previous=self.decision, objective=FollowAcceleration(wanted)
-        )
-        applied = self.decision.manoeuvre.mean_acceleration(now, worlds.period)
-        changed = float(np.linalg.norm(applied - wanted)) > INTERVENTION * self._navigator.limits.max_acceleration
-        observation, reward, ended, late, info = self.env.step(worlds.actions(applied)[0, 0])
-        about = {"intervened": changed, "wanted": wanted, "applied": applied}
-        outcome = self.decision.outcome
+        made = self._certifier.certified(wanted)
+        observation, reward, ended, late, info = self.env.step(worlds.actions(made.applied)[0, 0])
+        about = {"intervened": made.intervened, "wanted": wanted, "applied": made.applied}
+        outcome = made.decision.outcome
         return observation, reward, ended, late, {**info, **about, "filter": outcome.name, "certified": outcome.safe}
 
-    def _prepared(self) -> tuple[Navigator, ObstacleTable]:
-        """The navigator of the scenario of this episode, and its obstacles."""
-        scenario, period = self._robot.worlds.scenarios[0], self._robot.worlds.period
-        usual = scenario.navigator(self._method)
-        navigator = replace(
-            usual,
-            method=self._method,
-            holds=tuple(sorted({period, *usual.holds})),
-            patience=0.0,
-            margin=usual.margin if self._margin is None else self._margin,
-            horizon=usual.horizon if self._horizon is None else self._horizon,
-        )
-        return navigator, ObstacleTable(scenario.obstacles)
+    def _begun(self) -> Certifier:
+        return Certifier(self._robot.worlds, 0, self._rules, shared_tables())

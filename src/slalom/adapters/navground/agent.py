@@ -1,0 +1,105 @@
+"""One agent of navground: the point that it controls, the velocity that it desires, and twists that move the point.
+
+An agent of two driven wheels is controlled at a point `lead` [m] ahead of the axle, which can move in every direction
+(input-output linearisation; Siciliano, Sciavicco, Villani and Oriolo, *Robotics*, Springer 2009, section 11.6).
+"""
+
+from typing import Any, Protocol
+
+import numpy as np
+from navground import core
+
+from slalom.checks import Array
+from slalom.errors import InvalidInput
+
+TWO_WHEELS = "2WDiff"
+"""Type of the kinematics of two driven wheels."""
+
+
+class Agent(Protocol):
+    """What is used of a behaviour of navground with the properties of `SlalomFleet`."""
+
+    method: str
+    max_acceleration: float
+    time_horizon: float
+    keep_right: float
+    lead: float
+    world_period: Any
+    radius: float
+    safety_margin: float
+    position: Any
+    velocity: Any
+    orientation: float
+    optimal_speed: float
+    optimal_angular_speed: float
+    target: Any
+    kinematics: Any
+    values: dict[str, Any]
+
+    def get_environment_state(self) -> Any: ...
+    def feasible_twist(self, twist: core.Twist2) -> core.Twist2: ...
+    def twist_towards_velocity(self, velocity: Any) -> core.Twist2: ...
+    def cmd_twist_towards_orientation(self, orientation: float, speed: float, dt: float) -> core.Twist2: ...
+    def cmd_twist_towards_angular_speed(self, speed: float, dt: float) -> core.Twist2: ...
+
+
+def speed_of(member: Agent) -> float:
+    """Largest speed [m/s]: that of the target, or the optimal one."""
+    speed = member.optimal_speed if member.target.speed is None else member.target.speed
+    return float(min(speed, member.kinematics.max_speed))
+
+
+def lead_of(member: Agent) -> float:
+    """Distance [m] of the controlled point ahead of the centre. Raises InvalidInput for other kinematics."""
+    if member.kinematics.dof() == 3:
+        return 0.0
+    if member.kinematics.type != TWO_WHEELS:
+        expected = f"omnidirectional ones or {TWO_WHEELS}"
+        raise InvalidInput(f"kinematics: expected {expected}, found {member.kinematics.type}")
+    return float(member.lead)
+
+
+def point_of(member: Agent) -> Array:
+    """Controlled point (2,) [m]."""
+    return np.asarray(np.asarray(member.position, np.float64) + lead_of(member) * _axes(member)[0])
+
+
+def _axes(member: Agent) -> Array:
+    """Unit vectors (2, 2) ahead and to the left."""
+    cosine, sine = np.cos(member.orientation), np.sin(member.orientation)
+    return np.array([[cosine, sine], [-sine, cosine]])
+
+
+def desired_velocity(member: Agent) -> Array:
+    """Velocity (2,) [m/s] towards the target, turned to the right; 0 for an agent that stops.
+
+    It is longer by as much as the turn takes of its part towards the target.
+    """
+    target, way = member.target, np.zeros(2)
+    if target.position is not None:
+        offset = np.asarray(target.position, np.float64) - np.asarray(member.position, np.float64)
+        way = offset if np.linalg.norm(offset) >= target.position_tolerance else way
+    elif target.direction is not None:
+        way = np.asarray(target.direction, np.float64)
+    length, turn = float(np.linalg.norm(way)), np.tan(member.keep_right)
+    return speed_of(member) / length * np.array([way[0] + turn * way[1], way[1] - turn * way[0]]) if length else way
+
+
+def twist(member: Agent, velocity: Array) -> core.Twist2:
+    """Twist that moves the controlled point at `velocity` (2,) [m/s]."""
+    lead = lead_of(member)
+    if not lead:
+        return member.feasible_twist(member.twist_towards_velocity(velocity))
+    forward, sideways = _axes(member) @ velocity
+    return member.feasible_twist(core.Twist2((forward, 0.0), sideways / lead, core.Frame.relative))
+
+
+def turn(member: Agent, dt: float) -> core.Twist2:
+    """Twist of an agent at rest, which may turn to an orientation."""
+    target = member.target
+    speed = member.optimal_angular_speed if target.angular_speed is None else target.angular_speed
+    if target.orientation is not None:
+        return member.cmd_twist_towards_orientation(target.orientation, speed, dt)
+    if target.orientation is None and target.angular_speed is not None:
+        return member.cmd_twist_towards_angular_speed(speed, dt)
+    return core.Twist2((0.0, 0.0), 0.0, core.Frame.relative)
