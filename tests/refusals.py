@@ -292,6 +292,11 @@ OF_GYM: list[tuple[str, str, Callable[[Path], object]]] = [
         gym(lambda g: g.FleetEnv("navground_corridor")),
     ),
     ("Worlds.load", r"robot\.shape: expected a disc or a ball, found Rectangle", gym(in_a_box)),
+    (
+        "Scenes.of_seed",
+        r"scenario: expected one without limited sight, found blind_corner",
+        gym(lambda g: g.RobotEnv("blind_corner")),
+    ),
     ("Scenes.__init__", r"settings: expected none", gym(lambda g: g.RobotEnv(SCENE, settings={"dt": 0.2}))),
     ("Scenes.__init__", r"scenario: expected a name, .* found 3", gym(lambda g: g.RobotEnv(3))),
     (

@@ -97,6 +97,17 @@ def test_a_file_repeats_a_decision_to_the_bit(tmp_path) -> None:
         assert again.as_dict() == made.as_dict()
 
 
+def test_a_file_repeats_a_decision_among_robots_that_yield_in_part(tmp_path) -> None:
+    others = crowd(0.0).with_shares(np.linspace(0.0, 0.5, 8))
+    state = slalom.State((0.0, 0.0), (1.0, 0.0))
+    made = slalom.Navigator(slalom.method("nao"), slalom.Disc(0.3), LIMITS).decide(state, [WALL], GOAL, robots=others)
+    made.dump(tmp_path / "d.json")
+    again, same = read_decision(tmp_path / "d.json").repeat()
+    assert same
+    assert again.as_dict() == made.as_dict()
+    np.testing.assert_array_equal(again.inputs.robots.shares, others.shares)
+
+
 def test_files_hold_all_attributes_of_tracks() -> None:
     assert set(vars(crowd(0.0))) == {"states", "dimension", *TRACK_FIELDS}
 

@@ -48,7 +48,7 @@ KINDS: Final[dict[str, Mapping[str, type]]] = {
     "response": RESPONSE_KINDS,
 }
 """Parts that files hold, by kind and by name."""
-TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds")
+TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds", "shares")
 """Attributes of `Tracks` in files, besides the states."""
 
 
@@ -184,6 +184,7 @@ def _tracks(tracks: Tracks, where: str) -> dict[str, Any]:
             None if doubt is None else part(doubt, "uncertainty", f"{where}.uncertainties[{k}]")
             for k, doubt in enumerate(tracks.uncertainties)
         ],
+        "shares": None if tracks.shares is None else tracks.shares.tolist(),
     }
 
 

@@ -1,6 +1,6 @@
 """Environments of gymnasium and PettingZoo: `RobotEnv`, `RobotsEnv` for many worlds at once, `FleetEnv`.
 
-`import slalom.adapters.gym` registers slalom/NAME-v0 in gymnasium for each scenario of the gallery with one robot.
+`import slalom.adapters.gym` registers slalom/NAME-v0 in gymnasium for each scenario of SINGLE.
 """
 
 import gymnasium
@@ -17,7 +17,7 @@ SINGLE = (
     *("empty", "head_on", "curved_road", "roundabout_crossing", "roundabout_exit", "merging", "drones_crossing"),
     *("corridor", "crowdnav", "recorded_roundabout"),
 )
-"""Scenarios of the gallery with one robot."""
+"""Scenarios of the gallery with one robot and unlimited sight."""
 
 for _name in SINGLE:
     gymnasium.register(

@@ -39,10 +39,14 @@ class Scenes:
         self._built: dict[int, tuple[Scenario, Motion]] = {}
 
     def of_seed(self, seed: int) -> Scenario:
-        """The scenario of a seed."""
+        """The scenario of a seed. Raises InvalidInput for one with limited sight: observations show all obstacles."""
         if isinstance(self._source, str):
-            return build(self._source, self._settings, seed=seed)
-        return self._source if isinstance(self._source, Scenario) else self._source(seed)
+            scenario = build(self._source, self._settings, seed=seed)
+        else:
+            scenario = self._source if isinstance(self._source, Scenario) else self._source(seed)
+        if scenario.sight is not None:
+            raise InvalidInput(f"scenario: expected one without limited sight, found {scenario.name}")
+        return scenario
 
     def begin(
         self, worlds: Worlds, w: int, rng: np.random.Generator, options: Mapping[str, object] | None = None

@@ -173,6 +173,7 @@ def _tracks(spec: TracksSpec) -> Tracks:
         ids=spec.ids,
         forecast=spec.forecast.build(),
         uncertainty=[None if doubt is None else doubt.build() for doubt in spec.uncertainties],
+        shares=spec.shares,
     )
 
 

@@ -80,6 +80,7 @@ class TracksSpec(Model):
     ids: list[str]
     forecast: Annotated[PartModel, OfAnyKind(FORECAST_KINDS)]
     uncertainties: list[UncertaintyModel | None]
+    shares: list[NotNegative] | None = None
 
 
 class SourceSpec(Model):
