@@ -36,11 +36,20 @@ class Agent(Protocol):
     kinematics: Any
     values: dict[str, Any]
 
-    def get_environment_state(self) -> Any: ...
-    def feasible_twist(self, twist: core.Twist2) -> core.Twist2: ...
-    def twist_towards_velocity(self, velocity: Any) -> core.Twist2: ...
-    def cmd_twist_towards_orientation(self, orientation: float, speed: float, dt: float) -> core.Twist2: ...
-    def cmd_twist_towards_angular_speed(self, speed: float, dt: float) -> core.Twist2: ...
+    def get_environment_state(self) -> Any:
+        """Neighbours, obstacles at rest and walls."""
+
+    def feasible_twist(self, twist: core.Twist2) -> core.Twist2:
+        """The nearest twist that the kinematics allow."""
+
+    def twist_towards_velocity(self, velocity: Any) -> core.Twist2:
+        """The twist towards a velocity (2,) [m/s]."""
+
+    def cmd_twist_towards_orientation(self, orientation: float, speed: float, dt: float) -> core.Twist2:
+        """The twist that turns to an orientation [rad] at most at `speed` [rad/s] within `dt` [s]."""
+
+    def cmd_twist_towards_angular_speed(self, speed: float, dt: float) -> core.Twist2:
+        """The twist that turns at `speed` [rad/s] after `dt` [s]."""
 
 
 def speed_of(member: Agent) -> float:
