@@ -34,7 +34,7 @@ from slalom import (
     Stationary,
     Trajectory,
 )
-from slalom.forecast import predicted
+from slalom.forecast import OBSERVING, predicted
 from slalom.peers import contender
 from slalom.tolerances import REST, STRAIGHT_TURN_RATE as STRAIGHT
 
@@ -44,7 +44,7 @@ ROUNDING = 1e-9
 
 each_dimension = pytest.mark.parametrize("d", [2, 3])
 each_observing = pytest.mark.parametrize(
-    "name", [name for name, forecast in FORESIGHTS.items() if isinstance(forecast, FromPast)]
+    "name", [name for name, forecast in FORESIGHTS.items() if isinstance(forecast, OBSERVING)]
 )
 
 

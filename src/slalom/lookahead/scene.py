@@ -1,0 +1,57 @@
+"""Input of one decision of a robot that looks ahead."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from slalom.decision import Decision
+from slalom.forecast import predicted
+from slalom.goal import Goal
+from slalom.lookahead.spacetime_index import PredictedObstacles
+from slalom.navigator import Navigator
+from slalom.obstacle import Obstacle
+from slalom.obstacle_window import Obstacles
+from slalom.state import State
+from slalom.uncertainty import Scaled
+
+if TYPE_CHECKING:
+    from slalom.lookahead.navigator import SequenceDecision
+
+
+class Scene(NamedTuple):
+    """Input of one decision."""
+
+    state: State
+    goal: Goal
+    now: float
+    given: Obstacles  # as passed by the caller
+    motions: Sequence[Obstacle]  # on their predicted trajectories
+    prediction: PredictedObstacles
+    before: Decision | None
+    previous: "SequenceDecision | None"  # `before`, if it is one
+    doubt: float = 1.0  # share of the uncertainty of all obstacles that counts
+
+    def with_doubt(self, share: float, navigator: Navigator, latest: float) -> "Scene":
+        """The scene with `share` of every uncertainty, predicted up to `latest` [s]; the same if none is uncertain."""
+        if share == self.doubt or all(motion.uncertainty is None for motion in self.motions):
+            return self
+        motions = [
+            motion if motion.uncertainty is None else replace(motion, uncertainty=Scaled(motion.uncertainty, share))
+            for motion in self.motions
+        ]
+        table = PredictedObstacles.of(
+            *(None, motions, navigator.robot, self.now, latest, rise_of(navigator)),
+            include_future=self.prediction.includes_future,
+        )
+        return self._replace(prediction=table, doubt=share, motions=motions)
+
+
+def rise_of(navigator: Navigator) -> float:
+    """[s] from rest to the maximum speed."""
+    return navigator.limits.max_speed / navigator.limits.max_acceleration
+
+
+def motions_of(navigator: Navigator, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
+    """Obstacles that count at `now` [s], on their predicted trajectories."""
+    forecast, rise = navigator.method.forecast, rise_of(navigator)
+    return [predicted(o, forecast, now, rise) for o in obstacles if forecast.includes_future or o.exists(now)]
