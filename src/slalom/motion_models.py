@@ -24,7 +24,6 @@ from slalom.tolerances import (
     NEWEST_SAMPLES,
     PAST_SPACING,
     REST,
-    SMALLEST_TURN,
     SPACINGS,
 )
 from slalom.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Trajectory
@@ -74,7 +73,8 @@ class FromModels:
     the best model. That error grows with the square of the time. The line reaches it at the time that the robot takes
     from rest to its maximum speed, or at MODEL_LEAD spacings if that is later.
 
-    An obstacle that appears at this moment is predicted at rest, since only one position is known.
+    An obstacle that appears at this moment is predicted at rest, since only one position is known. So is one that did
+    not move for MODEL_LEAD spacings.
     """
 
     share: float = 0.5
@@ -98,7 +98,7 @@ class FromModels:
             return at_rest
         count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + 1e-9)), FEWEST_PAST)))
         positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
-        if np.abs(positions - position).max() <= REST * count * spacing:
+        if np.abs(positions[: MODEL_LEAD + 1] - position).max() <= REST * MODEL_LEAD * spacing:
             return at_rest
         ahead = continued(positions)
         lead = MODEL_LEAD * spacing
@@ -160,12 +160,15 @@ def _moved(velocity: Array, acceleration: Array, times: Array) -> tuple[Array, A
     across = a - along * (a * along).sum(axis=-1, keepdims=True)
     lateral = np.linalg.norm(across, axis=-1, keepdims=True)
     across = across / np.maximum(lateral, np.finfo(float).tiny)
-    rate = np.maximum(lateral / np.maximum(speed, np.finfo(float).tiny), SMALLEST_TURN)
-    angle = np.minimum(rate, np.pi) * t
-    rate = np.minimum(rate, np.pi)
-    moved[_TURNS] = speed / rate * (np.sin(angle) * along + (1.0 - np.cos(angle)) * across)
+    angle = np.minimum(lateral / np.maximum(speed, np.finfo(float).tiny), np.pi) * t
+    # sin x / x and (1 - cos x) / x, without loss of digits near 0.
+    moved[_TURNS] = speed * t * (_sinc(angle) * along + np.sin(0.5 * angle) * _sinc(0.5 * angle) * across)
     final[_TURNS] = speed * (np.cos(angle) * along + np.sin(angle) * across)
     return moved, final
+
+
+def _sinc(x: Array) -> Array:
+    return np.asarray(np.sinc(x / np.pi))
 
 
 @lru_cache(maxsize=LONGEST_PAST + 1)

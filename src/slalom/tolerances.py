@@ -938,12 +938,6 @@ MODEL_KNOTS: Final = (0, 4, 8, 14, 22, 32, 45, 60)
 Later ones: turns are predicted further, for more pieces. Fewer: the curve leaves the mean of the models.
 """
 
-SMALLEST_TURN: Final = 1e-6
-"""[rad per spacing] Least turn rate of motion models that turn.
-
-Larger: straight tracks bend. Smaller: digits are lost.
-"""
-
 STRETCH_HORIZONS: Final = 4.0
 """[1] Length of a stretch of time over which the pieces of an `ObstacleTable` are made at once, in horizons.
 

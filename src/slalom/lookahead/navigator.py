@@ -1,7 +1,7 @@
 """Navigator of one robot that searches over sequences of accelerations and always has a safe one to continue."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from slalom.decision import Decision, DecisionInputs, Outcome, completed, made, 
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Known
 from slalom.goal import Goal
-from slalom.lookahead.scene import Scene, motions_of, rise_of
+from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of
 from slalom.lookahead.search import Search, new_search, run_searches
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.motion_models import FromModels
@@ -32,23 +32,6 @@ from slalom.tolerances import (
     TABLE_HORIZONS,
 )
 from slalom.trajectory import Stationary
-
-
-@dataclass(frozen=True, eq=False)
-class SequenceDecision(Decision):
-    """Decision for a whole sequence of accelerations.
-
-    Attributes:
-        search: the search that found the sequence.
-        better: the search for an earlier arrival, which the next decision continues.
-        arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
-        doubt: share of the uncertainty of all obstacles that the sequence keeps clear of.
-    """
-
-    search: Search = field(kw_only=True)
-    better: Search | None = None
-    arrival: float = np.inf
-    doubt: float = 1.0
 
 
 @dataclass(frozen=True)

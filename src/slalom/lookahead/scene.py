@@ -1,12 +1,15 @@
-"""Input of one decision of a robot that looks ahead."""
+"""Input and output of one decision of a robot that looks ahead."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
 
 from slalom.decision import Decision
 from slalom.forecast import predicted
 from slalom.goal import Goal
+from slalom.lookahead.search import Search
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.navigator import Navigator
 from slalom.obstacle import Obstacle
@@ -14,8 +17,22 @@ from slalom.obstacle_window import Obstacles
 from slalom.state import State
 from slalom.uncertainty import Scaled
 
-if TYPE_CHECKING:
-    from slalom.lookahead.navigator import SequenceDecision
+
+@dataclass(frozen=True, eq=False)
+class SequenceDecision(Decision):
+    """Decision for a whole sequence of accelerations.
+
+    Attributes:
+        search: the search that found the sequence.
+        better: the search for an earlier arrival, which the next decision continues.
+        arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
+        doubt: share of the uncertainty of all obstacles that the sequence keeps clear of.
+    """
+
+    search: Search = field(kw_only=True)
+    better: Search | None = None
+    arrival: float = np.inf
+    doubt: float = 1.0
 
 
 class Scene(NamedTuple):
@@ -28,7 +45,7 @@ class Scene(NamedTuple):
     motions: Sequence[Obstacle]  # on their predicted trajectories
     prediction: PredictedObstacles
     before: Decision | None
-    previous: "SequenceDecision | None"  # `before`, if it is one
+    previous: SequenceDecision | None  # `before`, if it is one
     doubt: float = 1.0  # share of the uncertainty of all obstacles that counts
 
     def with_doubt(self, share: float, navigator: Navigator, latest: float) -> "Scene":
