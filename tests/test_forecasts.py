@@ -34,7 +34,7 @@ from slalom import (
     Stationary,
     Trajectory,
 )
-from slalom.forecast import predicted
+from slalom.forecast import OBSERVING, predicted
 from slalom.peers import contender
 from slalom.tolerances import REST, STRAIGHT_TURN_RATE as STRAIGHT
 
@@ -43,8 +43,11 @@ LATER = np.linspace(0.0, 30.0, 301)
 ROUNDING = 1e-9
 
 each_dimension = pytest.mark.parametrize("d", [2, 3])
-each_observing = pytest.mark.parametrize(
+each_from_past = pytest.mark.parametrize(
     "name", [name for name, forecast in FORESIGHTS.items() if isinstance(forecast, FromPast)]
+)
+each_observing = pytest.mark.parametrize(
+    "name", [name for name, forecast in FORESIGHTS.items() if isinstance(forecast, OBSERVING)]
 )
 
 
@@ -194,7 +197,7 @@ def test_what_is_seen_is_the_past(d: int, track: str, name: str) -> None:
             np.testing.assert_allclose(assumed.position(now), base.position(now), atol=ROUNDING)
 
 
-@each_observing
+@each_from_past
 @each_dimension
 def test_an_obstacle_that_has_just_appeared_is_predicted_straight(d: int, name: str) -> None:
     """Its velocity is seen, an acceleration is not."""

@@ -57,8 +57,17 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "Forecasts and uncertainty": (
         *("FORESIGHTS", "Forecast", "Known", "Present", "AtConstantVelocity", "AtConstantAcceleration"),
-        *("AcceleratingBriefly", "AtConstantTurn", "FromPast", "Uncertainty", "BoundedError", "GaussianError"),
-        *("KalmanError", "Horizon", "HorizonByName", "SafeTime", "Calibration", "Coverage", "enclosing_error"),
+        *("AcceleratingBriefly", "AtConstantTurn", "FromPast", "FromModels", "Uncertainty", "BoundedError"),
+        *(
+            "GaussianError",
+            "KalmanError",
+            "Horizon",
+            "HorizonByName",
+            "SafeTime",
+            "Calibration",
+            "Coverage",
+            "enclosing_error",
+        ),
     ),
     "Control obstacles and selection": (
         *("control_obstacle", "ControlObstacle", "Element", "select", "select_many", "select_clearest", "Choice"),

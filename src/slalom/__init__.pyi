@@ -45,6 +45,7 @@ from .forecast import (
     AtConstantTurn as AtConstantTurn,
     AtConstantVelocity as AtConstantVelocity,
     Forecast as Forecast,
+    FromModels as FromModels,
     FromPast as FromPast,
     Known as Known,
     Present as Present,

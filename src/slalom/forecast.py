@@ -7,6 +7,7 @@ import numpy as np
 
 from slalom.checks import not_negative, positive
 from slalom.errors import InvalidInput
+from slalom.motion_models import FromModels as FromModels
 from slalom.obstacle import Obstacle
 from slalom.tolerances import LONGEST_FORECAST, PAST_POSITIONS, REST, STRAIGHT_TURN_RATE
 from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
@@ -17,8 +18,8 @@ from slalom.uncertainty import BoundedError
 class Forecast(Protocol):
     """Rule from an obstacle's true trajectory and the time of observation to the predicted trajectory.
 
-    Law: a rule uses the true trajectory at `now` only. Exceptions: `Known` and `Present` use all of it, `FromPast` uses
-    its past.
+    Law: a rule uses the true trajectory at `now` only. Exceptions: `Known` and `Present` use all of it, `FromPast` and
+    `FromModels` use its past.
     """
 
     @property
@@ -187,6 +188,9 @@ class FromPast:
         return self.rule(ConstantAcceleration(position, velocity, acceleration, now), now)
 
 
+OBSERVING: Final = (FromPast, FromModels)
+"""Forecasts that need past positions."""
+
 EXACT: Final = (Known, Present)
 """Forecasts that return the true trajectory, at every time the same object."""
 
@@ -204,15 +208,15 @@ FORECASTS: Final[dict[str, Forecast]] = {
 FORESIGHTS: Final[dict[str, Forecast]] = {
     "recorded": Known(),
     "present": Present(),
-    "observed": FromPast(AcceleratingBriefly(1.0), growth=0.1),
+    "observed": FromModels(),
     "observed_velocity": FromPast(AtConstantVelocity(), growth=0.2),
     "observed_turn": FromPast(AtConstantTurn(), growth=0.1),
 }
 """Levels of foresight by name.
 
 recorded: all trajectories, including obstacles that appear later. present: the trajectories of present obstacles.
-observed: predictions from past positions with an acceleration that lasts 1 s, constant velocity, or constant turn. The
-growth rates were tuned on separate tasks (docs/design/0010).
+observed: predictions from past positions with several motion models. observed_velocity, observed_turn: with a constant
+velocity or a constant turn; their growth rates were tuned on separate tasks (docs/design/0010).
 """
 
 
@@ -221,9 +225,10 @@ def foresight_of(forecast: Forecast) -> str:
     return "recorded" if forecast.includes_future else "present" if isinstance(forecast, Present) else "observed"
 
 
-def predicted(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
+def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 0.0) -> Obstacle:
     """The obstacle on its predicted trajectory from `now` [s] on; the same object if the forecast changes nothing.
 
+    `rise` [s] is the time of the robot from rest to its maximum speed, for forecasts that bound their error.
     An obstacle that is predicted to stay at rest keeps its last heading. After the end of its trajectory see
     `Obstacle.after_end`.
 
@@ -232,7 +237,12 @@ def predicted(obstacle: Obstacle, forecast: Forecast, now: float) -> Obstacle:
         InvalidInput: its trajectory ended before, and what follows is unknown.
     """
     obstacle = obstacle.known_at(now)
-    trajectory = forecast(obstacle.trajectory, now)
+    if isinstance(forecast, FromModels):
+        trajectory, error = forecast.with_error(obstacle.trajectory, now, rise)
+        if obstacle.uncertainty is None and error.velocity:
+            obstacle = replace(obstacle, uncertainty=error)
+    else:
+        trajectory = forecast(obstacle.trajectory, now)
     if trajectory is obstacle.trajectory:
         return obstacle
     if isinstance(forecast, FromPast) and forecast.growth and obstacle.uncertainty is None:

@@ -895,6 +895,57 @@ PAST_POSITIONS: Final = 5
 Larger: more smoothing of noise. Smaller: noise enters the prediction.
 """
 
+PAST_SPACING: Final = 0.1
+"""[s] Spacing of the past positions of an obstacle that is not a `Sampled` trajectory, or has few samples.
+
+Larger: short motions are smoothed. Smaller: the models see less of the past, and more rounding.
+"""
+
+SPACINGS: Final = (0.05, 10.0)
+"""[s] Least and largest spacing of the past positions that motion models use.
+
+A smaller least: the noise of fast sensors enters. A larger greatest: the models of rare samples reach further back.
+"""
+
+NEWEST_SAMPLES: Final = 30.0
+"""[s] Past in which the spacing of a sampled track is measured. Smaller: slow sensors have too few samples in it."""
+
+FEWEST_PAST: Final = 3
+"""[1] Spacings of the past that motion models have at least; of a shorter past they are parts.
+
+Larger: noise of the first positions enters. Smaller: no acceleration is fitted at first.
+"""
+
+MODEL_LEAD: Final = 8
+"""[spacings] Over which motion models are compared with the past.
+
+Larger: less of the past is left to compare with, and models that last longer weigh more. Smaller: noise counts more.
+"""
+
+MODEL_CHECKS: Final = (0, 2, 4, 6, 8, 10, 14, 18, 24)
+"""[spacings] Before now, at which predictions of motion models are compared with the track.
+
+Earlier ones: a model that was good once stays longer. Fewer: weights jump with single errors.
+"""
+
+MODEL_SHARPNESS: Final = 4.0
+"""[1] Power of the past error in the weight of a motion model.
+
+Larger: the best model alone counts. Smaller: bad models pull the mean.
+"""
+
+MODEL_PRIOR: Final = (0.1, 0.11, 0.13)
+"""[1] Error of motion models before any is known, as a share of the way: of the first, other straight ones, the rest.
+
+Larger: tracks that have just appeared get larger radii. More equal: their turns are predicted from a few positions.
+"""
+
+MODEL_KNOTS: Final = (0, 4, 8, 14, 22, 32, 45, 60)
+"""[spacings] Knots of the predicted curve, after which it is straight.
+
+Later ones: turns are predicted further, for more pieces. Fewer: the curve leaves the mean of the models.
+"""
+
 STRETCH_HORIZONS: Final = 4.0
 """[1] Length of a stretch of time over which the pieces of an `ObstacleTable` are made at once, in horizons.
 
@@ -1198,6 +1249,13 @@ MARGIN_SHARES: Final = (1.0, 0.5, 0.25, 0.0)
 
 More values: a robot in a narrow gap keeps more of its margin, for more searches. Without 0: it finds no way where only
 contact is avoidable.
+"""
+
+DOUBT_SHARES: Final = (1.0, 0.5, 0.0)
+"""[1] Shares of the uncertainty of obstacles with which a search over sequences is repeated until one succeeds.
+
+More values: a robot without a certain way keeps more distance from likely positions, for more searches. Only 1: it
+has no sequence where the uncertainty leaves no way.
 """
 
 TABLE_HORIZONS: Final = 2.0

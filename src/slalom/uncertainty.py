@@ -124,6 +124,20 @@ class Aged:
         return self.of.radius(np.asarray(t, dtype=np.float64) + self.age, dimension)
 
 
+@dataclass(frozen=True)
+class Scaled:
+    """A `share` (0 or more) of the radius of another uncertainty."""
+
+    of: Uncertainty
+    share: NotNegative
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "share", not_negative(self.share, "share"))
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        return self.share * self.of.radius(t, dimension)
+
+
 def chi_quantile(probability: float, degrees: int) -> float:
     """Value k that a chi-distributed number with `degrees` degrees of freedom exceeds with `probability`.
 

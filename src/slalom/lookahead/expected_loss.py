@@ -9,9 +9,9 @@ import numpy.typing as npt
 from slalom.checks import Array, has, listing, not_negative
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
-from slalom.forecast import predicted
 from slalom.goal import Goal
 from slalom.lookahead.navigator import LookAhead, SequenceDecision
+from slalom.lookahead.scene import motions_of
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import Obstacles, each_of
 from slalom.state import State
@@ -93,8 +93,7 @@ class ExpectedLoss:
         return self._contacts(places, self._motions(each_of(obstacles), now), times, now)
 
     def _motions(self, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
-        forecast = self.robot.navigator.method.forecast
-        return [predicted(obstacle, forecast, now) for obstacle in obstacles if obstacle.exists(now)]
+        return motions_of(self.robot.navigator, [obstacle for obstacle in obstacles if obstacle.exists(now)], now)
 
     def _cost(self, decision: Decision, motions: Sequence[Obstacle], goal: Goal, now: float) -> float:
         times = now + self._step * np.arange(1, LOSS_TIMES + 1, dtype=np.float64)

@@ -1,8 +1,7 @@
 """Navigator of one robot that searches over sequences of accelerations and always has a safe one to continue."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,10 +11,12 @@ from slalom.decision.decision import Decision, DecisionInputs, Outcome, complete
 from slalom.decision.navigator import Navigator
 from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
-from slalom.forecast import EXACT, predicted
+from slalom.forecast import EXACT, Known
 from slalom.goal import Goal
+from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of
 from slalom.lookahead.search import Search, new_search, run_searches
 from slalom.lookahead.spacetime_index import PredictedObstacles
+from slalom.motion_models import FromModels
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, listed
 from slalom.path_goal import PathGoal
@@ -23,6 +24,7 @@ from slalom.state import State
 from slalom.tolerances import (
     COMMITTED_SLACK,
     CONTACT_SLACK,
+    DOUBT_SHARES,
     JUMP,
     MARGIN_SHARES,
     NODE_TIME_SLACK,
@@ -30,32 +32,6 @@ from slalom.tolerances import (
     TABLE_HORIZONS,
 )
 from slalom.trajectory import Stationary
-
-
-@dataclass(frozen=True, eq=False)
-class SequenceDecision(Decision):
-    """Decision for a whole sequence of accelerations.
-
-    Attributes:
-        search: the search that found the sequence.
-        better: the search for an earlier arrival, which the next decision continues.
-        arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
-    """
-
-    search: Search = field(kw_only=True)
-    better: Search | None = None
-    arrival: float = np.inf
-
-
-class _Scene(NamedTuple):
-    """Input of one decision."""
-
-    state: State
-    goal: Goal
-    now: float
-    obstacles: Sequence[Obstacle]
-    prediction: PredictedObstacles
-    previous: SequenceDecision | None
 
 
 @dataclass(frozen=True)
@@ -67,11 +43,12 @@ class LookAhead:
     navigator's `patience`, or until it collides with new predictions. The robot thus stops for gaps, passes behind
     obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe one with the
     least estimated arrival is started. The search continues at the next decision as long as the predictions do not
-    change. Without any, the navigator decides.
+    change. Without any, the navigator decides. The uncertainty of `FromModels` is an estimate: where it leaves no safe
+    decision, less of it counts (DOUBT_SHARES).
 
     Law: a sequence keeps the margin, or the largest possible fraction of it, until it ends, as long as the forecasts
-    hold. The motion after a pass through the goal is not tested. Limits: only a maximum speed and a largest
-    acceleration.
+    hold, and as large a share of an estimated uncertainty as any of DOUBT_SHARES allows. The motion after a pass
+    through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
 
     Attributes:
         navigator: provides forecast, shape, limits, period, margin and patience, and decides where the search has no
@@ -126,7 +103,6 @@ class LookAhead:
             InvalidInput: dimensions that differ, a goal that moves or has a path; an obstacle whose trajectory ended
                 before; a time before that of the previous decision, a delay above the horizon of the navigator.
         """
-        alone = replace(self.navigator, method=replace(self.navigator.method, looks_ahead=False))
         state = state_to_decide_from(state, previous, now, delay, self.navigator.horizon)
         goal_or_place(goal, state, self.navigator.objective)
         if isinstance(goal, PathGoal):
@@ -137,39 +113,51 @@ class LookAhead:
         one_by_one = each_of(obstacles)
         for obstacle in one_by_one:
             obstacle.known_at(now)
-        table = self._prediction(one_by_one, now, self.prepared if before is None else before.search.obstacles)
-        scene = _Scene(state, goal, now, one_by_one, table, before)
+        motions = motions_of(self.navigator, one_by_one, now)
+        table = self._prediction(one_by_one, motions, now, self.prepared if before is None else before.search.obstacles)
+        scene = Scene(state, goal, now, obstacles, motions, table, previous, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
-        if planned is None:
-            return alone.decide(state, obstacles, goal, now=now, previous=previous)
+        if not isinstance(planned, SequenceDecision):
+            return planned
         inputs = DecisionInputs(self.navigator, state, tuple(listed(obstacles)), goal, None, now, None, None)
         return completed(planned, inputs, previous, None, np.inf)
 
     def _prediction(
-        self, obstacles: Sequence[Obstacle], now: float, previous: PredictedObstacles | None
+        self,
+        obstacles: Sequence[Obstacle],
+        motions: Sequence[Obstacle],
+        now: float,
+        previous: PredictedObstacles | None,
     ) -> PredictedObstacles:
         """Predicted obstacles now: those of the previous decision if they are still valid and cover enough time."""
         navigator = self.navigator
         latest = max(self._deadline(now), now + navigator.period)
         if previous is not None and previous.covers(obstacles, now, latest):
             return previous
-        forecast, step = navigator.method.forecast, navigator.limits.max_speed / navigator.limits.max_acceleration
+        forecast, step = navigator.method.forecast, rise_of(navigator)
         if isinstance(forecast, EXACT):
             end = max(min(self.deadline, now + TABLE_HORIZONS * self.time_horizon), latest)
             return PredictedObstacles.of(
                 obstacles, obstacles, navigator.robot, now, end, step, include_future=forecast.includes_future
             )
-        predictions = [predicted(obstacle, forecast, now) for obstacle in obstacles if obstacle.exists(now)]
-        return PredictedObstacles.of(None, predictions, navigator.robot, now, latest, step)
+        return PredictedObstacles.of(None, motions, navigator.robot, now, latest, step)
+
+    def _doubted(self, scene: Scene, share: float) -> Scene:
+        """The scene with `share` of the uncertainty of every obstacle."""
+        return scene.with_doubt(
+            share, self.navigator, max(self._deadline(scene.now), scene.now + self.navigator.period)
+        )
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
         """Copy whose first decision reuses a table built now for exactly these obstacles."""
-        return replace(self, prepared=self._prediction(obstacles, now, None))
+        return replace(
+            self, prepared=self._prediction(obstacles, motions_of(self.navigator, obstacles, now), now, None)
+        )
 
     def _deadline(self, now: float) -> float:
         return min(self.deadline, now + self.time_horizon)
 
-    def _keep_or_improve(self, scene: _Scene) -> SequenceDecision | None:
+    def _keep_or_improve(self, scene: Scene) -> SequenceDecision | None:
         """Previous sequence, or one that is better by the navigator's patience.
 
         None if the previous sequence must not be kept.
@@ -177,6 +165,7 @@ class LookAhead:
         previous, now = scene.previous, scene.now
         if previous is None or now >= previous.search.end_time - NODE_TIME_SLACK * self.navigator.period:
             return None
+        scene = self._doubted(scene, previous.doubt)
         search, motion = previous.search, previous.manoeuvre
         deviation = float(np.abs(motion.position(now) - scene.state.position).max())
         deviation = max(deviation, float(np.abs(motion.velocity(now) - scene.state.velocity).max()))
@@ -192,13 +181,13 @@ class LookAhead:
             return self._decision(scene, improved, self._outcome(scene, improved))
         return replace(previous, outcome=Outcome.KEPT, better=improved if same else None)
 
-    def _outcome(self, scene: _Scene, search: Search) -> Outcome:
+    def _outcome(self, scene: Scene, search: Search) -> Outcome:
         """Outcome of a sequence found by a continued search: SQUEEZED if it keeps less of the margin than possible."""
         clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
         full_margin = search.problem.margin >= min(self.navigator.margin, clearance) - COMMITTED_SLACK
         return Outcome.CONSTRAINED if full_margin else Outcome.SQUEEZED
 
-    def _continue_search(self, scene: _Scene, search: Search) -> SequenceDecision | None:
+    def _continue_search(self, scene: Scene, search: Search) -> SequenceDecision | None:
         """Decision after more work on a search without an arrival; None if it has no safe sequence."""
         found = search.resumed(scene.now, self.budget, self.improvement_budget)
         if found.complete:
@@ -206,7 +195,7 @@ class LookAhead:
         found = found.with_stop(scene.now, self.navigator.horizon)
         return self._decision(scene, found, Outcome.BEGUN) if found.node >= 0 else None
 
-    def _improved(self, scene: _Scene, previous: SequenceDecision, same: bool) -> Search:
+    def _improved(self, scene: Scene, previous: SequenceDecision, same: bool) -> Search:
         """Search for an earlier arrival after a little more work; a new one where the old one cannot continue."""
         latest = previous.arrival - self.navigator.patience
         if not same:
@@ -217,7 +206,7 @@ class LookAhead:
             search = previous.search.refined(scene.state, scene.now, SEARCH_SCALES[-1], latest)
         return search.extended(search.root, self.improvement_budget, 0.0)[0]
 
-    def _remains_clear(self, scene: _Scene, previous: SequenceDecision) -> bool:
+    def _remains_clear(self, scene: Scene, previous: SequenceDecision) -> bool:
         """Whether the rest of the previous sequence is collision-free under the present predictions."""
         clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
         margin = min(previous.search.problem.margin, clearance)
@@ -225,28 +214,57 @@ class LookAhead:
             scene.state, scene.now, scene.prediction, margin - COMMITTED_SLACK
         )
 
-    def _plan(self, scene: _Scene) -> SequenceDecision | None:
-        """Decision for a new sequence with as much of the margin as possible; None if there is none."""
+    def _plan(self, scene: Scene) -> Decision:
+        """Decision for a new sequence, else of the navigator, with as much of the uncertainty as possible."""
+        budget = self.budget
+        estimated = isinstance(self.navigator.method.forecast, FromModels)
+        for doubt in DOUBT_SHARES if estimated else DOUBT_SHARES[:1]:
+            part = self._doubted(scene, doubt)
+            if doubt != 1.0 and part is scene:
+                break
+            found, spent = self._plan_with(part, MARGIN_SHARES if doubt == 1.0 else (doubt,), budget)
+            if found is not None:
+                return found
+            budget = max(budget - spent, self.improvement_budget)
+            alone = self._alone(part)
+            if alone.outcome.safe:
+                break
+        return alone
+
+    def _alone(self, scene: Scene) -> Decision:
+        """Decision of the navigator; with a part of the uncertainty it avoids the motions that the scene predicts."""
+        navigator, method = self.navigator, replace(self.navigator.method, looks_ahead=False)
+        around, whole = scene.given, scene.doubt == 1.0
+        if not whole:
+            around, method = scene.motions, replace(method, forecast=Known())
+        alone = replace(navigator, method=method, margin=scene.doubt * navigator.margin)
+        decision = alone.decide(scene.state, around, scene.goal, now=scene.now, previous=scene.before)
+        return decision if whole or not decision.outcome.safe else replace(decision, outcome=Outcome.SQUEEZED)
+
+    def _plan_with(self, scene: Scene, shares: Sequence[float], budget: float) -> tuple[SequenceDecision | None, float]:
+        """Decision for a new sequence with the first share of the margin that has one, and its work [us]."""
         clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
         if clearance < 0.0:
-            return None
-        start, budget = None, self.budget
-        for share in MARGIN_SHARES if self.navigator.margin > 0.0 else MARGIN_SHARES[:1]:
+            return None, 0.0
+        start, left = None, budget
+        for share in shares if self.navigator.margin > 0.0 else shares[:1]:
             margin = min(clearance, share * self.navigator.margin)
-            found, spent = self._search(scene, margin, budget, SEARCH_SCALES)
-            budget -= spent
+            found, spent = self._search(scene, margin, left, SEARCH_SCALES)
+            left -= spent
             if found.complete:
                 outcome = Outcome.CLEAR if found.direct else Outcome.CONSTRAINED
-                return self._decision(scene, found, outcome if share == 1.0 else Outcome.SQUEEZED)
+                whole = share == scene.doubt == 1.0
+                return self._decision(scene, found, outcome if whole else Outcome.SQUEEZED), budget - left
             if start is None:
                 stopped = found.with_stop(scene.now, self.navigator.horizon)
                 start = stopped if stopped.node >= 0 else None
-            if found.cut or budget <= 0.0:
+            if found.cut or left <= 0.0:
                 break
-        return None if start is None else self._decision(scene, start, Outcome.BEGUN)
+        begun = None if start is None else self._decision(scene, start, Outcome.BEGUN)
+        return begun, budget - left
 
     def _search(
-        self, scene: _Scene, margin: float, budget: float, scales: Sequence[float], latest: float = np.inf
+        self, scene: Scene, margin: float, budget: float, scales: Sequence[float], latest: float = np.inf
     ) -> tuple[Search, float]:
         """New search for arrivals up to `latest` [s], and its work [us]."""
         navigator = self.navigator
@@ -266,11 +284,9 @@ class LookAhead:
         ]
         return run_searches(searches, budget, min(self.improvement_budget, budget))
 
-    def _decision(self, scene: _Scene, search: Search, outcome: Outcome) -> SequenceDecision:
+    def _decision(self, scene: Scene, search: Search, outcome: Outcome) -> SequenceDecision:
         motion = search.manoeuvre(scene.state, scene.now)
-        forecast, now, horizon = self.navigator.method.forecast, scene.now, self.navigator.horizon
-        present = [o for o in scene.obstacles if forecast.includes_future or o.exists(now)]
-        table = ObstacleWindow([predicted(o, forecast, now) for o in present], now, horizon)
+        table = ObstacleWindow(scene.motions, scene.now, self.navigator.horizon)
         blocked = ControlObstacle(motion.response, scene.state, table, self.navigator.robot, search.problem.margin)
         return SequenceDecision(
             motion,
@@ -280,4 +296,5 @@ class LookAhead:
             search=search,
             arrival=search.arrival,
             cut=search.cut,
+            doubt=scene.doubt,
         )

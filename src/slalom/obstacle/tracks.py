@@ -11,7 +11,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.checks import Array, array, array_of, has, listing, not_huge, number, whole_numbers
 from slalom.errors import InvalidInput
-from slalom.forecast import AcceleratingBriefly, AtConstantVelocity, Forecast, FromPast
+from slalom.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.kernels.arrays import Indices, Pieces
 from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.linear_forecast import LinearForecast, linear_forecast
@@ -232,7 +232,7 @@ _COLUMNS = ("positions", "velocities", "accelerations")
 
 def _usable(forecast: Forecast) -> Forecast:
     has(forecast, ("includes_future",), "a forecast, such as AtConstantVelocity()", "forecast")
-    if isinstance(forecast, FromPast) or forecast.includes_future:
+    if isinstance(forecast, OBSERVING) or forecast.includes_future:
         raise InvalidInput(f"tracks: expected a forecast from what is observed at one time, found {forecast}")
     return forecast
 

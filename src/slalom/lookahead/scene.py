@@ -1,0 +1,74 @@
+"""Input and output of one decision of a robot that looks ahead."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.decision import Decision
+from slalom.decision.navigator import Navigator
+from slalom.forecast import predicted
+from slalom.goal import Goal
+from slalom.lookahead.search import Search
+from slalom.lookahead.spacetime_index import PredictedObstacles
+from slalom.obstacle import Obstacle
+from slalom.obstacle.window import Obstacles
+from slalom.state import State
+from slalom.uncertainty import Scaled
+
+
+@dataclass(frozen=True, eq=False)
+class SequenceDecision(Decision):
+    """Decision for a whole sequence of accelerations.
+
+    Attributes:
+        search: the search that found the sequence.
+        better: the search for an earlier arrival, which the next decision continues.
+        arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
+        doubt: share of the uncertainty of all obstacles that the sequence keeps clear of.
+    """
+
+    search: Search = field(kw_only=True)
+    better: Search | None = None
+    arrival: float = np.inf
+    doubt: float = 1.0
+
+
+class Scene(NamedTuple):
+    """Input of one decision."""
+
+    state: State
+    goal: Goal
+    now: float
+    given: Obstacles  # as passed by the caller
+    motions: Sequence[Obstacle]  # on their predicted trajectories
+    prediction: PredictedObstacles
+    before: Decision | None
+    previous: SequenceDecision | None  # `before`, if it is one
+    doubt: float = 1.0  # share of the uncertainty of all obstacles that counts
+
+    def with_doubt(self, share: float, navigator: Navigator, latest: float) -> "Scene":
+        """The scene with `share` of every uncertainty, predicted up to `latest` [s]; the same if none is uncertain."""
+        if share == self.doubt or all(motion.uncertainty is None for motion in self.motions):
+            return self
+        motions = [
+            motion if motion.uncertainty is None else replace(motion, uncertainty=Scaled(motion.uncertainty, share))
+            for motion in self.motions
+        ]
+        table = PredictedObstacles.of(
+            *(None, motions, navigator.robot, self.now, latest, rise_of(navigator)),
+            include_future=self.prediction.includes_future,
+        )
+        return self._replace(prediction=table, doubt=share, motions=motions)
+
+
+def rise_of(navigator: Navigator) -> float:
+    """[s] from rest to the maximum speed."""
+    return navigator.limits.max_speed / navigator.limits.max_acceleration
+
+
+def motions_of(navigator: Navigator, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
+    """Obstacles that count at `now` [s], on their predicted trajectories."""
+    forecast, rise = navigator.method.forecast, rise_of(navigator)
+    return [predicted(o, forecast, now, rise) for o in obstacles if forecast.includes_future or o.exists(now)]

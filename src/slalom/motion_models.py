@@ -1,0 +1,216 @@
+"""Motion models fitted to the past positions of one track, weighted by how well each predicted the track so far.
+
+Time counts in spacings between the positions, so the result follows the sampling of the track. A model is a velocity
+fitted to some positions, with an acceleration that lasts a while or a turn rate that lasts. The fits are least-squares
+lines and parabolas through the newest position, which are linear in the positions: one table for each number of them.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from slalom.checks import Array, not_negative
+from slalom.kernels.arrays import Indices
+from slalom.tolerances import (
+    FEWEST_PAST,
+    LONGEST_FORECAST,
+    MODEL_CHECKS,
+    MODEL_KNOTS,
+    MODEL_LEAD,
+    MODEL_PRIOR,
+    MODEL_SHARPNESS,
+    NEWEST_SAMPLES,
+    PAST_SPACING,
+    REST,
+    SPACINGS,
+)
+from slalom.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Trajectory
+from slalom.uncertainty import BoundedError
+
+
+class _Model(NamedTuple):
+    """How a track is continued."""
+
+    samples: int  # to which it is fitted, before the newest
+    hold: float = 0.0  # [spacings] that the fitted acceleration lasts
+    turns: bool = False  # whether the speed and the turn rate last instead
+
+
+_BANK: Final = (
+    *(_Model(samples) for samples in (3, 1, 10)),
+    *(_Model(5, hold) for hold in (2.5, 5.0, 10.0)),
+    *(_Model(samples, turns=True) for samples in (5, 15)),
+)
+_PRIORS = np.array([MODEL_PRIOR[0]] + [MODEL_PRIOR[1]] * 2 + [MODEL_PRIOR[2]] * 5)
+_TURNS = np.array([model.turns for model in _BANK])
+_HOLDS = np.array([model.hold for model in _BANK])
+_ORDERS = tuple(2 if model.turns or model.hold else 1 for model in _BANK)
+
+LONGEST_PAST: Final = MODEL_CHECKS[-1] + MODEL_LEAD + max(model.samples for model in _BANK)
+"""Spacings of the past that count."""
+
+
+class Continuation(NamedTuple):
+    """Predicted displacements from the newest position, and velocities, at MODEL_KNOTS spacings."""
+
+    displacements: Array  # (k, d) [m]
+    velocities: Array  # (k, d) [m per spacing]
+    error: float  # [m] mean error of the best model over MODEL_LEAD spacings
+
+
+@dataclass(frozen=True)
+class FromModels:
+    """The mean of several motion models, weighted by how well each predicted this obstacle so far.
+
+    The models are constant velocities, accelerations that last a while, and constant turns, fitted to several numbers
+    of past positions. Each is tried on the past: it predicts MODEL_LEAD spacings ahead of several earlier moments. Its
+    weight is its mean error to the power of -MODEL_SHARPNESS. All times are multiples of the spacing of the track. For
+    a `Sampled` trajectory that is the median spacing of the newest samples, else PAST_SPACING.
+
+    An obstacle without an uncertainty of its own gets a radius that grows with time, by `share` of the mean error of
+    the best model. That error grows with the square of the time. The line reaches it at the time that the robot takes
+    from rest to its maximum speed, or at MODEL_LEAD spacings if that is later.
+
+    An obstacle that appears at this moment is predicted at rest, since only one position is known. So is one that did
+    not move for MODEL_LEAD spacings.
+    """
+
+    share: float = 0.5
+
+    def __post_init__(self) -> None:
+        not_negative(self.share, "share")
+
+    @property
+    def includes_future(self) -> bool:
+        return False
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return self.with_error(trajectory, now)[0]
+
+    def with_error(self, trajectory: Trajectory, now: float, rise: float = 0.0) -> tuple[Trajectory, BoundedError]:
+        """The prediction and its radius; `rise` [s] is the time of the robot from rest to its maximum speed."""
+        position, first = trajectory.position(now), trajectory.span[0]
+        spacing = min(_spacing(trajectory, now), (now - first) / FEWEST_PAST)
+        at_rest = ConstantVelocity(position, 0.0 * position, now), BoundedError()
+        if spacing <= 0.0:
+            return at_rest
+        count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + 1e-9)), FEWEST_PAST)))
+        positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
+        if np.abs(positions[: MODEL_LEAD + 1] - position).max() <= REST * MODEL_LEAD * spacing:
+            return at_rest
+        ahead = continued(positions)
+        lead = MODEL_LEAD * spacing
+        growth = self.share * ahead.error * max(rise, lead) / lead**2
+        return _joined(position, ahead, spacing, now), BoundedError(velocity=growth)
+
+
+class _Fits(NamedTuple):
+    """Velocity and acceleration of every model from k + 1 positions, as shares of the positions."""
+
+    now: Array  # (m, 2, k + 1)
+    then: Array  # (m, c, 2, k + 1) as fitted MODEL_LEAD spacings before each check
+    checks: Indices  # (c,) spacings ago
+
+
+def continued(positions: Array) -> Continuation:
+    """The mean continuation of a track, weighted by the past errors of each model.
+
+    Args:
+        positions: (k + 1, d) [m] at equal spacings, the newest first, k of at least 1.
+    """
+    fits = _fits(len(positions) - 1)
+    errors = _past_errors(positions, fits)
+    least = float(errors.min())
+    # Relative to the least: powers of small distances would underflow.
+    weights = (np.maximum(errors, np.finfo(float).tiny) / max(least, np.finfo(float).tiny)) ** -MODEL_SHARPNESS
+    weights /= weights.sum()
+    fitted = fits.now @ positions
+    moved, velocities = _moved(fitted[:, :1], fitted[:, 1:], np.array(MODEL_KNOTS))
+    return Continuation(np.tensordot(weights, moved, 1), np.tensordot(weights, velocities, 1), least)
+
+
+def _past_errors(positions: Array, fits: _Fits) -> Array:
+    """Mean error (m,) [m] over MODEL_LEAD spacings at the checks, with a prior that counts as one check."""
+    k = min(len(positions) - 1, 5)
+    speed = float(np.linalg.norm(positions[0] - positions[k])) / k
+    prior = _PRIORS * speed * MODEL_LEAD
+    if not len(fits.checks):
+        return np.asarray(prior)
+    fitted = fits.then @ positions
+    moved, _ = _moved(fitted[:, :, 0], fitted[:, :, 1], np.array([MODEL_LEAD]))
+    errors = np.linalg.norm(positions[fits.checks + MODEL_LEAD] + moved - positions[fits.checks], axis=-1)
+    return np.asarray((errors.sum(axis=1) + prior) / (len(fits.checks) + 1))
+
+
+def _moved(velocity: Array, acceleration: Array, times: Array) -> tuple[Array, Array]:
+    """Displacements and velocities (m, k, d) of each model.
+
+    Args:
+        velocity, acceleration: (m, k or 1, d) per spacing. times: (k or 1,) [spacings].
+    """
+    t = times[None, :, None].astype(np.float64)
+    held = np.minimum(_HOLDS[:, None, None], t)
+    moved = t * velocity + acceleration * (held * (t - 0.5 * held))
+    final = velocity + acceleration * held
+    v, a = velocity[_TURNS], acceleration[_TURNS]
+    speed = np.linalg.norm(v, axis=-1, keepdims=True)
+    along = v / np.maximum(speed, np.finfo(float).tiny)
+    across = a - along * (a * along).sum(axis=-1, keepdims=True)
+    lateral = np.linalg.norm(across, axis=-1, keepdims=True)
+    across = across / np.maximum(lateral, np.finfo(float).tiny)
+    angle = np.minimum(lateral / np.maximum(speed, np.finfo(float).tiny), np.pi) * t
+    # sin x / x and (1 - cos x) / x, without loss of digits near 0.
+    moved[_TURNS] = speed * t * (_sinc(angle) * along + np.sin(0.5 * angle) * _sinc(0.5 * angle) * across)
+    final[_TURNS] = speed * (np.cos(angle) * along + np.sin(angle) * across)
+    return moved, final
+
+
+def _sinc(x: Array) -> Array:
+    return np.asarray(np.sinc(x / np.pi))
+
+
+@lru_cache(maxsize=LONGEST_PAST + 1)
+def _fits(k: int) -> _Fits:
+    """The fits to k + 1 positions. A check needs at least one position before its prediction."""
+    checks = np.array([ago for ago in MODEL_CHECKS if ago + MODEL_LEAD < k], dtype=np.int64)
+    rows = [(model.samples, order) for model, order in zip(_BANK, _ORDERS, strict=True)]
+    now = np.stack([_fit(k, 0, *row) for row in rows])
+    then = np.array([[_fit(k, int(ago) + MODEL_LEAD, *row) for ago in checks] for row in rows])
+    return _Fits(now, then, checks)
+
+
+def _fit(k: int, newest: int, samples: int, order: int) -> Array:
+    """Velocity and acceleration (2, k + 1) from up to `samples` positions before the one `newest` spacings ago."""
+    rows = np.zeros((2, k + 1))
+    samples = min(samples, k - newest)
+    order = min(order, samples)
+    t = -np.arange(1.0, samples + 1.0)
+    weights = np.linalg.pinv(np.stack([t, 0.5 * t * t][:order], axis=1))
+    rows[:order, newest + 1 : newest + samples + 1] = weights
+    rows[:order, newest] = -weights.sum(axis=1)
+    return rows
+
+
+def _spacing(trajectory: Trajectory, now: float) -> float:
+    """[s] between the positions of the past that are used."""
+    if not isinstance(trajectory, Sampled):
+        return PAST_SPACING
+    stamps = trajectory.breaks(max(trajectory.span[0], now - NEWEST_SAMPLES), now)
+    if len(stamps) < FEWEST_PAST:
+        return PAST_SPACING
+    return float(np.clip(np.median(np.diff(stamps)), *SPACINGS))
+
+
+def _joined(position: Array, ahead: Continuation, spacing: float, now: float) -> PiecewisePolynomial:
+    """Cubic pieces through the knots of a continuation, then a straight line."""
+    places, velocities = position + ahead.displacements, ahead.velocities / spacing
+    h = spacing * np.diff(MODEL_KNOTS)[:, None]
+    chord = np.diff(places, axis=0) / h
+    before, after = velocities[:-1], velocities[1:]
+    curves = [places[:-1], before, (3.0 * chord - 2.0 * before - after) / h, (before + after - 2.0 * chord) / h**2]
+    last = np.stack([places[-1], velocities[-1], 0.0 * position, 0.0 * position])
+    return PiecewisePolynomial(
+        np.append(h[:, 0], LONGEST_FORECAST), np.concatenate([np.stack(curves, axis=1), last[None]]), now
+    )
