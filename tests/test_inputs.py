@@ -1512,7 +1512,7 @@ CASES = [
     Case(
         "_usable",
         InvalidInput,
-        r"tracks: expected a forecast from what is observed at one time, found FromPast",
+        r"tracks: expected a forecast from what is observed at one time, found From(Past|Models)",
         lambda _: replace(navigator(), method=METHODS["nao"].with_foresight("observed")).decide(FLAT, seen(), GOAL),
     ),
     Case(
