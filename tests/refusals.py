@@ -420,6 +420,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("checked", r"path: expected a name ending in \.mp4 or \.gif", lambda tmp: checked(tmp / "run.avi")),
     ("_library", r"animate: .*slalom\[video\]", without_video),
     ("widget", r"method: expected one with a scenario", lambda _: widget(SCENE)),
+    ("_session", r"robot: expected one of 0 to 0, found 1", lambda _: widget(SCENE, NAO, robot=1, live=True)),
     ("widget", r"widget: .*slalom\[notebook\]", without_widgets),
     (
         "as_recorded",

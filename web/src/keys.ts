@@ -16,7 +16,7 @@ const ARROWS: Record<string, [number, number, number]> = {
 export function onKey(app: App, event: KeyboardEvent): void {
   const target = event.target as HTMLElement;
   const typing = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
-  if (target.closest("dialog")) return;
+  if (target.closest("dialog[open]")) return;
   if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === " " && target.tagName === "BUTTON") return;
   const direction = ARROWS[event.key];

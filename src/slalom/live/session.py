@@ -266,13 +266,11 @@ class Session:
 
     def _compare(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         name = str(_given(command, "name"))
-        compared = method_of(name) if name else None
-        before, self.compared = self.compared, compared
-        try:
-            return self.look(_step_of(command), answers)
-        except SlalomError:
-            self.compared = before
-            raise
+        compared, step = method_of(name) if name else None, _step_of(command)
+        if compared is not None and self._seen(step) is not None:
+            self._seen_by(compared, step)  # what it cannot decide is refused before it is shown
+        self.compared = compared
+        return self.look(step, answers)
 
     def _response(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         number = _given(command, "number")
