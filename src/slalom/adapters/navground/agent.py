@@ -36,11 +36,20 @@ class Agent(Protocol):
     kinematics: Any
     values: dict[str, Any]
 
-    def get_environment_state(self) -> Any: ...
-    def feasible_twist(self, twist: core.Twist2) -> core.Twist2: ...
-    def twist_towards_velocity(self, velocity: Any) -> core.Twist2: ...
-    def cmd_twist_towards_orientation(self, orientation: float, speed: float, dt: float) -> core.Twist2: ...
-    def cmd_twist_towards_angular_speed(self, speed: float, dt: float) -> core.Twist2: ...
+    def get_environment_state(self) -> Any:
+        """What the agent observes."""
+
+    def feasible_twist(self, twist: core.Twist2) -> core.Twist2:
+        """The twist nearest to `twist` that the kinematics permit."""
+
+    def twist_towards_velocity(self, velocity: Any) -> core.Twist2:
+        """The twist that moves the centre at `velocity` (2,) [m/s]."""
+
+    def cmd_twist_towards_orientation(self, orientation: float, speed: float, dt: float) -> core.Twist2:
+        """The twist of the next `dt` [s] towards an orientation [rad], at most at `speed` [rad/s]."""
+
+    def cmd_twist_towards_angular_speed(self, speed: float, dt: float) -> core.Twist2:
+        """The twist of the next `dt` [s] towards a turn rate `speed` [rad/s]."""
 
 
 def speed_of(member: Agent) -> float:
