@@ -37,19 +37,19 @@ class Agent(Protocol):
     values: dict[str, Any]
 
     def get_environment_state(self) -> Any:
-        """Neighbours, obstacles at rest and walls."""
+        """What the agent observes."""
 
     def feasible_twist(self, twist: core.Twist2) -> core.Twist2:
-        """The nearest twist that the kinematics allow."""
+        """The twist nearest to `twist` that the kinematics permit."""
 
     def twist_towards_velocity(self, velocity: Any) -> core.Twist2:
-        """The twist towards a velocity (2,) [m/s]."""
+        """The twist that moves the centre at `velocity` (2,) [m/s]."""
 
     def cmd_twist_towards_orientation(self, orientation: float, speed: float, dt: float) -> core.Twist2:
-        """The twist that turns to an orientation [rad] at most at `speed` [rad/s] within `dt` [s]."""
+        """The twist of the next `dt` [s] towards an orientation [rad], at most at `speed` [rad/s]."""
 
     def cmd_twist_towards_angular_speed(self, speed: float, dt: float) -> core.Twist2:
-        """The twist that turns at `speed` [rad/s] after `dt` [s]."""
+        """The twist of the next `dt` [s] towards a turn rate `speed` [rad/s]."""
 
 
 def speed_of(member: Agent) -> float:

@@ -18,8 +18,8 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.shape import Disc
 
-HOLDS = (0.5, 1.0, 2.0)
-"""[s] Hold times of manoeuvres. Agents of a fleet decide often, so three hold times are sufficient."""
+HOLDS = (0.2, 0.5)
+"""[s] Hold times of manoeuvres. Agents of a fleet decide often, so two hold times are sufficient."""
 REST = 1e-3
 """[m/s] An agent slower than this turns on the spot. Larger: it turns while it still brakes."""
 
