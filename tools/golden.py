@@ -110,7 +110,7 @@ EXTRA: tuple[tuple[str, dict[str, float], str], ...] = (
     ("ring", {"robots": 8.0, "radius": 4.0, "duration": 4.0}, "social_force"),
     ("ring", {"robots": 8.0, "radius": 4.0, "duration": 4.0}, "navground_orca"),
     ("roundabout_crossing", {"duration": 3.0}, "orca"),
-    ("blind_corner", {"people": 6.0, "duration": 15.0, "passive_safety": 1.0}, "nao@observed"),
+    ("blind_corner", {"people": 6.0, "duration": 15.0, "passive_safety": 1.0}, "nao@observed_velocity"),
     ("circle", {"robots": 6.0, "radius": 6.0, "duration": 4.0, "sight_range": 3.0, "occlusion": 2.0}, "nao"),
 )
 
