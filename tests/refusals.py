@@ -484,12 +484,12 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ),
     ("Reciprocity.update", r"tracks: expected a time t from 1 s on, found 0 s", reciprocity_backwards),
     (
-        "eyes_of",
+        "observers_of",
         r"sight: expected none in space, in a periodic world or in several worlds",
         lambda _: Fleet(NAO, DISC, LIMITS, robots=2, worlds=[0, 1], sight=Sight()),
     ),
     (
-        "eyes_of",
+        "observers_of",
         r"sight: expected no hidden speed in a fleet, found 1 m/s",
         lambda _: Fleet(NAO, DISC, LIMITS, robots=2, sight=Sight(hidden_speed=1.0)),
     ),

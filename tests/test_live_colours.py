@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from live_views import WEB
 
+from slalom import Outcome
+
 THEME, STYLE = ((WEB / "src" / name).read_text() for name in ("theme.ts", "style.css"))
 SIGHT = {
     "normal": np.eye(3),
@@ -58,3 +60,8 @@ def test_outcomes_differ_for_the_colour_blind(sight: str) -> None:
     for one, other in itertools.combinations(outcomes, 2):
         seen = [perceived(SIGHT[sight] @ linear(colour)) for colour in (one, other)]
         assert np.linalg.norm(seen[0] - seen[1]) > 0.08
+
+
+def test_every_outcome_has_a_colour() -> None:
+    block = THEME.split("export const OUTCOMES")[1].split("\n};")[0]
+    assert {outcome.name for outcome in Outcome} <= set(re.findall(r"^  (\w+): \{ colour", block, re.M))

@@ -17,9 +17,9 @@ from slalom.decision.navigator_tables import ARRIVE
 from slalom.decision.response_tables import response_table
 from slalom.decision.robot_tables import bounds_of, commit_to, robot_table, target_paths
 from slalom.errors import InvalidInput
-from slalom.fleet.eyes import eyes_of
 from slalom.fleet.images import Images
 from slalom.fleet.members import members_of
+from slalom.fleet.observation import observers_of
 from slalom.fleet.policy import Policy
 from slalom.fleet.rounds import at_once, one_by_one
 from slalom.goal import Goal
@@ -101,7 +101,7 @@ class CommittedFleet:
         self.stuck_after = positive(stuck_after, "stuck_after")
         self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
         self.images = None if world_period is None else Images(self, world_period)
-        self.eyes = [] if sight is None else eyes_of(self, sight)
+        self.observers = [] if sight is None else observers_of(self, sight)
 
     def _policies(self) -> list[Policy]:
         rows: dict[Method, list[int]] = {}

@@ -11,7 +11,7 @@ from slalom.decision import Outcome
 from slalom.decision.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
-from slalom.fleet.eyes import decide_seeing
+from slalom.fleet.observation import decide_by_sight
 from slalom.kernels.arrays import Flags
 from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle import Obstacle
@@ -137,8 +137,8 @@ class Fleet(CommittedFleet):
         outcomes: dict[int, Outcome] = {}
         for policy, some in self.by_policy(order[there[order]]):
             self.observe(policy, now)
-            if self.eyes:
-                outcomes |= decide_seeing(self, policy, some, self.settings(policy, now), around)
+            if self.observers:
+                outcomes |= decide_by_sight(self, policy, some, self.settings(policy, now), around)
                 continue
             bodies = self.grown_bodies(self.window(policy, around, now))
             outcomes |= self.decide(some, self.settings(policy, now), bodies, around)

@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.decision import Decision
-from slalom.fleet.eyes import Eyes
+from slalom.fleet.observation import Observer
 from slalom.methods import Method
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles
@@ -52,7 +52,7 @@ class SingleRobotDecider:
         self.scenario, self.method, self.states = scenario, method, RobotStates(scenario)
         self.decision: Decision | None = None
         self._navigator = scenario.decider(method)
-        self._eyes = Eyes(scenario.sight, scenario.obstacles) if scenario.sight else None
+        self._observer = Observer(scenario.sight, scenario.obstacles) if scenario.sight else None
         self._table = ObstacleTable(scenario.obstacles) if scenario.period is None else None
 
     def sense(self, now: float) -> None:
@@ -63,8 +63,8 @@ class SingleRobotDecider:
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
         before, state, goal = perf_counter(), self.states.state(0), self.scenario.robot.goal
-        if self._eyes is not None:
-            obstacles: Obstacles = self._eyes.look(state, self.scenario.obstacles, now, goal.position(now))
+        if self._observer is not None:
+            obstacles: Obstacles = self._observer.look(state, self.scenario.obstacles, now, goal.position(now))
         else:
             obstacles = self._table or self.scenario.around(state, now, self.method)
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)

@@ -10,7 +10,7 @@ from slalom.decision import Outcome
 from slalom.decision.robot_tables import target_paths
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
-from slalom.fleet.eyes import decide_seeing
+from slalom.fleet.observation import decide_by_sight
 from slalom.fleet.policy import Policy
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
@@ -108,8 +108,8 @@ class FleetDecider:
             if bodies is None:
                 bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, now))
             for some, settings in self._turns(policy, due, now):
-                if fleet.eyes:
-                    outcomes |= decide_seeing(fleet, policy, some, settings, fleet.obstacles)
+                if fleet.observers:
+                    outcomes |= decide_by_sight(fleet, policy, some, settings, fleet.obstacles)
                 else:
                     outcomes |= fleet.decide(some, settings, bodies, fleet.obstacles)
         each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)

@@ -1,4 +1,4 @@
-"""What single robots see from decision to decision, and the decisions of a fleet whose robots see less than all."""
+"""Limited sight from decision to decision: the observer of one robot, and decisions of a fleet by what is visible."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from slalom.fleet.committed import CommittedFleet
 
 
-class Eyes:
+class Observer:
     """Limited sight of one robot among `obstacles`, of which those at rest are a known map.
 
     Attributes:
-        last: what it saw last; None before the first decision. robots_seen: (n,) whether it saw each other robot.
+        last: the visibility at the last decision; None before. robots_seen: (n,) whether each other robot was visible.
     """
 
     def __init__(self, sight: Sight, obstacles: Sequence[Obstacle]) -> None:
@@ -54,17 +54,17 @@ class Eyes:
         return [self._map, *moving, *self.last.hidden]
 
 
-def eyes_of(fleet: "CommittedFleet", sight: Sight) -> list[Eyes]:
+def observers_of(fleet: "CommittedFleet", sight: Sight) -> list[Observer]:
     """The sight of each robot of a fleet. Raises InvalidInput as the fleet."""
     has(sight, ("look", "range"), "a Sight, or None", "sight")
     if fleet.dimension != 2 or fleet.images is not None or fleet.table.world.any():
         raise InvalidInput("sight: expected none in space, in a periodic world or in several worlds, found one")
     if sight.hidden_speed is not None:
         raise InvalidInput(f"sight: expected no hidden speed in a fleet, found {sight.hidden_speed:g} m/s")
-    return [Eyes(sight, fleet.obstacles.given) for _ in fleet.members.shapes]
+    return [Observer(sight, fleet.obstacles.given) for _ in fleet.members.shapes]
 
 
-def decide_seeing(
+def decide_by_sight(
     fleet: "CommittedFleet", policy: Policy, some: Indices, settings: DecisionSettings, around: Obstacles
 ) -> dict[int, Outcome]:
     """The outcomes of robots (rows), each of which decides among the obstacles and the robots that it sees.
@@ -80,10 +80,10 @@ def decide_seeing(
     for k in some.tolist():
         others = [j for j in range(len(robots)) if j != k and table.present[j]]
         state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
-        seen = fleet.eyes[k].look(state, obstacles, now, table.target[k, :d], [robots[j] for j in others])
+        seen = fleet.observers[k].look(state, obstacles, now, table.target[k, :d], [robots[j] for j in others])
         if not policy.method.shared:
             present = np.zeros(len(robots), np.bool_)
-            present[others], present[k] = fleet.eyes[k].robots_seen, True
+            present[others], present[k] = fleet.observers[k].robots_seen, True
             fleet.table = table._replace(present=present)
         bodies = fleet.grown_bodies(fleet.window(policy, seen, now))
         outcomes |= fleet.decide(some[some == k], settings, bodies, seen)
