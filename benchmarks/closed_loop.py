@@ -1,0 +1,107 @@
+"""Time of `Navigator.decide` called from Python in closed loop: traffic that is known, robots observed anew, a town.
+
+usage: python benchmarks/closed_loop.py [--quick] [--out FOLDER]
+
+Each row is a robot that carries out its decisions with nao at 10 Hz, over several seeds. Obstacles with known
+trajectories come as one table, which is made before. Others come as tracks of the present states at each decision.
+Times are processor times of single decisions; the first one of each run is left out, since it makes the pieces of the
+table.
+"""
+
+import time
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from program import finish, options, table, target
+from walls import movers, town
+
+import slalom
+from slalom import Disc, Goal, Limits, Navigator, ObstacleTable, State, Stationary, Tracks
+from slalom.sim import gallery
+
+DT = 0.1
+Around = Callable[[float], tuple[list[Any], Tracks | None]]
+"""Obstacles, and other robots if there are any, at a time [s]."""
+
+
+def drive(robot: Navigator, state: State, goal: Goal, start: float, around: Around, steps: int) -> list[float]:
+    """Processor times [s] of the decisions of one run, which ends at the goal."""
+    spent, now, decision = [], start, None
+    for _ in range(steps):
+        obstacles, others = around(now)
+        before = time.process_time()
+        decision = robot.decide(state, obstacles, goal, robots=others, now=now, previous=decision)
+        spent.append(time.process_time() - before)
+        a = decision.manoeuvre.mean_acceleration(now, DT)
+        state = State(state.position + DT * state.velocity + 0.5 * DT**2 * a, state.velocity + DT * a, a)
+        now += DT
+        if np.linalg.norm(state.position - goal.position(now)) <= goal.tolerance:
+            break
+    return spent[1:]
+
+
+def of_gallery(name: str, seeds: int, steps: int) -> Iterable[float]:
+    """Crossings of a scenario of the gallery with one robot."""
+    for seed in range(seeds):
+        scenario = gallery.build(name, seed=seed)
+        one, known = scenario.robot, ObstacleTable(scenario.obstacles)
+        robot = Navigator(
+            *(slalom.method("nao"), one.shape, one.limits), horizon=scenario.horizon, margin=scenario.margin
+        )
+        yield from drive(robot, one.state, one.goal, scenario.start, lambda now, t=known: ([t], None), steps)
+
+
+def among(count: int, seeds: int, steps: int) -> Iterable[float]:
+    """Crossings among robots that move straight on and are observed anew at each decision."""
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        side = 5.0 * np.sqrt(count)
+        places, velocities = rng.uniform(-side, side, (count, 2)), rng.uniform(-1.0, 1.0, (count, 2))
+        robot = Navigator(slalom.method("nao"), Disc(0.3), Limits(1.5, 2.0))
+        goal = Goal(Stationary((side, 0.0)), 0.3, stop=True)
+
+        def seen(now: float, places: np.ndarray = places, velocities: np.ndarray = velocities) -> tuple[list, Tracks]:
+            return [], Tracks(places + now * velocities, velocities, 0.3, now)
+
+        yield from drive(robot, State((-side, 0.0), (1.0, 0.0)), goal, 0.0, seen, steps)
+
+
+def of_town(seeds: int, steps: int) -> Iterable[float]:
+    """Crossings of a town of 1000 wall segments and 30 moving bodies."""
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        known = ObstacleTable([town(rng), *movers(rng)])
+        robot = Navigator(slalom.method("nao"), Disc(0.3), Limits(3.0, 2.0))
+        goal = Goal(Stationary((30.0, 5.0)), 0.5, stop=True)
+        yield from drive(robot, State((0.0, 0.0), (1.0, 0.0)), goal, 0.0, lambda now, t=known: ([t], None), steps)
+
+
+def main() -> None:
+    """Measure, print, write."""
+    arguments = options(__doc__).parse_args()
+    seeds, steps = (1, 5) if arguments.quick else (8, 300)
+    rows, targets = [], []
+    for name, times, median, late in (
+        ("roundabout_crossing", of_gallery("roundabout_crossing", seeds, steps), 100.0, 500.0),
+        ("recorded_roundabout", of_gallery("recorded_roundabout", seeds, steps), 80.0, 1000.0),
+        ("10 robots observed anew", among(10, seeds, steps), 100.0, None),
+        ("40 robots observed anew", among(40, seeds, steps), 300.0, None),
+        ("town, 1000 walls, 30 moving", of_town(seeds, steps), None, 1000.0),
+    ):
+        made = 1e6 * np.array(list(times))
+        middle, most = (float(q) for q in np.quantile(made, [0.5, 0.99]))
+        rows.append([name, len(made), middle, most])
+        targets += [target(f"{name}, median", middle, most=median, unit="us")] if median else []
+        targets += [target(f"{name}, 99 %", most, most=late, unit="us")] if late else []
+    result = {
+        "question": "Time of Navigator.decide in closed loop, called from Python.",
+        "parameters": {"seeds": seeds, "steps": steps},
+        "tables": [table("nao, 10 decisions a second:", ["scene", "decisions", "median us", "99 % us"], rows)],
+        "targets": targets,
+    }
+    finish("closed_loop", result, arguments)
+
+
+if __name__ == "__main__":
+    main()
