@@ -424,10 +424,11 @@ SIDE_ROUNDING: Final = 1e-18
 Larger: robots that meet almost head-on pass on the right. Smaller: rounding decides the side.
 """
 
-COMPARED_COLLISION: Final = 0.5
+COMPARED_COLLISION: Final = 0.1
 """[1] To this part of a period the times of unavoidable collisions under two responses are compared.
 
-Larger: a robot may choose a response that collides that much sooner. Smaller: more choices where nothing is safe.
+Larger: a robot may choose a response that collides that much sooner. With 0.5, 4 of 1000 crossings of observed crowds
+collided that do not with 0.1. Smaller: more choices where nothing is safe.
 """
 
 LATEST_COLLISION: Final = 0.02
