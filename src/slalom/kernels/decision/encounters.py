@@ -18,6 +18,7 @@ from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.contact import kept_margin, overlaps
 from slalom.kernels.relative_motion.window import share_of_piece
+from slalom.kernels.squared import squared
 from slalom.tolerances import CONTACT_SLACK, COOPERATION_RANGE
 
 
@@ -36,7 +37,7 @@ def in_reach(i: int, others: Indices, robots: RobotTable, settings: DecisionSett
         reach = speeds * settings.horizon + robots.radius[i] + robots.radius[k] + robots.margin[i]
         square = 0.0
         for axis in range(settings.dimension):
-            square += (robots.position[k, axis] - robots.position[i, axis]) ** 2
+            square += squared(robots.position[k, axis] - robots.position[i, axis])
         if square <= reach * reach:
             near[count] = k
             count += 1
@@ -140,7 +141,7 @@ def add_robots(
             square = 0.0
             for axis in range(d):
                 place[0, axis] = position[axis] + bodies.robot_offset[j, axis] - robots.position[i, axis]
-                square += place[0, axis] ** 2
+                square += squared(place[0, axis])
             distance = np.sqrt(square)
             if bodies.robot_hull[j] >= 0:
                 hulls = hulls_of_bodies(bodies.corners, bodies.robot_hull, np.empty((4, 2, 0)))
@@ -293,7 +294,7 @@ def passive_heads_nearby(i: int, radius: Array, scene: EncounterTables) -> Indic
         if is_elsewhere(bodies.world[b], robots.world[i]):
             continue
         for axis in range(3):
-            square += (bodies.balls[s, axis] - robots.position[i, axis]) ** 2
+            square += squared(bodies.balls[s, axis] - robots.position[i, axis])
         reach = bodies.balls[s, 3] + radius[b] + bodies.hull_radius[b] + robots.margin[i] + CONTACT_SLACK
         if square <= reach * reach:
             near[count] = s

@@ -14,6 +14,7 @@ from slalom.kernels.decision.paths import ball_of, bounding_balls, unchanged_con
 from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, RobotTable
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS, RESPONSE_WINDOWS
 
 STRIDE = RESPONSE_WINDOWS // (2 * BALL_WINDOWS)
@@ -91,7 +92,7 @@ def response_balls(i: int, r: int, robots: RobotTable, responses: ResponseTable,
             begin = robots.position[i, axis] + first[0] * v + first[1] * a + first[2] * u
             end = robots.position[i, axis] + last[0] * v + last[1] * a + last[2] * u
             centers[w, axis] = 0.5 * (begin + end)
-            square += (0.5 * (end - begin)) ** 2
+            square += squared(0.5 * (end - begin))
             more += bend[0] * abs(v) + bend[1] * abs(a) + bend[2] * abs(u)
         size = np.sqrt(square) + more + radius * (max(first[2], last[2]) + bend[2]) + responses.error[r]
         radii[w] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
@@ -104,7 +105,7 @@ def farthest_distance(position: Array, centers: Array, radii: Array) -> float:
     for w in range(len(radii)):
         square = 0.0
         for axis in range(3):
-            square += (centers[w, axis] - position[axis]) ** 2
+            square += squared(centers[w, axis] - position[axis])
         far = max(far, np.sqrt(square) + radii[w])
     return far
 

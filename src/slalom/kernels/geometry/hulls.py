@@ -18,7 +18,7 @@ from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, 
 from slalom.kernels.geometry.convex import order, signed_distance
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.jit import kernel
-from slalom.tolerances import CLEARANCE, DEEPEST_SAMPLES, DEPTH, GOLDEN_STEPS
+from slalom.tolerances import CLEARANCE, DEEPEST_SAMPLES, GOLDEN_STEPS, LEAST_WIDTH
 
 
 class MovingHull(NamedTuple):
@@ -139,7 +139,7 @@ def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
         distance, vx, vy, vz = hull_distance(moving, middle, q)
         if distance < 0.0:
             return float(middle)
-        if width < 0.5**DEPTH or distance_bound(moving, a, a + width, vx, vy, vz) >= -CLEARANCE:
+        if width < LEAST_WIDTH or distance_bound(moving, a, a + width, vx, vy, vz) >= -CLEARANCE:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -162,7 +162,7 @@ def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -
             return float(a)
         if width < least and hull_distance(moving, a + width, q)[0] < 0.0:
             return float(a)
-        if width < 0.5**DEPTH:
+        if width < LEAST_WIDTH:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -191,7 +191,7 @@ def hull_least(
         middle = a + 0.5 * width
         distance, vx, vy, vz = hull_distance(moving, middle, q)
         best = min(best, distance)
-        if width < 0.5**DEPTH or distance_bound(moving, a, a + width, vx, vy, vz) >= best - accuracy:
+        if width < LEAST_WIDTH or distance_bound(moving, a, a + width, vx, vy, vz) >= best - accuracy:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
