@@ -7,11 +7,9 @@ from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.reciprocity import agreed_side, share_of
 from slalom.kernels.decision.tables import (
     EVERY_WORLD,
-    DecisionSettings,
     EncounterTables,
     ObstaclePieces,
     Paths,
-    RobotTable,
 )
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
@@ -26,22 +24,6 @@ from slalom.tolerances import CONTACT_SLACK, COOPERATION_RANGE
 def is_elsewhere(world: int, own: int) -> bool:
     """Whether a body in `world` is in another one than a robot in its `own`."""
     return world != own and world != EVERY_WORLD
-
-
-@kernel
-def in_reach(i: int, others: Indices, robots: RobotTable, settings: DecisionSettings) -> Indices:
-    """Robots of `others` (m,) that robot i can meet within the horizon, both straight at max speed."""
-    near, count = np.empty(len(others), np.int64), 0
-    for k in others:
-        speeds = robots.max_speed[i] + robots.max_speed[k]
-        reach = speeds * settings.horizon + robots.radius[i] + robots.radius[k] + robots.margin[i]
-        square = 0.0
-        for axis in range(settings.dimension):
-            square += squared(robots.position[k, axis] - robots.position[i, axis])
-        if square <= reach * reach:
-            near[count] = k
-            count += 1
-    return near[:count]
 
 
 @inlined
