@@ -346,6 +346,12 @@ AIM_LATEST: Final = 4.0
 Larger: the grid of times is coarser. Smaller: a robot that has to turn first does not aim at its goal exactly.
 """
 
+FASTEST_SLACK: Final = 1e-6
+"""[1] Share by which the time to a target at the largest speed is reduced, for rounding.
+
+Larger: more times are tested that no control can meet. Smaller than the rounding: the earliest time may be missed.
+"""
+
 AIM_TIMES: Final = 64
 """[1] Times, in geometric progression, at which a control that reaches the goal is sought.
 

@@ -1,5 +1,6 @@
 """The progress of a robot towards its goal, by which it is found to be stuck."""
 
+from math import dist
 from typing import NamedTuple
 
 import numpy as np
@@ -33,14 +34,14 @@ def approach_of(
     if goal is None:
         return None
     target = goal.position(now)
-    left = float(np.linalg.norm(target - state.position))
+    left = dist(target, state.position)
     if progress is not None and isinstance(goal, PathGoal):
         left = max(left, goal.length - progress)
     left = max(left - goal.tolerance, 0.0)
     if (
         last is not None
         and 0.0 < left > last.distance - APPROACH_TIME * max_speed
-        and float(np.linalg.norm(target - last.target)) <= goal.tolerance
+        and dist(target, last.target) <= goal.tolerance
     ):
         return last
     return Approach(left, now, target)

@@ -173,14 +173,14 @@ class Decision:
         """The state at `now` [s] of the robot that was in `state` when it was `measured` [s], see `state_after`."""
         return state_after((*self.earlier, self.manoeuvre), state, measured, now)
 
-    def following(self, previous: "Decision | None", oldest: float) -> "Decision":
-        """The same decision, with the manoeuvres before it since `oldest` [s]."""
+    def manoeuvres_before(self, previous: "Decision | None", oldest: float) -> tuple[Manoeuvre, ...]:
+        """The manoeuvres to which the robot was committed before, since `oldest` [s]: for `earlier`."""
         if previous is None:
-            return self
+            return ()
         changed = previous.manoeuvre is not self.manoeuvre
         before = (*previous.earlier, previous.manoeuvre) if changed else previous.earlier
         ends = [manoeuvre.start for manoeuvre in (*before[1:], self.manoeuvre)]
-        return replace(self, earlier=tuple(one for one, end in zip(before, ends) if end > oldest))
+        return tuple(one for one, end in zip(before, ends) if end > oldest)
 
     @cached_property
     def blocked(self) -> ControlObstacle:
@@ -222,7 +222,8 @@ def completed(
     before, limits, now = None if previous is None else previous.commitment, inputs.navigator.limits, inputs.now
     last = None if before is None else before.approach
     found = replace(
-        decision.following(previous, now - inputs.navigator.horizon),
+        decision,
+        earlier=decision.manoeuvres_before(previous, now - inputs.navigator.horizon),
         progress=progress,
         cut=decision.cut or decision.work >= limit,
         approach=approach_of(inputs.goal, inputs.state, progress, limits.max_speed, now, last),

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.checks import Array
-from slalom.kernels.arrays import Corners, Flags, Indices
+from slalom.kernels.arrays import Corners, Indices
 from slalom.kernels.decision.tables import EVERY_WORLD, GrownBodies
 from slalom.obstacle.minkowski import sum_of_shapes
 from slalom.obstacle.window import ObstacleWindow
@@ -37,6 +37,7 @@ class Skeletons:
             kind.append(kinds[key])
         self.kind: Indices = np.array(kind)
         self._bodies: dict[int, _RobotBodies] = {}
+        self._alone: dict[int, GrownBodies] = {}
 
     def grown_bodies(self, kind: int, obstacles: ObstacleWindow, *, detours: bool) -> GrownBodies:
         """Predicted obstacles and robots of all kinds, grown by robots with one kind of skeleton.
@@ -47,6 +48,13 @@ class Skeletons:
         Raises:
             InvalidInput: see `minkowski.minkowski_sum`.
         """
+        if not len(obstacles):
+            if kind not in self._alone:
+                self._alone[kind] = self._grown_bodies(kind, obstacles, detours=False)
+            return self._alone[kind]
+        return self._grown_bodies(kind, obstacles, detours=detours)
+
+    def _grown_bodies(self, kind: int, obstacles: ObstacleWindow, *, detours: bool) -> GrownBodies:
         shape, d = self.shapes[kind], self.dimension
         bodies, end = obstacles.bodies(shape), obstacles.start + obstacles.horizon
         # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
@@ -58,7 +66,7 @@ class Skeletons:
                 np.concatenate([bodies.first, bodies.first[-1] + robots.corners.first[1:]]),
                 np.concatenate([bodies.unordered, robots.corners.unordered]),
             )
-        every = np.full(len(bodies.owner), EVERY_WORLD)
+        every_world = np.full(len(bodies.owner), EVERY_WORLD)
         return GrownBodies(
             pieces=bodies.pieces,
             balls=bodies.balls,
@@ -67,18 +75,18 @@ class Skeletons:
             hull=bodies.hull,
             uncertain=bodies.uncertain,
             at_rest=bodies.at_rest,
-            world=obstacles.worlds[bodies.owner] if obstacles.has_worlds else every,
-            corners=corners if bodies.has_hulls or not robots.point.all() else (),
+            world=obstacles.worlds[bodies.owner] if obstacles.has_worlds else every_world,
+            corners=corners if bodies.has_hulls or robots.has_hulls else (),
             heads=bodies.heads,
             end_positions=np.array([o.trajectory.position(end) for o in staying]).reshape(-1, d),
             end_radii=np.array([o.shape.bounding_radius for o in staying]),
             end_world=worlds,
-            robot_rounding=float(shape.parts[0].radius if is_round(shape) else 0.0),
+            robot_rounding=robots.rounding,
             robot_first=robots.first,
             robot_offset=robots.offset,
             robot_radius=robots.radius,
             robot_hull_radius=robots.hull_radius,
-            robot_hull=np.where(robots.point, -1, len(bodies.radius) + np.arange(len(robots.radius))),
+            robot_hull=np.where(robots.hull < 0, -1, len(bodies.radius) + robots.hull),
         )
 
     def _robots(self, kind: int) -> "_RobotBodies":
@@ -102,7 +110,11 @@ class Skeletons:
                 np.concatenate([none, *(each.radius for each in sums)]),
                 (counts == 1) & (hull_radius == 0.0),
             )
-            self._bodies[kind] = _RobotBodies(first, offset, radius, hull_radius, point, corners)
+            hull = np.where(point, -1, np.arange(len(point)))
+            shape = self.shapes[kind]
+            rounding = float(shape.parts[0].radius if is_round(shape) else 0.0)
+            has_hulls = not bool(point.all())
+            self._bodies[kind] = _RobotBodies(first, offset, radius, hull_radius, hull, corners, has_hulls, rounding)
         return self._bodies[kind]
 
 
@@ -113,8 +125,10 @@ class _RobotBodies(NamedTuple):
     offset: Array  # (r, 3) [m]
     radius: Array  # (r,) [m]
     hull_radius: Array  # (r,) [m]
-    point: Flags  # (r,) whether the hull is its origin
+    hull: Indices  # (r,) its own number, or -1 if it is the origin
     corners: Corners
+    has_hulls: bool  # whether any of them is more than the origin
+    rounding: float  # [m] of the skeleton
 
 
 def moved_bodies(bodies: GrownBodies, by: Array) -> GrownBodies:

@@ -14,7 +14,7 @@ from slalom.decision.fallback import escape, least_impact, stop
 from slalom.decision.navigator_checks import FOLLOWING, check_dimensions, check_settings, goal_or_place
 from slalom.decision.navigator_tables import PolicyTables
 from slalom.decision.objective_policy import decide_by_objective
-from slalom.decision.robot_tables import commit_to, committed_path
+from slalom.decision.robot_tables import committed_path
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.kernels.decision.tables import NO_CELLS
@@ -46,6 +46,8 @@ OUTCOMES = (
     Outcome.INTERRUPTED,
 )
 """The outcomes of the compiled policy by number."""
+CONTINUING = (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED)
+"""The outcomes with which the committed manoeuvre goes on."""
 ROBOT: Final = np.zeros(1, np.int64)
 """The row of the robot that decides, in its tables."""
 FALL_BACK = -1
@@ -192,8 +194,9 @@ class Navigator:
         if robots is None:
             return None, None
         has(robots, ("with_forecast", "paths"), "Tracks", "robots")
-        some, rest = (one.with_forecast(self.method.robot_forecast) for one in robots.yielding)
-        return some if len(some) else None, rest if len(rest) else None
+        robots = robots.with_forecast(self.method.robot_forecast)
+        some, rest = (robots, None) if robots.shares is None else robots.yielding
+        return some if len(some) else None, rest if rest is not None and len(rest) else None
 
     def _decide(
         self,
@@ -211,30 +214,28 @@ class Navigator:
         policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
-        pieces = 0 if path is None else len(path.points)
-        target = goal if step is None else step.goal
-        tables = policy.decision(obstacles, others, state, target, objective, now, pieces, budget)
+        robots = policy.robots(others, path, np.inf if previous is None else previous.regret, now)
         if step is not None:
-            tables.robots.max_speed[0], tables.robots.final[0] = step.max_speed, step.final
-        if previous is not None and path is not None:
-            commit_to(tables.robots, 0, path)
-            tables.robots.regret[0] = previous.regret
-        kernels.decide_all(ROBOT, NO_CELLS, tables)
-        robots, d = tables.robots, state.dimension
-        work = 1e-6 * float(robots.work[0])
-        number, path, regret = int(robots.outcome[0]), committed_path(robots, 0, d), float(robots.regret[0])
+            robots.max_speed[0], robots.final[0] = step.max_speed, step.final
+        target, d = goal if step is None else step.goal, state.dimension
+        kernels.decide_all(
+            ROBOT, NO_CELLS, policy.decision(robots, obstacles, others, state, target, objective, now, budget)
+        )
+        number, regret, work = int(robots.outcome[0]), float(robots.regret[0]), 1e-6 * float(robots.work[0])
+        path, response = committed_path(robots, 0, d), policy.responses[int(robots.response[0])]
+        control, preferred = robots.control[0, :d].copy(), robots.preferred[0, :d].copy()
+        policy.give_back(robots)
         if number == FALL_BACK:
             return None
         outcome = OUTCOMES[number]
-        if previous is not None and outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
+        if previous is not None and outcome in CONTINUING:
             blocked = partial(self.control_obstacle, policy.responses[0], obstacles, state)
             return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path, work=work)
-        response = policy.responses[int(robots.response[0])]
         margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
         return Decision(
-            Manoeuvre(response, state, robots.control[0, :d], now),
+            Manoeuvre(response, state, control, now),
             outcome,
-            robots.preferred[0, :d],
+            preferred,
             partial(self.control_obstacle, response, obstacles, state, margin),
             path=path,
             work=work,

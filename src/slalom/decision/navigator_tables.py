@@ -1,13 +1,13 @@
 """The tables from which one robot decides: what all its decisions have in common is made once."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slalom.checks import Array, vector
 from slalom.decision.grown_bodies import Skeletons
 from slalom.decision.response_tables import response_table
-from slalom.decision.robot_tables import bounds_of, robot_table, target_paths, tracked_robots
+from slalom.decision.robot_tables import bounds_of, commit_to, observe, robot_table, target_paths
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable, RobotTable
@@ -15,6 +15,7 @@ from slalom.methods import margin_among
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
+from slalom.path import Path
 from slalom.shape import round_shape
 from slalom.state import State
 from slalom.tolerances import AIM_LATEST
@@ -62,7 +63,7 @@ class PolicyTables:
             detours=np.array(robot.detours, dtype=np.float64),
             budget=np.inf,
         )
-        self._alone = self._filled(robot_table(1, self._pieces, 1))
+        self._spare: dict[tuple[int, int, int], RobotTable] = {}
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
         self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
 
@@ -79,38 +80,57 @@ class PolicyTables:
         )
         return robots
 
-    def _robots(self, others: Tracks | None, pieces: int, now: float) -> RobotTable:
-        """A new table of the robot and of others; its committed path may have so many pieces."""
-        if others is not None:
-            return self._filled(tracked_robots(others, max(pieces, self._pieces), now + self.robot.horizon))
-        if pieces > self._pieces:
-            return self._filled(robot_table(1, pieces, 1))
-        return RobotTable._make([column.copy() for column in self._alone])
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_spare": {}}
+
+    def robots(self, others: Tracks | None, path: Path | None, regret: float, now: float) -> RobotTable:
+        """A table of the robot, committed to a `path` with that `regret` [s], and of others; for `decision`.
+
+        Give it back after the decision, see `give_back`.
+        """
+        limits, observed = self.robot.limits, None if others is None else others.paths(now + self.robot.horizon)
+        pieces = self._pieces if path is None else max(self._pieces, len(path.points))
+        n, q = (1, 1) if observed is None else (1 + len(observed[1]), observed[1].shape[1])
+        # What is popped is of no other thread: decisions in several threads never have the same table.
+        robots = self._spare.pop((n, pieces, q), None) or self._filled(robot_table(n, pieces, q))
+        if others is not None and observed is not None:
+            observe(robots, others, *observed)
+        if path is None:
+            robots.committed_times[0], robots.committed_points[0] = 0.0, 0.0
+        else:
+            commit_to(robots, 0, path)
+        robots.regret[0], robots.max_speed[0], robots.final[0] = regret, limits.max_speed, True
+        return robots
+
+    def give_back(self, robots: RobotTable) -> None:
+        """Keep a table of `robots` for the next decision: 35 new arrays take longer than to fill these."""
+        (n, pieces), q = robots.committed_points.shape[:2], robots.observed_points.shape[1]
+        self._spare = {(n, pieces, q): robots}
 
     def decision(
         self,
+        robots: RobotTable,
         obstacles: ObstacleWindow,
         others: Tracks | None,
         state: State,
         goal: Goal,
         objective: Objective,
         now: float,
-        pieces: int,
         budget: float,
     ) -> DecisionTables:
-        """The tables of a decision, with the robot in row 0; its committed path may have so many `pieces`.
+        """The tables of a decision, with the robot in row 0 of `robots`.
 
         `budget` [s]: see `Navigator.decide`.
 
         Raises:
             InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
         """
-        d, limits, robots = self.dimension, self.robot.limits, self._robots(others, pieces, now)
+        d, limits = self.dimension, self.robot.limits
         robots.position[0, :d], robots.velocity[0, :d] = state.position, state.velocity
         robots.acceleration[0, :d] = state.acceleration
         robots.objective[0], robots.wanted[0, :d] = _wanted(objective, self._table, state)
         robots.tolerance[0], robots.stop[0], robots.target[0, :d] = goal.tolerance, goal.stop, goal.position(now)
-        targets = self._at_rest
+        targets, robots.moving[0] = self._at_rest, False
         if not isinstance(goal.trajectory, Stationary):
             distance = float(np.linalg.norm(robots.target[0, :d] - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)

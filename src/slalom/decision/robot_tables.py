@@ -104,18 +104,19 @@ def robot_table(n: int, committed: int, observed: int) -> RobotTable:
     )
 
 
-def tracked_robots(others: Tracks, committed: int, end: float) -> RobotTable:
-    """A table of one robot, whose path may have so many pieces, and of others on their predicted paths up to `end` [s].
+def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> None:
+    """Put others into all rows but the first: on their predicted paths, see `Tracks.paths`.
 
     Nothing is known of their limits: they are taken to be as fast as any.
     """
-    times, points = others.paths(end)
-    n, d = len(others) + 1, others.dimension
-    robots = robot_table(n, committed, points.shape[1])
-    robots.position[1:, :d], robots.velocity[1:, :d], robots.acceleration[1:, :d] = np.moveaxis(others.states, 1, 0)
+    d, states = others.dimension, others.states
+    robots.position[1:, :d], robots.velocity[1:, :d], robots.acceleration[1:, :d] = (
+        states[:, 0],
+        states[:, 1],
+        states[:, 2],
+    )
     robots.rounding[1:], robots.radius[1:], robots.max_speed[1:] = others.radii, others.radii, np.inf
-    robots.observed_times[1:], robots.observed_points[1:, ..., :d] = times, points
-    return robots
+    robots.observed_times[1:], robots.observed_points[1:, ..., :d], robots.priority[1:] = times, points, 1.0
 
 
 def commit_to(robots: RobotTable, k: int, path: Path) -> None:
@@ -127,7 +128,8 @@ def commit_to(robots: RobotTable, k: int, path: Path) -> None:
 
 
 def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
-    """The committed path of the robot in row k."""
+    """The committed path of the robot in row k, as a copy."""
     times = robots.committed_times[k]
     count = int(np.count_nonzero(times[1:] > times[:-1]))
-    return Path(times[: count + 1], robots.committed_points[k, :count, :, :dimension], np.zeros(count))
+    points = robots.committed_points[k, :count, :, :dimension]
+    return Path(times[: count + 1].copy(), points.copy(), np.zeros(count))

@@ -28,6 +28,7 @@ class ObstacleTable:
 
     Attributes:
         given: the obstacles as they were given. obstacles: the same, continued (see `Obstacle.after_end`).
+        is_passive: whether contacts with some of them do not count while the robot is at rest.
 
     Raises:
         InvalidInput: something else than obstacles, or obstacles of different dimensions.
@@ -45,6 +46,7 @@ class ObstacleTable:
         spans = [obstacle.trajectory.span for obstacle in self.obstacles]
         self._spans = np.array(spans, dtype=np.float64).reshape(-1, 2)
         self._uncertain = any(obstacle.uncertainty is not None for obstacle in self.obstacles)
+        self.is_passive = not all(obstacle.contact_at_rest for obstacle in self.obstacles)
         self._bodies: dict[tuple[Shape, int, float], tuple[Bodies, Indices]] = {}
         self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
 

@@ -35,6 +35,10 @@ class _Source(Protocol):
     def obstacles(self) -> Sequence[Obstacle]:
         """They, one by one."""
 
+    @property
+    def is_passive(self) -> bool:
+        """Whether contacts with some of them do not count while the robot is at rest."""
+
     def __len__(self) -> int: ...
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
@@ -47,6 +51,7 @@ class _Listed:
     def __init__(self, obstacles: Sequence[Obstacle]) -> None:
         self.obstacles = obstacles
         self.dimension = one_dimension(obstacle.dimension for obstacle in obstacles)
+        self.is_passive = not all(obstacle.contact_at_rest for obstacle in obstacles)
 
     def __len__(self) -> int:
         return len(self.obstacles)
@@ -150,7 +155,7 @@ class ObstacleWindow:
     @property
     def is_passive(self) -> bool:
         """Whether contacts with some obstacles do not count while the robot is at rest."""
-        return any(not o.contact_at_rest for s in self._sources if not isinstance(s, Tracks) for o in s.obstacles)
+        return any(s.is_passive for s in self._sources)
 
     def while_moving(self) -> "ObstacleWindow":
         """The same obstacles, contacts with which count only while the robot moves.

@@ -42,8 +42,9 @@ def meets_balls(
 
     `centers` (w, 3) [m] and `radii` (w,) [m]: of the windows, of equal length up to the horizon [s].
     """
-    width, last = horizon / len(radii), len(radii) - 1
-    for w in range(max(int(begin / width), 0), min(int(min(end, horizon) / width), last) + 1):
+    # A window that a ball touches for a rounding error of its time is left out: nothing moves far meanwhile.
+    per_second, last = len(radii) / horizon, len(radii) - 1
+    for w in range(max(int(begin * per_second), 0), min(int(min(end, horizon) * per_second), last) + 1):
         x, y, z = centers[w, 0] - ball[0], centers[w, 1] - ball[1], centers[w, 2] - ball[2]
         reach = radii[w] + (ball[3] + more)
         if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:

@@ -112,7 +112,7 @@ def impact_speed(
     robots, settings, scratch, pieces = tables.robots, tables.settings, search.scratch, rows.pieces
     hulls = hulls_of_bodies(tables.bodies.corners, rows.hull, np.empty((4, 2, 0)))
     place, direction, nearest, speed = np.zeros((1, 3)), np.array([[1.0, 0.0]]), np.inf, np.inf
-    response_path(i, r, u, robots, tables.responses, settings, scratch.paths, 0)
+    response_path(i, r, u, robots, tables.responses, settings, t, scratch.paths, 0)
     state_on_path(scratch.paths, 0, settings.now + t, scratch.position, scratch.velocity)
     for s in range(len(pieces.body)):
         if t < pieces.times[s, 0] or t > pieces.times[s, 1]:

@@ -135,7 +135,7 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
         for axis in range(settings.dimension):
             middle = -peak_drift(i, p, axis, robots, responses) / responses.peaks[p, 4]
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
-    response_path(i, r, inside, robots, responses, settings, scratch.paths, 0)
+    response_path(i, r, inside, robots, responses, settings, until, scratch.paths, 0)
     if robots.objective[i] != ARRIVE:
         return float(difference_cost(i, until, scratch.paths, 0, tables, scratch))
     arrival = float(arrival_within(i, until, scratch.paths, 0, tables, scratch))

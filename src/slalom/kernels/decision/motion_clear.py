@@ -126,7 +126,7 @@ def preferred_is_free(
     for part in range(2 if halves else 1):
         for axis in range(3):
             tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / share
-        response_path(i, r, tested, robots, responses, settings, scratch.paths, part)
+        response_path(i, r, tested, robots, responses, settings, np.inf, scratch.paths, part)
         bounding_balls(scratch.paths.times[part], scratch.paths.points[part], settings, scratch.centers, scratch.radii)
         if part == 0:
             for s in range(len(skipped)):

@@ -69,16 +69,22 @@ def response_path(
     robots: RobotTable,
     responses: ResponseTable,
     settings: DecisionSettings,
+    until: float,
     paths: Paths,
     row: int,
 ) -> None:
-    """Write the path of robot i under control u (3,) of response r, from now on, into a row of `paths`."""
+    """Write the path of robot i under control u (3,) of response r, from now on, into a row of `paths`.
+
+    Pieces that begin later than `until` [s] are left out: the path is right up to then.
+    """
     first, last = responses.first[r], responses.first[r + 1]
     end = settings.now + (REST_DURATION if settings.shared else responses.knots[last + r])
     for p in range(paths.times.shape[1]):
         paths.times[row, p] = end
     for p in range(last - first):
         paths.times[row, p] = settings.now + responses.knots[first + r + p]
+        if responses.knots[first + r + p] > until:
+            return
         for c in range(4):
             for axis in range(3):
                 drift = robots.position[i, axis] + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
@@ -101,7 +107,7 @@ def predict(k: int, robots: RobotTable, settings: DecisionSettings) -> None:
 def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> None:
     """Commit robot i to control u (3,) of response r from now on; other robots observe it at once where shared."""
     committed = Paths(robots.committed_times, robots.committed_points)
-    response_path(i, r, u, robots, responses, settings, committed, i)
+    response_path(i, r, u, robots, responses, settings, np.inf, committed, i)
     robots.response[i] = r
     copy_into(robots.control[i], u)
     if settings.shared:

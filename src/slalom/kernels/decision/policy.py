@@ -176,6 +176,7 @@ def best_response(
         r, detour, costs[at] = first + k, at // count, np.inf
         if closed[k]:
             continue
+        until = max(settings.period, responses.settled[r])
         copy_into(preferred, search.preferred[at])
         unchanged_control(i, r, robots, responses, unchanged)
         robots.work[i] += WORK_CHOICE + WORK_ROW * len(rows.pieces.body)
@@ -189,8 +190,7 @@ def best_response(
             closed[k], robots.work[i] = not free, robots.work[i] + work
             if closed[k]:
                 continue
-            response_path(i, r, u, robots, responses, settings, scratch.paths, 0)
-        until = max(settings.period, responses.settled[r])
+            response_path(i, r, u, robots, responses, settings, until, scratch.paths, 0)
         cost = manoeuvre_cost(i, until, scratch.paths, 0, near, tables, scratch)
         exact = detour == 0 and u[0] == preferred[0] and u[1] == preferred[1] and u[2] == preferred[2]
         clear = clear or exact

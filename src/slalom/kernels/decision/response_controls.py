@@ -10,7 +10,7 @@ from slalom.kernels.decision.targets import ARRIVE, FOLLOW_ACCELERATION, desired
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
-from slalom.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES, COST_TIE, REFINED_AIM_TIMES
+from slalom.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES, COST_TIE, FASTEST_SLACK, REFINED_AIM_TIMES
 
 
 @inlined
@@ -57,20 +57,24 @@ def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Ar
     """Write the control of response r under which robot i is at its target soonest into u (3,).
 
     Times are sought on a grid in geometric progression, then on a finer one before the first success. Returns whether
-    an admissible control reaches the target at one of them.
+    an admissible control reaches the target at one of them. No admissible control exceeds the larger of the present
+    and the maximum speed within the horizon, so a target at rest is not reached sooner than at that speed.
     """
     robots, responses, targets, settings = tables.robots, tables.responses, tables.targets, tables.settings
     limits = admissible_set(i, r, robots, responses, tables.bounds)
     target_state(i, settings.now, robots, targets, scratch.target, scratch.target_velocity)
-    square, top = 0.0, robots.max_speed[i]
+    square, top, speed = 0.0, robots.max_speed[i], 0.0
     for axis in range(settings.dimension):
         square += squared(scratch.target[axis] - robots.position[i, axis])
+        speed += squared(robots.velocity[i, axis])
+    straight = (np.sqrt(square) - responses.error[r]) / max(top, np.sqrt(speed)) * (1.0 - FASTEST_SLACK)
+    soonest = 0.0 if robots.moving[i] else min(straight, settings.horizon)
     latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robots.max_acceleration[i]), 2.0 * AIM_FIRST)
     ratio = (latest / AIM_FIRST) ** (1.0 / (AIM_TIMES - 1))
     before, found = 0.0, -1.0
     t = AIM_FIRST
     for _ in range(AIM_TIMES):
-        if reaches_target(i, r, t, limits, tables, scratch, u):
+        if t >= soonest and reaches_target(i, r, t, limits, tables, scratch, u):
             found = t
             break
         before, t = t, t * ratio
@@ -79,7 +83,7 @@ def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Ar
     for k in range(REFINED_AIM_TIMES - 1):
         # The earliest time lies between the last time without an admissible control and the one found.
         earlier = before + (found - before) * k / (REFINED_AIM_TIMES - 1)
-        if earlier > 0.0 and reaches_target(i, r, earlier, limits, tables, scratch, u):
+        if earlier > 0.0 and earlier >= soonest and reaches_target(i, r, earlier, limits, tables, scratch, u):
             return True
     return reaches_target(i, r, found, limits, tables, scratch, u)
 
