@@ -28,8 +28,8 @@ from slalom import (
     method,
 )
 from slalom.decision.futures import least_given_up, levels
-from slalom.forecast import FromModels, futures
-from slalom.obstacle.window import Obstacles
+from slalom.forecast import FromModels, futures, predicted
+from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.sim import Robot, Scenario
 from slalom.sim.files.decision_file import read_decision
 from slalom.tolerances import LEAST_FUTURE
@@ -346,3 +346,21 @@ def test_futures_that_fit_nothing_are_refused() -> None:
         Risk(likely=-1.0)
     with pytest.raises(InvalidInput, match="risk: expected a Risk"):
         navigator(risk=0.5)
+
+
+def test_pieces_of_many_predictions_are_those_of_each() -> None:
+    """Predictions of one moment are made into pieces at once, to the bit as one by one; so with and without radii."""
+    rng, moments = np.random.default_rng(1), np.arange(0.0, 6.01, 0.1)
+    people = [
+        Obstacle(Disc(0.3), Sampled(moments, np.cumsum(rng.normal(0.1, 0.02, (61, 2)), axis=0), interpolation="linear"))
+        for _ in range(6)
+    ]
+    ahead = [predicted(one, FromModels(0.5 if k % 2 else 0.0), 5.95, 1.0) for k, one in enumerate(people)]
+    together = ObstacleWindow(ahead, 6.0, 5.0).bodies(ROBOT).pieces
+    alone = [ObstacleWindow([one], 6.0, 5.0).bodies(ROBOT).pieces for one in ahead]
+    for name in ("times", "points", "radius", "growth"):
+        assert np.array_equal(getattr(together, name), np.concatenate([getattr(one, name) for one in alone]))
+    for one, pieces in zip(ahead, alone, strict=True):
+        middle = pieces.times.mean(axis=1)
+        value = pieces.points.transpose(0, 2, 1) @ (0.125 * np.array([1.0, 3.0, 3.0, 1.0]))
+        assert np.allclose(value, one.trajectory.position(6.0 + middle), atol=1e-9)

@@ -14,12 +14,9 @@ from slalom.checks import Array, array_of, has, listing, number, positive
 from slalom.errors import InvalidInput
 from slalom.forecast import AtConstantVelocity, Forecast
 from slalom.obstacle.tracks import Tracks
-from slalom.tolerances import CONFORMAL_ERRORS, CONFORMAL_RATE, FIT_SLACK, WHOLE_COUNT
+from slalom.tolerances import CONFORMAL_ERRORS, CONFORMAL_FEW, CONFORMAL_RATE, FIT_SLACK, WHOLE_COUNT
 from slalom.trajectory import Trajectory
 from slalom.uncertainty import BoundedError, Uncertainty
-
-
-CONFORMAL_FEW = 10.0
 
 
 class Coverage(NamedTuple):

@@ -7,7 +7,7 @@ lines and parabolas through the newest position, which are linear in the positio
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
@@ -108,20 +108,11 @@ class FromModels:
         return self._predicted(trajectory, now, rise, self.futures)
 
     def _predicted(self, trajectory: Trajectory, now: float, rise: float, most: int) -> "Futures":
-        position, first = trajectory.position(now), trajectory.span[0]
-        spacing = min(_spacing(trajectory, now), (now - first) / FEWEST_PAST)
-        at_rest = Futures(((1.0, ConstantVelocity(position, 0.0 * position, now)),), BoundedError())
-        if spacing <= 0.0:
-            return at_rest
-        count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + 1e-9)), FEWEST_PAST)))
-        positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
-        if np.abs(positions[: MODEL_LEAD + 1] - position).max() <= REST * MODEL_LEAD * spacing:
-            return at_rest
-        lead = MODEL_LEAD * spacing
-        ahead = continued(positions, most, max(rise, lead) / spacing)
-        growth = self.share * ahead[0].error * max(rise, lead) / lead**2
-        each = tuple((one.probability, _joined(position, one, spacing, now)) for one in ahead)
-        return Futures(each, BoundedError(velocity=growth))
+        # Trajectories are never changed. A decision may predict one more than once, with another `rise`.
+        fixed = type(trajectory).__hash__ is object.__hash__
+        ahead = (_known if fixed else _ahead)(cast(Any, trajectory), now, most, rise if most > 1 else 0.0)
+        growth = self.share * ahead.error * max(rise, ahead.lead) / ahead.lead**2 if ahead.lead else 0.0
+        return Futures(ahead.each, BoundedError(velocity=growth))
 
 
 class Futures(NamedTuple):
@@ -129,6 +120,34 @@ class Futures(NamedTuple):
 
     each: tuple[tuple[float, Trajectory], ...]  # probabilities [1] of sum 1
     error: BoundedError  # radius of each
+
+
+class _Ahead(NamedTuple):
+    """Predictions of one obstacle, see `Futures`."""
+
+    each: tuple[tuple[float, Trajectory], ...]
+    error: float = 0.0  # [m] see `Continuation`
+    lead: float = 0.0  # [s] of this error; 0 for an obstacle at rest
+
+
+def _ahead(trajectory: Trajectory, now: float, most: int, rise: float) -> _Ahead:
+    """Up to `most` predictions, apart at the time `rise` [s]."""
+    position, first = trajectory.position(now), trajectory.span[0]
+    spacing = min(_spacing(trajectory, now), (now - first) / FEWEST_PAST)
+    at_rest = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
+    if spacing <= 0.0:
+        return at_rest
+    count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + 1e-9)), FEWEST_PAST)))
+    positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
+    if np.abs(positions[: MODEL_LEAD + 1] - position).max() <= REST * MODEL_LEAD * spacing:
+        return at_rest
+    lead = MODEL_LEAD * spacing
+    ahead = continued(positions, most, max(rise, lead) / spacing)
+    each = tuple((one.probability, _joined(position, one, spacing, now)) for one in ahead)
+    return _Ahead(each, ahead[0].error, lead)
+
+
+_known = lru_cache(maxsize=512)(_ahead)
 
 
 class _Fits(NamedTuple):

@@ -1568,6 +1568,12 @@ CONFORMAL_ERRORS: Final = 1000
 Larger: a steadier radius. Smaller: it follows a change of the motion sooner.
 """
 
+CONFORMAL_FEW: Final = 10.0
+"""[1] Independent errors below which the errors at shorter prediction times bound those at longer ones.
+
+Larger: radii stay too large for longer. Smaller: the first predictions over a long time have too small a radius.
+"""
+
 CONFORMAL_RATE: Final = 0.002
 """[1] Change of the level of that quantile for each error.
 
