@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from slalom.decision.futures import Risk, least_given_up, levels, time_of
 from slalom.decision.navigator_checks import FOLLOWING, check_dimensions, check_settings, goal_or_place
 from slalom.decision.navigator_tables import PolicyTables
 from slalom.decision.objective_policy import decide_by_objective
+from slalom.decision.request import Request, observed_robots
 from slalom.decision.robot_tables import commit_to, committed_path
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
@@ -23,14 +24,8 @@ from slalom.kernels.decision.tables import NO_CELLS
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method, refuse_alone
-from slalom.objective import (
-    Arrive,
-    Objective,
-    Situation,
-)
-from slalom.obstacle import Obstacle
+from slalom.objective import Arrive, Objective, Situation
 from slalom.obstacle.horizon import Horizon
-from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
 from slalom.path_goal import PathGoal, PathStep
@@ -54,20 +49,6 @@ ROBOT: Final = np.zeros(1, np.int64)
 """The row of the robot that decides, in its tables."""
 FALL_BACK = -1
 """The number of a robot for which the compiled policy has no decision."""
-
-
-class _Request(NamedTuple):
-    """The input of one decision, with the obstacles that decide alike apart, see `Navigator.decide`."""
-
-    robot: "Navigator"  # with the objective of the decision
-    around: tuple[Obstacle | ObstacleTable | Tracks, ...]
-    others: Tracks | None
-    state: State
-    goal: Goal
-    step: PathStep | None
-    now: float
-    previous: Decision | None
-    limit: float
 
 
 @dataclass(frozen=True)
@@ -172,7 +153,7 @@ class Navigator:
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
         given, goal = goal, goal_or_place(goal, state, robot.objective)
-        others, unyielding = self._observed(robots)
+        others, unyielding = observed_robots(robots, self.method.robot_forecast)
         listed_obstacles = tuple(listed(obstacles))
         around = (*listed_obstacles, unyielding) if unyielding is not None else listed_obstacles
         window = self.predict(around, state, now)
@@ -183,7 +164,7 @@ class Navigator:
                 raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
             if budget is not None:
                 raise InvalidInput(f"budget: expected none for the objective {self.objective!r}, found {budget:g} s")
-        request = _Request(robot, around, others, state, goal, step, now, previous, limit)
+        request = Request(robot, around, others, state, goal, step, now, previous, limit)
         if window.has_futures:
             decision = least_given_up(
                 levels(window.obstacles),
@@ -208,7 +189,7 @@ class Navigator:
             lambda point: window.covers(point, self.robot, self.margin),
         )
 
-    def _among_obstacles(self, window: ObstacleWindow, request: "_Request", given_up: Flags | None = None) -> Decision:
+    def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
         """Decision that avoids all obstacles of the window without those given up (n,)."""
         robot, around, others, state, goal, step, now, previous, limit = request
         window = window if given_up is None else window.without(given_up)
@@ -224,16 +205,6 @@ class Navigator:
         if window.is_passive and (found is None or not found.safe):
             found = robot._stopping(window, state, goal, step, now, previous, limit)
         return found or robot._fall_back(window, state, goal, now)
-
-    def _observed(self, robots: Tracks | None) -> tuple[Tracks | None, Tracks | None]:
-        """The other robots as the method predicts them, and those that do no part of the avoidance; None for none."""
-        if robots is None:
-            return None, None
-        has(robots, ("with_forecast", "paths"), "Tracks", "robots")
-        if robots.probabilities is not None:
-            raise InvalidInput("robots: expected tracks without probabilities, found some with; they are obstacles")
-        some, rest = (one.with_forecast(self.method.robot_forecast) for one in robots.yielding)
-        return some if len(some) else None, rest if len(rest) else None
 
     def _decide(
         self,

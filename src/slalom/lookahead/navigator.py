@@ -8,14 +8,14 @@ import numpy as np
 from slalom.checks import duration, has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, made, state_to_decide_from
-from slalom.decision.futures import Level, least_given_up, levels, time_of
+from slalom.decision.futures import Level, least_given_up, levels
 from slalom.decision.navigator import Navigator
 from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Known
 from slalom.goal import Goal
-from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of
-from slalom.lookahead.search import Search, new_search, run_searches
+from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of, time_left
+from slalom.lookahead.search import Search, Work, new_search, run_searches
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.motion_models import FromModels
 from slalom.obstacle import Obstacle
@@ -33,14 +33,6 @@ from slalom.tolerances import (
     TABLE_HORIZONS,
 )
 from slalom.trajectory import Stationary
-
-
-@dataclass
-class _Work:
-    """[us] of work left for the searches of a decision, and the least for each."""
-
-    left: float
-    least: float
 
 
 @dataclass(frozen=True)
@@ -236,7 +228,7 @@ class LookAhead:
         First with all futures of the obstacles, then without the least probable ones, then with less and less of the
         uncertainty of those that are left.
         """
-        work = _Work(self.budget, self.improvement_budget)
+        work = Work(self.budget, self.improvement_budget)
         if all(motion.probability == 1.0 for motion in scene.motions):
             decision, given = self._plan_in(scene, work), list[Level]()
         else:
@@ -245,7 +237,7 @@ class LookAhead:
                 given,
                 lambda level: self._plan_in(self._keeping(scene, level), work),
                 self.navigator.risk,
-                lambda one: self._time_of(scene, one),
+                lambda one: time_left(one, scene, self.navigator),
             )
         certain = decision.outcome.safe or decision.outcome is Outcome.LIKELY
         if certain or not isinstance(self.navigator.method.forecast, FromModels):
@@ -260,17 +252,11 @@ class LookAhead:
                 break
         return decision
 
-    def _plan_in(self, scene: Scene, work: "_Work") -> Decision:
+    def _plan_in(self, scene: Scene, work: Work) -> Decision:
         """Decision for a new sequence, else of the navigator, that avoids all motions of a scene."""
         found, spent = self._plan_with(scene, MARGIN_SHARES if scene.doubt == 1.0 else (scene.doubt,), work.left)
         work.left = max(work.left - spent, work.least)
         return self._alone(scene) if found is None else found
-
-    def _time_of(self, scene: Scene, decision: Decision) -> float:
-        """[s] to the arrival, estimated for a decision without one."""
-        if isinstance(decision, SequenceDecision) and decision.arrival < np.inf:
-            return decision.arrival - scene.now
-        return time_of(decision, self.navigator, scene.state, scene.goal, scene.now)
 
     def _alone(self, scene: Scene) -> Decision:
         """Decision of the navigator; in a part of the scene it avoids the motions that this predicts."""

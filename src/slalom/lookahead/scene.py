@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.decision import Decision
+from slalom.decision.futures import time_of
 from slalom.decision.navigator import Navigator
 from slalom.forecast import futures
 from slalom.goal import Goal
@@ -72,6 +73,13 @@ class Scene(NamedTuple):
             include_future=self.prediction.includes_future,
         )
         return self._replace(prediction=table, motions=motions)
+
+
+def time_left(decision: Decision, scene: Scene, navigator: Navigator) -> float:
+    """[s] to the arrival, estimated for a decision without one."""
+    if isinstance(decision, SequenceDecision) and decision.arrival < np.inf:
+        return decision.arrival - scene.now
+    return time_of(decision, navigator, scene.state, scene.goal, scene.now)
 
 
 def rise_of(navigator: Navigator) -> float:
