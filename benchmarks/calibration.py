@@ -1,11 +1,12 @@
 """Calibrated radii on recordings: the promised share of errors within them, and the measured one.
 
 usage: python benchmarks/calibration.py DATA_DIR [--confidence 0.9 0.95 0.99] [--seconds 120] [--out FOLDER]
+       [--markdown]
 
 DATA_DIR contains tasks.json, which names the recordings. Agents are observed at the times of the recording, at most ten
 times a second. A velocity is the difference of two observed positions. Each agent is predicted at constant velocity
-over 1, 2, 4, 8 and 16 observed steps, but at least over 0.25 s. `slalom.Calibration` judges a prediction when its time
-has come.
+over 1, 2, 4, 8, 16 and 40 observed steps, but at least over 0.25 s. `slalom.Calibration` judges a prediction when its
+time has come.
 
 Errors count once the recording has run 5 s longer than the prediction time. Rows with fewer than POOLED errors are
 judged together, in the last row. Beside the radius stands that of a constant velocity with a constant uncertainty of
@@ -27,7 +28,7 @@ from slalom import Calibration, Tracks
 from slalom.io.formats import read_recording
 from slalom.io.recorded import RecordedTracks
 
-STEPS, SHORTEST, OFTEN = (1, 2, 4, 8, 16), 0.25, 0.1
+STEPS, SHORTEST, OFTEN = (1, 2, 4, 8, 16, 40), 0.25, 0.1
 WARM, POOLED = 5.0, 500
 CONSTANT = 0.2
 
@@ -39,6 +40,7 @@ def main() -> None:
     parser.add_argument("--confidence", type=float, nargs="+", default=[0.9, 0.95, 0.99])
     parser.add_argument("--seconds", type=float, default=120.0, help="of each recording, or 400 observations if longer")
     parser.add_argument("--out", type=Path, default=Path("out/benchmarks"))
+    parser.add_argument("--markdown", action="store_true", help="print the table of docs/foresight.md at the end")
     arguments = parser.parse_args()
     files = sorted({entry["file"] for entry in json.loads((arguments.data / "tasks.json").read_text()).values()})
     rows: list[dict[str, Any]] = []
@@ -59,6 +61,30 @@ def main() -> None:
             held = sum(row["held"] for row in few)
             print(f"{f'pooled, of fewer than {POOLED}':42} {'':8} {confidence:8.2f} {held / count:8.3f} {count:8}")
     write("calibration", {"rows": rows}, arguments.out)
+    if arguments.markdown:
+        print("\n".join(markdown(rows, arguments.confidence)))
+
+
+def markdown(rows: list[dict[str, Any]], promised: list[float]) -> Iterator[str]:
+    """The table with one line for each recording and prediction time, and one for all lines of few errors."""
+    levels = " | ".join(f"{share:g}" for share in promised)
+    radii = " | ".join(f"radius {share:g}" for share in promised)
+    yield f"| recording | time | errors | {levels} | {radii} | constant |"
+    yield "|---" * (4 + 2 * len(promised)) + "|"
+    keys = dict.fromkeys((row["file"], row["lead"]) for row in rows)
+    same = {key: [row for row in rows if (row["file"], row["lead"]) == key] for key in keys}
+    for (file, lead), found in same.items():
+        if found[0]["errors"] >= POOLED:
+            shares = " | ".join(f"{row['held'] / row['errors']:.3f}" for row in found)
+            sizes = " | ".join(f"{row['radius']:.2f} m" for row in found)
+            name = Path(file).stem
+            yield f"| {name} | {lead:g} s | {found[0]['errors']} | {shares} | {sizes} | {CONSTANT * lead:.2f} m |"
+    few = [found for found in same.values() if found[0]["errors"] < POOLED]
+    if few:
+        count = sum(found[0]["errors"] for found in few)
+        held = [sum(found[k]["held"] for found in few) / count for k in range(len(promised))]
+        shares = " | ".join(f"{share:.3f}" for share in held)
+        yield f"| {len(few)} rows of fewer than {POOLED} errors | | {count} | {shares} |{' |' * len(promised)} |"
 
 
 def line(row: dict[str, Any]) -> str:

@@ -53,7 +53,42 @@ def test_the_prior_holds_until_errors_are_known() -> None:
     # One error above the prior counts at once, one below does not lower it.
     calibration.observe(Tracks([(1.5, 0.9)], [(1.0, 0.0)], 0.3, 0.5))
     assert calibration.radii()[0] == pytest.approx(np.hypot(1.0, 0.9))
-    assert calibration.radii()[1] == 0.5
+    # It bounds later times, too, as if the velocity went on to change.
+    assert calibration.radii()[1] == pytest.approx(4.0 * np.hypot(1.0, 0.9))
+
+
+def test_predictions_that_overlap_count_as_one_error() -> None:
+    """Of one track no more errors are independent than prediction times have passed: the largest is the radius."""
+    calibration, rng, place = Calibration(0.9, (2.0,)), np.random.default_rng(4), np.zeros(2)
+    seen, predicted = [], []
+    for k in range(160):
+        velocity = rng.normal(size=2)
+        calibration.observe(Tracks([place], [velocity], 0.3, 0.1 * k))
+        seen.append(place)
+        predicted.append(place + 2.0 * velocity)
+        place = place + 0.1 * velocity
+    errors = [float(np.linalg.norm(there - ahead)) for there, ahead in zip(seen[20:], predicted)]
+    # 7 prediction times have passed, 9 are needed for a quantile of 0.9.
+    assert calibration.radii()[0] == pytest.approx(max(errors))
+    short = Calibration(0.9, (0.1,))
+    for k in range(160):
+        short.observe(Tracks([seen[k]], [(0.0, 0.0)], 0.3, 0.1 * k))
+    steps = sorted(np.linalg.norm(np.diff(seen, axis=0), axis=1).tolist())
+    assert short.radii()[0] < steps[-5]
+
+
+def test_the_share_is_steady_for_long_predictions_of_many_tracks() -> None:
+    """Errors are known 4 s late: a level that follows each of them would oscillate."""
+    phases, calibration, held = np.random.default_rng(5).uniform(0.0, 6.0, 20), Calibration(0.9, (4.0,)), []
+    for t in 0.2 * np.arange(220.0):
+        angles = phases + 0.6 * t + 0.1 * np.sin(0.2 * t + 7.0 * phases)
+        speeds = 9.0 * (0.6 + 0.02 * np.cos(0.2 * t + 7.0 * phases))
+        places = 9.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        ahead = speeds[:, None] * np.stack([-np.sin(angles), np.cos(angles)], axis=1)
+        calibration.observe(Tracks(places, ahead, 0.3, t))
+        lead = calibration.coverage[0]
+        held.append(lead.errors * lead.measured if lead.errors else 0.0)
+    assert (np.diff(held[60::25]) / (25 * 20)).min() > 0.85
 
 
 def test_positions_between_observations_are_interpolated_and_long_gaps_are_not() -> None:

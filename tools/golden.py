@@ -17,6 +17,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -387,6 +388,31 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
         yield name, value
 
 
+def several_futures() -> tuple[Found, Counter[str]]:
+    """Decisions of robots among agents with three futures each, some of which nothing avoids all."""
+    found, outcomes, goal = [], Counter[str](), slalom.Goal(slalom.Stationary((8.0, 0.0)), 0.3)
+    state, limits = slalom.State((0.0, 0.0), (1.0, 0.0)), slalom.Limits(1.5, 2.0)
+    single = slalom.Navigator(slalom.method("nao"), slalom.Disc(0.3), limits, period=0.25, horizon=4.0)
+    ahead = slalom.LookAhead(replace(single, method=slalom.method("nao_ahead")))
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        angles = rng.uniform(-np.pi, np.pi, (4, 1)) + rng.normal(0.0, [0.0, 0.4, 0.8], (4, 3))
+        places = rng.uniform(1.6, 3.0, (4, 1, 1)) * np.stack([np.cos(angles), np.sin(angles)], axis=2)[:, :1]
+        velocities = -rng.uniform(0.8, 1.6, (4, 3, 1)) * np.stack([np.cos(angles), np.sin(angles)], axis=2)
+        agents = slalom.Tracks(
+            np.repeat(places, 3, axis=1).reshape(-1, 2),
+            velocities.reshape(-1, 2),
+            0.6,
+            ids=np.repeat(np.arange(4), 3).tolist(),
+            probabilities=np.tile([0.6, 0.3, 0.1], 4) - 0.001 * np.arange(12),
+        )
+        for robot in (single, ahead):
+            decision = robot.decide(state, [agents], goal)
+            outcomes[decision.outcome.name] += 1
+            found += [decision.manoeuvre.position(np.linspace(0.0, 4.0, 9)), np.array([decision.given_up])]
+    return {"several futures": digest(*found)}, outcomes
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -406,7 +432,7 @@ def all_digests(processes: int) -> Found:
     """Every digest by name. Raises RuntimeError if some outcome never occurred: then the runs no longer cover it."""
     jobs: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [*runs()]
     jobs += [(choices, (k, k + 50)) for k in range(0, 300, 50)] + [(boundaries, (k, k + 25)) for k in range(0, 100, 25)]
-    jobs += [(clearest_and_many, ()), (bounded_decisions, ()), (vehicles, ()), (studies, ())]
+    jobs += [(clearest_and_many, ()), (bounded_decisions, ()), (several_futures, ()), (vehicles, ()), (studies, ())]
     found: Found = {}
     os.environ.update(ARITHMETIC)
     seen: Counter[str] = Counter()

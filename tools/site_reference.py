@@ -41,7 +41,7 @@ from site_units import meaning_of, unit_of
 
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "One decision": (
-        *("Navigator", "Decision", "Outcome", "LookAhead", "SequenceDecision", "ExpectedLoss", "Manoeuvre"),
+        *("Navigator", "Decision", "Outcome", "Risk", "LookAhead", "SequenceDecision", "ExpectedLoss", "Manoeuvre"),
         *("State", "Limits"),
         *("Goal", "PathGoal", "METHODS", "Method", "method", "compile", "work_per_second"),
     ),

@@ -27,6 +27,7 @@ from .decision import (
     Decision as Decision,
     Outcome as Outcome,
 )
+from .decision.futures import Risk as Risk
 from .decision.navigator import Navigator as Navigator
 from .errors import (
     InvalidFile as InvalidFile,

@@ -133,6 +133,14 @@ def share(value: float, name: str) -> float:
     return result
 
 
+def probability(value: float, name: str) -> float:
+    """Convert `value` to a float above 0 of at most 1."""
+    result = number(value, name)
+    if not 0.0 < result <= 1.0:
+        raise InvalidInput(f"{name}: expected a number above 0 of at most 1, found {result:g}")
+    return result
+
+
 STATE: Final = (("position", "velocity", "acceleration"), "a State")
 SHAPE: Final = (("parts", "dimension"), "a shape, such as Disc(radius)")
 RESPONSE: Final = (("position", "interpolation_error"), "a response, such as Acceleration()")

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from slalom.checks import Array, array_of, has, listing, number, positive
 from slalom.errors import InvalidInput
 from slalom.forecast import AtConstantVelocity, Forecast
 from slalom.obstacle.tracks import Tracks
-from slalom.tolerances import CONFORMAL_ERRORS, CONFORMAL_RATE, FIT_SLACK
+from slalom.tolerances import CONFORMAL_ERRORS, CONFORMAL_FEW, CONFORMAL_RATE, FIT_SLACK, WHOLE_COUNT
 from slalom.trajectory import Trajectory
 from slalom.uncertainty import BoundedError, Uncertainty
 
@@ -34,6 +35,7 @@ class _Prediction(NamedTuple):
     due: float  # [s] absolute time
     position: Array  # (d,) [m]
     radius: float  # [m] promised
+    weight: float  # [1] of its error, see `Calibration`
 
 
 @dataclass
@@ -41,6 +43,7 @@ class _Lead:
     """Errors at one prediction time."""
 
     residuals: deque[float]  # [m] the newest CONFORMAL_ERRORS
+    weights: deque[float]  # [1] of these
     level: float  # share of the residuals that the radius holds, adapted
     held: int = 0
     judged: int = 0
@@ -52,12 +55,19 @@ class Calibration:
 
     For each prediction time the radius is the conformal quantile of the newest errors of all tracks. If the measured
     share drifts from the confidence, the level of the quantile follows: by CONFORMAL_RATE for each error. Law: in the
-    long run the share of errors within the radius is `confidence`, for any sequence of errors. Sources: Vovk, Gammerman
-    and Shafer, Algorithmic Learning in a Random World, 2005, for the quantile; Gibbs and Candes, Adaptive conformal
-    inference under distribution shift, NeurIPS 2021, for the level.
+    long run the share of errors within the radius is `confidence`, unless errors keep exceeding all earlier ones.
+    Sources: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World, 2005, for the quantile; Gibbs and
+    Candes, Adaptive conformal inference under distribution shift, NeurIPS 2021, for the level.
 
-    Until there are enough errors for the quantile, `prior` bounds them. The forecast uses observed positions and
-    velocities only, and an error is computed at its own time: nothing uses the future.
+    Predictions of one track over 4 s that are made every 0.1 s overlap: 40 of their errors say as much as one. So an
+    error weighs the time since the track was predicted before, divided by the prediction time, at most 1. Weights count
+    for the correction of the quantile for few errors. They also count for the level, which would oscillate otherwise:
+    it changes with each error, and the effect is observed a prediction time later.
+
+    Until there are enough errors for the quantile, the radius is the largest one, at least that of `prior`. While the
+    weights are below CONFORMAL_FEW, it is also at least the radius of the prediction time before, extrapolated with the
+    square of the time. The forecast uses observed positions and velocities only, and an error is computed at its own
+    time: nothing uses the future.
 
     Attributes:
         confidence: share of the errors, between 0 and 1.
@@ -88,7 +98,8 @@ class Calibration:
             raise InvalidInput(f"leads: expected increasing prediction times, found {list(self.leads)}")
         has(self.prior, ("radius",), "an uncertainty, such as BoundedError(0.1)", "prior")
         positive(self.max_gap, "max_gap")
-        self._leads = [_Lead(deque(maxlen=CONFORMAL_ERRORS), self.confidence) for _ in self.leads]
+        empty = partial(deque[float], maxlen=CONFORMAL_ERRORS)
+        self._leads = [_Lead(empty(), empty(), self.confidence) for _ in self.leads]
 
     def observe(self, tracks: Tracks) -> None:
         """Compare earlier predictions with the present observation, and predict anew.
@@ -115,7 +126,14 @@ class Calibration:
 
     def radii(self) -> Array:
         """Radius (k,) [m] for each of the k prediction times."""
-        return np.array([self._radius(lead, h) for lead, h in zip(self._leads, self.leads, strict=True)])
+        found, before, earlier = [], 0.0, 1.0
+        for lead, h in zip(self._leads, self.leads, strict=True):
+            known, enough = _quantile(lead)
+            if not enough and sum(lead.weights) < CONFORMAL_FEW:
+                known = max(known, before * (h / earlier) ** 2)
+            found.append(known if enough else max(known, float(self.prior.radius(h, self._dimension))))
+            before, earlier = known, h
+        return np.array(found)
 
     @property
     def error(self) -> BoundedError:
@@ -129,15 +147,6 @@ class Calibration:
             Coverage(h, self.confidence, lead.held / lead.judged if lead.judged else np.nan, lead.judged, radius)
             for h, lead, radius in zip(self.leads, self._leads, self.radii().tolist(), strict=True)
         )
-
-    def _radius(self, lead: _Lead, h: float) -> float:
-        """The conformal quantile; where there are too few errors for it, the prior or the largest, if that is more."""
-        n = len(lead.residuals)
-        rank = int(np.ceil((n + 1) * lead.level))
-        if rank <= n:
-            return float(np.partition(np.array(lead.residuals), max(rank, 1) - 1)[max(rank, 1) - 1])
-        largest = max(lead.residuals, default=0.0)
-        return max(largest, float(self.prior.radius(h, self._dimension)))
 
     def _judge(self, id: Hashable, t: float, position: Array) -> None:
         """Compare the predictions of a track with its positions between the last observation and this one."""
@@ -154,16 +163,28 @@ class Calibration:
                 residual = float(np.linalg.norm(there - prediction.position))
                 held = residual <= prediction.radius
                 lead.residuals.append(residual)
+                lead.weights.append(prediction.weight)
                 lead.held, lead.judged = lead.held + held, lead.judged + 1
-                lead.level += CONFORMAL_RATE * (self.confidence - held)
+                lead.level += CONFORMAL_RATE * prediction.weight * (self.confidence - held)
                 lead.level = min(max(lead.level, 0.0), 1.0)
 
     def _predict(self, id: Hashable, t: float, motion: Trajectory, radii: Array) -> None:
         """Predict the positions of a track at all prediction times from now."""
+        since = t - self._last[id][0] if id in self._last else np.inf
         for waiting, h, radius, place in zip(
             self._pending[id], self.leads, radii.tolist(), motion.position(t + np.array(self.leads)), strict=True
         ):
-            waiting.append(_Prediction(t + h, place, radius))
+            waiting.append(_Prediction(t + h, place, radius, min(1.0, since / h)))
+
+
+def _quantile(lead: _Lead) -> tuple[float, bool]:
+    """The conformal quantile [m] of the errors and True; the largest of them and False where there are too few."""
+    n, count = len(lead.residuals), sum(lead.weights)
+    rank = np.ceil((count + 1.0) * lead.level - WHOLE_COUNT)
+    if rank > count or not n:
+        return max(lead.residuals, default=0.0), False
+    k = max(int(np.ceil(rank / count * n - WHOLE_COUNT)), 1) - 1
+    return float(np.partition(np.array(lead.residuals), k)[k]), True
 
 
 def enclosing_error(times: Iterable[float], radii: npt.ArrayLike) -> BoundedError:

@@ -239,15 +239,43 @@ def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 
     obstacle = obstacle.known_at(now)
     if isinstance(forecast, FromModels):
         trajectory, error = forecast.with_error(obstacle.trajectory, now, rise)
-        if obstacle.uncertainty is None and error.velocity:
-            obstacle = replace(obstacle, uncertainty=error)
-    else:
-        trajectory = forecast(obstacle.trajectory, now)
+        return _moving(_uncertain(obstacle, error), trajectory, now)
+    trajectory = forecast(obstacle.trajectory, now)
     if trajectory is obstacle.trajectory:
         return obstacle
     if isinstance(forecast, FromPast) and forecast.growth and obstacle.uncertainty is None:
         speed = float(np.linalg.norm(trajectory.velocity(now)))
         obstacle = replace(obstacle, uncertainty=BoundedError(velocity=forecast.growth * speed))
+    return _moving(obstacle, trajectory, now)
+
+
+def futures(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 0.0, number: int = 0) -> list[Obstacle]:
+    """The obstacle on each of its predicted trajectories, with their probabilities; as `predicted` if there is one.
+
+    `number`: of the obstacle among all, which distinguishes obstacles of one name.
+    """
+    if not isinstance(forecast, FromModels) or forecast.futures == 1:
+        return [predicted(obstacle, forecast, now, rise)]
+    obstacle = obstacle.known_at(now)
+    each, error = forecast.with_futures(obstacle.trajectory, now, rise)
+    obstacle = _uncertain(obstacle, error)
+    if len(each) == 1:
+        return [_moving(obstacle, each[0][1], now)]
+    one_of_several = obstacle.probability < 1.0
+    owner = obstacle.owner or obstacle.name if one_of_several else f"{obstacle.name} (obstacle {number})"
+    return [
+        replace(_moving(obstacle, trajectory, now), probability=obstacle.probability * p, owner=owner)
+        for p, trajectory in each
+    ]
+
+
+def _uncertain(obstacle: Obstacle, error: BoundedError) -> Obstacle:
+    """The obstacle with this error of its prediction, unless it has an uncertainty of its own."""
+    return replace(obstacle, uncertainty=error) if obstacle.uncertainty is None and error.velocity else obstacle
+
+
+def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float) -> Obstacle:
+    """The obstacle on a predicted trajectory."""
     if obstacle.turns and not np.any(trajectory.velocity(now)) and not np.any(trajectory.acceleration(now)):
         x, y = obstacle.direction(now)
         return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))

@@ -7,14 +7,15 @@ lines and parabolas through the newest position, which are linear in the positio
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
-from slalom.checks import Array, not_negative
+from slalom.checks import Array, not_negative, whole
 from slalom.kernels.arrays import Indices
 from slalom.tolerances import (
     FEWEST_PAST,
+    LEAST_FUTURE,
     LONGEST_FORECAST,
     MODEL_CHECKS,
     MODEL_KNOTS,
@@ -58,6 +59,7 @@ class Continuation(NamedTuple):
     displacements: Array  # (k, d) [m]
     velocities: Array  # (k, d) [m per spacing]
     error: float  # [m] mean error of the best model over MODEL_LEAD spacings
+    probability: float = 1.0  # the sum of the weights of its models
 
 
 @dataclass(frozen=True)
@@ -75,12 +77,19 @@ class FromModels:
 
     An obstacle that appears at this moment is predicted at rest, since only one position is known. So is one that did
     not move for MODEL_LEAD spacings.
+
+    With more than one of `futures` the models form up to so many groups, each a future with the sum of their weights
+    as its probability. Groups are apart by more than the error above at that time, and none is less probable than
+    LEAST_FUTURE. Models are joined as by Ward (Journal of the American Statistical Association 58, 1963): always the
+    two groups whose union adds the least weighted square of distances.
     """
 
     share: float = 0.5
+    futures: int = 1
 
     def __post_init__(self) -> None:
         not_negative(self.share, "share")
+        object.__setattr__(self, "futures", whole(self.futures, "futures", 1))
 
     @property
     def includes_future(self) -> bool:
@@ -90,20 +99,55 @@ class FromModels:
         return self.with_error(trajectory, now)[0]
 
     def with_error(self, trajectory: Trajectory, now: float, rise: float = 0.0) -> tuple[Trajectory, BoundedError]:
-        """The prediction and its radius; `rise` [s] is the time of the robot from rest to its maximum speed."""
-        position, first = trajectory.position(now), trajectory.span[0]
-        spacing = min(_spacing(trajectory, now), (now - first) / FEWEST_PAST)
-        at_rest = ConstantVelocity(position, 0.0 * position, now), BoundedError()
-        if spacing <= 0.0:
-            return at_rest
-        count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + 1e-9)), FEWEST_PAST)))
-        positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
-        if np.abs(positions[: MODEL_LEAD + 1] - position).max() <= REST * MODEL_LEAD * spacing:
-            return at_rest
-        ahead = continued(positions)
-        lead = MODEL_LEAD * spacing
-        growth = self.share * ahead.error * max(rise, lead) / lead**2
-        return _joined(position, ahead, spacing, now), BoundedError(velocity=growth)
+        """The mean prediction and its radius; `rise` [s] is the time of the robot from rest to its maximum speed."""
+        [(_, mean)], error = self._predicted(trajectory, now, rise, 1)
+        return mean, error
+
+    def with_futures(self, trajectory: Trajectory, now: float, rise: float = 0.0) -> "Futures":
+        """All futures, the most probable one first, and their radius; `rise` as in `with_error`."""
+        return self._predicted(trajectory, now, rise, self.futures)
+
+    def _predicted(self, trajectory: Trajectory, now: float, rise: float, most: int) -> "Futures":
+        # Trajectories are never changed. A decision may predict one more than once, with another `rise`.
+        fixed = type(trajectory).__hash__ is object.__hash__
+        ahead = (_known if fixed else _ahead)(cast(Any, trajectory), now, most, rise if most > 1 else 0.0)
+        growth = self.share * ahead.error * max(rise, ahead.lead) / ahead.lead**2 if ahead.lead else 0.0
+        return Futures(ahead.each, BoundedError(velocity=growth))
+
+
+class Futures(NamedTuple):
+    """Predictions of one obstacle with their probabilities, the most probable one first."""
+
+    each: tuple[tuple[float, Trajectory], ...]  # probabilities [1] of sum 1
+    error: BoundedError  # radius of each
+
+
+class _Ahead(NamedTuple):
+    """Predictions of one obstacle, see `Futures`."""
+
+    each: tuple[tuple[float, Trajectory], ...]
+    error: float = 0.0  # [m] see `Continuation`
+    lead: float = 0.0  # [s] of this error; 0 for an obstacle at rest
+
+
+def _ahead(trajectory: Trajectory, now: float, most: int, rise: float) -> _Ahead:
+    """Up to `most` predictions, apart at the time `rise` [s]."""
+    position, first = trajectory.position(now), trajectory.span[0]
+    spacing = min(_spacing(trajectory, now), (now - first) / FEWEST_PAST)
+    at_rest = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
+    if spacing <= 0.0:
+        return at_rest
+    count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + 1e-9)), FEWEST_PAST)))
+    positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
+    if np.abs(positions[: MODEL_LEAD + 1] - position).max() <= REST * MODEL_LEAD * spacing:
+        return at_rest
+    lead = MODEL_LEAD * spacing
+    ahead = continued(positions, most, max(rise, lead) / spacing)
+    each = tuple((one.probability, _joined(position, one, spacing, now)) for one in ahead)
+    return _Ahead(each, ahead[0].error, lead)
+
+
+_known = lru_cache(maxsize=512)(_ahead)
 
 
 class _Fits(NamedTuple):
@@ -114,11 +158,12 @@ class _Fits(NamedTuple):
     checks: Indices  # (c,) spacings ago
 
 
-def continued(positions: Array) -> Continuation:
-    """The mean continuation of a track, weighted by the past errors of each model.
+def continued(positions: Array, most: int = 1, later: float = MODEL_LEAD) -> list[Continuation]:
+    """Up to `most` continuations of a track, each the mean of a group of models, weighted by their past errors.
 
     Args:
         positions: (k + 1, d) [m] at equal spacings, the newest first, k of at least 1.
+        later: [spacings] of at least MODEL_LEAD, at which models are compared to group them.
     """
     fits = _fits(len(positions) - 1)
     errors = _past_errors(positions, fits)
@@ -128,7 +173,33 @@ def continued(positions: Array) -> Continuation:
     weights /= weights.sum()
     fitted = fits.now @ positions
     moved, velocities = _moved(fitted[:, :1], fitted[:, 1:], np.array(MODEL_KNOTS))
-    return Continuation(np.tensordot(weights, moved, 1), np.tensordot(weights, velocities, 1), least)
+    places = _moved(fitted[:, :1], fitted[:, 1:], np.array([later]))[0][:, 0]
+    groups = _grouped(places, weights, most, least * (later / MODEL_LEAD) ** 2) if most > 1 else []
+    if len(groups) <= 1:
+        return [Continuation(np.tensordot(weights, moved, 1), np.tensordot(weights, velocities, 1), least)]
+    sums = [float(weights[group].sum()) for group in groups]
+    shares = [weights[group] / total for group, total in zip(groups, sums)]
+    # All of them, with rounding, are 1 together.
+    return [
+        Continuation(np.tensordot(share, moved[group], 1), np.tensordot(share, velocities[group], 1), least, p)
+        for group, share, p in zip(groups, shares, [1.0 - sum(sums[1:]), *sums[1:]])
+    ]
+
+
+def _grouped(places: Array, weights: Array, most: int, apart: float) -> list[list[int]]:
+    """Up to `most` groups of models, the one of most weight first: apart by more than `apart` [m], none too light."""
+    groups = [[k] for k in range(len(weights))]
+    while len(groups) > 1:
+        sums = np.array([weights[group].sum() for group in groups])
+        means = np.array([weights[group] @ places[group] / total for group, total in zip(groups, sums)])
+        first, second = np.triu_indices(len(groups), 1)
+        far = np.linalg.norm(means[first] - means[second], axis=1)
+        if len(groups) <= most and far.min() > apart and sums.min() >= LEAST_FUTURE:
+            break
+        joined = sums[first] * sums[second] / (sums[first] + sums[second]) * far**2
+        k = int(np.argmin(joined))
+        groups[first[k]] += groups.pop(second[k])
+    return sorted(groups, key=lambda group: -float(weights[group].sum()))
 
 
 def _past_errors(positions: Array, fits: _Fits) -> Array:

@@ -21,21 +21,22 @@ class Path(NamedTuple):
     error: Array  # (n,) [m]
 
     def cut(self, times: Array) -> "Path":
-        """The same curve in pieces between `times` (k + 1,) [s].
+        """The same curve in pieces between `times` (k + 1,) [s]; of several curves with points (n, m, 4, d) all.
 
         `times` must include all times of the curve that lie within them.
         """
         k = np.clip(np.searchsorted(self.times, times[:-1], side="right") - 1, 0, len(self.points) - 1)
         h = np.diff(self.times)[k]
-        a, b = ((times[:-1] - self.times[k]) / h)[:, None], ((times[1:] - self.times[k]) / h)[:, None]
-        p0, p1, p2, p3 = np.moveaxis(self.points[k], 1, 0)
+        shape = (-1, *[1] * (self.points.ndim - 2))
+        a, b = ((times[:-1] - self.times[k]) / h).reshape(shape), ((times[1:] - self.times[k]) / h).reshape(shape)
+        p0, p1, p2, p3 = np.moveaxis(self.points[k], -2, 0)
         # The control points are the values of the blossom at (a, a, a), (a, a, b), (a, b, b), (b, b, b).
         a01, a12, a23 = p0 + (p1 - p0) * a, p1 + (p2 - p1) * a, p2 + (p3 - p2) * a
         b01, b12, b23 = p0 + (p1 - p0) * b, p1 + (p2 - p1) * b, p2 + (p3 - p2) * b
         aa, aa2 = a01 + (a12 - a01) * a, a12 + (a23 - a12) * a
         ab, ab2 = a01 + (a12 - a01) * b, a12 + (a23 - a12) * b
         bb, bb2 = b01 + (b12 - b01) * b, b12 + (b23 - b12) * b
-        points = np.stack([aa + (aa2 - aa) * a, aa + (aa2 - aa) * b, ab + (ab2 - ab) * b, bb + (bb2 - bb) * b], axis=1)
+        points = np.stack([aa + (aa2 - aa) * a, aa + (aa2 - aa) * b, ab + (ab2 - ab) * b, bb + (bb2 - bb) * b], axis=-2)
         return Path(times, points, self.error[k])
 
 

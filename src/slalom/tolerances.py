@@ -944,6 +944,18 @@ MODEL_SHARPNESS: Final = 4.0
 Larger: the best model alone counts. Smaller: bad models pull the mean.
 """
 
+LEAST_FUTURE: Final = 0.02
+"""[1] Least probability of a future of its own; less probable motions join the nearest one.
+
+Larger: rare motions bend the likely ones. Smaller: more futures that hardly ever happen.
+"""
+
+PROBABILITY_SLACK: Final = 1e-9
+"""[1] By how much the probabilities of the futures of one obstacle may exceed 1 together.
+
+Larger: wrong weights pass. Smaller: rounding of right ones is refused.
+"""
+
 MODEL_PRIOR: Final = (0.1, 0.11, 0.13)
 """[1] Error of motion models before any is known, as a share of the way: of the first, other straight ones, the rest.
 
@@ -1563,6 +1575,12 @@ CONFORMAL_ERRORS: Final = 1000
 """[1] Newest errors of predictions whose quantile is a calibrated radius.
 
 Larger: a steadier radius. Smaller: it follows a change of the motion sooner.
+"""
+
+CONFORMAL_FEW: Final = 10.0
+"""[1] Independent errors below which the errors at shorter prediction times bound those at longer ones.
+
+Larger: radii stay too large for longer. Smaller: the first predictions over a long time have too small a radius.
 """
 
 CONFORMAL_RATE: Final = 0.002

@@ -35,6 +35,7 @@ class Outcome(Enum):
     WAITING = "Waiting for messages before changing the manoeuvre; the committed one continues and is safe."
     BEGUN = "No sequence to the goal is known yet; a safe partial sequence that ends at rest was started."
     SQUEEZED = "No manoeuvre keeps the margin; one with a clearance above 0 was chosen."
+    LIKELY = "All likely futures of the obstacles are avoided; less likely ones were given up, see the probability."
     STOPPING = "No manoeuvre is collision-free up to the horizon; this one ends at rest before any contact."
     DELAYED = "Every manoeuvre is predicted to collide; the one with the latest collision was chosen."
     BRAKING = "No manoeuvre ends at rest before a contact; the robot brakes as hard as the limits allow."
@@ -94,6 +95,7 @@ class Decision:
         cut: whether the budget ended the search: a better manoeuvre may exist.
         approach: the last progress towards the goal; None for an objective that needs no goal.
         inputs: the inputs of the decision; None for one that no navigator made.
+        given_up: [1] sum of the probabilities of the futures of obstacles that the manoeuvre does not avoid.
         earlier: the manoeuvres that the robot was committed to before, for a horizon back.
     """
 
@@ -109,11 +111,20 @@ class Decision:
     cut: bool = False
     approach: Approach | None = None
     inputs: DecisionInputs | None = None
+    given_up: float = 0.0
 
     @property
     def safe(self) -> bool:
         """Whether the robot stays collision-free up to the horizon as long as the forecasts hold."""
         return self.outcome.safe
+
+    @property
+    def probability(self) -> float:
+        """Lower bound [1] of the probability that the decision is safe, given those of the futures of the obstacles.
+
+        1 for a safe decision, 0 for one that is predicted to collide.
+        """
+        return 1.0 - self.given_up if self.outcome is Outcome.LIKELY else float(self.safe)
 
     @property
     def stalled(self) -> float:

@@ -48,7 +48,7 @@ KINDS: Final[dict[str, Mapping[str, type]]] = {
     "response": RESPONSE_KINDS,
 }
 """Parts that files hold, by kind and by name."""
-TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds", "shares")
+TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds", "shares", "probabilities")
 """Attributes of `Tracks` in files, besides the states."""
 
 
@@ -134,6 +134,10 @@ def _navigator(navigator: "Navigator") -> dict[str, Any]:
         "detours": list(navigator.detours),
         "objective": part(navigator.objective, "objective", "objective"),
         "horizons": None if horizons is None else part(horizons, "horizons", "horizons"),
+        "risk": {
+            "loss": None if navigator.risk.loss == float("inf") else navigator.risk.loss,
+            "likely": navigator.risk.likely,
+        },
     }
 
 
@@ -169,6 +173,8 @@ def _obstacle(obstacle: Obstacle, where: str) -> dict[str, Any]:
         "shape": part(obstacle.shape, "shape", f"{where}.shape"),
         "trajectory": part(obstacle.trajectory, "trajectory", f"{where}.trajectory"),
         "uncertainty": None if doubt is None else part(doubt, "uncertainty", f"{where}.uncertainty"),
+        "probability": obstacle.probability,
+        "owner": obstacle.owner,
     }
 
 
@@ -185,6 +191,7 @@ def _tracks(tracks: Tracks, where: str) -> dict[str, Any]:
             for k, doubt in enumerate(tracks.uncertainties)
         ],
         "shares": None if tracks.shares is None else tracks.shares.tolist(),
+        "probabilities": None if tracks.probabilities is None else tracks.probabilities.tolist(),
     }
 
 

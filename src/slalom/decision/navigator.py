@@ -11,21 +11,20 @@ from slalom.checks import Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.decision.fallback import escape, least_impact, stop
+from slalom.decision.futures import Risk, least_given_up, levels, time_of
 from slalom.decision.navigator_checks import FOLLOWING, check_dimensions, check_settings, goal_or_place
 from slalom.decision.navigator_tables import PolicyTables
 from slalom.decision.objective_policy import decide_by_objective
+from slalom.decision.request import Request, observed_robots
 from slalom.decision.robot_tables import committed_path
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
+from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import NO_CELLS
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method, refuse_alone
-from slalom.objective import (
-    Arrive,
-    Objective,
-    Situation,
-)
+from slalom.objective import Arrive, Objective, Situation
 from slalom.obstacle.horizon import Horizon
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
@@ -79,6 +78,7 @@ class Navigator:
         detours: angles [rad] by which the desired velocity is turned if it is not collision-free, in the plane; among
             equal ones the first is taken. Without detours, a robot blocked by a permanent obstacle never arrives.
         stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
+        risk: what avoiding improbable futures of obstacles may cost, see `Obstacle.probability`.
     """
 
     method: Method
@@ -93,6 +93,7 @@ class Navigator:
     horizons: Horizon | None = None
     detours: tuple[float, ...] = ()
     stuck_after: float = 10.0
+    risk: Risk = field(default_factory=Risk)
 
     def __post_init__(self) -> None:
         check_settings(self)
@@ -154,26 +155,27 @@ class Navigator:
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
         given, goal = goal, goal_or_place(goal, state, robot.objective)
-        others, unyielding = self._observed(robots)
+        others, unyielding = observed_robots(robots, self.method.robot_forecast)
         listed_obstacles = tuple(listed(obstacles))
         around = (*listed_obstacles, unyielding) if unyielding is not None else listed_obstacles
         window = self.predict(around, state, now)
         check_dimensions(self.robot, state, window, others)
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
-        if type(robot.objective) in (Arrive, *FOLLOWING):
-            found = self._decide(window, others, state, goal, step, robot.objective, now, previous, limit)
-        elif others is None and budget is None:
-            slower = robot if step is None else replace(robot, limits=replace(self.limits, max_speed=step.max_speed))
-            found = decide_by_objective(slower, window, state, goal if step is None else step.goal, now, previous)
-        elif others is None:
-            raise InvalidInput(f"budget: expected none for the objective {self.objective!r}, found {budget:g} s")
+        if type(robot.objective) not in (Arrive, *FOLLOWING):
+            if others is not None:
+                raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
+            if budget is not None:
+                raise InvalidInput(f"budget: expected none for the objective {self.objective!r}, found {budget:g} s")
+        request = Request(robot, around, others, state, goal, step, now, previous, limit)
+        if window.has_futures:
+            decision = least_given_up(
+                levels(window.obstacles),
+                lambda level: self._among_obstacles(window, request, level.given_up),
+                self.risk,
+                lambda one: time_of(one, robot, state, goal, now),
+            )
         else:
-            raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
-        if found is None and others is not None:
-            window = self.predict([*around, others], state, now)
-        if window.is_passive and (found is None or not found.safe):
-            found = robot._stopping(window, state, goal, step, now, previous, limit)
-        decision = found or robot._fall_back(window, state, goal, now)
+            decision = self._among_obstacles(window, request)
         inputs = DecisionInputs(robot, state, listed_obstacles, given, robots, now, budget, None)
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
@@ -189,14 +191,22 @@ class Navigator:
             lambda point: window.covers(point, self.robot, self.margin),
         )
 
-    def _observed(self, robots: Tracks | None) -> tuple[Tracks | None, Tracks | None]:
-        """The other robots as the method predicts them, and those that do no part of the avoidance; None for none."""
-        if robots is None:
-            return None, None
-        has(robots, ("with_forecast", "paths"), "Tracks", "robots")
-        robots = robots.with_forecast(self.method.robot_forecast)
-        some, rest = (robots, None) if robots.shares is None else robots.yielding
-        return some if len(some) else None, rest if rest is not None and len(rest) else None
+    def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
+        """Decision that avoids all obstacles of the window without those given up (n,)."""
+        robot, around, others, state, goal, step, now, previous, limit = request
+        window = window if given_up is None else window.without(given_up)
+        if type(robot.objective) in (Arrive, *FOLLOWING):
+            found = self._decide(window, others, state, goal, step, robot.objective, now, previous, limit)
+        else:
+            slower = robot if step is None else replace(robot, limits=replace(self.limits, max_speed=step.max_speed))
+            found = decide_by_objective(slower, window, state, goal if step is None else step.goal, now, previous)
+        if found is None and others is not None:
+            window = self.predict([*around, others], state, now)
+            if given_up is not None:
+                window = window.without(np.append(given_up, np.zeros(len(others), np.bool_)))
+        if window.is_passive and (found is None or not found.safe):
+            found = robot._stopping(window, state, goal, step, now, previous, limit)
+        return found or robot._fall_back(window, state, goal, now)
 
     def _decide(
         self,

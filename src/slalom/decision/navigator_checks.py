@@ -31,6 +31,7 @@ def check_settings(robot: "Navigator") -> None:
     positive(robot.stuck_after, "stuck_after")
     has(robot.limits, *LIMITS, "limits")
     has(robot.objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+    has(robot.risk, ("loss", "likely"), "a Risk", "risk")
     if robot.horizons is not None:
         has(robot.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
     checked_holds(robot.holds)

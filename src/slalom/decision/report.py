@@ -105,6 +105,7 @@ def as_dict(decision: "Decision") -> dict[str, Any]:
         "outcome": decision.outcome.name,
         "sentence": decision.outcome.value,
         "safe": decision.safe,
+        "probability": decision.probability,
         "response": repr(manoeuvre.response),
         "control": manoeuvre.control.tolist(),
         "preferred": np.asarray(decision.preferred).tolist(),

@@ -8,13 +8,14 @@ import numpy as np
 from slalom.checks import duration, has, not_negative, number, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, made, state_to_decide_from
+from slalom.decision.futures import Level, least_given_up, levels
 from slalom.decision.navigator import Navigator
 from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Known
 from slalom.goal import Goal
-from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of
-from slalom.lookahead.search import Search, new_search, run_searches
+from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of, time_left
+from slalom.lookahead.search import Search, Work, new_search, run_searches
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.motion_models import FromModels
 from slalom.obstacle import Obstacle
@@ -44,7 +45,8 @@ class LookAhead:
     obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe one with the
     least estimated arrival is started. The search continues at the next decision as long as the predictions do not
     change. Without any, the navigator decides. The uncertainty of `FromModels` is an estimate: where it leaves no safe
-    decision, less of it counts (DOUBT_SHARES).
+    decision, less of it counts (DOUBT_SHARES). Before that, improbable futures of obstacles are given up, see
+    `Obstacle.probability`; a sequence that gave some up is kept only once it avoids all.
 
     Law: a sequence keeps the margin, or the largest possible fraction of it, until it ends, as long as the forecasts
     hold, and as large a share of an estimated uncertainty as any of DOUBT_SHARES allows. The motion after a pass
@@ -131,7 +133,7 @@ class LookAhead:
     ) -> PredictedObstacles:
         """Predicted obstacles now: those of the previous decision if they are still valid and cover enough time."""
         navigator = self.navigator
-        latest = max(self._deadline(now), now + navigator.period)
+        latest = self._latest(now)
         if previous is not None and previous.covers(obstacles, now, latest):
             return previous
         forecast, step = navigator.method.forecast, rise_of(navigator)
@@ -144,9 +146,15 @@ class LookAhead:
 
     def _doubted(self, scene: Scene, share: float) -> Scene:
         """The scene with `share` of the uncertainty of every obstacle."""
-        return scene.with_doubt(
-            share, self.navigator, max(self._deadline(scene.now), scene.now + self.navigator.period)
-        )
+        return scene.with_doubt(share, self.navigator, self._latest(scene.now))
+
+    def _keeping(self, scene: Scene, level: Level) -> Scene:
+        """The scene with the futures that a level keeps."""
+        return scene.without(level.given_up, self.navigator, self._latest(scene.now))
+
+    def _latest(self, now: float) -> float:
+        """[s] up to which a decision predicts."""
+        return max(self._deadline(now), now + self.navigator.period)
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
         """Copy whose first decision reuses a table built now for exactly these obstacles."""
@@ -179,7 +187,7 @@ class LookAhead:
         improved = self._improved(scene, previous, same)
         if improved.complete and improved.arrival <= previous.arrival - self.navigator.patience:
             return self._decision(scene, improved, self._outcome(scene, improved))
-        return replace(previous, outcome=Outcome.KEPT, better=improved if same else None)
+        return replace(previous, outcome=Outcome.KEPT, better=improved if same else None, given_up=0.0)
 
     def _outcome(self, scene: Scene, search: Search) -> Outcome:
         """Outcome of a sequence found by a continued search: SQUEEZED if it keeps less of the margin than possible."""
@@ -215,28 +223,48 @@ class LookAhead:
         )
 
     def _plan(self, scene: Scene) -> Decision:
-        """Decision for a new sequence, else of the navigator, with as much of the uncertainty as possible."""
-        budget = self.budget
-        estimated = isinstance(self.navigator.method.forecast, FromModels)
-        for doubt in DOUBT_SHARES if estimated else DOUBT_SHARES[:1]:
-            part = self._doubted(scene, doubt)
-            if doubt != 1.0 and part is scene:
+        """Decision for a new sequence, else of the navigator, in the first of these scenes that has a safe one.
+
+        First with all futures of the obstacles, then without the least probable ones, then with less and less of the
+        uncertainty of those that are left.
+        """
+        work = Work(self.budget, self.improvement_budget)
+        if all(motion.probability == 1.0 for motion in scene.motions):
+            decision, given = self._plan_in(scene, work), list[Level]()
+        else:
+            given = levels(scene.motions)
+            decision = least_given_up(
+                given,
+                lambda level: self._plan_in(self._keeping(scene, level), work),
+                self.navigator.risk,
+                lambda one: time_left(one, scene, self.navigator),
+            )
+        certain = decision.outcome.safe or decision.outcome is Outcome.LIKELY
+        if certain or not isinstance(self.navigator.method.forecast, FromModels):
+            return decision
+        likely = self._keeping(scene, given[-1]) if given else scene
+        for doubt in DOUBT_SHARES[1:]:
+            part = self._doubted(likely, doubt)
+            if part is likely:
                 break
-            found, spent = self._plan_with(part, MARGIN_SHARES if doubt == 1.0 else (doubt,), budget)
-            if found is not None:
-                return found
-            budget = max(budget - spent, self.improvement_budget)
-            alone = self._alone(part)
-            if alone.outcome.safe:
+            decision = self._plan_in(part, work)
+            if decision.outcome.safe:
                 break
-        return alone
+        return decision
+
+    def _plan_in(self, scene: Scene, work: Work) -> Decision:
+        """Decision for a new sequence, else of the navigator, that avoids all motions of a scene."""
+        found, spent = self._plan_with(scene, MARGIN_SHARES if scene.doubt == 1.0 else (scene.doubt,), work.left)
+        work.left = max(work.left - spent, work.least)
+        return self._alone(scene) if found is None else found
 
     def _alone(self, scene: Scene) -> Decision:
-        """Decision of the navigator; with a part of the uncertainty it avoids the motions that the scene predicts."""
+        """Decision of the navigator; in a part of the scene it avoids the motions that this predicts."""
         navigator, method = self.navigator, replace(self.navigator.method, looks_ahead=False)
         around, whole = scene.given, scene.doubt == 1.0
-        if not whole:
-            around, method = scene.motions, replace(method, forecast=Known())
+        if not whole or not all(motion.probability == 1.0 for motion in scene.motions):
+            around = [replace(motion, probability=1.0) for motion in scene.motions]
+            method = replace(method, forecast=Known())
         alone = replace(navigator, method=method, margin=scene.doubt * navigator.margin)
         decision = alone.decide(scene.state, around, scene.goal, now=scene.now, previous=scene.before)
         return decision if whole or not decision.outcome.safe else replace(decision, outcome=Outcome.SQUEEZED)

@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.decision import Decision
+from slalom.decision.futures import time_of
 from slalom.decision.navigator import Navigator
-from slalom.forecast import predicted
+from slalom.forecast import futures
 from slalom.goal import Goal
+from slalom.kernels.arrays import Flags
 from slalom.lookahead.search import Search
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.obstacle import Obstacle
@@ -56,11 +58,28 @@ class Scene(NamedTuple):
             motion if motion.uncertainty is None else replace(motion, uncertainty=Scaled(motion.uncertainty, share))
             for motion in self.motions
         ]
+        return self._among(motions, navigator, latest)._replace(doubt=share)
+
+    def without(self, given_up: Flags, navigator: Navigator, latest: float) -> "Scene":
+        """The scene without some of the motions (n,), predicted up to `latest` [s]; the same without none."""
+        if not given_up.any():
+            return self
+        kept = [motion for motion, gone in zip(self.motions, given_up.tolist()) if not gone]
+        return self._among(kept, navigator, latest)
+
+    def _among(self, motions: Sequence[Obstacle], navigator: Navigator, latest: float) -> "Scene":
         table = PredictedObstacles.of(
             *(None, motions, navigator.robot, self.now, latest, rise_of(navigator)),
             include_future=self.prediction.includes_future,
         )
-        return self._replace(prediction=table, doubt=share, motions=motions)
+        return self._replace(prediction=table, motions=motions)
+
+
+def time_left(decision: Decision, scene: Scene, navigator: Navigator) -> float:
+    """[s] to the arrival, estimated for a decision without one."""
+    if isinstance(decision, SequenceDecision) and decision.arrival < np.inf:
+        return decision.arrival - scene.now
+    return time_of(decision, navigator, scene.state, scene.goal, scene.now)
 
 
 def rise_of(navigator: Navigator) -> float:
@@ -71,4 +90,5 @@ def rise_of(navigator: Navigator) -> float:
 def motions_of(navigator: Navigator, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
     """Obstacles that count at `now` [s], on their predicted trajectories."""
     forecast, rise = navigator.method.forecast, rise_of(navigator)
-    return [predicted(o, forecast, now, rise) for o in obstacles if forecast.includes_future or o.exists(now)]
+    there = [(k, o) for k, o in enumerate(obstacles) if forecast.includes_future or o.exists(now)]
+    return [motion for k, o in there for motion in futures(o, forecast, now, rise, k)]

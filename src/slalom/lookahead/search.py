@@ -183,6 +183,14 @@ class Search:
         return k == self.root and node != self.root
 
 
+@dataclass
+class Work:
+    """[us] of work left for the searches of a decision, and the least for each."""
+
+    left: float
+    least: float
+
+
 def new_search(
     state: State,
     goal: Goal,

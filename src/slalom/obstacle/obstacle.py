@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import SHAPE, Array, flag, has, known, number, text
+from slalom.checks import SHAPE, Array, flag, has, known, number, probability, text
 from slalom.errors import InvalidInput
 from slalom.path import Path
 from slalom.shape import Disc, Shape
@@ -36,10 +36,14 @@ class Obstacle:
         contact_at_rest: whether a contact counts while the robot is at rest. False for what a robot must never run into
             but may be touched by after it has stopped (passive safety, see `Sight`). Such an obstacle may stand for
             another one of its name in any motion: a robot for which nothing is safe relies on it alone.
+        probability: [1] with which it moves so, above 0. Below 1 it is one of several futures: pass the others as
+            obstacles with the same `owner`. What the sum leaves to 1 is the probability that there is no obstacle.
+        owner: text that the futures of one obstacle have in common, and no other obstacle has; "": its name.
 
     Raises:
         InvalidInput: no shape or trajectory, or two of different dimension; a heading in space, or an invalid one;
-            another word for `after_end`.
+            another word for `after_end`; a probability that is not above 0 and at most 1, or below 1 without a name
+            or owner.
     """
 
     shape: Shape
@@ -49,6 +53,8 @@ class Obstacle:
     uncertainty: Uncertainty | None = None
     after_end: Literal["unknown", "continues", "leaves"] = "unknown"
     contact_at_rest: bool = True
+    probability: float = 1.0
+    owner: str = ""
 
     def __post_init__(self) -> None:
         prefix = f"obstacle {text(self.name, 'name')!r}: "
@@ -69,6 +75,10 @@ class Obstacle:
             object.__setattr__(self, "heading", number(self.heading, "heading"))
         known(self.after_end, "after_end", AFTER_END)
         flag(self.contact_at_rest, "contact_at_rest")
+        if self.probability != 1.0:
+            object.__setattr__(self, "probability", probability(self.probability, f"{prefix}probability"))
+            if not text(self.owner, f"{prefix}owner") and not self.name:
+                raise InvalidInput(f"{prefix}expected a name or an owner with a probability below 1, found neither")
         if self.dimension == 3 and self.heading != 0.0:
             raise InvalidInput(f"heading: expected 0 in space, where orientation is constant, found {self.heading!r}")
 
@@ -161,7 +171,16 @@ class Obstacle:
         return replace(self.continued, uncertainty=Aged(self.uncertainty, now - last))
 
     def of_scenario(self) -> "Obstacle":
-        """The obstacle in a simulated world, where nothing is unknown: there it leaves unless it continues."""
+        """The obstacle in a simulated world, where nothing is unknown: there it leaves unless it continues.
+
+        Raises:
+            InvalidInput: one of several futures.
+        """
+        if self.probability < 1.0:
+            raise InvalidInput(
+                f"obstacle {self.name!r}: expected a probability of 1 in a scenario, where each has one future, "
+                f"found {self.probability:g}"
+            )
         if self.after_end == "continues":
             return self.continued
         return self if self.trajectory.span[1] == np.inf else replace(self, after_end="leaves")

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -11,8 +11,11 @@ from slalom.checks import Array
 from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
 from slalom.obstacle.minkowski import MinkowskiSum, minkowski_sum
 from slalom.obstacle.obstacle import Obstacle
+from slalom.path import Path
 from slalom.shape import Shape
 from slalom.tolerances import INTERPOLATION, UNCERTAINTY_PIECES
+from slalom.trajectory import PiecewisePolynomial
+from slalom.trajectory.piecewise import cubic_paths
 
 
 class Bodies(NamedTuple):
@@ -102,15 +105,50 @@ def pieces_of_each(
 
     decided: when they were predicted [s]; None: at the start.
     """
-    tables, shapes, indices = [], [], []
+    shapes, indices, spans = [], [], []
     for index, (obstacle, duration) in enumerate(zip(obstacles, until.tolist())):
         first, last = obstacle.trajectory.span
         begin, end = max(start, first), min(start + duration, last)
         if begin < end:
             shapes.append(minkowski_sum(obstacle, robot))
-            tables.append(rows_of(obstacle, shapes[-1], start if decided is None else decided, begin, end))
             indices.append(index)
-    return joined(obstacles, indices, shapes, tables, start) if indices else no_bodies(robot.dimension)
+            spans.append((begin, end))
+    if not indices:
+        return no_bodies(robot.dimension)
+    foreseen = start if decided is None else decided
+    paths = _paths_at_once([obstacles[index] for index in indices], spans)
+    tables = [
+        rows_of(obstacles[index], shape, foreseen, *span, paths.get(k))
+        for k, (index, shape, span) in enumerate(zip(indices, shapes, spans, strict=True))
+    ]
+    return joined(obstacles, indices, shapes, tables, start)
+
+
+def _paths_at_once(obstacles: Sequence[Obstacle], spans: Sequence[tuple[float, float]]) -> dict[int, Path]:
+    """Paths by number of obstacles on cubic trajectories with the same times, such as predictions of one moment.
+
+    Those of uncertain ones are cut as `rows_of` needs them.
+    """
+    groups: dict[tuple[bytes, int, bool, tuple[float, float]], list[int]] = {}
+    for k, (obstacle, span) in enumerate(zip(obstacles, spans, strict=True)):
+        ahead = obstacle.trajectory
+        if isinstance(ahead, PiecewisePolynomial) and ahead.is_cubic:
+            key = (ahead.times.tobytes(), ahead.coefficients.shape[1], obstacle.uncertainty is None, span)
+            groups.setdefault(key, []).append(k)
+    found = {}
+    for (_, _, exact, (begin, end)), some in groups.items():
+        times, points = cubic_paths([cast(PiecewisePolynomial, obstacles[k].trajectory) for k in some], begin, end)
+        path = Path(times, np.moveaxis(points, 0, 1), np.zeros(len(times) - 1))
+        if not exact:
+            path = path.cut(_uncertain_knots(path, begin, end))
+        for k, own in zip(some, np.ascontiguousarray(np.moveaxis(path.points, 1, 0)), strict=True):
+            found[k] = path._replace(points=own)
+    return found
+
+
+def _uncertain_knots(path: Path, begin: float, end: float) -> Array:
+    """Times [s] between which a radius that grows is taken as linear."""
+    return np.union1d(path.times, np.linspace(begin, end, UNCERTAINTY_PIECES + 1))
 
 
 def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
@@ -149,18 +187,23 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
     )
 
 
-def rows_of(obstacle: Obstacle, shape: MinkowskiSum, decided: float, begin: float, end: float) -> Pieces:
+def rows_of(
+    obstacle: Obstacle, shape: MinkowskiSum, decided: float, begin: float, end: float, known: Path | None = None
+) -> Pieces:
     """The pieces of an obstacle's bodies from begin to end, all absolute [s], foreseen at `decided`.
 
     Body after body, each in the order of time; none if the end is not after the begin.
+
+    Args:
+        known: the path, of an uncertain obstacle cut at `_uncertain_knots`; None: not made yet.
     """
     if not begin < end:
         return no_bodies(obstacle.dimension).pieces
-    path = obstacle.trajectory.path(begin, end)
+    path = obstacle.trajectory.path(begin, end) if known is None else known
     turns: Array | None = None
     radius, growth = path.error, np.zeros(len(path.error))
     if obstacle.uncertainty is not None:
-        path = path.cut(np.union1d(path.times, np.linspace(begin, end, UNCERTAINTY_PIECES + 1)))
+        path = path.cut(_uncertain_knots(path, begin, end)) if known is None else path
         widths = obstacle.uncertainty.radius(path.times - decided, obstacle.dimension)
         radius, growth = path.error + widths[:-1], np.diff(widths)
     if obstacle.turns:

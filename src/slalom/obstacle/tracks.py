@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, array, array_of, has, listing, not_huge, number, whole_numbers
+from slalom.checks import Array, array, array_of, has, listing, not_huge, number, probability, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.kernels.arrays import Indices, Pieces
@@ -39,10 +39,12 @@ class Tracks:
         worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
         shares: (n,) part [1] of the avoidance that each does itself, from 0 to 0.5, as `Reciprocity` estimates it. It
             counts for `Navigator.decide(robots=)`; None: as the method says.
+        probabilities: (n,) [1] with which each moves so, above 0 and at most 1. Tracks of one id are then the futures
+            of one obstacle, see `Obstacle.probability`; None: all move as predicted.
 
     Raises:
         InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids or
-            uncertainties of another number, a forecast that needs the past or the future.
+            uncertainties of another number, a forecast that needs the past or the future, a probability out of range.
     """
 
     def __init__(
@@ -58,6 +60,7 @@ class Tracks:
         uncertainty: Uncertainty | Sequence[Uncertainty | None] | None = None,
         worlds: npt.ArrayLike | None = None,
         shares: npt.ArrayLike | None = None,
+        probabilities: npt.ArrayLike | None = None,
     ) -> None:
         places = array(positions, "positions")
         if places.ndim != 2 or places.shape[1] not in (2, 3):
@@ -87,6 +90,9 @@ class Tracks:
             raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
         self.shares = None if shares is None else self._checked(shares)
+        self.probabilities = None if probabilities is None else array_of(probabilities, "probabilities", (n,))
+        for k, weight in enumerate(() if self.probabilities is None else self.probabilities.tolist()):
+            probability(weight, f"probabilities[{k}]")
         usual = AtConstantVelocity() if accelerations is None else AcceleratingBriefly()
         self.forecast: Forecast = _usable(usual if forecast is None else forecast)
 
@@ -130,6 +136,7 @@ class Tracks:
             ids=tuple(self.ids[k] for k in some),
             uncertainties=tuple(self.uncertainties[k] for k in some),
             shares=None if self.shares is None else self.shares[some],
+            probabilities=None if self.probabilities is None else self.probabilities[some],
         )
 
     def _changed(self, **attributes: Any) -> "Tracks":
@@ -152,6 +159,8 @@ class Tracks:
             self.forecast(ConstantAcceleration(position, velocity, acceleration, self.t), self.t),
             str(self.ids[index]),
             uncertainty=self.uncertainties[index],
+            probability=1.0 if self.probabilities is None else float(self.probabilities[index]),
+            owner=str(self.ids[index]),
         )
 
     def paths(self, end: float) -> tuple[Array, Array]:

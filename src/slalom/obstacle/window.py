@@ -11,7 +11,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.checks import Array, array, duration, has, number
 from slalom.errors import InvalidInput
-from slalom.forecast import EXACT, Forecast, predicted
+from slalom.forecast import EXACT, Forecast, futures
 from slalom.kernels.arrays import Flags, Indices, Snapshot
 from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.obstacle.obstacle import Obstacle
@@ -108,8 +108,9 @@ class ObstacleWindow:
                 count += len(table)
             for obstacle in others:
                 if forecast.includes_future or obstacle.exists(start):
-                    sources.append(predicted(obstacle, forecast, start))
-                    count += 1
+                    expected = futures(obstacle, forecast, start, number=count)
+                    sources += expected
+                    count += len(expected)
         window = cls(sources, start, horizon)
         for first, absent in unknown:
             window.until[first : first + len(absent)][absent] = 0.0
@@ -141,6 +142,14 @@ class ObstacleWindow:
         """The world of each obstacle (n,), see `Tracks`; EVERY_WORLD for those that are in all of them."""
         each = [s.worlds if isinstance(s, Tracks) else np.full(len(s), EVERY_WORLD) for s in self._sources]
         return np.concatenate([np.empty(0, np.int64), *each])
+
+    @cached_property
+    def has_futures(self) -> bool:
+        """Whether some obstacles are futures with a probability below 1."""
+        return any(
+            s.probabilities is not None if isinstance(s, Tracks) else any(o.probability < 1.0 for o in s.obstacles)
+            for s in self._sources
+        )
 
     def staying(self, t: float) -> tuple[list[Obstacle], Indices]:
         """The obstacles that are known and exist at time t [s], of one part; and their worlds (m,)."""

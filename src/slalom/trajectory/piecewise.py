@@ -1,5 +1,6 @@
 """Piecewise polynomials of any degree, as drone planners produce them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 from slalom.checks import Array, Checked, array, number
 from slalom.errors import InvalidInput, OutsideSpan
-from slalom.path import Path, even_knots, hermite_pieces, hermite_step
+from slalom.path import Path, even_knots, hermite_step
 from slalom.tolerances import INTERPOLATION, JUMP
 from slalom.trajectory.direction import direction_pieces
 
@@ -119,36 +120,57 @@ class PiecewisePolynomial:
         velocities = _bernstein(slopes, (edges[:-1] - self.times[k])[:, None], np.diff(edges)[:, None])[:, 0]
         return direction_pieces(edges, velocities, tolerance)
 
+    @property
+    def is_cubic(self) -> bool:
+        """Whether its pieces are exact as cubic pieces."""
+        return bool(self.coefficients.shape[1] <= 4)
+
     def path(self, start: float, end: float) -> Path:
         edges = np.concatenate([[start], self.breaks(start, end), [end]])
-        times, errors = [start], []
+        knots, error = (edges, np.zeros(len(edges) - 1)) if self.is_cubic else self._knots(edges)
+        k = np.clip(np.searchsorted(self.times, 0.5 * (knots[:-1] + knots[1:]), side="right") - 1, 0, None)
+        local_start, local_end = knots[:-1] - self.times[k], knots[1:] - self.times[k]
+        slopes = _derived(self.coefficients, 1)[k]
+        third = np.diff(knots) / 3.0
+        return Path(knots, _control_points(self.coefficients[k], slopes, local_start, local_end, third), error)
+
+    def _knots(self, edges: Array) -> tuple[Array, Array]:
+        """Knots (n + 1,) [s] between which cubic pieces have errors (n,) [m] of at most INTERPOLATION."""
+        times, errors = [edges[0]], list[float]()
         for begin, stop in pairwise(edges):
             fourth = self._bound(begin, stop, 4)
             knots = even_knots(float(begin), float(stop), hermite_step(fourth, INTERPOLATION))
             times.extend(knots[1:])
             errors.extend([fourth * (knots[1] - knots[0]) ** 4 / 384.0] * (len(knots) - 1))
-        knots = np.array(times)
-        # Each piece keeps its own position and velocity at its ends: they are evaluated within the piece.
-        k = np.clip(np.searchsorted(self.times, 0.5 * (knots[:-1] + knots[1:]), side="right") - 1, 0, None)
-        local_start, local_end = knots[:-1] - self.times[k], knots[1:] - self.times[k]
-        slopes = _derived(self.coefficients, 1)[k]
-        coefficients, start_velocities, end_velocities = (
-            self.coefficients[k],
-            _values(slopes, local_start),
-            _values(slopes, local_end),
-        )
-        pieces = hermite_pieces(
-            knots,
-            np.vstack([_values(coefficients, local_start), self.position(end)]),
-            start_velocities,
-            end_velocities,
-            0.0,
-        )
-        points = pieces.points.copy()
-        third = (np.diff(knots) / 3.0)[:, None]
-        points[:, 3] = _values(coefficients, local_end)
-        points[:, 2] = points[:, 3] - third * end_velocities
-        return Path(knots, points, np.array(errors))
+        return np.array(times), np.array(errors)
+
+
+def cubic_paths(several: Sequence[PiecewisePolynomial], start: float, end: float) -> tuple[Array, Array]:
+    """The paths of cubic trajectories with the same `times` at once: knots (q + 1,) [s], control points (n, q, 4, d).
+
+    To the bit those of `PiecewisePolynomial.path`.
+    """
+    one = several[0]
+    knots = np.concatenate([[start], one.breaks(start, end), [end]])
+    k = np.clip(np.searchsorted(one.times, 0.5 * (knots[:-1] + knots[1:]), side="right") - 1, 0, None)
+    coefficients = np.stack([each.coefficients for each in several])[:, k]
+    local_start, local_end = knots[:-1] - one.times[k], knots[1:] - one.times[k]
+    slopes = _derived(coefficients, 1)
+    return knots, _control_points(coefficients, slopes, local_start, local_end, np.diff(knots) / 3.0)
+
+
+def _control_points(coefficients: Array, slopes: Array, begin: Array, end: Array, third: Array) -> Array:
+    """Control points (..., q, 4, d) of polynomials (..., q, degree + 1, d) from local times `begin` to `end` (q,) [s].
+
+    Each piece has its own position and velocity at its ends. `third` (q,) [s] of its duration.
+    """
+    points = np.empty((*coefficients.shape[:-2], 4, coefficients.shape[-1]))
+    third = third[:, None]
+    points[..., 0, :] = _values(coefficients, begin)
+    points[..., 1, :] = points[..., 0, :] + third * _values(slopes, begin)
+    points[..., 3, :] = _values(coefficients, end)
+    points[..., 2, :] = points[..., 3, :] - third * _values(slopes, end)
+    return points
 
 
 def _values(coefficients: Array, t: Array) -> Array:

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
 from slalom.decision.approach import Approach
 from slalom.decision.dump import result
+from slalom.decision.futures import Risk
 from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.io.input_file import text_of
@@ -134,6 +135,7 @@ def _navigator(spec: NavigatorSpec) -> Navigator:
         horizons=None if spec.horizons is None else spec.horizons.build(),
         detours=tuple(spec.detours),
         stuck_after=spec.stuck_after,
+        risk=Risk(np.inf if spec.risk.loss is None else spec.risk.loss, spec.risk.likely),
     )
 
 
@@ -159,6 +161,8 @@ def _obstacle(spec: ObstacleSpec) -> Obstacle:
         spec.heading,
         None if doubt is None else doubt.build(),
         spec.after_end,
+        probability=spec.probability,
+        owner=spec.owner,
     )
 
 
@@ -174,6 +178,7 @@ def _tracks(spec: TracksSpec) -> Tracks:
         forecast=spec.forecast.build(),
         uncertainty=[None if doubt is None else doubt.build() for doubt in spec.uncertainties],
         shares=spec.shares,
+        probabilities=spec.probabilities,
     )
 
 

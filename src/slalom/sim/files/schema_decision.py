@@ -31,6 +31,13 @@ class LimitsSpec(Model):
     bounds: list[BoundModel]
 
 
+class RiskSpec(Model):
+    """See `Risk`; the loss is null without bound."""
+
+    loss: NotNegative | None = None
+    likely: NotNegative = 0.1
+
+
 class NavigatorSpec(Model):
     """See `Navigator`."""
 
@@ -46,6 +53,7 @@ class NavigatorSpec(Model):
     detours: list[FiniteFloat]
     objective: ObjectiveModel
     horizons: Annotated[PartModel, OfAnyKind(HORIZONS)] | None
+    risk: RiskSpec = Field(default_factory=RiskSpec)
 
 
 class StateSpec(Model):
@@ -66,6 +74,8 @@ class ObstacleSpec(Model):
     shape: ShapeModel
     trajectory: TrajectoryModel
     uncertainty: UncertaintyModel | None
+    probability: Positive = 1.0
+    owner: str = ""
 
 
 class TracksSpec(Model):
@@ -81,6 +91,7 @@ class TracksSpec(Model):
     forecast: Annotated[PartModel, OfAnyKind(FORECAST_KINDS)]
     uncertainties: list[UncertaintyModel | None]
     shares: list[NotNegative] | None = None
+    probabilities: list[Positive] | None = None
 
 
 class SourceSpec(Model):

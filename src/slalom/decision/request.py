@@ -1,0 +1,47 @@
+"""The input of one decision as the policy takes it."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from slalom.checks import has
+from slalom.decision.decision import Decision
+from slalom.errors import InvalidInput
+from slalom.forecast import Forecast
+from slalom.goal import Goal
+from slalom.obstacle import Obstacle
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
+from slalom.path_goal import PathStep
+from slalom.state import State
+
+if TYPE_CHECKING:
+    from slalom.decision.navigator import Navigator
+
+
+class Request(NamedTuple):
+    """The input of one decision, with the obstacles that decide alike apart, see `Navigator.decide`."""
+
+    robot: "Navigator"  # with the objective of the decision
+    around: tuple[Obstacle | ObstacleTable | Tracks, ...]
+    others: Tracks | None
+    state: State
+    goal: Goal
+    step: PathStep | None
+    now: float
+    previous: Decision | None
+    limit: float
+
+
+def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks | None, Tracks | None]:
+    """The other robots as a method predicts them, and those that do no part of the avoidance; None for none.
+
+    Raises:
+        InvalidInput: something else than tracks, or tracks with probabilities.
+    """
+    if robots is None:
+        return None, None
+    has(robots, ("with_forecast", "paths"), "Tracks", "robots")
+    if robots.probabilities is not None:
+        raise InvalidInput("robots: expected tracks without probabilities, found some with; they are obstacles")
+    robots = robots.with_forecast(forecast)
+    some, rest = (robots, None) if robots.shares is None else robots.yielding
+    return some if len(some) else None, rest if rest is not None and len(rest) else None
