@@ -158,8 +158,9 @@ class Tracks:
         """The predicted motion of each up to `end` [s]: knots (n, q + 1) [s], control points (n, q, 4, d) [m]."""
         rule = self._rule(end)
         if rule is not None:
-            times = self.t + rule.times
-            return np.broadcast_to(times, (len(self), len(times))), rule.points(self.states)
+            knots = np.empty((len(self), len(rule.times)))
+            knots[:] = self.t + rule.times
+            return knots, rule.points(self.states)
         each = [obstacle.trajectory.path(self.t, end) for obstacle in self.obstacles]
         q = max((len(path.points) for path in each), default=1)
         times, points = np.empty((len(self), q + 1)), np.zeros((len(self), q, 4, self.dimension))
