@@ -8,11 +8,12 @@ from hypothesis import given, strategies as st
 
 from slalom import kernels
 from slalom.kernels.arrays import Pieces
+from slalom.kernels.decision.cell_list import robots_in_reach
 from slalom.kernels.decision.encounters import obstacle_pieces
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.manoeuvre_cost import new_scratch
 from slalom.kernels.decision.motion_clear import chord_distance, path_is_clear, preferred_is_free
-from slalom.kernels.decision.neighbours import neighbours_in_cells, reachable_neighbours
+from slalom.kernels.decision.neighbours import reachable_balls, reachable_neighbours
 from slalom.kernels.decision.paths import state_on_path, unchanged_control
 from slalom.kernels.decision.response_motion import relative_motion
 from slalom.kernels.decision.tables import Controls, DecisionSettings, EncounterTables, ObstaclePieces, Paths
@@ -20,7 +21,7 @@ from slalom.kernels.geometry.cubic import new_stack, value
 from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.kernels.selection.admissible import nearest_admissible
 from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.tolerances import CANDIDATES, ELEMENTS
+from slalom.tolerances import BALL_WINDOWS, CANDIDATES, ELEMENTS
 
 CONTROL = st.lists(st.floats(-50.0, 50.0), min_size=12, max_size=12)
 
@@ -85,9 +86,10 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
     d, scratch = terms.dimension, new_scratch(robots.committed_points.shape[1], terms.dimension)
     scene = EncounterTables(robots, tables.bodies, terms)
     cells, found, free = kernels.build_cell_list(some, robots, responses, terms), 0, 0
+    centers, radii, each = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS), np.empty(len(robots.radius), np.int64)
     for i in some:
-        near = neighbours_in_cells(i, robots, cells)
-        centers, radii = cells.reachable_centers[i], cells.reachable_radii[i]
+        near = each[: robots_in_reach(i, cells, robots, terms, each)]
+        reachable_balls(i, robots, responses, terms, centers, radii)
         met = reachable_neighbours(i, near, centers, radii, robots)
         rows, overlaps = obstacle_pieces(i, met, 0.0, centers, radii, terms.agrees, scene)
         assert not overlaps

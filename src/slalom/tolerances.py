@@ -87,6 +87,9 @@ Planners print coefficients with six digits; larger gaps are mistakes in the inp
 DEPTH: Final = 40
 """[1] Most bisections of one cubic piece: beyond it the piece is shorter than rounding can resolve."""
 
+LEAST_WIDTH: Final = 0.5**DEPTH
+"""[1] Width of a cubic piece after that many bisections, as a share of the whole piece."""
+
 ELEMENTS: Final = 4096
 """[1] Most elements in the working set of one choice. Reaching it is a status (UNDECIDED), never an answer."""
 

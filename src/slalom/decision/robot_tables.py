@@ -110,7 +110,11 @@ def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> 
     Nothing is known of their limits: they are taken to be as fast as any.
     """
     d, states = others.dimension, others.states
-    robots.position[1:, :d], robots.velocity[1:, :d], robots.acceleration[1:, :d] = states[:, 0], states[:, 1], states[:, 2]
+    robots.position[1:, :d], robots.velocity[1:, :d], robots.acceleration[1:, :d] = (
+        states[:, 0],
+        states[:, 1],
+        states[:, 2],
+    )
     robots.rounding[1:], robots.radius[1:], robots.max_speed[1:] = others.radii, others.radii, np.inf
     robots.observed_times[1:], robots.observed_points[1:, ..., :d], robots.priority[1:] = times, points, 1.0
 

@@ -4,12 +4,12 @@ from .compile_notice import (
     compiling as compiling,
     when_compiling as when_compiling,
 )
-from .decision.manoeuvre_cost import detour_lengths as detour_lengths
-from .decision.neighbours import independent_rounds as independent_rounds
-from .decision.policy import (
+from .decision.cell_list import (
     build_cell_list as build_cell_list,
-    decide_all as decide_all,
+    independent_rounds as independent_rounds,
 )
+from .decision.manoeuvre_cost import detour_lengths as detour_lengths
+from .decision.policy import decide_all as decide_all
 from .decision.time_to_go import (
     earliest_arrival as earliest_arrival,
     passing_velocity as passing_velocity,

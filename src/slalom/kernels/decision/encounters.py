@@ -7,17 +7,16 @@ from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.reciprocity import agreed_side, share_of
 from slalom.kernels.decision.tables import (
     EVERY_WORLD,
-    DecisionSettings,
     EncounterTables,
     ObstaclePieces,
     Paths,
-    RobotTable,
 )
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.contact import kept_margin, overlaps
 from slalom.kernels.relative_motion.window import share_of_piece
+from slalom.kernels.squared import squared
 from slalom.tolerances import CONTACT_SLACK, COOPERATION_RANGE
 
 
@@ -25,22 +24,6 @@ from slalom.tolerances import CONTACT_SLACK, COOPERATION_RANGE
 def is_elsewhere(world: int, own: int) -> bool:
     """Whether a body in `world` is in another one than a robot in its `own`."""
     return world != own and world != EVERY_WORLD
-
-
-@kernel
-def in_reach(i: int, others: Indices, robots: RobotTable, settings: DecisionSettings) -> Indices:
-    """Robots of `others` (m,) that robot i can meet within the horizon, both straight at max speed."""
-    near, count = np.empty(len(others), np.int64), 0
-    for k in others:
-        speeds = robots.max_speed[i] + robots.max_speed[k]
-        reach = speeds * settings.horizon + robots.radius[i] + robots.radius[k] + robots.margin[i]
-        square = 0.0
-        for axis in range(settings.dimension):
-            square += (robots.position[k, axis] - robots.position[i, axis]) ** 2
-        if square <= reach * reach:
-            near[count] = k
-            count += 1
-    return near[:count]
 
 
 @inlined
@@ -150,7 +133,7 @@ def add_robots(
             square = 0.0
             for axis in range(d):
                 place[0, axis] = position[axis] + bodies.robot_offset[j, axis] - robots.position[i, axis]
-                square += place[0, axis] ** 2
+                square += squared(place[0, axis])
             distance = np.sqrt(square)
             if bodies.robot_hull[j] >= 0:
                 hulls = hulls_of_bodies(bodies.corners, bodies.robot_hull, np.empty((4, 2, 0)))
@@ -303,7 +286,7 @@ def passive_heads_nearby(i: int, radius: Array, scene: EncounterTables) -> Indic
         if is_elsewhere(bodies.world[b], robots.world[i]):
             continue
         for axis in range(3):
-            square += (bodies.balls[s, axis] - robots.position[i, axis]) ** 2
+            square += squared(bodies.balls[s, axis] - robots.position[i, axis])
         reach = bodies.balls[s, 3] + radius[b] + bodies.hull_radius[b] + robots.margin[i] + CONTACT_SLACK
         if square <= reach * reach:
             near[count] = s

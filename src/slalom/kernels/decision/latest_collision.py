@@ -10,6 +10,7 @@ from slalom.kernels.decision.tables import DecisionTables, ObstaclePieces, Respo
 from slalom.kernels.geometry.cubic import copy_into, slope, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import COMPARED_COLLISION, LATEST_COLLISION, WORK_ROW
 
 
@@ -121,7 +122,7 @@ def impact_speed(
         for axis in range(settings.dimension):
             p = pieces.points[s, :, axis]
             place[0, axis] = value(p[0], p[1], p[2], p[3], x) - scratch.position[axis]
-            square += (slope(p[0], p[1], p[2], p[3], x) / width - scratch.velocity[axis]) ** 2
+            square += squared(slope(p[0], p[1], p[2], p[3], x) / width - scratch.velocity[axis])
         for axis in range(2 if len(pieces.turns) > 0 else 0):
             p = pieces.turns[s, :, axis]
             direction[0, axis] = value(p[0], p[1], p[2], p[3], x)

@@ -7,6 +7,7 @@ from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.tables import Bounds, DecisionSettings, Paths, ResponseTable, RobotTable
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.speed_limit import allowed_speed
+from slalom.kernels.squared import squared
 from slalom.tolerances import ADMISSIBLE
 
 
@@ -15,7 +16,7 @@ def largest_norm(i: int, p: int, robots: RobotTable, responses: ResponseTable) -
     """The largest norm [m/s or m/s^2] of peak p of its response that robot i may reach."""
     if responses.peaks[p, 1] != 0.0:
         return float(robots.max_acceleration[i])
-    square = robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2 + robots.velocity[i, 2] ** 2
+    square = squared(robots.velocity[i, 0]) + squared(robots.velocity[i, 1]) + squared(robots.velocity[i, 2])
     settled = responses.settled[int(responses.peaks[p, 0])]
     return float(allowed_speed(robots.max_speed[i], np.sqrt(square), robots.braking[i], settled))
 
@@ -74,7 +75,7 @@ def is_admissible(limits: Array, u: Array) -> bool:
         if limits[b, 0] < 0.0:
             square = 0.0
             for axis in range(3):
-                square += (u[axis] - limits[b, 1 + axis]) ** 2
+                square += squared(u[axis] - limits[b, 1 + axis])
             if np.sqrt(square) > limits[b, 4]:
                 return False
         elif limits[b, 1] * u[0] + limits[b, 2] * u[1] + limits[b, 3] * u[2] > limits[b, 4]:
@@ -123,7 +124,7 @@ def obeys_turning_bounds(
 @inlined
 def is_too_fast(i: int, robots: RobotTable) -> bool:
     """Whether robot i exceeds its speed limit by more than rounding."""
-    square = robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2 + robots.velocity[i, 2] ** 2
+    square = squared(robots.velocity[i, 0]) + squared(robots.velocity[i, 1]) + squared(robots.velocity[i, 2])
     return bool(np.sqrt(square) > robots.max_speed[i] * (1.0 + 10.0 * ADMISSIBLE))
 
 

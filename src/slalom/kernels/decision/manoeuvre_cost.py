@@ -11,6 +11,7 @@ from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, target_stat
 from slalom.kernels.decision.time_to_go import earliest_on_line
 from slalom.kernels.geometry.cubic import new_stack
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import ARRIVAL_SAMPLES, BALL_WINDOWS
 
 
@@ -19,8 +20,8 @@ def arrives(position: Array, velocity: Array, goal: Array, goal_velocity: Array,
     """Whether a robot with this position and velocity (d,) is at its goal, within `tolerance` [m], [m/s]."""
     away, fast = 0.0, 0.0
     for axis in range(len(position)):
-        away += (goal[axis] - position[axis]) ** 2
-        fast += (velocity[axis] - goal_velocity[axis]) ** 2
+        away += squared(goal[axis] - position[axis])
+        fast += squared(velocity[axis] - goal_velocity[axis])
     return bool(away <= tolerance * tolerance and (not stop or fast <= tolerance * tolerance))
 
 
@@ -52,9 +53,9 @@ def arrival_within(i: int, until: float, paths: Paths, row: int, tables: Decisio
     goal, goal_velocity, tolerance = scratch.target, scratch.target_velocity, robots.tolerance[i]
     away, fast = 0.0, robots.max_speed[i]
     for axis in range(settings.dimension):
-        away += (robots.target[i, axis] - robots.position[i, axis]) ** 2
+        away += squared(robots.target[i, axis] - robots.position[i, axis])
         fast += abs(robots.velocity[i, axis])
-    if robots.moving[i] or away <= (tolerance + fast * until) ** 2:
+    if robots.moving[i] or away <= squared(tolerance + fast * until):
         # From farther away it cannot arrive until then.
         for step in range(ARRIVAL_SAMPLES):
             t = settings.now + until * step / ARRIVAL_SAMPLES
@@ -78,7 +79,7 @@ def difference_cost(i: int, until: float, paths: Paths, row: int, tables: Decisi
     else:
         acceleration_on_path(paths, row, settings.now, found)
     for axis in range(settings.dimension):
-        square += (found[axis] - robots.wanted[i, axis]) ** 2
+        square += squared(found[axis] - robots.wanted[i, axis])
     difference = np.sqrt(square) / robots.max_acceleration[i]
     return float(until + difference if robots.objective[i] == FOLLOW_VELOCITY else difference)
 
@@ -129,7 +130,7 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
     square = 0.0
     for axis in range(settings.dimension):
         inside[axis] = u[axis]
-        square += (u[axis] + peak_drift(i, p, axis, robots, responses) / responses.peaks[p, 4]) ** 2
+        square += squared(u[axis] + peak_drift(i, p, axis, robots, responses) / responses.peaks[p, 4])
     if square > radius * radius:
         for axis in range(settings.dimension):
             middle = -peak_drift(i, p, axis, robots, responses) / responses.peaks[p, 4]
@@ -147,9 +148,9 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
     square, along, fast = 0.0, 0.0, 0.0
     for axis in range(settings.dimension):
         away = robots.target[i, axis] - position[axis]
-        square += away**2
+        square += away * away
         along += away * velocity[axis]
-        fast += velocity[axis] ** 2
+        fast += squared(velocity[axis])
     distance, quick = max(np.sqrt(square), 1e-12), max(robots.max_speed[i], np.sqrt(fast))
     line = distance - 0.5 * robots.tolerance[i]
     return float(until + earliest_on_line(line, along / distance, robots.max_acceleration[i], quick))
@@ -169,7 +170,7 @@ def detour_length(position: Array, goal: Array, x: float, y: float, radius: floa
     if angle <= 0.0:
         return 0.0
     tangents = np.sqrt(first * first - radius * radius) + np.sqrt(second * second - radius * radius)
-    straight = np.sqrt((goal[0] - position[0]) ** 2 + (goal[1] - position[1]) ** 2)
+    straight = np.sqrt(squared(goal[0] - position[0]) + squared(goal[1] - position[1]))
     return float(max(tangents + radius * angle - straight, 0.0))
 
 
@@ -181,7 +182,7 @@ def may_block(position: Array, goal: Array, x: float, y: float, radius: float) -
     """
     dx, dy, tx, ty = goal[0] - position[0], goal[1] - position[1], x - position[0], y - position[1]
     along = min(1.0, max(0.0, (tx * dx + ty * dy) / (dx * dx + dy * dy + 1e-300)))
-    return bool((tx - along * dx) ** 2 + (ty - along * dy) ** 2 < (1.0 + 1e-6) * radius * radius)
+    return bool(squared(tx - along * dx) + squared(ty - along * dy) < (1.0 + 1e-6) * radius * radius)
 
 
 @kernel

@@ -15,6 +15,7 @@ from slalom.kernels.decision.tables import Controls, DecisionSettings, DecisionT
 from slalom.kernels.geometry.cubic import below, put_distance, restrict
 from slalom.kernels.jit import kernel
 from slalom.kernels.selection.admissible import nearest_admissible
+from slalom.kernels.squared import squared
 
 
 @kernel
@@ -22,15 +23,15 @@ def chord_distance(p: Array) -> float:
     """A lower bound [m] of the distance to the origin along the cubic p (4, 3) [m]: that of `chord_distances`."""
     square, along = 1e-300, 0.0
     for axis in range(3):
-        square += (p[3, axis] - p[0, axis]) ** 2
+        square += squared(p[3, axis] - p[0, axis])
         along -= p[0, axis] * (p[3, axis] - p[0, axis])
     along = min(max(along / square, 0.0), 1.0)
     least, e, f = 0.0, 0.0, 0.0
     for axis in range(3):
         a, b = p[0, axis], p[3, axis]
-        least += (a + along * (b - a)) ** 2
-        e += (p[1, axis] - (2.0 * a + b) / 3.0) ** 2
-        f += (p[2, axis] - (a + 2.0 * b) / 3.0) ** 2
+        least += squared(a + along * (b - a))
+        e += squared(p[1, axis] - (2.0 * a + b) / 3.0)
+        f += squared(p[2, axis] - (a + 2.0 * b) / 3.0)
     return float(np.sqrt(least) - 0.75 * np.sqrt(max(e, f)))
 
 

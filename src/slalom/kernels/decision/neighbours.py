@@ -1,9 +1,8 @@
 """Broad phase among robots: bounding balls of observed paths and of reachable sets, one per window of the horizon.
 
 A row of cubic pieces that no admissible control can collide on changes no choice. The pieces of other robots are
-therefore cut to those whose balls come near a robot's own in some window; nothing else is left out. Robots are sorted
-into cells first, so that the cost for each does not grow with their number. Robots that cannot meet decide at the same
-time, each after all before it that it could meet.
+therefore cut to those whose balls come near a robot's own in some window; nothing else is left out. Before that, a cell
+list finds the robots that are near at all, see `cell_list`.
 """
 
 import numpy as np
@@ -11,9 +10,9 @@ import numpy as np
 from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
 from slalom.kernels.decision.paths import ball_of, bounding_balls, unchanged_control
-from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, RobotTable
-from slalom.kernels.geometry.cubic import copy_into
+from slalom.kernels.decision.tables import DecisionSettings, ResponseTable, RobotTable
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS, RESPONSE_WINDOWS
 
 STRIDE = RESPONSE_WINDOWS // (2 * BALL_WINDOWS)
@@ -91,7 +90,7 @@ def response_balls(i: int, r: int, robots: RobotTable, responses: ResponseTable,
             begin = robots.position[i, axis] + first[0] * v + first[1] * a + first[2] * u
             end = robots.position[i, axis] + last[0] * v + last[1] * a + last[2] * u
             centers[w, axis] = 0.5 * (begin + end)
-            square += (0.5 * (end - begin)) ** 2
+            square += squared(0.5 * (end - begin))
             more += bend[0] * abs(v) + bend[1] * abs(a) + bend[2] * abs(u)
         size = np.sqrt(square) + more + radius * (max(first[2], last[2]) + bend[2]) + responses.error[r]
         radii[w] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
@@ -104,89 +103,9 @@ def farthest_distance(position: Array, centers: Array, radii: Array) -> float:
     for w in range(len(radii)):
         square = 0.0
         for axis in range(3):
-            square += (centers[w, axis] - position[axis]) ** 2
+            square += squared(centers[w, axis] - position[axis])
         far = max(far, np.sqrt(square) + radii[w])
     return far
-
-
-@kernel
-def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> CellList:
-    """All robots in cells: none of `order` (m,) can meet a robot outside its own and the neighbouring cells."""
-    n, d, worlds, margin = len(robots.radius), settings.dimension, 1, 0.0
-    centers, radii = np.empty((n, BALL_WINDOWS, 3)), np.empty((n, BALL_WINDOWS))
-    own, other, size, speed = 0.0, 0.0, 0.0, 0.0
-    low, high = np.full(d, np.inf), np.full(d, -np.inf)
-    for k in range(n):
-        if not robots.present[k]:
-            continue
-        other = max(other, farthest_distance(robots.position[k], robots.ball_centers[k], robots.ball_radii[k]))
-        size, speed = max(size, robots.radius[k]), max(speed, robots.max_speed[k])
-        worlds, margin = max(worlds, robots.world[k] + 1), max(margin, robots.margin[k])
-        for axis in range(d):
-            low[axis] = min(low[axis], robots.position[k, axis])
-            high[axis] = max(high[axis], robots.position[k, axis])
-    for i in order:
-        reachable_balls(i, robots, responses, settings, centers[i], radii[i])
-        own = max(own, farthest_distance(robots.position[i], centers[i], radii[i]))
-    # With shared manoeuvres a decision is observed at once, so the whole reachable set counts as observed. For the
-    # costs straight lines at max speed count.
-    far = max(own + max(own, other), 2.0 * speed * settings.horizon) + 2.0 * size + margin
-    most = int(np.ceil((4.0 * n / worlds + 1.0) ** (1.0 / d)))
-    counts, width = np.ones(d, np.int64), np.empty(d)
-    total = worlds
-    for axis in range(d):
-        extent = high[axis] - low[axis]
-        if extent > far:
-            counts[axis] = min(int(extent / far), most)
-        width[axis] = max(extent / counts[axis], far)
-        total *= counts[axis]
-    first, member, cell = np.zeros(total + 1, np.int64), np.empty(n, np.int64), np.zeros(n, np.int64)
-    for k in range(n):
-        if robots.present[k]:
-            cell[k] = cell_at(k, robots, low, width, counts)
-            first[cell[k] + 1] += 1
-    for c in range(total):
-        first[c + 1] += first[c]
-    free = first[:-1].copy()
-    for k in range(n):
-        if robots.present[k]:
-            member[free[cell[k]]] = k
-            free[cell[k]] += 1
-    return CellList(low, width, counts, first, member, centers, radii)
-
-
-@kernel
-def cell_at(k: int, robots: RobotTable, low: Array, width: Array, counts: Indices) -> int:
-    """The number of the cell that holds robot k; the rest as in `CellList`. Those of one world follow each other."""
-    position, c = robots.position[k], int(robots.world[k])
-    for axis in range(len(counts)):
-        at = int((position[axis] - low[axis]) / width[axis])
-        c = c * counts[axis] + min(max(at, 0), counts[axis] - 1)
-    return int(c)
-
-
-@kernel
-def neighbours_in_cells(i: int, robots: RobotTable, cells: CellList) -> Indices:
-    """All robots but i in its cell and the neighbouring cells: (m,)."""
-    d = len(cells.counts)
-    index, count = np.empty(len(cells.member), np.int64), 0
-    at = np.zeros(3, np.int64)
-    for axis in range(d):
-        at[axis] = min(
-            max(int((robots.position[i, axis] - cells.low[axis]) / cells.width[axis]), 0), cells.counts[axis] - 1
-        )
-    deep = 1 if d == 3 else 0
-    for a in range(max(at[0] - 1, 0), min(at[0] + 2, cells.counts[0])):
-        for b in range(max(at[1] - 1, 0), min(at[1] + 2, cells.counts[1])):
-            for e in range(max(at[2] - deep, 0), min(at[2] + deep + 1, cells.counts[2] if d == 3 else 1)):
-                c = (robots.world[i] * cells.counts[0] + a) * cells.counts[1] + b
-                if d == 3:
-                    c = c * cells.counts[2] + e
-                for m in range(cells.first[c], cells.first[c + 1]):
-                    if cells.member[m] != i:
-                        index[count] = cells.member[m]
-                        count += 1
-    return index[:count]
 
 
 @kernel
@@ -208,26 +127,3 @@ def reachable_neighbours(i: int, near: Indices, centers: Array, radii: Array, ro
                 count += 1
                 break
     return met[:count]
-
-
-@kernel
-def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> Indices:
-    """The round (n,) in which each robot of `order` (n,) decides: after all before it in the cells about it.
-
-    Two robots of one round are never in neighbouring cells, so that neither observes the decision of the other.
-    """
-    latest, found = np.full(len(cells.first) - 1, -1), np.empty(len(order), np.int64)
-    sides = np.ones(3, np.int64)
-    copy_into(sides, cells.counts)
-    for n in range(len(order)):
-        # Cells are numbered as if there were three axes, the last ones of length 1.
-        c = cell_at(order[n], robots, cells.low, cells.width, cells.counts)
-        x, y, z = c // (sides[1] * sides[2]) % sides[0], c // sides[2] % sides[1], c % sides[2]
-        world = robots.world[order[n]] * sides[0]
-        last = -1
-        for u in range(max(x - 1, 0), min(x + 2, sides[0])):
-            for v in range(max(y - 1, 0), min(y + 2, sides[1])):
-                for w in range(max(z - 1, 0), min(z + 2, sides[2])):
-                    last = max(last, latest[((world + u) * sides[1] + v) * sides[2] + w])
-        found[n] = latest[c] = last + 1
-    return found

@@ -6,6 +6,7 @@ from slalom.kernels.arrays import Array
 from slalom.kernels.decision.tables import DecisionSettings, Paths, ResponseTable, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict, slope, value
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import AT_REST, BALL_ROUNDING, BALL_WINDOWS, FOLLOWING_ERROR, REST_DURATION
 
 
@@ -18,7 +19,7 @@ def ball_of(low: Array, high: Array, middle: Array) -> float:
     square = 0.0
     for axis in range(3):
         middle[axis] = 0.5 * (low[axis] + high[axis])
-        square += (high[axis] - middle[axis]) ** 2
+        square += squared(high[axis] - middle[axis])
     return np.sqrt(square) * (1.0 + BALL_ROUNDING) + BALL_ROUNDING if low[0] <= high[0] else -np.inf
 
 

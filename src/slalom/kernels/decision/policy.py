@@ -5,18 +5,17 @@ FALL_BACK is returned where a robot overlaps a body or will at once; `slalom.dec
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, PositionMap
-from slalom.kernels.decision.encounters import in_reach, obstacle_pieces, reduce_margin
+from slalom.kernels.arrays import Indices, PositionMap
+from slalom.kernels.decision.cell_list import build_cell_list, robots_in_reach
+from slalom.kernels.decision.encounters import obstacle_pieces, reduce_margin
 from slalom.kernels.decision.latest_collision import free_without_margin, latest_collision
 from slalom.kernels.decision.limits import is_too_fast, largest_error, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
-from slalom.kernels.decision.neighbours import cell_list, neighbours_in_cells, reachable_neighbours
+from slalom.kernels.decision.neighbours import reachable_balls, reachable_neighbours
 from slalom.kernels.decision.paths import (
     bounding_balls,
     commit,
-    continue_from_state,
-    predict,
     response_path,
     rest_of_path,
     unchanged_control,
@@ -26,17 +25,15 @@ from slalom.kernels.decision.response_motion import choose, relative_motion, rel
 from slalom.kernels.decision.tables import (
     CellList,
     Controls,
-    DecisionSettings,
     DecisionTables,
     EncounterTables,
     ObstaclePieces,
     Paths,
     RelativeMotion,
     ResponseSearch,
-    ResponseTable,
-    RobotTable,
+    Scratch,
 )
-from slalom.kernels.geometry.cubic import copy_into, new_stack
+from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.violation import deepest_violation
@@ -57,7 +54,7 @@ CLEAR, CONSTRAINED, KEPT, CONTINUED, SQUEEZED, DELAYED, INTERRUPTED, FALL_BACK, 
 
 
 @kernel
-def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: DecisionTables) -> int:
+def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: DecisionTables, scratch: Scratch) -> int:
     """KEPT if robot i can continue its committed manoeuvre; CONSTRAINED if not; FALL_BACK if it overlaps a body.
 
     Only bodies whose bounding balls overlap those of the committed path are tested.
@@ -70,7 +67,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
             end = times[i, p + 1] - settings.now
     if end < settings.horizon:
         return CONSTRAINED
-    centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
+    centers, radii = scratch.centers, scratch.radii
     bounding_balls(times[i], robots.committed_points[i], settings, centers, radii)
     met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
@@ -84,7 +81,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     if without_margin:
         reduce_margin(1.0, rows)
     committed = Paths(times, robots.committed_points)
-    if path_is_clear(rows, rows.spans, committed, i, i, settings, new_stack()):
+    if path_is_clear(rows, rows.spans, committed, i, i, settings, scratch.stack):
         return KEPT
     knots, drift, count = np.empty(n + 1), np.empty((n, 4, d)), 0
     for p in range(n):
@@ -122,7 +119,7 @@ def keep_committed(i: int, k: int, least: float, near: Indices, tables: Decision
     regret = robots.regret[i] + max(0.0, search.kept_costs[k] - least)
     if regret > settings.patience:
         return SEARCH
-    result = committed_is_clear(i, False, near, tables)
+    result = committed_is_clear(i, False, near, tables, search.scratch)
     if result == KEPT:
         robots.regret[i] = regret
     return result
@@ -202,14 +199,14 @@ def best_response(
 
 
 @inlined
-def new_search(i: int, tables: DecisionTables) -> ResponseSearch:
-    """The search of robot i, with the optimistic costs of its responses."""
+def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSearch:
+    """The search of robot i, with the optimistic costs of its responses and with buffers."""
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     first, last = responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]
     count, shortest = last - first, np.inf
     rows = count * (1 + len(settings.detours))
     search = ResponseSearch(
-        new_scratch(robots.committed_points.shape[1], settings.dimension),
+        scratch,
         np.zeros(count, np.bool_),
         np.full(count, np.inf),
         np.full(rows, np.inf),
@@ -227,24 +224,17 @@ def new_search(i: int, tables: DecisionTables) -> ResponseSearch:
 
 
 @kernel
-def decide(i: int, near: Indices, centers: Array, radii: Array, tables: DecisionTables) -> int:
-    """The outcome of the decision of robot i among the robots `near` (m,); its manoeuvre goes into the robot table.
+def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTables, search: ResponseSearch) -> int:
+    """The outcome of robot i, which seeks a new manoeuvre, as of `decide`.
 
-    `centers` (w, 3) [m] and `radii` (w,) [m] bound its reachable set in each window of the horizon.
+    With `may_keep` it keeps the committed one as soon as no response that is left is worth a change.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    robots.work[i], search = 0.0, new_search(i, tables)
-    optimistic, result = search.costs.copy(), CONSTRAINED
-    committed = robots.regret[i] < np.inf
-    patient = robots.regret[i] <= settings.patience and not is_too_fast(i, robots)
-    if patient:
-        # Most robots keep their manoeuvre; that needs fewer of the bodies in reach.
-        k = first_least(search.costs)
-        result = keep_committed(i, k, search.costs[k], near, tables, search)
-        if result in (KEPT, FALL_BACK):
-            return result
+    optimistic, committed = search.costs.copy(), robots.regret[i] < np.inf
+    centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
+    reachable_balls(i, robots, responses, settings, centers, radii)
     bounded = settings.budget < np.inf
-    safe = bounded and committed and committed_is_clear(i, True, near, tables) == KEPT
+    safe = bounded and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT
     met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(i, robots, tables.responses)
@@ -261,7 +251,7 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
             # With half the margin, then a quarter, then an eighth, then none.
             reduce_margin(0.5 ** min(level, MARGIN_STEPS - 1), rows)
             copy_into(search.costs, optimistic)
-        keep = level == 0 and result == SEARCH
+        keep = level == 0 and may_keep
         r, outcome = best_response(i, rows, met, near, tables, search, keep, safe)
         if outcome in (KEPT, INTERRUPTED):
             return outcome
@@ -270,7 +260,7 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
             copy_into(robots.preferred[i], search.preferred[r - responses.kinds[robots.kind[i]]])
             robots.regret[i] = 0.0
             return outcome if level == 0 else SQUEEZED
-        if step == 1 and committed and committed_is_clear(i, True, near, tables) == KEPT:
+        if step == 1 and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT:
             return CONTINUED
         if step == 1 and not free_without_margin(i, rows, tables, search):
             # No part of the margin leaves a safe control then.
@@ -289,20 +279,20 @@ def decide(i: int, near: Indices, centers: Array, radii: Array, tables: Decision
 
 
 @kernel
-def build_cell_list(
-    order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings
-) -> CellList:
-    """The cell list that the decisions of the robots in `order` (m,) at this time have in common.
+def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> int:
+    """The outcome of the decision of robot i among the robots `near` (m,); its manoeuvre goes into the robot table.
 
-    Their committed paths begin where they are, see `continue_from_state`.
+    Most robots keep their manoeuvre. That needs fewer of the bodies in reach, and little code, which stays in the
+    processor's cache: what follows is therefore a kernel of its own.
     """
-    position, velocity = np.empty(settings.dimension), np.empty(settings.dimension)
-    for i in order:
-        continue_from_state(i, robots, settings, position, velocity)
-    for k in range(len(robots.present)):
-        if robots.present[k]:
-            predict(k, robots, settings)
-    return cell_list(order, robots, responses, settings)
+    robots, settings = tables.robots, tables.settings
+    robots.work[i], search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
+    if robots.regret[i] <= settings.patience and not is_too_fast(i, robots):
+        k = first_least(search.costs)
+        result = keep_committed(i, k, search.costs[k], near, tables, search)
+        if result in (KEPT, FALL_BACK):
+            return result
+    return change_manoeuvre(i, result == SEARCH, near, tables, search)
 
 
 @kernel
@@ -311,13 +301,17 @@ def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
 
     `cells` are those of `build_cell_list`, or NO_CELLS: then they are made first.
     """
-    robots = tables.robots
+    robots, settings = tables.robots, tables.settings
     if len(cells.member) == 0:
-        cells = build_cell_list(order, robots, tables.responses, tables.settings)
+        cells = build_cell_list(order, robots, tables.responses, settings)
+    near, scratch = (
+        np.empty(len(cells.member), np.int64),
+        new_scratch(robots.committed_points.shape[1], settings.dimension),
+    )
     for k in range(len(order)):
         i = order[k]
-        near = in_reach(i, neighbours_in_cells(i, robots, cells), robots, tables.settings)
-        robots.outcome[i] = decide(i, near, cells.reachable_centers[i], cells.reachable_radii[i], tables)
+        count = robots_in_reach(i, cells, robots, settings, near)
+        robots.outcome[i] = decide(i, near[:count], tables, scratch)
         if robots.outcome[i] == FALL_BACK:
             return k
     return len(order)

@@ -5,6 +5,7 @@ import numpy as np
 from slalom.kernels.arrays import Array
 from slalom.kernels.decision.tables import DecisionSettings, RobotTable
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import AGREED_SIDE, SIDE_ROUNDING
 
 
@@ -41,11 +42,11 @@ def agreed_side(
     for axis in range(d):
         away, relative = position[axis] - robots.position[i, axis], robots.velocity[i, axis] - velocity[axis]
         side[axis] = away * along / square - relative
-        aside += side[axis] ** 2
+        aside += squared(side[axis])
     if aside <= SIDE_ROUNDING * fast:
         # To the right of the line to robot k lies the free side.
         side[0], side[1] = robots.position[i, 1] - position[1], position[0] - robots.position[i, 0]
-        aside = side[0] ** 2 + side[1] ** 2
+        aside = squared(side[0]) + squared(side[1])
         if d == 3:
             side[2] = 0.0
         if aside <= 0.0:

@@ -9,6 +9,7 @@ from slalom.kernels.decision.tables import DecisionTables, ResponseSearch, Respo
 from slalom.kernels.decision.targets import ARRIVE, FOLLOW_ACCELERATION, desired_velocity, target_state
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES, COST_TIE, FASTEST_SLACK, REFINED_AIM_TIMES
 
 
@@ -64,8 +65,8 @@ def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Ar
     target_state(i, settings.now, robots, targets, scratch.target, scratch.target_velocity)
     square, top, speed = 0.0, robots.max_speed[i], 0.0
     for axis in range(settings.dimension):
-        square += (scratch.target[axis] - robots.position[i, axis]) ** 2
-        speed += robots.velocity[i, axis] ** 2
+        square += squared(scratch.target[axis] - robots.position[i, axis])
+        speed += squared(robots.velocity[i, axis])
     straight = (np.sqrt(square) - responses.error[r]) / max(top, np.sqrt(speed)) * (1.0 - FASTEST_SLACK)
     soonest = 0.0 if robots.moving[i] else min(straight, settings.horizon)
     latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robots.max_acceleration[i]), 2.0 * AIM_FIRST)

@@ -5,7 +5,6 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices, MaybeCorners, MaybeHulls, Pieces, Segments
-from slalom.tolerances import BALL_WINDOWS
 
 EVERY_WORLD = -1
 """The world of a body that is in all of them."""
@@ -87,8 +86,6 @@ class CellList(NamedTuple):
     counts: Indices  # (d,) cells along each axis, in every world
     first: Indices  # (cells + 1,) cell c has the members first[c] to first[c + 1]
     member: Indices  # (n,)
-    reachable_centers: Array  # (n, BALL_WINDOWS, 3) [m] bounding balls of the reachable set of each deciding robot
-    reachable_radii: Array  # (n, BALL_WINDOWS) [m]
 
 
 NO_CELLS: Final = CellList(
@@ -97,8 +94,6 @@ NO_CELLS: Final = CellList(
     counts=np.empty(0, np.int64),
     first=np.empty(0, np.int64),
     member=np.empty(0, np.int64),
-    reachable_centers=np.empty((0, BALL_WINDOWS, 3)),
-    reachable_radii=np.empty((0, BALL_WINDOWS)),
 )
 """In place of a cell list that has not been made."""
 

@@ -13,6 +13,7 @@ from slalom.kernels.decision.time_to_go import (
 )
 from slalom.kernels.geometry.cubic import slope, value
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import INTERCEPTION_STEPS, INTERCEPTION_WAIT
 
 ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
@@ -61,7 +62,7 @@ def intercept(i: int, t: float, position: Array, max_speed: float, targets: Targ
         moving_target(i, t + duration, targets, scratch.target, scratch.target_velocity)
         square = 0.0
         for axis in range(len(position)):
-            square += (scratch.target[axis] - position[axis]) ** 2
+            square += squared(scratch.target[axis] - position[axis])
         duration = min(np.sqrt(square) / max_speed, 2.0 * duration + INTERCEPTION_WAIT)
     moving_target(i, t + duration, targets, scratch.target, scratch.target_velocity)
 
@@ -94,7 +95,7 @@ def desired_velocity(
         square = 0.0
         for axis in range(len(position)):
             desired[axis] += scratch.target_velocity[axis]
-            square += desired[axis] ** 2
+            square += squared(desired[axis])
         share = max(np.sqrt(square) / top, 1.0)
         for axis in range(len(position)):
             desired[axis] /= share
@@ -119,7 +120,7 @@ def time_to_target(
         square, change = 0.0, 0.0
         for axis in range(len(position)):
             square += away[axis] * away[axis]
-            change += (desired[axis] - velocity[axis]) ** 2
+            change += squared(desired[axis] - velocity[axis])
         return float(time_to_stop(max(0.0, np.sqrt(square) - tolerance), np.sqrt(change), most, top))
     duration = 0.0
     for _ in range(INTERCEPTION_STEPS):

@@ -4,6 +4,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import (
     ADMISSIBLE,
     ARRIVAL_COUNT,
@@ -30,7 +31,7 @@ def speed_excess(away: Array, v: Array, max_acceleration: float, max_speed: floa
     """
     square, speed, final = 0.0, 0.0, 0.0
     for axis in range(len(away)):
-        square += (away[axis] - v[axis] * t) ** 2
+        square += squared(away[axis] - v[axis] * t)
         speed += v[axis] * v[axis]
     length = np.sqrt(square)
     if length <= tolerance:
@@ -40,7 +41,7 @@ def speed_excess(away: Array, v: Array, max_acceleration: float, max_speed: floa
         return np.inf
     hold = t - np.sqrt(t * t - 2.0 * need)
     for axis in range(len(away)):
-        final += (v[axis] + (away[axis] - v[axis] * t) / length * max_acceleration * hold) ** 2
+        final += squared(v[axis] + (away[axis] - v[axis] * t) / length * max_acceleration * hold)
     return float(final - max(max_speed * max_speed, speed) * (1.0 + ADMISSIBLE))
 
 
@@ -205,5 +206,5 @@ def time_to_go(
     stopping_velocity(away, max_acceleration, max_speed, desired)
     for axis in range(len(away)):
         square += away[axis] * away[axis]
-        change += (desired[axis] - velocity[axis]) ** 2
+        change += squared(desired[axis] - velocity[axis])
     return time_to_stop(max(0.0, np.sqrt(square) - tolerance), np.sqrt(change), max_acceleration, max_speed)

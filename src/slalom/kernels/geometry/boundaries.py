@@ -11,6 +11,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Plane
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import ADMISSIBLE, ELEMENT, PARALLEL
 
 
@@ -33,11 +34,11 @@ def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int) ->
             if x * u[0] + y * u[1] + z * u[2] > r + ADMISSIBLE * (1.0 + abs(r)):
                 return False
         else:
-            square = (u[0] - x) ** 2 + (u[1] - y) ** 2 + (u[2] - z) ** 2
+            square = squared(u[0] - x) + squared(u[1] - y) + squared(u[2] - z)
             if side > 0.0:
                 if square < r * r * (1.0 - ELEMENT):
                     return False
-            elif square > (r * (1.0 + ADMISSIBLE) + ADMISSIBLE**2) ** 2:
+            elif square > squared(r * (1.0 + ADMISSIBLE) + squared(ADMISSIBLE)):
                 return False
     return True
 
@@ -66,14 +67,14 @@ def apart(boundaries: Array, i: int, j: int) -> bool:
     """
     if boundaries[i, 0] >= 2.0 and boundaries[j, 0] >= 2.0:
         reach = boundaries[i, 8] + boundaries[j, 8]
-        away = (boundaries[i, 6] - boundaries[j, 6]) ** 2 + (boundaries[i, 7] - boundaries[j, 7]) ** 2
+        away = squared(boundaries[i, 6] - boundaries[j, 6]) + squared(boundaries[i, 7] - boundaries[j, 7])
         return bool(away > reach * reach)
     if is_flat(boundaries, i) or is_flat(boundaries, j):
         return False
     square = 0.0
     for axis in range(1, 4):
-        square += (boundaries[i, axis] - boundaries[j, axis]) ** 2
-    return bool(square > (boundaries[i, 4] + boundaries[j, 4]) ** 2)
+        square += squared(boundaries[i, axis] - boundaries[j, axis])
+    return bool(square > squared(boundaries[i, 4] + boundaries[j, 4]))
 
 
 @kernel
@@ -89,7 +90,7 @@ def plane_of(boundaries: Array, i: int, j: int) -> tuple[bool, float, float, flo
     dx, dy, dz = boundaries[j, 1] - x, boundaries[j, 2] - y, boundaries[j, 3] - z
     ri, rj = boundaries[i, 4], boundaries[j, 4]
     square = dx * dx + dy * dy + dz * dz
-    if square == 0.0 or square > (ri + rj) ** 2 or square < (ri - rj) ** 2:
+    if square == 0.0 or square > squared(ri + rj) or square < squared(ri - rj):
         return False, 0.0, 0.0, 0.0, 0.0
     distance = np.sqrt(square)
     along = 0.5 * (distance + (ri - rj) * (ri + rj) / distance)
@@ -165,7 +166,7 @@ def intersect_circles(boundaries: Array, i: int, j: int, found: Array) -> int:
     x, y, r = boundaries[i, 1], boundaries[i, 2], boundaries[i, 4]
     dx, dy, other = boundaries[j, 1] - x, boundaries[j, 2] - y, boundaries[j, 4]
     square = dx * dx + dy * dy
-    if square == 0.0 or square > (r + other) ** 2 or square < (r - other) ** 2:
+    if square == 0.0 or square > squared(r + other) or square < squared(r - other):
         return 0
     inverse = 1.0 / square
     a = 0.5 + 0.5 * (r - other) * (r + other) * inverse

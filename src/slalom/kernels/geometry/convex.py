@@ -4,6 +4,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Direction
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import CONTACT
 
 
@@ -27,7 +28,7 @@ def signed_distance(q: Array, n: int) -> Direction:
     for i in range(n if n > 2 else 1):
         k = i + 1 if i + 1 < n else 0
         ax, ay, az, bx, by, bz = q[i, 0], q[i, 1], q[i, 2], q[k, 0], q[k, 1], q[k, 2]
-        length = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
+        length = np.sqrt(squared(bx - ax) + squared(by - ay))
         if length > 0.0:
             ex, ey = (by - ay) / length, (ax - bx) / length
             beyond = -(ex * ax + ey * ay)

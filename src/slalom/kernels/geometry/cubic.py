@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
-from slalom.tolerances import DEPTH
+from slalom.tolerances import DEPTH, LEAST_WIDTH
 
 NODE = 9
 
@@ -133,7 +133,7 @@ def below(stack: Array) -> float:
             return float(node[7])
         elif node[6] < 0.0:
             return float(node[7] + node[8])
-        elif top >= DEPTH or node[8] < 0.5**DEPTH:
+        elif top >= DEPTH or node[8] < LEAST_WIDTH:
             top -= 1
         else:
             bisect(stack, top)
@@ -151,7 +151,7 @@ def first_below(stack: Array, width: float) -> float:
             top -= 1
         elif node[0] < 0.0 or (node[8] < width and node[6] < 0.0):
             return float(node[7])
-        elif top >= DEPTH or node[8] < 0.5**DEPTH:
+        elif top >= DEPTH or node[8] < LEAST_WIDTH:
             top -= 1
         else:
             bisect(stack, top)
@@ -173,7 +173,7 @@ def least(stack: Array, ceiling: float, accuracy: float) -> tuple[float, float]:
         if node[6] < best:
             best, place = node[6], node[7] + node[8]
         root = max(0.0, np.sqrt(max(best, 0.0)) - accuracy)
-        if root == 0.0 or least_coefficient(node) >= root * root or top >= DEPTH or node[8] < 0.5**DEPTH:
+        if root == 0.0 or least_coefficient(node) >= root * root or top >= DEPTH or node[8] < LEAST_WIDTH:
             top -= 1
         else:
             bisect(stack, top)

@@ -18,7 +18,7 @@ from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, 
 from slalom.kernels.geometry.convex import order, signed_distance
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.jit import kernel
-from slalom.tolerances import CLEARANCE, DEEPEST_SAMPLES, DEPTH, GOLDEN_STEPS
+from slalom.tolerances import CLEARANCE, DEEPEST_SAMPLES, GOLDEN_STEPS, LEAST_WIDTH
 
 
 class MovingHull(NamedTuple):
@@ -56,15 +56,18 @@ def corners_at(moving: MovingHull, x: float, q: Array) -> int:
     """The number of corners of the hull; their positions at x in [0, 1] go into q (n, 3) [m]."""
     path, h = moving.path, moving.hull
     corners, first = moving.hulls.corners, moving.hulls.first
-    here = np.empty(5)
-    for i in range(5):
-        here[i] = value(path[0, i], path[1, i], path[2, i], path[3, i], x)
-    n = first[h + 1] - first[h]
+    # Numbers, not an array of them: its memory would take as long as the rest.
+    px = value(path[0, 0], path[1, 0], path[2, 0], path[3, 0], x)
+    py = value(path[0, 1], path[1, 1], path[2, 1], path[3, 1], x)
+    pz = value(path[0, 2], path[1, 2], path[2, 2], path[3, 2], x)
+    ex = value(path[0, 3], path[1, 3], path[2, 3], path[3, 3], x)
+    ey = value(path[0, 4], path[1, 4], path[2, 4], path[3, 4], x)
+    begin, n = first[h], first[h + 1] - first[h]
     for j in range(n):
-        corner = corners[first[h] + j]
-        q[j, 0] = here[0] + corner[0] + corner[3] * here[3] - corner[4] * here[4]
-        q[j, 1] = here[1] + corner[1] + corner[3] * here[4] + corner[4] * here[3]
-        q[j, 2] = here[2] + corner[2]
+        k = begin + j
+        q[j, 0] = px + corners[k, 0] + corners[k, 3] * ex - corners[k, 4] * ey
+        q[j, 1] = py + corners[k, 1] + corners[k, 3] * ey + corners[k, 4] * ex
+        q[j, 2] = pz + corners[k, 2]
     return int(n)
 
 
@@ -139,7 +142,7 @@ def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
         distance, vx, vy, vz = hull_distance(moving, middle, q)
         if distance < 0.0:
             return float(middle)
-        if width < 0.5**DEPTH or distance_bound(moving, a, a + width, vx, vy, vz) >= -CLEARANCE:
+        if width < LEAST_WIDTH or distance_bound(moving, a, a + width, vx, vy, vz) >= -CLEARANCE:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -162,7 +165,7 @@ def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -
             return float(a)
         if width < least and hull_distance(moving, a + width, q)[0] < 0.0:
             return float(a)
-        if width < 0.5**DEPTH:
+        if width < LEAST_WIDTH:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
@@ -191,7 +194,7 @@ def hull_least(
         middle = a + 0.5 * width
         distance, vx, vy, vz = hull_distance(moving, middle, q)
         best = min(best, distance)
-        if width < 0.5**DEPTH or distance_bound(moving, a, a + width, vx, vy, vz) >= best - accuracy:
+        if width < LEAST_WIDTH or distance_bound(moving, a, a + width, vx, vy, vz) >= best - accuracy:
             continue
         stack[top + 1, 0], stack[top + 1, 1] = middle, 0.5 * width
         stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width

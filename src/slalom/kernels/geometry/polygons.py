@@ -10,6 +10,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import ELEMENT, POLYGON_SLACK
 
 Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
@@ -90,7 +91,7 @@ def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
         x, y = x + q[j, 0] / n, y + q[j, 1] / n
     farthest = 0.0
     for j in range(n):
-        farthest = max(farthest, np.sqrt((q[j, 0] - x) ** 2 + (q[j, 1] - y) ** 2))
+        farthest = max(farthest, np.sqrt(squared(q[j, 0] - x) + squared(q[j, 1] - y)))
     around[k, 0], around[k, 1], around[k, 2] = x, y, farthest + r
     radii[k], begins[k + 2], begins[0] = r, start + n, k + 1
     return corners, begins, radii, around
@@ -139,7 +140,7 @@ def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: floa
         if dx * ay - dy * ax > 0.0:
             within = False
         along = min(1.0, max(0.0, -(ax * dx + ay * dy) / (dx * dx + dy * dy + 1e-300)))
-        if (ax + along * dx) ** 2 + (ay + along * dy) ** 2 < keep * keep:
+        if squared(ax + along * dx) + squared(ay + along * dy) < keep * keep:
             return False
     return not within
 
@@ -157,7 +158,7 @@ def add_rounded(
     x, y, most = boundaries[smallest, 1], boundaries[smallest, 2], boundaries[smallest, 4]
     for j in range(n):
         ax, ay = q[j, 0], q[j, 1]
-        distance = np.sqrt((ax - x) ** 2 + (ay - y) ** 2)
+        distance = np.sqrt(squared(ax - x) + squared(ay - y))
         # Within rounding of touching it still counts.
         slack = POLYGON_SLACK * (most + r)
         if abs(distance - r) <= most + slack:
@@ -175,13 +176,13 @@ def add_rounded(
         ex, ey = ax + r * nx - x, ay + r * ny - y
         foot = -(ex * dx + ey * dy) / length
         along = min(length, max(0.0, foot)) / length
-        if (ex + along * dx) ** 2 + (ey + along * dy) ** 2 <= (most + slack) ** 2:
+        if squared(ex + along * dx) + squared(ey + along * dy) <= squared(most + slack):
             boundaries[count, 0], boundaries[count, 3] = 3.0, 0.0
             boundaries[count, 1], boundaries[count, 2], boundaries[count, 4] = nx, ny, nx * ax + ny * ay + r
             boundaries[count, 5] = which
             # The disc about the part of the edge that lies within the ball.
             off = ex * ex + ey * ey - foot * foot
-            half = np.sqrt(max((most + slack) ** 2 - off, 0.0))
+            half = np.sqrt(max(squared(most + slack) - off, 0.0))
             begin, end = max(0.0, foot - half), min(length, foot + half)
             middle = 0.5 * (begin + end) / length
             boundaries[count, 6], boundaries[count, 7] = x + ex + middle * dx, y + ey + middle * dy

@@ -10,6 +10,7 @@ import numpy as np
 from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import (
     HALF_DIAGONAL,
     LONGEST_MOVE,
@@ -92,7 +93,7 @@ def cell_costs(
         r = (radii[k] + radius) / grid.width
         for a in range(max(0, int(np.ceil(x - r))), min(nx - 1, int(np.floor(x + r))) + 1):
             for b in range(max(0, int(np.ceil(y - r))), min(ny - 1, int(np.floor(y + r))) + 1):
-                if (a - x) ** 2 + (b - y) ** 2 < r * r:
+                if squared(a - x) + squared(b - y) < r * r:
                     cost[a, b] = max(cost[a, b], PARKED_COST)
     return cost
 
@@ -172,7 +173,7 @@ def line_of_sight(cost: Array, x0: float, y0: float, x1: float, y1: float) -> bo
     If the line begins in a narrow cell, narrow cells count as free.
     """
     shape = cost.shape
-    length = np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2)
+    length = np.sqrt(squared(x1 - x0) + squared(y1 - y0))
     most = min(cost[nearest_cell(shape, x0, y0)], NARROW_COST)
     steps = int(np.ceil(SIGHT_SAMPLES * length)) + 1
     for k in range(steps + 1):
@@ -194,14 +195,14 @@ def goal_in_sight(
     width = grid.width
     x0, y0 = cell_coordinates(grid, positions[i, 0], positions[i, 1])
     x1, y1 = cell_coordinates(grid, goal[0], goal[1])
-    length = np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2)
+    length = np.sqrt(squared(x1 - x0) + squared(y1 - y0))
     near, count = np.empty(len(parked), np.int64), 0
     for k in parked:
         x, y = cell_coordinates(grid, positions[k, 0], positions[k, 1])
         r = (radii[k] + radius) / width + SIGHT_CULL
         along = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / max(length * length, SQUARED_LENGTH_FLOOR)
         along = min(1.0, max(0.0, along))
-        if k != i and (x - x0 - along * (x1 - x0)) ** 2 + (y - y0 - along * (y1 - y0)) ** 2 <= r * r:
+        if k != i and squared(x - x0 - along * (x1 - x0)) + squared(y - y0 - along * (y1 - y0)) <= r * r:
             near[count] = k
             count += 1
     steps, most = int(np.ceil(SIGHT_SAMPLES * length)) + 1, 0.0
@@ -213,7 +214,7 @@ def goal_in_sight(
             k = near[m]
             px, py = cell_coordinates(grid, positions[k, 0], positions[k, 1])
             r = (radii[k] + radius) / width
-            if (a - px) ** 2 + (b - py) ** 2 < r * r:
+            if squared(a - px) + squared(b - py) < r * r:
                 cost = max(cost, PARKED_COST)
         if n == 0:
             most = min(cost, NARROW_COST)

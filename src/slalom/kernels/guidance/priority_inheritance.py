@@ -13,6 +13,7 @@ from slalom.kernels.guidance.periodic_images import is_free, nearest_image
 from slalom.kernels.guidance.plane import along_and_across
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import (
     BLOCKED_RECOVERY,
     BLOCKED_SPEED,
@@ -126,9 +127,9 @@ def request_space(
             along, across = along_and_across(rx, ry, fx, fy)
             if along <= ahead * touch or abs(across) >= touch + margin:
                 continue
-            if rx * rx + ry * ry > (REQUEST_RANGE * touch) ** 2:
+            if rx * rx + ry * ry > squared(REQUEST_RANGE * touch):
                 continue
-            speed = np.sqrt(robots.velocity[k, 0] ** 2 + robots.velocity[k, 1] ** 2)
+            speed = np.sqrt(squared(robots.velocity[k, 0]) + squared(robots.velocity[k, 1]))
             if speed > REQUEST_SPEED * robots.max_speed[k]:
                 continue
             requested[k] = True
@@ -146,9 +147,9 @@ def request_space(
 def update_waiting(robots: GuidanceState, now: float, period: float) -> None:
     """Update the waiting times after one period [s], and extend the yielding of robots that are still in the way."""
     for i in range(len(robots.radius)):
-        speed = np.sqrt(robots.velocity[i, 0] ** 2 + robots.velocity[i, 1] ** 2)
+        speed = np.sqrt(squared(robots.velocity[i, 0]) + squared(robots.velocity[i, 1]))
         x, y = robots.goal[i, 0] - robots.position[i, 0], robots.goal[i, 1] - robots.position[i, 1]
-        if np.sqrt(x**2 + y**2) <= robots.goal_tolerance[i] or not robots.present[i]:
+        if np.sqrt(x * x + y * y) <= robots.goal_tolerance[i] or not robots.present[i]:
             robots.waiting_time[i] = 0.0
         elif speed < BLOCKED_SPEED * robots.max_speed[i]:
             robots.waiting_time[i] += period
@@ -157,7 +158,7 @@ def update_waiting(robots: GuidanceState, now: float, period: float) -> None:
         k = int(robots.yielding[i, 3])
         near = YIELD_RANGE * (robots.radius[i] + robots.radius[k])
         x, y = nearest_image(k, i, robots)
-        if robots.yielding[i, 2] > now and not robots.arrived[k] and x**2 + y**2 < near**2:
+        if robots.yielding[i, 2] > now and not robots.arrived[k] and x * x + y * y < near * near:
             # The robot that sent the request has not yet passed.
             robots.yielding[i, 2] = max(robots.yielding[i, 2], now + YIELD_EXTENSION)
 

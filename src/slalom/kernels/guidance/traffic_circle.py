@@ -13,6 +13,7 @@ from slalom.kernels.guidance.periodic_images import nearest_image
 from slalom.kernels.guidance.plane import along_and_across
 from slalom.kernels.guidance.tables import Grid, GuidanceState, RobotRows
 from slalom.kernels.jit import kernel, vectorized
+from slalom.kernels.squared import squared
 from slalom.tolerances import (
     CIRCLE_CENTRE,
     CIRCLE_DRIFT,
@@ -75,7 +76,7 @@ def predicted_encounters(i: int, frontal: float, robots: GuidanceState, rows: Ro
             continue
         nx, ny = rx + time * mx, ry + time * my
         touch = radius + robots.radius[k]
-        if nx * nx + ny * ny >= (ENCOUNTER_DISTANCE * touch) ** 2:
+        if nx * nx + ny * ny >= squared(ENCOUNTER_DISTANCE * touch):
             continue
         # A robot in the same direction is followed or overtaken.
         if vx * dx + vy * dy > SAME_DIRECTION_COSINE * np.sqrt(vx * vx + vy * vy):
@@ -105,7 +106,7 @@ def circle_around(radius: float, found: Array, count: int, circle: Array) -> Non
     size = max(radius + found[0, 3], CIRCLE_SPACING * (radius + radii) / (2.0 * np.pi))
     for k in range(1, count):
         near = CIRCLE_ROOM * size + radius + found[k, 3]
-        if (found[k, 1] - x) ** 2 + (found[k, 2] - y) ** 2 > near**2:
+        if squared(found[k, 1] - x) + squared(found[k, 2] - y) > near * near:
             continue
         n += 1
         x, y, radii = x + (found[k, 1] - x) / n, y + (found[k, 2] - y) / n, radii + found[k, 3]
@@ -129,7 +130,7 @@ def tangent_target(i: int, robots: GuidanceState, circle: Array, target: Array) 
     distance = np.sqrt(tx * tx + ty * ty)
     if along <= 0.0 or abs(across) >= radius or distance < CIRCLE_CENTRE:
         return False
-    if (gx - x) ** 2 + (gy - y) ** 2 <= radius * radius:
+    if squared(gx - x) + squared(gy - y) <= radius * radius:
         return False
     angle = -np.arcsin(radius / distance) if distance > radius else -np.pi + np.arcsin(distance / radius)
     c, s = np.cos(angle), np.sin(angle)

@@ -13,6 +13,7 @@ from slalom.kernels.arrays import Array, Hulls, Indices, MaybeHulls, Segments, W
 from slalom.kernels.geometry.hulls import MovingHull, distance_bound, hull_distance, load_path
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import chord_distances
+from slalom.kernels.squared import squared
 
 
 class Culled(NamedTuple):
@@ -113,4 +114,4 @@ def copy_row(table: Segments, hulls: MaybeHulls, s: int, near: Segments, near_hu
 @kernel
 def distance(a: Array, b: Array) -> float:
     """The distance between two points (3,)."""
-    return float(np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2))
+    return float(np.sqrt(squared(a[0] - b[0]) + squared(a[1] - b[1]) + squared(a[2] - b[2])))

@@ -21,6 +21,7 @@ from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.contact import kept_radius, overlaps
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
+from slalom.kernels.squared import squared
 from slalom.tolerances import BALL_ROUNDING
 
 
@@ -118,7 +119,7 @@ def put_ball(pieces: Pieces, s: int, ball: Array) -> None:
         )
         low, high = min(min(p0, p1), min(p2, p3)), max(max(p0, p1), max(p2, p3))
         ball[axis] = 0.5 * (low + high)
-        square += (high - ball[axis]) ** 2
+        square += squared(high - ball[axis])
     size = np.sqrt(square) + pieces.radius[s] + max(pieces.growth[s], 0.0)
     ball[3] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
 

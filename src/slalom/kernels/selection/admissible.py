@@ -12,6 +12,7 @@ from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.broad_phase import Culled, copy_near, copy_row, cull, new_hulls, new_table
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.relative_motion.segments import chord_distances
+from slalom.kernels.squared import squared
 
 
 @kernel
@@ -35,7 +36,7 @@ def nearest_admissible(preferred: Array, limits: Array, center: Array) -> tuple[
 @kernel
 def distance_from_center(limits: Array, b: int, u: Array) -> float:
     """The distance of control u (3,) from the centre of ball b of `limits` (n, 5)."""
-    return float(np.sqrt((u[0] - limits[b, 1]) ** 2 + (u[1] - limits[b, 2]) ** 2 + (u[2] - limits[b, 3]) ** 2))
+    return float(np.sqrt(squared(u[0] - limits[b, 1]) + squared(u[1] - limits[b, 2]) + squared(u[2] - limits[b, 3])))
 
 
 @kernel

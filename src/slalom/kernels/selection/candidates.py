@@ -26,6 +26,7 @@ from slalom.kernels.geometry.boundaries import (
 )
 from slalom.kernels.geometry.polygons import MaybePolygons, outside_polygons, within_polygon
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
 
 
 class Reference(NamedTuple):
@@ -51,7 +52,7 @@ def push(
     Only the first `last` boundaries (m, 9) are tested.
     """
     preferred = reference.preferred
-    cost = (u[0] - preferred[0]) ** 2 + (u[1] - preferred[1]) ** 2 + (u[2] - preferred[2]) ** 2
+    cost = squared(u[0] - preferred[0]) + squared(u[1] - preferred[1]) + squared(u[2] - preferred[2])
     if cost < reference.floor:
         return queue
     i, j = generators

@@ -22,6 +22,7 @@ from slalom.kernels.geometry.polygons import smallest_ball
 from slalom.kernels.jit import kernel
 from slalom.kernels.selection.admissible import distance_from_center
 from slalom.kernels.selection.candidates import put
+from slalom.kernels.squared import squared
 from slalom.tolerances import ADMISSIBLE, SQUARED_DISTANCE_SLACK
 
 
@@ -51,9 +52,9 @@ def exclude_beyond(boundaries: Array, b: int, slack: float) -> None:
     if is_flat(boundaries, b):
         boundaries[b, 6] = r + ADMISSIBLE * (1.0 + abs(r))
     elif boundaries[b, 0] < 0.0:
-        boundaries[b, 6] = (r * (1.0 + ADMISSIBLE) + ADMISSIBLE**2) ** 2
+        boundaries[b, 6] = squared(r * (1.0 + ADMISSIBLE) + squared(ADMISSIBLE))
     else:
-        boundaries[b, 6] = (r - slack) ** 2
+        boundaries[b, 6] = squared(r - slack)
 
 
 @kernel
@@ -62,7 +63,7 @@ def excludes(boundaries: Array, b: int, u: Array) -> bool:
     side, x, y, z = boundaries[b, 0], boundaries[b, 1], boundaries[b, 2], boundaries[b, 3]
     if side == 0.0:
         return bool(x * u[0] + y * u[1] + z * u[2] > boundaries[b, 6])
-    square = (u[0] - x) ** 2 + (u[1] - y) ** 2 + (u[2] - z) ** 2
+    square = squared(u[0] - x) + squared(u[1] - y) + squared(u[2] - z)
     return bool(square < boundaries[b, 6]) if side > 0.0 else bool(square > boundaries[b, 6])
 
 
@@ -98,7 +99,7 @@ def propose_in_space(queue: Array, boundaries: Array, count: int, view: View) ->
 def put_point(queue: Array, view: View, u: Array, i: int, j: int, t: float) -> Array:
     """The queue (n, 8) with candidate u (3,), unless it is farther away than any admissible control."""
     preferred = view.preferred
-    cost = (u[0] - preferred[0]) ** 2 + (u[1] - preferred[1]) ** 2 + (u[2] - preferred[2]) ** 2
+    cost = squared(u[0] - preferred[0]) + squared(u[1] - preferred[1]) + squared(u[2] - preferred[2])
     if cost > view.farthest:
         return queue
     return put(queue, cost, u, i, j, t)

@@ -8,6 +8,7 @@ from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import MovingHull, corners_at, hull_distance, load_path
 from slalom.kernels.geometry.polygons import smallest_ball
 from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
 from slalom.tolerances import (
     CONTACT,
     ELEMENT_DEPTH,
@@ -39,7 +40,7 @@ def hull_element(
         depth /= value(gain[0], gain[1], gain[2], gain[3], place)
         turning = abs(path[0, 3] - path[3, 3]) + abs(path[0, 4] - path[3, 4]) > 0.0
         smallest = smallest_ball(limits, len(limits))
-        far = np.sqrt((u[0] - limits[smallest, 1]) ** 2 + (u[1] - limits[smallest, 2]) ** 2) + limits[smallest, 4]
+        far = np.sqrt(squared(u[0] - limits[smallest, 1]) + squared(u[1] - limits[smallest, 2])) + limits[smallest, 4]
         half = ELEMENT_SPAN
         for _ in range(ELEMENT_HALVINGS):
             a, b = max(0.0, place - half), min(1.0, place + half)
@@ -124,7 +125,7 @@ def fan(
     moved = 0.0
     for j in range(n):
         for k in (j, n + j):
-            moved = max(moved, np.sqrt((q[k, 0] - q[2 * n + j, 0]) ** 2 + (q[k, 1] - q[2 * n + j, 1]) ** 2))
+            moved = max(moved, np.sqrt(squared(q[k, 0] - q[2 * n + j, 0]) + squared(q[k, 1] - q[2 * n + j, 1])))
     moved += 2.0 * miss
     core = order(q[2 * n :], n)
     x, y, rho = inner_disc(q[2 * n :], core)
@@ -210,7 +211,7 @@ def corner_sag(moving: MovingHull, gain: Array, far: float, a: float, b: float) 
     """Largest distance [m] of a corner of a turning body from the chord of its path, see `sag`."""
     path, corners, first, square = moving.path, moving.hulls.corners, moving.hulls.first, 0.0
     for j in range(first[moving.hull], first[moving.hull + 1]):
-        square = max(square, corners[j, 3] ** 2 + corners[j, 4] ** 2)
+        square = max(square, squared(corners[j, 3]) + squared(corners[j, 4]))
     return float(sag(path, gain, far, a, b) + np.sqrt(square) * bend(path[:, 3], path[:, 4], a, b))
 
 
@@ -219,8 +220,8 @@ def bend(x: Array, y: Array, a: float, b: float) -> float:
     """Largest distance of the plane cubic with control values x, y from its chord over [a, b], see `chord_gaps`."""
     x0, x1, x2, x3 = restrict(x[0], x[1], x[2], x[3], a, b)
     y0, y1, y2, y3 = restrict(y[0], y[1], y[2], y[3], a, b)
-    e = (x1 - (2.0 * x0 + x3) / 3.0) ** 2 + (y1 - (2.0 * y0 + y3) / 3.0) ** 2
-    f = (x2 - (x0 + 2.0 * x3) / 3.0) ** 2 + (y2 - (y0 + 2.0 * y3) / 3.0) ** 2
+    e = squared(x1 - (2.0 * x0 + x3) / 3.0) + squared(y1 - (2.0 * y0 + y3) / 3.0)
+    f = squared(x2 - (x0 + 2.0 * x3) / 3.0) + squared(y2 - (y0 + 2.0 * y3) / 3.0)
     return float(0.75 * np.sqrt(max(e, f)))
 
 

@@ -17,6 +17,7 @@ from slalom.kernels.sequence_search.tables import (
     SpacetimeIndex,
 )
 from slalom.kernels.sequence_search.tree import add_node, advance, time_to_goal
+from slalom.kernels.squared import squared
 from slalom.tolerances import (
     ADMISSIBLE,
     BRAKE_STEPS,
@@ -65,8 +66,8 @@ def motion_is_clear(
         advance(p, v, acceleration, 0.5 * h, middle, middle_velocity)
         square_speed, square_acceleration = 0.0, 0.0
         for axis in range(d):
-            square_speed += middle_velocity[axis] ** 2
-            square_acceleration += acceleration[axis] ** 2
+            square_speed += squared(middle_velocity[axis])
+            square_acceleration += squared(acceleration[axis])
             drift[0, 0, axis] = p[axis]
             drift[0, 1, axis] = p[axis] + h / 3.0 * v[axis]
             drift[0, 2, axis] = p[axis] + 2.0 * h / 3.0 * v[axis] + h * h / 6.0 * acceleration[axis]
@@ -98,7 +99,7 @@ def accelerate_and_coast(
         square = 0.0
         for axis in range(d):
             acceleration[axis] = problem.goal[axis] - position[axis] - velocity[axis] * time
-            square += acceleration[axis] ** 2
+            square += squared(acceleration[axis])
         length = np.sqrt(square)
         if length <= problem.tolerance:
             acceleration[:] = 0.0
@@ -114,9 +115,9 @@ def accelerate_and_coast(
         square_speed, square_now = 0.0, 0.0
         for axis in range(d):
             acceleration[axis] *= size / length
-            square_speed += (velocity[axis] + hold * acceleration[axis]) ** 2
-            square_now += velocity[axis] ** 2
-        allowed = max(problem.max_speed**2, square_now) * (1.0 + ADMISSIBLE)
+            square_speed += squared(velocity[axis] + hold * acceleration[axis])
+            square_now += squared(velocity[axis])
+        allowed = max(squared(problem.max_speed), square_now) * (1.0 + ADMISSIBLE)
         if size <= problem.max_acceleration * (1.0 + ADMISSIBLE) and square_speed <= allowed:
             return hold, time
         time += COAST_STEP * problem.period
@@ -140,10 +141,10 @@ def accelerate_and_brake(
             for axis in range(d):
                 away = problem.goal[axis] - position[axis] - (hold + 0.5 * brake) * velocity[axis]
                 acceleration[axis] = away / (0.5 * hold * (hold + brake))
-                square += acceleration[axis] ** 2
-                square_speed += (velocity[axis] + hold * acceleration[axis]) ** 2
-            allowed = min(problem.max_speed, problem.max_acceleration * brake) ** 2
-            if square <= problem.max_acceleration**2 and square_speed <= allowed:
+                square += squared(acceleration[axis])
+                square_speed += squared(velocity[axis] + hold * acceleration[axis])
+            allowed = squared(min(problem.max_speed, problem.max_acceleration * brake))
+            if square <= squared(problem.max_acceleration) and square_speed <= allowed:
                 return hold, brake
     return -1.0, -1.0
 

@@ -33,6 +33,7 @@ from slalom.kernels.sequence_search.tables import (
     SpacetimeIndex,
 )
 from slalom.kernels.sequence_search.tree import add_node, advance, descends, is_new, time_to_goal
+from slalom.kernels.squared import squared
 from slalom.tolerances import (
     DIVISOR_FLOOR,
     FEW_CANDIDATES,
@@ -55,8 +56,8 @@ def candidate_acceleration(tree: SearchTree, i: int, k: int, problem: SearchProb
     u[:] = 0.0
     distance, speed = 0.0, 0.0
     for axis in range(d):
-        distance += (problem.goal[axis] - tree.position[i, axis]) ** 2
-        speed += tree.velocity[i, axis] ** 2
+        distance += squared(problem.goal[axis] - tree.position[i, axis])
+        speed += squared(tree.velocity[i, axis])
     distance, speed = max(np.sqrt(distance), DIVISOR_FLOOR), np.sqrt(speed)
     if k == COAST:
         return True
@@ -80,20 +81,20 @@ def candidate_acceleration(tree: SearchTree, i: int, k: int, problem: SearchProb
             u[2] = most * direction[2]
     size, square_speed = 0.0, 0.0
     for axis in range(d):
-        size += u[axis] ** 2
+        size += squared(u[axis])
     scale = min(1.0, problem.max_acceleration / max(np.sqrt(size), DIVISOR_FLOOR))
     for axis in range(3):
         u[axis] *= scale
     for axis in range(d):
-        square_speed += (tree.velocity[i, axis] + h * u[axis]) ** 2
-    if square_speed > problem.max_speed**2:
+        square_speed += squared(tree.velocity[i, axis] + h * u[axis])
+    if square_speed > squared(problem.max_speed):
         # The velocity after the step keeps its direction and gets the maximum speed.
         scale, size = problem.max_speed / np.sqrt(square_speed), 0.0
         for axis in range(3):
             u[axis] = (tree.velocity[i, axis] * (scale - 1.0) + h * u[axis] * scale) / h
         for axis in range(d):
-            size += u[axis] ** 2
-        return bool(size <= problem.max_acceleration**2)
+            size += squared(u[axis])
+        return bool(size <= squared(problem.max_acceleration))
     return True
 
 

@@ -6,6 +6,7 @@ from slalom.kernels.arrays import Array, Indices, MaybeHulls, Pieces, PositionMa
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import hulls_at, relative_segments
 from slalom.kernels.sequence_search.tables import SpacetimeIndex
+from slalom.kernels.squared import squared
 
 
 @kernel
@@ -31,7 +32,7 @@ def rows_near(
                 continue
             square = 0.0
             for axis in range(index.centers.shape[1]):
-                square += (index.centers[s, axis] - position[axis]) ** 2
+                square += squared(index.centers[s, axis] - position[axis])
             far = radius + index.bounding_radius[s]
             if square < far * far:
                 rows[count] = s

@@ -6,6 +6,7 @@ from slalom.kernels.arrays import Array
 from slalom.kernels.decision.time_to_go import earliest_arrival, stopping_velocity, time_to_stop
 from slalom.kernels.jit import kernel
 from slalom.kernels.sequence_search.tables import NODES, SearchProblem, SearchTree
+from slalom.kernels.squared import squared
 from slalom.tolerances import CELLS_PER_MAX_SPEED, CELLS_PER_STEP, TIME_CELLS_PER_STEP
 
 
@@ -41,7 +42,7 @@ def time_to_goal(problem: SearchProblem, position: Array, velocity: Array) -> fl
     square, change = 0.0, 0.0
     for axis in range(d):
         square += away[axis] * away[axis]
-        change += (desired[axis] - velocity[axis]) ** 2
+        change += squared(desired[axis] - velocity[axis])
     distance = max(0.0, np.sqrt(square) - problem.tolerance)
     return float(time_to_stop(distance, np.sqrt(change), problem.max_acceleration, problem.max_speed))
 

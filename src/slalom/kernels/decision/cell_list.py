@@ -1,0 +1,165 @@
+"""Cell list of robots: those that a robot can meet are found in its own and the neighbouring cells.
+
+The cost for each robot then does not grow with their number. Robots that cannot meet decide at the same time, each
+after all before it that it could meet.
+"""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.decision.neighbours import farthest_distance, reachable_balls
+from slalom.kernels.decision.paths import continue_from_state, predict
+from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, RobotTable
+from slalom.kernels.geometry.cubic import copy_into
+from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
+from slalom.tolerances import BALL_WINDOWS
+
+
+@kernel
+def build_cell_list(
+    order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings
+) -> CellList:
+    """The cell list that the decisions of the robots in `order` (m,) at this time have in common.
+
+    Their committed paths begin where they are, see `continue_from_state`.
+    """
+    position, velocity = np.empty(settings.dimension), np.empty(settings.dimension)
+    for i in order:
+        continue_from_state(i, robots, settings, position, velocity)
+    for k in range(len(robots.present)):
+        if robots.present[k]:
+            predict(k, robots, settings)
+    return cell_list(order, robots, responses, settings)
+
+
+@kernel
+def largest_approach(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> float:
+    """The largest distance [m] that a robot of `order` (m,) and another one close within the horizon.
+
+    The decision of a robot that shares its manoeuvre is observed at once, so its whole reachable set counts for others.
+    """
+    centers, radii, own, other = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS), 0.0, 0.0
+    for k in range(len(robots.radius)):
+        if robots.present[k]:
+            other = max(other, farthest_distance(robots.position[k], robots.ball_centers[k], robots.ball_radii[k]))
+    for i in order:
+        reachable_balls(i, robots, responses, settings, centers, radii)
+        own = max(own, farthest_distance(robots.position[i], centers, radii))
+    return own + max(own, other)
+
+
+@kernel
+def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> CellList:
+    """All robots in cells: none of `order` (m,) can meet a robot outside its own and the neighbouring cells."""
+    n, d, worlds, margin, size, speed = len(robots.radius), settings.dimension, 1, 0.0, 0.0, 0.0
+    low, high = np.full(d, np.inf), np.full(d, -np.inf)
+    for k in range(n):
+        if not robots.present[k]:
+            continue
+        size, speed = max(size, robots.radius[k]), max(speed, robots.max_speed[k])
+        worlds, margin = max(worlds, robots.world[k] + 1), max(margin, robots.margin[k])
+        for axis in range(d):
+            low[axis] = min(low[axis], robots.position[k, axis])
+            high[axis] = max(high[axis], robots.position[k, axis])
+    # Robots meet on straight lines at max speed, see `is_in_reach`.
+    far = 2.0 * speed * settings.horizon
+    if settings.shared:
+        far = max(far, largest_approach(order, robots, responses, settings))
+    far += 2.0 * size + margin
+    most = int(np.ceil((4.0 * n / worlds + 1.0) ** (1.0 / d)))
+    counts, width = np.ones(d, np.int64), np.empty(d)
+    total = worlds
+    for axis in range(d):
+        extent = high[axis] - low[axis]
+        if extent > far:
+            counts[axis] = min(int(extent / far), most)
+        width[axis] = max(extent / counts[axis], far)
+        total *= counts[axis]
+    first, member, cell = np.zeros(total + 1, np.int64), np.empty(n, np.int64), np.zeros(n, np.int64)
+    for k in range(n):
+        if robots.present[k]:
+            cell[k] = cell_at(k, robots, low, width, counts)
+            first[cell[k] + 1] += 1
+    for c in range(total):
+        first[c + 1] += first[c]
+    free = first[:-1].copy()
+    for k in range(n):
+        if robots.present[k]:
+            member[free[cell[k]]] = k
+            free[cell[k]] += 1
+    return CellList(low, width, counts, first, member)
+
+
+@kernel
+def cell_at(k: int, robots: RobotTable, low: Array, width: Array, counts: Indices) -> int:
+    """The number of the cell that holds robot k; the rest as in `CellList`. Those of one world follow each other."""
+    position, c = robots.position[k], int(robots.world[k])
+    for axis in range(len(counts)):
+        at = int((position[axis] - low[axis]) / width[axis])
+        c = c * counts[axis] + min(max(at, 0), counts[axis] - 1)
+    return int(c)
+
+
+@kernel
+def robots_in_reach(i: int, cells: CellList, robots: RobotTable, settings: DecisionSettings, found: Indices) -> int:
+    """Number of the robots that robot i can meet within the horizon, both straight at max speed.
+
+    They are written into `found` (n,), by number. So their order does not depend on the cells, and sums over them have
+    the same bits in every partition.
+    """
+    d, count, at = len(cells.counts), 0, np.zeros(3, np.int64)
+    for axis in range(d):
+        at[axis] = min(
+            max(int((robots.position[i, axis] - cells.low[axis]) / cells.width[axis]), 0), cells.counts[axis] - 1
+        )
+    deep = 1 if d == 3 else 0
+    for a in range(max(at[0] - 1, 0), min(at[0] + 2, cells.counts[0])):
+        for b in range(max(at[1] - 1, 0), min(at[1] + 2, cells.counts[1])):
+            for e in range(max(at[2] - deep, 0), min(at[2] + deep + 1, cells.counts[2] if d == 3 else 1)):
+                c = (robots.world[i] * cells.counts[0] + a) * cells.counts[1] + b
+                if d == 3:
+                    c = c * cells.counts[2] + e
+                for m in range(cells.first[c], cells.first[c + 1]):
+                    k = cells.member[m]
+                    if k != i and is_in_reach(i, k, robots, settings):
+                        place = count
+                        while place > 0 and found[place - 1] > k:
+                            found[place] = found[place - 1]
+                            place -= 1
+                        found[place] = k
+                        count += 1
+    return count
+
+
+@inlined
+def is_in_reach(i: int, k: int, robots: RobotTable, settings: DecisionSettings) -> bool:
+    """Whether robots i and k can meet within the horizon, both straight at max speed."""
+    speeds, square = robots.max_speed[i] + robots.max_speed[k], 0.0
+    reach = speeds * settings.horizon + robots.radius[i] + robots.radius[k] + robots.margin[i]
+    for axis in range(settings.dimension):
+        square += squared(robots.position[k, axis] - robots.position[i, axis])
+    return bool(square <= reach * reach)
+
+
+@kernel
+def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> Indices:
+    """The round (n,) in which each robot of `order` (n,) decides: after all before it in the cells about it.
+
+    Two robots of one round are never in neighbouring cells, so that neither observes the decision of the other.
+    """
+    latest, found = np.full(len(cells.first) - 1, -1), np.empty(len(order), np.int64)
+    sides = np.ones(3, np.int64)
+    copy_into(sides, cells.counts)
+    for n in range(len(order)):
+        # Cells are numbered as if there were three axes, the last ones of length 1.
+        c = cell_at(order[n], robots, cells.low, cells.width, cells.counts)
+        x, y, z = c // (sides[1] * sides[2]) % sides[0], c // sides[2] % sides[1], c % sides[2]
+        world = robots.world[order[n]] * sides[0]
+        last = -1
+        for u in range(max(x - 1, 0), min(x + 2, sides[0])):
+            for v in range(max(y - 1, 0), min(y + 2, sides[1])):
+                for w in range(max(z - 1, 0), min(z + 2, sides[2])):
+                    last = max(last, latest[((world + u) * sides[1] + v) * sides[2] + w])
+        found[n] = latest[c] = last + 1
+    return found
