@@ -7,7 +7,19 @@ import numpy as np
 import pytest
 
 import slalom
-from slalom import Circular, Disc, Goal, Limits, Navigator, Obstacle, ObstacleTable, Polyline, Rectangle, State, Stationary
+from slalom import (
+    Circular,
+    Disc,
+    Goal,
+    Limits,
+    Navigator,
+    Obstacle,
+    ObstacleTable,
+    Polyline,
+    Rectangle,
+    State,
+    Stationary,
+)
 from slalom.decision.grown_bodies import Skeletons
 from slalom.kernels.decision.tables import GrownBodies
 

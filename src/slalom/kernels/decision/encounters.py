@@ -38,10 +38,10 @@ def hulls_of_bodies(corners: MaybeCorners, hull: Indices, turned: Array) -> Mayb
 def meets_balls(
     s: int, balls: Array, times: Array, more: float, horizon: float, centers: Array, radii: Array, span: Array
 ) -> bool:
-    """Whether ball s of `balls` (n, 4) [m], larger by `more` [m], touches that of a window during its `times` (n, 2) [s].
+    """Whether ball s of `balls` (n, 4) [m], larger by `more` [m], touches that of a window during its time.
 
-    The begin of the first and the end of the last window that it touches go into `span` (2,) [s]. `centers` (w, 3) [m]
-    and `radii` (w,) [m]: of the windows, of equal length up to the horizon [s].
+    `times` (n, 2) [s]: begin and end of each. The begin of the first and the end of the last window that it touches go
+    into `span` (2,) [s]. `centers` (w, 3) [m] and `radii` (w,) [m]: of windows of equal length up to the horizon [s].
     """
     # A window that a ball touches for a rounding error of its time is left out: nothing moves far meanwhile.
     per_second, last, met = len(radii) / horizon, len(radii) - 1, False

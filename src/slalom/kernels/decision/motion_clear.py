@@ -54,7 +54,8 @@ def path_is_clear(
 ) -> bool:
     """Whether row `row` of `paths` is clear of all rows during their `spans` (n, 2) [s]: True is certain.
 
-    Near hulls it is False. A row with a span that ends at its begin is not tested. `shared_row`: the path that must be clear of the bodies that avoid the robot too.
+    Near hulls it is False. A row with a span that ends at its begin is not tested. `shared_row`: the path that must be
+    clear of the bodies that avoid the robot too.
     """
     pieces, now, horizon = rows.pieces, settings.now, settings.horizon
     times, points = paths.times, paths.points
