@@ -58,9 +58,7 @@ class Skeletons:
             return self._alone[kind]
         return self._made(kind, obstacles, around, detours=detours)
 
-    def _grown_bodies(
-        self, kind: int, obstacles: ObstacleWindow, around: Reach | None, *, detours: bool
-    ) -> GrownBodies:
+    def _made(self, kind: int, obstacles: ObstacleWindow, around: Reach | None, *, detours: bool) -> GrownBodies:
         shape, d, end = self.shapes[kind], self.dimension, obstacles.start + obstacles.horizon
         bodies = obstacles.bodies(shape) if around is None else obstacles.bodies_near(shape, around)
         # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
