@@ -36,47 +36,40 @@ def hulls_of_bodies(corners: MaybeCorners, hull: Indices, turned: Array) -> Mayb
 
 @inlined
 def meets_balls(
-    s: int, balls: Array, times: Array, more: float, horizon: float, centers: Array, radii: Array, span: Array
+    ball: Array, more: float, begin: float, end: float, horizon: float, centers: Array, radii: Array
 ) -> bool:
-    """Whether ball s of `balls` (n, 4) [m], larger by `more` [m], touches that of a window during its time.
+    """Whether a ball (4,) [m], larger by `more` [m], touches one of those of the windows from `begin` to `end` [s].
 
-    `times` (n, 2) [s]: begin and end of each. The begin of the first and the end of the last window that it touches go
-    into `span` (2,) [s]. `centers` (w, 3) [m] and `radii` (w,) [m]: of windows of equal length up to the horizon [s].
+    `centers` (w, 3) [m] and `radii` (w,) [m]: of the windows, of equal length up to the horizon [s].
     """
     # A window that a ball touches for a rounding error of its time is left out: nothing moves far meanwhile.
-    per_second, last, met = len(radii) / horizon, len(radii) - 1, False
-    for w in range(max(int(times[s, 0] * per_second), 0), min(int(min(times[s, 1], horizon) * per_second), last) + 1):
-        x, y, z = centers[w, 0] - balls[s, 0], centers[w, 1] - balls[s, 1], centers[w, 2] - balls[s, 2]
-        reach = radii[w] + (balls[s, 3] + more)
+    per_second, last = len(radii) / horizon, len(radii) - 1
+    for w in range(max(int(begin * per_second), 0), min(int(min(end, horizon) * per_second), last) + 1):
+        x, y, z = centers[w, 0] - ball[0], centers[w, 1] - ball[1], centers[w, 2] - ball[2]
+        reach = radii[w] + (ball[3] + more)
         if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
-            if not met:
-                span[0] = w / per_second
-            span[1], met = (w + 1) / per_second, True
-    return met
+            return True
+    return False
 
 
 @inlined
-def passive_rows_in_reach(
-    i: int, error: float, centers: Array, radii: Array, scene: EncounterTables
-) -> tuple[Indices, Array]:
-    """The rows of passive pieces that robot i can approach closer than the margin within the horizon, and their spans.
+def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, scene: EncounterTables) -> Indices:
+    """The rows of passive pieces that robot i can approach closer than the margin within the horizon.
 
-    `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon. For spans see
-    `ObstaclePieces`.
+    `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon.
     """
     robots, bodies, settings = scene.robots, scene.bodies, scene.settings
     times, balls, body = bodies.pieces.times, bodies.balls, bodies.pieces.body
-    rows, spans, count = np.empty(len(body), np.int64), np.empty((len(body), 2)), 0
-    horizon, span = settings.horizon, np.empty(2)
+    rows, count, horizon = np.empty(len(body), np.int64), 0, settings.horizon
     more = robots.rounding[i] - bodies.robot_rounding + robots.margin[i] + error
     for s in range(len(body)):
         if times[s, 1] <= 0.0 or times[s, 0] >= horizon or is_elsewhere(bodies.world[body[s]], robots.world[i]):
             continue
         grown = bodies.body_radius[body[s]] + bodies.hull_radius[body[s]] + more
-        if meets_balls(s, balls, times, grown, horizon, centers, radii, span):
-            rows[count], spans[count, 0], spans[count, 1] = s, span[0], span[1]
+        if meets_balls(balls[s], grown, times[s, 0], times[s, 1], horizon, centers, radii):
+            rows[count] = s
             count += 1
-    return rows[:count], spans
+    return rows[:count]
 
 
 @kernel
@@ -90,7 +83,7 @@ def obstacle_pieces(
     """
     robots, bodies, fixed = scene.robots, scene.bodies, len(scene.bodies.body_radius)
     d, q = scene.settings.dimension, robots.observed_points.shape[1]
-    passive, passive_spans = passive_rows_in_reach(i, error, centers, radii, scene)
+    passive = passive_rows_in_reach(i, error, centers, radii, scene)
     total = fixed
     for k in near:
         total += bodies.robot_first[robots.skeleton[k] + 1] - bodies.robot_first[robots.skeleton[k]]
@@ -100,16 +93,14 @@ def obstacle_pieces(
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
     hull, hull_radius = np.full(total, -1), np.zeros(total)
     robot, share, at_rest = np.full(total, -1), np.ones(total), np.ones(total, np.bool_)
-    balls, spans = np.full((n, 4), np.inf), np.empty((n, 2))
-    spans[: len(passive)] = passive_spans[: len(passive)]
+    balls = np.full((n, 4), np.inf)
     at_rest[:fixed] = bodies.at_rest
-    rows = ObstaclePieces(pieces, spans, np.zeros((n, 2)), hull, hull_radius, robot, balls, share, at_rest)
+    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, share, at_rest)
     overlaps_passive = add_passive(i, passive, error, rows, scene) if fixed else False
     overlaps_robot, s = add_robots(i, near, len(passive), error, agrees, rows, scene)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
-    spans[len(passive) : s] = pieces.times[len(passive) : s]
     return ObstaclePieces(
-        used, spans[:s], rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], share, at_rest
+        used, rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], share, at_rest
     ), overlaps_passive or overlaps_robot
 
 

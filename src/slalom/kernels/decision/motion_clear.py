@@ -6,7 +6,7 @@ controls.
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.arrays import Array, Flags, Indices
 from slalom.kernels.decision.encounters import meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import reachable_neighbours
@@ -45,17 +45,16 @@ def keeps_distance(p: Array, radius: float, stack: Array) -> bool:
 @kernel
 def path_is_clear(
     rows: ObstaclePieces,
-    spans: Array,
+    skipped: Flags,
     paths: Paths,
     row: int,
     shared_row: int,
     settings: DecisionSettings,
     stack: Array,
 ) -> bool:
-    """Whether row `row` of `paths` is clear of all rows during their `spans` (n, 2) [s]: True is certain.
+    """Whether row `row` of `paths` is clear of all rows that are not `skipped` (n,): True is certain.
 
-    Near hulls it is False. A row with a span that ends at its begin is not tested. `shared_row`: the path that must be
-    clear of the bodies that avoid the robot too.
+    Near hulls it is False. `shared_row`: the path that must be clear of the bodies that avoid the robot too.
     """
     pieces, now, horizon = rows.pieces, settings.now, settings.horizon
     times, points = paths.times, paths.points
@@ -63,7 +62,7 @@ def path_is_clear(
     p, resting = np.zeros((4, 3)), -1.0
     for s in range(len(pieces.body)):
         body = pieces.body[s]
-        if not spans[s, 0] < spans[s, 1]:
+        if skipped[s]:
             continue
         own, first = shared_row if rows.share[body] < 1.0 else row, pieces.times[s, 0]
         if not rows.at_rest[body] and resting < 0.0:
@@ -77,9 +76,6 @@ def path_is_clear(
                 k += 1
             start, end = times[own, k] - now, times[own, k + 1] - now
             stop = min(t1, end) if end > t0 else t1
-            if stop <= spans[s, 0] or t0 >= spans[s, 1]:
-                t0 = stop
-                continue
             a, b = (t0 - first) / width, (stop - first) / width
             e, f = (t0 - start) / (end - start), (stop - start) / (end - start)
             for axis in range(d):
@@ -126,20 +122,23 @@ def preferred_is_free(
     if share == 0.0:
         return False
     ignored, halves, pieces = rows.robot >= 0, share < 1.0, rows.pieces
-    spans, span = pieces.times.copy(), np.empty(2)
+    skipped = np.zeros(len(pieces.body), np.bool_)
     for part in range(2 if halves else 1):
         for axis in range(3):
             tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / share
         response_path(i, r, tested, robots, responses, settings, np.inf, scratch.paths, part)
         bounding_balls(scratch.paths.times[part], scratch.paths.points[part], settings, scratch.centers, scratch.radii)
         if part == 0:
-            centers, radii = scratch.centers, scratch.radii
-            for s in range(len(spans)):
-                if not rows.balls[s, 3] < np.inf:
-                    continue
-                if not meets_balls(s, rows.balls, pieces.times, 0.0, settings.horizon, centers, radii, span):
-                    span[:] = np.inf
-                spans[s, 0], spans[s, 1] = span[0], span[1]
+            for s in range(len(skipped)):
+                skipped[s] = rows.balls[s, 3] < np.inf and not meets_balls(
+                    rows.balls[s],
+                    0.0,
+                    pieces.times[s, 0],
+                    pieces.times[s, 1],
+                    settings.horizon,
+                    scratch.centers,
+                    scratch.radii,
+                )
         b = len(tables.bodies.body_radius)
         for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots):
             while rows.robot[b] != k:
@@ -147,7 +146,6 @@ def preferred_is_free(
             while b < len(ignored) and rows.robot[b] == k:
                 ignored[b] = False
                 b += 1
-    for s in range(len(spans)):
-        if ignored[pieces.body[s]]:
-            spans[s] = np.inf
-    return path_is_clear(rows, spans, scratch.paths, 0, 1 if halves else 0, settings, scratch.stack)
+    for s in range(len(skipped)):
+        skipped[s] = skipped[s] or ignored[pieces.body[s]]
+    return path_is_clear(rows, skipped, scratch.paths, 0, 1 if halves else 0, settings, scratch.stack)

@@ -83,8 +83,9 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         return CONSTRAINED
     if without_margin:
         reduce_margin(1.0, rows)
+    nothing = np.zeros(len(rows.pieces.body), np.bool_)
     committed = Paths(times, robots.committed_points)
-    if path_is_clear(rows, rows.spans, committed, i, i, settings, scratch.stack):
+    if path_is_clear(rows, nothing, committed, i, i, settings, scratch.stack):
         return KEPT
     knots, drift, count = np.empty(n + 1), np.empty((n, 4, d)), 0
     for p in range(n):

@@ -47,7 +47,7 @@ def relative_table(
 
     From `rest` [s] on the robot is at rest: segments of bodies that do not count then are never met.
     """
-    cut = relative_segments(rows.pieces, rows.spans, motion, horizon)
+    cut = relative_segments(rows.pieces, motion, horizon)
     for s in range(len(cut.body)):
         if not rows.at_rest[cut.body[s]] and cut.begin[s] >= rest - REST_ROUNDING:
             cut.radius[s], cut.growth[s] = -np.inf, 0.0
@@ -63,16 +63,15 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
     """
     pieces, horizon, d = rows.pieces, tables.settings.horizon, rows.pieces.points.shape[2]
     centers, radii = np.empty((RESPONSE_WINDOWS, 3)), np.empty(RESPONSE_WINDOWS)
-    near, spans, count = np.empty(len(pieces.body), np.int64), np.empty((len(pieces.body), 2)), 0
-    span = np.empty(2)
+    near, count, times = np.empty(len(pieces.body), np.int64), 0, pieces.times
     response_balls(i, r, tables.robots, tables.responses, centers, radii)
     for s in range(len(pieces.body)):
-        if not rows.balls[s, 3] < np.inf:
-            span[0], span[1] = pieces.times[s, 0], pieces.times[s, 1]
-        elif not meets_balls(s, rows.balls, pieces.times, 0.0, horizon, centers, radii, span):
-            continue
-        near[count], spans[count, 0], spans[count, 1] = s, span[0], span[1]
-        count += 1
+        known = rows.balls[s, 3] < np.inf
+        if not known or meets_balls(rows.balls[s], 0.0, times[s, 0], times[s, 1], horizon, centers, radii):
+            near[count] = s
+            count += 1
+    if count == len(pieces.body):
+        return rows
     turning = len(pieces.turns) > 0
     turns = np.empty((count if turning else 0, 4, 2))
     kept = Pieces(
@@ -93,15 +92,7 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
             if turning:
                 turns[k, c, 0], turns[k, c, 1] = pieces.turns[s, c, 0], pieces.turns[s, c, 1]
     return ObstaclePieces(
-        kept,
-        spans[:count],
-        rows.margin[:count],
-        rows.hull,
-        rows.hull_radius,
-        rows.robot,
-        rows.balls[:count],
-        rows.share,
-        rows.at_rest,
+        kept, rows.margin[:count], rows.hull, rows.hull_radius, rows.robot, rows.balls[:count], rows.share, rows.at_rest
     )
 
 

@@ -197,7 +197,6 @@ class ObstaclePieces(NamedTuple):
     """Pieces of the bodies that one robot may meet, passive bodies first; times elapsed, radii with the margin."""
 
     pieces: Pieces
-    spans: Array  # (n, 2) [s] begin and end of the part of the piece that the robot can come near
     margin: Array  # (n, 2) [m] how much of radius and growth is margin
     hull: Indices  # (b,)
     hull_radius: Array  # (b,) [m]

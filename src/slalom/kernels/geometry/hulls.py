@@ -33,11 +33,15 @@ class MovingHull(NamedTuple):
 
 @kernel
 def new_path(hulls: MaybeHulls) -> tuple[Array, Array]:
-    """Buffers for one path (4, 5), and for the corners (c, 3) of the largest hull at several times (`elements.fan`)."""
+    """Buffers for one path (4, 5), and for the corners (c, 3) of one hull at several times (`elements.fan`).
+
+    There is room for each hull of the rows. Most hulls of a map are of no row.
+    """
     most = 1
     if len(hulls) > 0:
-        for h in range(len(hulls.first) - 1):
-            most = max(most, hulls.first[h + 1] - hulls.first[h])
+        for h in hulls.hull:
+            if h >= 0:
+                most = max(most, hulls.first[h + 1] - hulls.first[h])
     return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
 
 

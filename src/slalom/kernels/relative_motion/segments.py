@@ -12,16 +12,15 @@ from slalom.tolerances import KEPT_ROBOT_MOTIONS
 
 
 @kernel
-def relative_segments(pieces: Pieces, spans: Array, motion: PositionMap, horizon: float) -> CutPieces:
+def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> CutPieces:
     """Bodies relative to a robot from time 0 to `horizon` [s]: pieces cut at its knots, the drift subtracted.
 
-    Pieces that begin before 0 or end after the horizon are restricted to the window. Segments outside `spans` (n, 2)
-    [s] of their pieces are left out.
+    Pieces that begin before 0 or end after the horizon are restricted to the window.
     """
     times, points, body, knots = pieces.times, pieces.points, pieces.body, motion.knots
     n, m, d = len(times), len(motion.drift), points.shape[2]
     turning = len(pieces.turns) > 0
-    count = segment_count(times, spans, body, knots, m, horizon)
+    count = segment_count(times, body, knots, m, horizon)
     lines = np.empty((4, count))
     begin, end, radius, growth = lines[0], lines[1], lines[2], lines[3]
     relative, gains, turned = np.empty((4, 3, count)), np.empty((4, count)), np.empty((4, 2, count if turning else 0))
@@ -41,9 +40,6 @@ def relative_segments(pieces: Pieces, spans: Array, motion: PositionMap, horizon
             while piece < m - 1 and knots[piece + 1] <= t0:
                 piece += 1
             stop = t1 if piece == m - 1 else min(t1, knots[piece + 1])
-            if stop <= spans[s, 0] or t0 >= spans[s, 1]:
-                part, t0 = min(part + 1, KEPT_ROBOT_MOTIONS - 1), stop
-                continue
             width = times[s, 1] - times[s, 0]
             a, b = (t0 - times[s, 0]) / width, (stop - times[s, 0]) / width
             cut = a > 0.0 or b < 1.0
@@ -90,10 +86,10 @@ def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: A
 
 
 @kernel
-def segment_count(times: Array, spans: Array, body: Indices, knots: Array, m: int, horizon: float) -> int:
+def segment_count(times: Array, body: Indices, knots: Array, m: int, horizon: float) -> int:
     """Number of segments that pieces with `times` (n, 2) [s] of bodies (n,) make with m pieces between `knots` [s].
 
-    Those outside `spans` (n, 2) [s] do not count. To fill less memory than was allocated costs more than this count.
+    To fill less memory than was allocated costs more than this count.
     """
     count, piece = 0, 0
     for s in range(len(times)):
@@ -103,9 +99,8 @@ def segment_count(times: Array, spans: Array, body: Indices, knots: Array, m: in
         while t0 < t1:
             while piece < m - 1 and knots[piece + 1] <= t0:
                 piece += 1
-            stop = t1 if piece == m - 1 else min(t1, knots[piece + 1])
-            count += stop > spans[s, 0] and t0 < spans[s, 1]
-            t0 = stop
+            t0 = t1 if piece == m - 1 else min(t1, knots[piece + 1])
+            count += 1
     return count
 
 

@@ -199,7 +199,7 @@ def segments_of(
     for s in range(len(radius)):
         radius[s] = pieces.radius[s] + error + bodies.radius[pieces.body[s]]
     grown = Pieces(pieces.times, pieces.points, radius, pieces.growth, pieces.turns, pieces.body)
-    cut = relative_segments(grown, pieces.times, motion, horizon)
+    cut = relative_segments(grown, motion, horizon)
     owner, hull = np.empty(len(cut.body), np.int64), np.empty(len(cut.body), np.int64)
     for k in range(len(owner)):
         owner[k], hull[k] = bodies.owner[cut.body[k]], bodies.hull[cut.body[k]]

@@ -63,7 +63,7 @@ def relative_rows(
                 turns[i, c, 0], turns[i, c, 1] = index.turns[s, c, 0], index.turns[s, c, 1]
         radius[i], growth[i] = index.radius[s] + margin, index.growth[s]
     cut = relative_segments(
-        Pieces(times, points, radius, growth, turns, np.zeros(n, np.int64)), times, motion, motion.knots[1]
+        Pieces(times, points, radius, growth, turns, np.zeros(n, np.int64)), motion, motion.knots[1]
     )
     for i in range(n):
         bounding_radius[i] = cut.radius[i] + max(cut.growth[i], 0.0) + index.hull_radius[rows[i]]
