@@ -132,7 +132,7 @@ def test_a_path_beyond_the_known_bodies_is_not_kept():
         [Obstacle(Polyline(((20.0, y), (20.0, y + 1.0)), 0.05), Stationary((0.0, 0.0))) for y in (3, 9)]
     )
     fast = Navigator(slalom.method("nao"), Disc(0.3), Limits(5.0, 4.0), patience=100.0)
-    slow = Navigator(slalom.method("nao"), Disc(0.3), Limits(1.0, 4.0), patience=100.0)
+    slow = Navigator(slalom.method("nao"), Disc(0.3), Limits(0.3, 4.0), patience=100.0)
     decision = fast.decide(state, walls, goal)
     for robot, kept in ((fast, True), (slow, False)):
         again = robot.decide(state, walls, goal, previous=decision)
