@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
@@ -41,6 +42,7 @@ from slalom import (
     SlalomError,
     State,
     Stationary,
+    Tracks,
     advance,
     select,
 )
@@ -750,3 +752,35 @@ def test_patience_saves_adjustments() -> None:
         changes.append(sum(a is not b for a, b in itertools.pairwise(manoeuvres)))
     assert changes[0] > changes[1] >= changes[2]
     assert changes[2] < 0.5 * changes[0]
+
+
+def contents(decision: Decision) -> list[object]:
+    """All that a decision holds that the next one could overwrite."""
+    path = decision.path
+    assert path is not None
+    return [decision.outcome, *(a.tolist() for a in (decision.manoeuvre.control, decision.preferred, *path))]
+
+
+def test_a_decision_stays_as_it_is_when_the_robot_decides_again():
+    robot, goal = Navigator(METHODS["nao"], Disc(0.3), Limits(1.5, 2.0)), Goal(Stationary((9.0, 0.0)), 0.3)
+    first = robot.decide(State((0.0, 0.0), (1.0, 0.0)), [], goal)
+    before = contents(first)
+    robot.decide(State((0.0, 3.0), (0.0, -1.0)), [], goal, now=0.1, previous=first)
+    robot.decide(State((5.0, 5.0), (0.0, 0.0)), [], goal)
+    assert contents(first) == before
+
+
+def test_decisions_in_threads_are_those_one_after_the_other():
+    """One navigator decides for many robots, alone and among others, at the same time."""
+    robot, rng = Navigator(METHODS["nao"], Disc(0.3), Limits(1.5, 2.0)), np.random.default_rng(5)
+    goals = [Goal(Stationary(place), 0.3, stop=bool(k % 2)) for k, place in enumerate(rng.uniform(-9.0, 9.0, (60, 2)))]
+    others = [None, *(Tracks(rng.uniform(2.0, 6.0, (n, 2)), rng.uniform(-1.0, 1.0, (n, 2)), 0.3) for n in (2, 3))]
+
+    def decided(k: int) -> list[object]:
+        state = State((0.0, 0.0), (0.5, 0.01 * k))
+        first = robot.decide(state, [], goals[k], robots=others[k % 3])
+        return contents(robot.decide(state, [], goals[k], robots=others[k % 3], now=0.1, previous=first))
+
+    expected = [decided(k) for k in range(60)]
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(decided, range(60))) == expected

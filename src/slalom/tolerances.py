@@ -310,6 +310,13 @@ BALL_ROUNDING: Final = 1e-9
 Smaller than the rounding of a few operations: a robot that can be met might be left out.
 """
 
+REACH_SHARE: Final = 1.25
+"""[1] A decision knows passive bodies up to this many times the distance at the largest speed within the horizon.
+
+Larger: more bodies are passed to each decision. Below 1: bodies that the robot can meet are left out. Just above 1: a
+committed manoeuvre that disturbances displace may lead to where bodies are left out, and is not kept then.
+"""
+
 COOPERATION_RANGE: Final = 0.3
 """[1] Robots nearer to each other than this share of the sum of their radii avoid each other in full, not in part.
 

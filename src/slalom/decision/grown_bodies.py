@@ -9,6 +9,7 @@ from slalom.checks import Array
 from slalom.kernels.arrays import Corners, Indices
 from slalom.kernels.decision.tables import EVERY_WORLD, GrownBodies
 from slalom.obstacle.minkowski import sum_of_shapes
+from slalom.obstacle.pieces import Reach
 from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape, round_shape
 
@@ -39,24 +40,27 @@ class Skeletons:
         self._bodies: dict[int, _RobotBodies] = {}
         self._alone: dict[int, GrownBodies] = {}
 
-    def grown_bodies(self, kind: int, obstacles: ObstacleWindow, *, detours: bool) -> GrownBodies:
+    def grown_bodies(
+        self, kind: int, obstacles: ObstacleWindow, *, detours: bool, around: Reach | None = None
+    ) -> GrownBodies:
         """Predicted obstacles and robots of all kinds, grown by robots with one kind of skeleton.
 
         Args:
             detours: whether costs count detours, which need the positions of obstacles at the horizon.
+            around: bodies farther away from it may be left out, see `GrownBodies.reach`; None: none is.
 
         Raises:
             InvalidInput: see `minkowski.minkowski_sum`.
         """
         if not len(obstacles):
             if kind not in self._alone:
-                self._alone[kind] = self._grown_bodies(kind, obstacles, detours=False)
+                self._alone[kind] = self._made(kind, obstacles, None, detours=False)
             return self._alone[kind]
-        return self._grown_bodies(kind, obstacles, detours=detours)
+        return self._made(kind, obstacles, around, detours=detours)
 
-    def _grown_bodies(self, kind: int, obstacles: ObstacleWindow, *, detours: bool) -> GrownBodies:
-        shape, d = self.shapes[kind], self.dimension
-        bodies, end = obstacles.bodies(shape), obstacles.start + obstacles.horizon
+    def _made(self, kind: int, obstacles: ObstacleWindow, around: Reach | None, *, detours: bool) -> GrownBodies:
+        shape, d, end = self.shapes[kind], self.dimension, obstacles.start + obstacles.horizon
+        bodies = obstacles.bodies(shape) if around is None else obstacles.bodies_near(shape, around)
         # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
         staying, worlds = obstacles.staying(end) if detours else ([], np.empty(0, np.int64))
         robots, corners = self._robots(kind), Corners(bodies.corners, bodies.first, bodies.unordered)
@@ -81,12 +85,13 @@ class Skeletons:
             end_positions=np.array([o.trajectory.position(end) for o in staying]).reshape(-1, d),
             end_radii=np.array([o.shape.bounding_radius for o in staying]),
             end_world=worlds,
+            reach=np.inf if around is None else around.distance,
             robot_rounding=robots.rounding,
             robot_first=robots.first,
             robot_offset=robots.offset,
             robot_radius=robots.radius,
             robot_hull_radius=robots.hull_radius,
-            robot_hull=np.where(robots.hull < 0, -1, len(bodies.radius) + robots.hull),
+            robot_hull=np.where(robots.hull < 0, -1, len(bodies.unordered) + robots.hull),
         )
 
     def _robots(self, kind: int) -> "_RobotBodies":

@@ -1,5 +1,6 @@
 """The tables from which one robot decides: what all its decisions have in common is made once."""
 
+from math import hypot
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,12 +14,13 @@ from slalom.goal import Goal
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable, RobotTable
 from slalom.methods import margin_among
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
+from slalom.obstacle.pieces import Reach
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 from slalom.path import Path
 from slalom.shape import round_shape
 from slalom.state import State
-from slalom.tolerances import AIM_LATEST
+from slalom.tolerances import AIM_LATEST, CONTACT_SLACK, REACH_SHARE
 from slalom.trajectory import Stationary
 
 if TYPE_CHECKING:
@@ -63,6 +65,7 @@ class PolicyTables:
             detours=np.array(robot.detours, dtype=np.float64),
             budget=np.inf,
         )
+        self._clearance = robot.margin + CONTACT_SLACK + float(self._table.error.max())
         self._spare: dict[tuple[int, int, int], RobotTable] = {}
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
         self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
@@ -135,7 +138,9 @@ class PolicyTables:
             distance = float(np.linalg.norm(robots.target[0, :d] - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, robots.moving[:1] = target_paths([goal], now, now + self.robot.horizon + latest)
-        bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours))
+        fastest = max(limits.max_speed, hypot(*state.velocity))
+        around = Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, self._clearance)
+        bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours), around=around)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
         settings = self._settings._replace(now=float(now), budget=1e6 * float(budget))
         if others is not None and others.shares is not None and settings.share < 1.0:

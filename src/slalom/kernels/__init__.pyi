@@ -31,6 +31,8 @@ from .relative_motion.clearance import (
 )
 from .relative_motion.speed_limit import allowed_speed as allowed_speed
 from .relative_motion.window import (
+    balls_near as balls_near,
+    body_balls as body_balls,
     distances_now as distances_now,
     in_balls as in_balls,
     kept_radii as kept_radii,

@@ -18,6 +18,14 @@ from slalom.trajectory import PiecewisePolynomial
 from slalom.trajectory.piecewise import cubic_paths
 
 
+class Reach(NamedTuple):
+    """The ball that a robot stays in within a window of time: bodies farther away from it may be left out."""
+
+    position: Array  # (d,) [m] of the robot
+    distance: float  # [m] that it moves at most
+    clearance: float  # [m] from bodies that still count, with all errors of both
+
+
 class Bodies(NamedTuple):
     """All pieces of all bodies, and the bodies: what relative motion is made of."""
 
@@ -27,10 +35,10 @@ class Bodies(NamedTuple):
     owner: Indices  # (b,) the obstacle
     radius: Array  # (b,) [m] of the body itself
     hull_radius: Array  # (b,) [m]
-    hull: Indices  # (b,) its own number, or -1 for a point
+    hull: Indices  # (b,) number of its hull, or -1 for a point
     corners: Array  # (c, 5) see `kernels.arrays.Corners`
-    first: Indices  # (b + 1,)
-    unordered: Flags  # (b,)
+    first: Indices  # (h + 1,)
+    unordered: Flags  # (h,)
     uncertain: Flags  # (b,) whether its obstacle has an uncertainty
     at_rest: Flags  # (b,) whether a contact with its obstacle counts while the robot is at rest
     heads: Indices  # rows with which bodies begin that exist when the window begins
@@ -158,6 +166,7 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
     rows, bodies = [len(part.pieces.body) for part in parts], [len(part.owner) for part in parts]
     from_row, from_body = np.cumsum([0, *rows]), np.cumsum([0, *bodies])
     from_corner = np.cumsum([0, *(len(part.corners) for part in parts)])
+    from_hull = np.cumsum([0, *(len(part.unordered) for part in parts)])
     columns, turning = zip(*(part.pieces for part in parts)), any(part.turning for part in parts)
     times, points, radius, growth, turns, body = columns
     if turning:
@@ -176,7 +185,7 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
         owner=np.concatenate([part.owner for part in parts]) + np.repeat(np.cumsum([0, *counts])[:-1], bodies),
         radius=np.concatenate([part.radius for part in parts]),
         hull_radius=np.concatenate([part.hull_radius for part in parts]),
-        hull=np.concatenate([np.where(p.hull < 0, -1, p.hull + k) for p, k in zip(parts, from_body)]),
+        hull=np.concatenate([np.where(p.hull < 0, -1, p.hull + k) for p, k in zip(parts, from_hull)]),
         corners=np.concatenate([part.corners for part in parts]),
         first=np.concatenate([[0], *(part.first[1:] + k for part, k in zip(parts, from_corner))]),
         unordered=np.concatenate([part.unordered for part in parts]),

@@ -1,7 +1,7 @@
 """Obstacles that serve many decisions, made into tables once by the caller."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle.minkowski import minkowski_sum
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import Bodies, joined, no_bodies, rows_of
+from slalom.obstacle.pieces import Bodies, Reach, joined, no_bodies, rows_of
 from slalom.shape import Shape
 from slalom.tolerances import STRETCH_HORIZONS
 from slalom.trajectory import Stationary
@@ -47,7 +47,7 @@ class ObstacleTable:
         self._spans = np.array(spans, dtype=np.float64).reshape(-1, 2)
         self._uncertain = any(obstacle.uncertainty is not None for obstacle in self.obstacles)
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in self.obstacles)
-        self._bodies: dict[tuple[Shape, int, float], tuple[Bodies, Indices]] = {}
+        self._bodies: dict[tuple[Shape, int, float], _Stretch] = {}
         self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
 
     def __len__(self) -> int:
@@ -78,10 +78,11 @@ class ObstacleTable:
             self._parts[at_rest] = table, others
         return self._parts[at_rest]
 
-    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """The pieces of bodies grown by a robot's shape, with times from `start` on.
 
         Args:
+            reach: bodies that are farther away from it are left out; None: none is.
             until: (n,) [s] after the start, up to which each obstacle counts. A body that does not exist then has no
                 pieces.
             horizon: [s] the largest value of `until` at this and other decisions.
@@ -105,19 +106,44 @@ class ObstacleTable:
             # Earlier stretches are over.
             self._bodies = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
             self._bodies[key] = self._made(robot, stretch * length, (stretch + 1) * length + horizon)
-        bodies, first = self._bodies[key]
-        pieces, balls, heads = kernels.pieces_within(bodies.pieces, bodies.balls, first, start, until[bodies.owner])
-        return bodies._replace(pieces=pieces, balls=balls, heads=heads)
+        bodies, first, body_balls, some = self._bodies[key]
+        if reach is not None:
+            some = kernels.balls_near(body_balls, reach.position, reach.distance + reach.clearance)
+        owner = bodies.owner if len(some) == len(body_balls) else bodies.owner[some]
+        pieces, balls, heads = kernels.pieces_within(bodies.pieces, bodies.balls, first, some, start, until[owner])
+        found = bodies._replace(pieces=pieces, balls=balls, heads=heads)
+        if len(some) == len(body_balls):
+            return found
+        return found._replace(
+            owner=owner,
+            radius=bodies.radius[some],
+            hull_radius=bodies.hull_radius[some],
+            hull=bodies.hull[some],
+            uncertain=bodies.uncertain[some],
+            at_rest=bodies.at_rest[some],
+        )
 
-    def _made(self, robot: Shape, begin: float, end: float) -> tuple[Bodies, Indices]:
-        """All bodies with absolute times, from begin to end [s], and the first row of each (b + 1,)."""
+    def _made(self, robot: Shape, begin: float, end: float) -> "_Stretch":
+        """All bodies from begin to end [s]."""
         shapes = [minkowski_sum(obstacle, robot) for obstacle in self.obstacles]
         tables = [
             rows_of(obstacle, shape, begin, max(begin, first), min(end, last))
             for obstacle, shape, (first, last) in zip(self.obstacles, shapes, self._spans.tolist())
         ]
         bodies = joined(self.obstacles, range(len(shapes)), shapes, tables, 0.0)
-        return bodies, np.searchsorted(bodies.pieces.body, np.arange(len(bodies.owner) + 1))
+        every = np.arange(len(bodies.owner) + 1)
+        first = np.searchsorted(bodies.pieces.body, every)
+        balls = kernels.body_balls(bodies.balls, first, bodies.radius + bodies.hull_radius)
+        return _Stretch(bodies, first, balls, every[:-1])
+
+
+class _Stretch(NamedTuple):
+    """All bodies of a table over a stretch of time."""
+
+    bodies: Bodies  # with absolute times
+    first: Indices  # (b + 1,) the first row of each
+    balls: Array  # (b, 4) [m] see `kernels.body_balls`
+    every: Indices  # (b,) 0, 1, 2, ...
 
 
 def one_dimension(dimensions: Iterable[int | None]) -> int | None:

@@ -16,7 +16,7 @@ from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.linear_forecast import LinearForecast, linear_forecast
 from slalom.obstacle.minkowski import sum_of_shapes
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import NO_TURNS, Bodies, no_bodies, pieces_of_each
+from slalom.obstacle.pieces import NO_TURNS, Bodies, Reach, no_bodies, pieces_of_each
 from slalom.path import Path
 from slalom.shape import Shape, round_shape
 from slalom.tolerances import UNCERTAINTY_PIECES
@@ -167,8 +167,9 @@ class Tracks:
         """The predicted motion of each up to `end` [s]: knots (n, q + 1) [s], control points (n, q, 4, d) [m]."""
         rule = self._rule(end)
         if rule is not None:
-            times = self.t + rule.times
-            return np.broadcast_to(times, (len(self), len(times))), rule.points(self.states)
+            knots = np.empty((len(self), len(rule.times)))
+            knots[:] = self.t + rule.times
+            return knots, rule.points(self.states)
         each = [obstacle.trajectory.path(self.t, end) for obstacle in self.obstacles]
         q = max((len(path.points) for path in each), default=1)
         times, points = np.empty((len(self), q + 1)), np.zeros((len(self), q, 4, self.dimension))
@@ -182,8 +183,8 @@ class Tracks:
         """The forecast as a table up to `end` [s] at least: one for many decisions."""
         return _tabulated(cast(Hashable, self.forecast), _span(end - self.t))
 
-    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
-        """As `ObstacleTable.bodies`. Raises InvalidInput for tracks that are observed after `start`."""
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
+        """As `ObstacleTable.bodies`, of all tracks. Raises InvalidInput for tracks that are observed after `start`."""
         if self.t > start:
             raise InvalidInput(f"tracks: expected a time t of observation up to {start:g} s, found {self.t:g} s")
         counts = until > 0.0

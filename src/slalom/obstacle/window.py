@@ -15,7 +15,7 @@ from slalom.forecast import EXACT, Forecast, futures
 from slalom.kernels.arrays import Flags, Indices, Snapshot
 from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import Bodies, merged, no_bodies, pieces_of_each
+from slalom.obstacle.pieces import Bodies, Reach, merged, no_bodies, pieces_of_each
 from slalom.obstacle.table import ObstacleTable, one_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.shape import Shape
@@ -41,7 +41,7 @@ class _Source(Protocol):
 
     def __len__(self) -> int: ...
 
-    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Their pieces from `start` on, up to `until` (n,) [s] after it, see `ObstacleTable.bodies`."""
 
 
@@ -56,8 +56,8 @@ class _Listed:
     def __len__(self) -> int:
         return len(self.obstacles)
 
-    def bodies(self, robot: Shape, start: float, until: Array, horizon: float) -> Bodies:
-        """The pieces from `start` on, up to `until` (n,) [s] after it; obstacles that do not exist then have none."""
+    def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
+        """The pieces of all from `start` on, up to `until` (n,) [s] after it; none of those that do not exist then."""
         return pieces_of_each(self.obstacles, robot, start, until)
 
 
@@ -209,13 +209,17 @@ class ObstacleWindow:
     def bodies(self, robot: Shape) -> Bodies:
         """The pieces of all obstacles grown by a robot's shape."""
         if robot not in self._bodies:
-            parts, first = list[Bodies](), 0
-            for source, count in zip(self._sources, self._counts):
-                parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon))
-                first += count
-            bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
-            self._bodies[robot] = bodies if self._at_rest else bodies._replace(at_rest=np.zeros_like(bodies.at_rest))
+            self._bodies[robot] = self.bodies_near(robot, None)
         return self._bodies[robot]
+
+    def bodies_near(self, robot: Shape, reach: Reach | None) -> Bodies:
+        """As `bodies`, made anew without bodies of tables that are out of reach; None: with all."""
+        parts, first = list[Bodies](), 0
+        for source, count in zip(self._sources, self._counts):
+            parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon, reach))
+            first += count
+        bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
+        return bodies if self._at_rest else bodies._replace(at_rest=np.zeros_like(bodies.at_rest))
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).

@@ -21,7 +21,9 @@ class Stationary(Endless):
         return self.initial_position.size
 
     def position(self, t: npt.ArrayLike) -> Array:
-        return self.initial_position + 0.0 * np.asarray(t, dtype=np.float64)[..., None]
+        # One time, as in each decision, needs no array.
+        time = t if isinstance(t, float) else np.asarray(t, dtype=np.float64)[..., None]
+        return np.asarray(self.initial_position + 0.0 * time)
 
     def velocity(self, t: npt.ArrayLike) -> Array:
         return np.zeros((*np.shape(t), self.dimension))

@@ -12,7 +12,7 @@ from slalom.kernels.decision.latest_collision import free_without_margin, latest
 from slalom.kernels.decision.limits import is_too_fast, largest_error, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
-from slalom.kernels.decision.neighbours import reachable_balls, reachable_neighbours
+from slalom.kernels.decision.neighbours import farthest_distance, reachable_balls, reachable_neighbours
 from slalom.kernels.decision.paths import (
     bounding_balls,
     commit,
@@ -57,7 +57,8 @@ CLEAR, CONSTRAINED, KEPT, CONTINUED, SQUEEZED, DELAYED, INTERRUPTED, FALL_BACK, 
 def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: DecisionTables, scratch: Scratch) -> int:
     """KEPT if robot i can continue its committed manoeuvre; CONSTRAINED if not; FALL_BACK if it overlaps a body.
 
-    Only bodies whose bounding balls overlap those of the committed path are tested.
+    Only bodies whose bounding balls overlap those of the committed path are tested. A path that leads to where passive
+    bodies are left out is not continued.
     """
     robots, settings = tables.robots, tables.settings
     d, n, end = settings.dimension, robots.committed_points.shape[1], -np.inf
@@ -69,6 +70,8 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         return CONSTRAINED
     centers, radii = scratch.centers, scratch.radii
     bounding_balls(times[i], robots.committed_points[i], settings, centers, radii)
+    if farthest_distance(robots.position[i], centers, radii) > tables.bodies.reach:
+        return CONSTRAINED
     met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(i, robots, tables.responses)

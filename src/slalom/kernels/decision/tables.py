@@ -141,6 +141,7 @@ class GrownBodies(NamedTuple):
     end_positions: Array  # (e, d) [m] of the passive obstacles of one part, at the horizon
     end_radii: Array  # (e,) [m] their bounding radii
     end_world: Indices  # (e,) as `world`
+    reach: float  # [m] passive bodies near paths that lead farther away from the robot may be left out
     robot_rounding: float  # [m]
     robot_first: Indices  # (s + 1,)
     robot_offset: Array  # (r, 3) [m] origin of the body from the position of the robot

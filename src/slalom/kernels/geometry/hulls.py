@@ -33,11 +33,15 @@ class MovingHull(NamedTuple):
 
 @kernel
 def new_path(hulls: MaybeHulls) -> tuple[Array, Array]:
-    """Buffers for one path (4, 5), and for the corners (c, 3) of the largest hull at several times (`elements.fan`)."""
+    """Buffers for one path (4, 5), and for the corners (c, 3) of one hull at several times (`elements.fan`).
+
+    There is room for each hull of the rows. Most hulls of a map are of no row.
+    """
     most = 1
     if len(hulls) > 0:
-        for h in range(len(hulls.first) - 1):
-            most = max(most, hulls.first[h + 1] - hulls.first[h])
+        for h in hulls.hull:
+            if h >= 0:
+                most = max(most, hulls.first[h + 1] - hulls.first[h])
     return np.empty((4, 5)), np.zeros((4 * most + 4, 3))
 
 
@@ -56,15 +60,18 @@ def corners_at(moving: MovingHull, x: float, q: Array) -> int:
     """The number of corners of the hull; their positions at x in [0, 1] go into q (n, 3) [m]."""
     path, h = moving.path, moving.hull
     corners, first = moving.hulls.corners, moving.hulls.first
-    here = np.empty(5)
-    for i in range(5):
-        here[i] = value(path[0, i], path[1, i], path[2, i], path[3, i], x)
-    n = first[h + 1] - first[h]
+    # Numbers, not an array of them: its memory would take as long as the rest.
+    px = value(path[0, 0], path[1, 0], path[2, 0], path[3, 0], x)
+    py = value(path[0, 1], path[1, 1], path[2, 1], path[3, 1], x)
+    pz = value(path[0, 2], path[1, 2], path[2, 2], path[3, 2], x)
+    ex = value(path[0, 3], path[1, 3], path[2, 3], path[3, 3], x)
+    ey = value(path[0, 4], path[1, 4], path[2, 4], path[3, 4], x)
+    begin, n = first[h], first[h + 1] - first[h]
     for j in range(n):
-        corner = corners[first[h] + j]
-        q[j, 0] = here[0] + corner[0] + corner[3] * here[3] - corner[4] * here[4]
-        q[j, 1] = here[1] + corner[1] + corner[3] * here[4] + corner[4] * here[3]
-        q[j, 2] = here[2] + corner[2]
+        k = begin + j
+        q[j, 0] = px + corners[k, 0] + corners[k, 3] * ex - corners[k, 4] * ey
+        q[j, 1] = py + corners[k, 1] + corners[k, 3] * ey + corners[k, 4] * ex
+        q[j, 2] = pz + corners[k, 2]
     return int(n)
 
 

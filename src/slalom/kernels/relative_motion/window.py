@@ -60,18 +60,20 @@ def copy_restricted(p: Array, a: float, b: float, into: Array) -> None:
 
 @kernel
 def pieces_within(
-    pieces: Pieces, balls: Array, first: Indices, start: float, until: Array
+    pieces: Pieces, balls: Array, first: Indices, some: Indices, start: float, until: Array
 ) -> tuple[Pieces, Array, Indices]:
-    """The pieces of each body from `start` [s] to `until` (b,) [s] after it, with times from `start` on; and heads.
+    """The pieces of the bodies `some` (b,) from `start` [s] to `until` (b,) [s] after it, with times from `start` on.
 
-    With their `piece_balls` (m, 4) [m], from those of all pieces (n, 4). Body b has the rows first[b] to first[b + 1],
-    whose radius does not grow. Heads are the rows with which bodies begin that exist at `start`.
+    With their `piece_balls` (m, 4) [m], from those of all pieces (n, 4), and their heads. Body k of the table has the
+    rows first[k] to first[k + 1], whose radius does not grow. Heads are the rows with which bodies begin that exist at
+    `start`.
     """
     times, turning, d = pieces.times, len(pieces.turns) > 0, pieces.points.shape[2]
-    count, kept = len(first) - 1, 0
+    count, kept = len(some), 0
     rows = np.empty((count, 2), np.int64)
     for b in range(count):
-        rows[b, 0], rows[b, 1] = rows_within(times, first[b], first[b + 1], start, start + until[b])
+        k = some[b]
+        rows[b, 0], rows[b, 1] = rows_within(times, first[k], first[k + 1], start, start + until[b])
         kept += rows[b, 1] - rows[b, 0]
     found = Pieces(
         np.empty((kept, 2)),
@@ -131,6 +133,44 @@ def piece_balls(pieces: Pieces) -> Array:
     for s in range(len(pieces.body)):
         put_ball(pieces, s, balls[s])
     return balls
+
+
+@kernel
+def body_balls(balls: Array, first: Indices, size: Array) -> Array:
+    """Balls (b, 4) [m] that hold each body, of `size` (b,) [m] about its origin, during all its pieces.
+
+    `balls` (n, 4) [m] are those of the pieces; body k has the rows first[k] to first[k + 1]. The radius of a body
+    without pieces is -inf.
+    """
+    found = np.empty((len(size), 4))
+    for b in range(len(size)):
+        found[b, 3] = -np.inf
+        for axis in range(3):
+            low, high = np.inf, -np.inf
+            for s in range(first[b], first[b + 1]):
+                low, high = min(low, balls[s, axis]), max(high, balls[s, axis])
+            found[b, axis] = 0.5 * (low + high)
+        for s in range(first[b], first[b + 1]):
+            square = 0.0
+            for axis in range(3):
+                square += squared(balls[s, axis] - found[b, axis])
+            reach = (np.sqrt(square) + balls[s, 3] + size[b]) * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
+            found[b, 3] = max(found[b, 3], reach)
+    return found
+
+
+@kernel
+def balls_near(balls: Array, position: Array, distance: float) -> Indices:
+    """Numbers (m,) of the `balls` (n, 4) [m] that are no farther from `position` (d,) [m] than `distance` [m]."""
+    near, count = np.empty(len(balls), np.int64), 0
+    for b in range(len(balls)):
+        square, reach = 0.0, balls[b, 3] + distance
+        for axis in range(len(position)):
+            square += squared(balls[b, axis] - position[axis])
+        if reach >= 0.0 and square <= reach * reach:
+            near[count] = b
+            count += 1
+    return near[:count].copy()
 
 
 @kernel

@@ -1,0 +1,139 @@
+"""Bodies, rows and times that a robot cannot come near are left out: every decision stays the same to the bit."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+import slalom
+from slalom import (
+    Circular,
+    Disc,
+    Goal,
+    Limits,
+    Navigator,
+    Obstacle,
+    ObstacleTable,
+    ObstacleWindow,
+    Outcome,
+    Polyline,
+    Rectangle,
+    State,
+    Stationary,
+)
+from slalom.decision.grown_bodies import Skeletons
+from slalom.kernels.decision.tables import GrownBodies
+from slalom.obstacle.pieces import Reach
+
+PERIOD = 0.1
+
+
+class Scene(NamedTuple):
+    """One robot among walls, cars that turn, and people."""
+
+    robot: Navigator
+    state: State
+    goal: Goal
+    obstacles: ObstacleTable
+
+
+def scene(seed: int, method: str, stop: bool) -> Scene:
+    """Walls on 30 m x 30 m around a free place, and bodies on circles."""
+    rng = np.random.default_rng(seed)
+    walls, movers = [], []
+    for _ in range(40):
+        middle, along = rng.uniform(-15.0, 15.0, 2), rng.uniform(-3.0, 3.0, 2)
+        if np.linalg.norm(middle) > 5.0:
+            walls.append(Obstacle(Polyline((middle - along, middle + along), 0.05), Stationary((0.0, 0.0))))
+    for k in range(12):
+        path = Circular(rng.uniform(-8.0, 8.0, 2), rng.uniform(5.0, 9.0), rng.uniform(1.0, 4.0), rng.uniform(0.0, 6.0))
+        if np.linalg.norm(path.position(0.0)) > 3.5:
+            movers.append(Obstacle(Rectangle(3.0, 1.6) if k % 2 else Disc(0.4), path, heading="motion"))
+    robot = Navigator(slalom.method(method), Disc(0.3), Limits(3.0, 2.0), detours=(0.6, -0.6))
+    goal = Goal(Stationary(rng.uniform(-12.0, 12.0, 2)), 0.5, stop=stop)
+    return Scene(robot, State((0.0, 0.0), rng.uniform(-1.0, 1.0, 2)), goal, ObstacleTable([*walls, *movers]))
+
+
+def drive(s: Scene, steps: int) -> Iterator[tuple[object, ...]]:
+    """What is decided at each step of a crossing."""
+    state, decision = s.state, None
+    for k in range(steps):
+        now = PERIOD * k
+        decision = s.robot.decide(state, s.obstacles, s.goal, now=now, previous=decision)
+        a = decision.manoeuvre.mean_acceleration(now, PERIOD)
+        state = State(state.position + PERIOD * state.velocity + 0.5 * PERIOD**2 * a, state.velocity + PERIOD * a, a)
+        yield decision.outcome, repr(decision.manoeuvre.response), *decision.manoeuvre.control.tolist(), decision.regret
+
+
+def everywhere(bodies: GrownBodies) -> GrownBodies:
+    """The same bodies with balls of which nothing is known: no row and no time is left out."""
+    balls = bodies.balls.copy()
+    balls[:, 3] = np.inf
+    return bodies._replace(balls=balls)
+
+
+@pytest.mark.parametrize(("method", "stop"), [("nao", False), ("nao", True), ("vo", True)])
+@pytest.mark.parametrize("seed", range(3))
+def test_decisions_are_those_with_all_rows(seed, method, stop, monkeypatch):
+    """In a closed loop among walls and movers, so that kept, constrained and squeezed decisions occur."""
+    culled, made = list(drive(scene(seed, method, stop), 40)), Skeletons.grown_bodies
+
+    def unculled(self: Skeletons, kind: int, obstacles: ObstacleWindow, *, detours: bool, around: Reach) -> GrownBodies:
+        return everywhere(made(self, kind, obstacles, detours=detours))
+
+    monkeypatch.setattr(Skeletons, "grown_bodies", unculled)
+    assert culled == list(drive(scene(seed, method, stop), 40))
+    assert len({row[0] for row in culled}) > 1
+
+
+def distances(obstacle: Obstacle, position: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Distance [m] of a point from a wall of one edge at rest, or from the disc about another obstacle."""
+    if isinstance(obstacle.shape, Polyline):
+        a, b = obstacle.shape.points
+        foot = a + np.clip((position - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0) * (b - a)
+        return np.full(len(times), np.linalg.norm(position - foot) - obstacle.shape.radius)
+    return np.linalg.norm(obstacle.trajectory.position(times) - position, axis=1) - obstacle.shape.bounding_radius
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_bodies_within_reach_stay(seed):
+    """With the same pieces. A body that is left out is farther away than what is asked for at all times."""
+    rng = np.random.default_rng(seed)
+    s = scene(int(rng.integers(20)), "nao", False)
+    window, shape = ObstacleWindow(s.obstacles, rng.uniform(0.0, 30.0), 6.0), s.robot.robot
+    reach = Reach(rng.uniform(-15.0, 15.0, 2), rng.uniform(0.0, 6.0), rng.uniform(0.0, 1.0))
+    every, near = window.bodies(shape), window.bodies_near(shape, reach)
+    rows = np.isin(every.owner[every.pieces.body], near.owner)
+    np.testing.assert_array_equal(every.owner[every.pieces.body[rows]], near.owner[near.pieces.body])
+    for name in ("times", "points", "radius", "growth", "turns"):
+        np.testing.assert_array_equal(getattr(every.pieces, name)[rows], getattr(near.pieces, name))
+    stays = np.isin(every.owner, near.owner)
+    for name in ("radius", "hull_radius", "hull", "uncertain", "at_rest"):
+        np.testing.assert_array_equal(getattr(every, name)[stays], getattr(near, name))
+    times = window.start + np.linspace(0.0, 6.0, 40)
+    for k in np.setdiff1d(every.owner, near.owner):
+        away = distances(window.obstacles[k], reach.position, times) - shape.bounding_radius
+        assert away.min() > reach.distance + reach.clearance
+
+
+def test_walls_far_away_are_left_out():
+    """Of 40 walls on 30 m x 30 m few are within 2 m."""
+    s = scene(0, "nao", False)
+    window, reach = ObstacleWindow(s.obstacles, 0.0, 6.0), Reach(np.zeros(2), 2.0, 0.05)
+    assert len(window.bodies_near(s.robot.robot, reach).owner) < 0.5 * len(window.bodies(s.robot.robot).owner)
+
+
+def test_a_path_beyond_the_known_bodies_is_not_kept():
+    """The manoeuvre of a fast robot, after its limits were lowered: where it leads, bodies may have been left out."""
+    state, goal = State((0.0, 0.0), (0.0, 0.0)), Goal(Stationary((90.0, 0.0)), 0.5)
+    walls = ObstacleTable(
+        [Obstacle(Polyline(((20.0, y), (20.0, y + 1.0)), 0.05), Stationary((0.0, 0.0))) for y in (3, 9)]
+    )
+    fast = Navigator(slalom.method("nao"), Disc(0.3), Limits(5.0, 4.0), patience=100.0)
+    slow = Navigator(slalom.method("nao"), Disc(0.3), Limits(0.3, 4.0), patience=100.0)
+    decision = fast.decide(state, walls, goal)
+    for robot, kept in ((fast, True), (slow, False)):
+        again = robot.decide(state, walls, goal, previous=decision)
+        assert (again.outcome is Outcome.KEPT) == kept
