@@ -30,7 +30,7 @@ class Setting(NamedTuple):
 
 SETTINGS = {
     "Cross": Setting(
-        "agent_margin: 0.1, side: 4, target_margin: 0.1, tolerance: 0.5", 0.08, 0.12, 5.0, 0.02, 3000, 0.04, "[0, 0]"
+        "agent_margin: 0.1, side: 4, target_margin: 0.1, tolerance: 0.5", 0.08, 0.12, 5.0, 0.02, 1000, 0.1, "[0, 0]"
     ),
     "Antipodal": Setting(
         "position_noise: 0.005, orientation_noise: 0.01, radius: 2, tolerance: 0.2",

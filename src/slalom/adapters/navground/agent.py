@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from navground import core
 
+from slalom.adapters.navground.wheels import turn_of
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 
@@ -94,13 +95,13 @@ def desired_velocity(member: Agent) -> Array:
     return speed_of(member) / length * np.array([way[0] + turn * way[1], way[1] - turn * way[0]]) if length else way
 
 
-def twist(member: Agent, velocity: Array) -> core.Twist2:
-    """Twist that moves the controlled point at `velocity` (2,) [m/s]."""
+def twist(member: Agent, velocity: Array, dt: float) -> core.Twist2:
+    """Twist that moves the controlled point at the mean velocity (2,) [m/s] for `dt` [s]."""
     lead = lead_of(member)
     if not lead:
         return member.feasible_twist(member.twist_towards_velocity(velocity))
-    forward, sideways = _axes(member) @ velocity
-    return member.feasible_twist(core.Twist2((forward, 0.0), sideways / lead, core.Frame.relative))
+    length, angle = turn_of(dt * (_axes(member) @ velocity), lead)
+    return member.feasible_twist(core.Twist2((length / dt, 0.0), angle / dt, core.Frame.relative))
 
 
 def turn(member: Agent, dt: float) -> core.Twist2:

@@ -5,8 +5,10 @@ from typing import Any
 import numpy as np
 from navground import core
 
+from slalom.adapters.navground import tune
 from slalom.adapters.navground.agent import Agent, desired_velocity, lead_of, point_of, speed_of, turn, twist
 from slalom.adapters.navground.surroundings import AtRest, neighbours
+from slalom.adapters.navground.wheels import PointAhead
 from slalom.adapters.navground.world import periods
 from slalom.checks import Array
 from slalom.errors import InvalidInput
@@ -51,6 +53,8 @@ class Group:
             self._velocities = np.array([m.velocity for m in members], dtype=np.float64)
             self._fleet = _fleet(members, dt)
         self._unwrap(points, members)
+        if tune.log is not None:
+            tune.log.append(np.linalg.norm(self._planned - points - self._shift, axis=1))
         points = points + self._shift
         # One agent alone is unwrapped in a world that repeats; of several, the period is known.
         alone = self._shift[0] if len(members) == 1 else np.zeros(2)
@@ -59,13 +63,19 @@ class Group:
             *self._at_rest.table(members, alone),
             neighbours(members, alone, self._now, dt),
         ]
-        decided = self._fleet.step(self._now, points, self._velocities, desired_velocities=desired, others=around)
+        if tune.obj == "vel":
+            decided = self._fleet.step(self._now, points, self._velocities, desired_velocities=desired, others=around, headings=[m.orientation for m in members])
+        else:
+            targets, tol, stop = zip(*[_target(m, p, d, dt) for m, p, d in zip(members, points, desired)])
+            decided = self._fleet.step(
+                self._now, points, self._velocities, np.array(targets), tolerances=np.array(tol), stop=np.array(stop), others=around
+            )
         self._now += dt
         self._planned, self._velocities = decided.positions, decided.velocities
         # The twist is held, so the agent moves by its mean velocity.
         means, speeds = (decided.positions - points) / dt, np.linalg.norm(decided.velocities, axis=1)
         return [
-            twist(m, mean) if np.any(wanted) or speed > REST else turn(m, dt)
+            twist(m, mean, dt) if np.any(wanted) or np.linalg.norm(mean) > REST else turn(m, dt)
             for m, wanted, mean, speed in zip(members, desired, means, speeds)
         ]
 
@@ -84,15 +94,36 @@ class Group:
             )
 
 
+def _bounds(m):
+    lead = lead_of(m)
+    return (PointAhead(lead, m.kinematics.wheel_axis, m.kinematics.max_speed),) if lead and tune.cone else ()
+
+
+def top(m):
+    return speed_of(m) if tune.maxspeed == "target" else min(float(m.kinematics.max_speed), tune.maxspeed * speed_of(m))
+
+
+def _target(m, p, d, dt):
+    speed = np.linalg.norm(d)
+    if speed == 0.0:
+        return p, 0.02, True
+    if m.target.position is not None:
+        off = float(np.linalg.norm(np.asarray(m.target.position) - np.asarray(m.position)))
+        return p + d / speed * off, m.target.position_tolerance, tune.pos_stop
+    return p + d / speed * tune.far * float(m.radius), 0.1, False
+
+
 def _fleet(members: list[Agent], dt: float) -> Fleet:
     period = np.asarray(members[0].world_period)
     return Fleet(
         [method(m.method) for m in members],
         [Disc(float(m.radius)) for m in members],
-        [Limits(speed_of(m), m.max_acceleration) for m in members],
+        [Limits(top(m), m.max_acceleration if tune.acc_tau is None else speed_of(m) / tune.acc_tau, bounds=_bounds(m)) for m in members],
         period=dt,
         horizon=members[0].time_horizon,
-        margin=[float(m.safety_margin) + 2.0 * lead_of(m) for m in members],
+        margin=[max(float(m.safety_margin), 2.0 * lead_of(m)) if tune.lead_margin is None else float(m.safety_margin) + tune.lead_margin * lead_of(m) for m in members],
+        patience=tune.patience,
+        **({} if tune.detours is None else dict(detours=tune.detours)),
         world_period=tuple(np.where(period > 0.0, period, np.inf).tolist()) if np.any(period) else None,
         holds=HOLDS,
     )

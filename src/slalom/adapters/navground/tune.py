@@ -1,0 +1,10 @@
+obj = "vel"
+far = 20.0
+maxspeed = "target"
+patience = 0.1
+acc_tau = None
+detours = None
+lead_margin = 2.0
+pos_stop = False
+cone = True
+log = None
