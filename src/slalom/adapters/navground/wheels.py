@@ -1,7 +1,6 @@
-"""What two driven wheels can do with a point ahead of their axle: its velocities, and the twist of a displacement.
+"""The motion that two driven wheels can give to a point ahead of their axle (input-output linearisation).
 
-A point `lead` [m] ahead of the axle moves in every direction (input-output linearisation; Siciliano, Sciavicco, Villani
-and Oriolo, *Robotics*, Springer 2009, section 11.6).
+The point moves in every direction (Siciliano, Sciavicco, Villani and Oriolo, *Robotics*, Springer 2009, section 11.6).
 """
 
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from slalom.adapters.navground.tolerances import WHEEL_RESERVE
+from slalom.adapters.navground.tolerances import ARC_RESERVE, OVERSPEED
 from slalom.bounds import HalfSpaces, axes, ball_sides
 from slalom.checks import Array
 from slalom.state import State
@@ -19,13 +18,13 @@ from slalom.state import State
 
 @dataclass(frozen=True)
 class PointAhead:
-    """Velocities of the point that wheels can keep up while the body turns towards them: a bound of `Limits`.
+    """Velocities that the point `lead` [m] ahead can keep while the body turns towards them: a bound of `Limits`.
 
-    Wheels `track` [m] apart with speeds up to `max_wheel_speed` [m/s] permit |v_x| + k |v_y| <= max_wheel_speed, with
-    k = track / (2 lead), x ahead. While the point keeps its velocity the body turns until x is along it. On the way the
-    left side is largest where tan of the angle between both is k. So all of the disc about 0 with the radius
-    max_wheel_speed / hypot(1, k) can be kept up, and of faster velocities those in the hull of this disc and of the
-    velocity max_wheel_speed ahead. The disc is replaced by an inscribed polygon.
+    Wheels `track` [m] apart that reach `max_wheel_speed` [m/s] permit |v_x| + k |v_y| <= max_wheel_speed, x ahead, with
+    k = track / (2 lead). While the point keeps a velocity, the body turns until x is along it. The left side is largest
+    where k is the tangent of the angle between both. So a velocity of the right half of the disc about 0 with the
+    radius max_wheel_speed / hypot(1, k) can be kept, and one of the hull of this disc and the largest velocity ahead.
+    Backwards there is none. Speeds of wheels count OVERSPEED times, see `tracking_error`. Two chords replace the arcs.
     """
 
     of: ClassVar[Literal["velocity"]] = "velocity"
@@ -36,8 +35,8 @@ class PointAhead:
 
     @cached_property
     def _sides(self) -> HalfSpaces:
-        """Half-spaces in the body frame."""
-        k, fastest = 0.5 * self.track / self.lead, self.max_wheel_speed / WHEEL_RESERVE
+        """Half-spaces in the body frame: the two tangents from the largest velocity, two chords, none backwards."""
+        k, fastest = 0.5 * self.track / self.lead, self.max_wheel_speed * OVERSPEED / ARC_RESERVE
         begin, radius = float(np.arctan(k)), fastest / hypot(1.0, k)
         half = 0.5 * (0.5 * np.pi - begin)
         angles = np.array([begin, -begin, begin + half, -begin - half, np.pi])
@@ -49,12 +48,19 @@ class PointAhead:
         frame = axes(state)
         return ball_sides(float(offsets[2]), 2) if frame is None else (normals @ frame, offsets)
 
+    def tracking_error(self, period: float) -> float:
+        """Largest distance [m] of the point from its plan after a `period` [s], with velocities within the bound.
 
-def turn_of(displacement: Array, lead: float) -> tuple[float, float]:
+        Where planned wheels are too fast, the kinematics of navground reduce the speed ahead by no more than that.
+        """
+        return (OVERSPEED - 1.0) * self.max_wheel_speed * period
+
+
+def arc_of(displacement: Array, lead: float) -> tuple[float, float]:
     """Length [m] of the arc of the axle, and its angle [rad], that displace the point by (2,) [m] in the body frame.
 
-    Both the chord of the arc and the change of the direction to the point are symmetric about the mean heading, at half
-    the angle. Across it the point moves by 2 lead sin(angle / 2), along it by the chord.
+    The change of the direction to the point is across the mean heading, at half the angle: 2 lead sin(angle / 2). The
+    chord of the arc is along it. `displacement` is above -2 lead ahead.
     """
     x, y = displacement.tolist()
     half = atan2(y, 2.0 * lead + x)
