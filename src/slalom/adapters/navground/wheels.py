@@ -12,7 +12,7 @@ import numpy as np
 
 from slalom.adapters.navground.tolerances import ARC_RESERVE, OVERSPEED
 from slalom.bounds import HalfSpaces, axes, ball_sides
-from slalom.checks import Array
+from slalom.checks import Array, positive
 from slalom.state import State
 
 
@@ -24,7 +24,11 @@ class PointAhead:
     k = track / (2 lead). While the point keeps a velocity, the body turns until x is along it. The left side is largest
     where k is the tangent of the angle between both. So a velocity of the right half of the disc about 0 with the
     radius max_wheel_speed / hypot(1, k) can be kept, and one of the hull of this disc and the largest velocity ahead.
-    Backwards there is none. Speeds of wheels count OVERSPEED times, see `tracking_error`. Two chords replace the arcs.
+    Backwards there is none. Wheels may be planned OVERSPEED times as fast, see `tracking_error`. Two chords replace the
+    arcs.
+
+    Raises:
+        InvalidInput: a value that is not above 0.
     """
 
     of: ClassVar[Literal["velocity"]] = "velocity"
@@ -32,6 +36,10 @@ class PointAhead:
     lead: float
     track: float
     max_wheel_speed: float
+
+    def __post_init__(self) -> None:
+        for name in ("lead", "track", "max_wheel_speed"):
+            positive(getattr(self, name), name)
 
     @cached_property
     def _sides(self) -> HalfSpaces:
