@@ -94,7 +94,10 @@ def moved_into(run: sim.ExperimentalRun, agent: int, period: tuple[float, float]
             other = second if agent == first else first
             own = other >= poses.shape[1]
             if not own:
-                offset, motion = nearest(poses[step - 1, [other, agent]], period), poses[step, agent] - poses[step - 1, agent]
+                offset, motion = (
+                    nearest(poses[step - 1, [other, agent]], period),
+                    poses[step, agent] - poses[step - 1, agent],
+                )
                 own = bool(nearest(np.array([motion, np.zeros(2)]), period) @ offset > 0.0)
             found.append((step, own))
     return found
@@ -164,14 +167,15 @@ def page(rows: list[dict[str, str]]) -> str:
     lines = [
         "# navground: behaviours in its experiments",
         "",
-        "Written by `benchmarks/navground_experiments.py` from the runs in `benchmarks/results/navground.csv`. The numbers of",
-        "the experiments are those of `navground_examples_yaml/experiment` of navground 0.7: 1000 steps of 0.1 s, 20 agents.",
-        "A run ends earlier when all agents have arrived, or when all are stuck. Collisions are rows of navground's record,",
-        "of all seeds. Efficacy is navground's; least: that of one seed. The time is processor time with the simulation.",
+        "Written by `benchmarks/navground_experiments.py` from the runs in `benchmarks/results/navground.csv`. The",
+        "numbers of the experiments are those of `navground_examples_yaml/experiment` of navground 0.7: 1000 steps of",
+        "0.1 s, 20 agents. A run ends earlier when all agents have arrived, or when all are stuck. Collisions are rows",
+        "of navground's record, of all seeds. Efficacy is navground's; least: that of one seed. The time is processor",
+        "time with the simulation.",
         "",
         "## 20 agents that are alike",
         "",
-        "| experiment | kinematics | behaviour | seeds | collisions | efficacy | least | steps | us per agent and step |",
+        "| experiment | kinematics | behaviour | seeds | collisions | efficacy | least | steps | us per agent, step |",
         "|---|---|---|---|---|---|---|---|---|",
         *alike,
         "",

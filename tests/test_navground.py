@@ -1,5 +1,9 @@
 """The behaviours for navground, judged by navground's own runner and record of collisions."""
 
+import importlib.util
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -198,3 +202,55 @@ def test_a_fleet_moved_at_once_without_a_period_is_refused():
         agents[0].compute_cmd_internal(0.1)
     for agent in agents:
         agent.close()
+
+
+@pytest.fixture(scope="module")
+def program():
+    """benchmarks/navground_experiments.py."""
+    path = Path(__file__).parents[1] / "benchmarks" / "navground_experiments.py"
+    spec = importlib.util.spec_from_file_location("navground_experiments", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_of_tables_is_made_of_the_kept_runs(program):
+    assert program.PAGE.read_text() == program.page(program.kept())
+
+
+def test_no_kept_run_of_slalom_has_a_collision(program):
+    runs = [run for run in program.kept() if run["agents"].startswith("Slalom")]
+    assert {(run["experiment"], run["kinematics"]) for run in runs} == {
+        (name, kind) for name in program.SETTINGS for kind in program.KINEMATICS
+    }
+    assert all(int(run["own"] or run["collisions"]) == 0 for run in runs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kinematics", ["omnidirectional", "two wheels"])
+def test_a_run_made_again_is_near_the_kept_one(program, kinematics):
+    """navground has single precision, so processors may differ in the last bits, and the agents then in their ways."""
+    key = {"experiment": "Antipodal", "kinematics": kinematics, "agents": "SlalomFleet", "seed": "0"}
+    (kept,) = [run for run in program.kept() if key.items() <= run.items()]
+    made = program.make("Antipodal", kinematics, "SlalomFleet", 0)
+    assert made["collisions"] == "0"
+    assert float(made["efficacy"]) == pytest.approx(float(kept["efficacy"]), abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "other", "period", "own"),
+    [
+        ((0.5, 0.0), (0.6, 0.0), (0.77, 0.0), (0.0, 0.0), True),
+        ((0.5, 0.0), (0.4, 0.0), (0.57, 0.0), (0.0, 0.0), False),
+        ((3.95, 0.0), (0.05, 0.0), (0.15, 0.0), (4.0, 0.0), True),
+        ((3.95, 0.0), (3.9, 0.0), (0.05, 0.0), (4.0, 0.0), False),
+    ],
+)
+def test_a_collision_is_of_the_agent_that_moved_towards_the_other(program, before, after, other, period, own):
+    poses = np.array([[(*before, 0.0), (*other, 0.0)], [(*after, 0.0), (*other, 0.0)]])
+    record = SimpleNamespace(poses=poses, collisions=np.array([(1, 0, 1)]))
+    assert program.moved_into(record, 0, period) == [(1, own)]
+    record.collisions = np.array([(1, 0, 7)])  # a wall
+    assert program.moved_into(record, 0, period) == [(1, True)]
+    record.collisions = np.array([(1, 1, 7)])
+    assert program.moved_into(record, 0, period) == []

@@ -39,7 +39,8 @@ class Group:
 
     def _decide(self, members: list[Agent], dt: float) -> list[core.Twist2]:
         settings: list[tuple[Any, ...]] = [
-            (m, dt, speed_of(m), float(m.radius), float(m.safety_margin), str(m.values)) for m in members
+            (m, dt, speed_of(m), float(m.radius), float(m.safety_margin), *map(_comparable, m.values.values()))
+            for m in members
         ]
         renewed = self._fleet is None or settings != self._settings
         if renewed:
@@ -84,6 +85,11 @@ class Group:
                 "world_period: expected the period of the world, because an agent was moved by "
                 f"{np.linalg.norm(moved, axis=1).max():g} m at once, found {period.tolist()}"
             )
+
+
+def _comparable(value: Any) -> Any:
+    """The value of a property; that of a vector as a tuple."""
+    return tuple(np.asarray(value).tolist()) if np.ndim(value) else value
 
 
 def _fleet(members: list[Agent], motions: list[Motion], dt: float) -> Fleet:
