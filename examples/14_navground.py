@@ -1,4 +1,4 @@
-"""Agents of navground that cross, on two kinds of kinematics: slalom beside behaviours of navground, by a YAML experiment.
+"""Agents of navground that cross, on two kinds of kinematics: slalom beside two of its behaviours, in one experiment.
 
 Needs `pip install slalom[navground]`.
 """

@@ -121,7 +121,7 @@ def test_an_agent_reaches_its_speed_in_the_same_time_at_every_speed():
     agent = on(OMNI)
     for speed in (0.06, 0.12):
         agent.optimal_speed = speed
-        assert agents.motion_of(agent, PERIOD).limits.max_acceleration == pytest.approx(speed / 0.2)
+        assert agents.motion_of(agent, PERIOD).limits.max_acceleration == pytest.approx(speed / 0.3)
     agent.max_acceleration = 0.7
     assert agents.motion_of(agent, PERIOD).limits.max_acceleration == pytest.approx(0.7)
 

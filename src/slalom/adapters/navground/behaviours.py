@@ -8,7 +8,7 @@ from slalom.adapters.navground.group import Group
 
 PROPERTIES: Final[dict[str, tuple[Any, str]]] = {
     "method": ("nao", "A method of several robots, see `slalom list methods`"),
-    "max_acceleration": (0.0, "Largest acceleration [m/s^2]; 0: the desired speed within 0.2 s"),
+    "max_acceleration": (0.0, "Largest acceleration [m/s^2]; 0: the desired speed within 0.3 s"),
     "time_horizon": (3.0, "Time up to which collisions count [s]"),
     "keep_right": (0.25, "Angle [rad] from the target to the desired velocity, to the right"),
     "lead": (0.0, "Distance of the controlled point ahead of the axle [m]; 0: a tenth of that of the wheels"),

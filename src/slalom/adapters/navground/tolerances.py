@@ -1,6 +1,6 @@
 """Numerical constants of the adapter for navground."""
 
-RAMP = 0.2
+RAMP = 0.3
 """[s] in which an agent reaches its speed, unless its acceleration is given. Larger: slower reactions. Smaller: fleets
 that only observe each other keep wider margins."""
 LEAD_SHARE = 0.1
