@@ -97,8 +97,8 @@ def run(
     seed
         Seed of random scenarios.
     out
-        Write the run to this file: .h5 with all data for a replay, or only the tracks as .csv, .ndjson (TrajNet++) or
-        .sqlite (JuPedSim), whose frames are numbered from the start of the run.
+        Write the run to this file. A .h5 file holds all data for a replay. A .csv, .ndjson (TrajNet++) or .sqlite
+        (JuPedSim) file holds the tracks only; frames of the last two count from the start of the run.
     figure
         Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
     figure_at

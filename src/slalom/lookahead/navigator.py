@@ -46,9 +46,9 @@ class LookAhead:
     change. Without any, the navigator decides. The uncertainty of `FromModels` is an estimate: where it leaves no safe
     decision, less of it counts (DOUBT_SHARES).
 
-    Law: a sequence keeps the margin, or the largest possible fraction of it, until it ends, as long as the forecasts
-    hold, and as large a share of an estimated uncertainty as any of DOUBT_SHARES allows. The motion after a pass
-    through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
+    Law: a sequence keeps the margin until it ends, or the largest possible fraction of it, as long as the forecasts
+    hold. It also keeps the largest of DOUBT_SHARES of an estimated uncertainty that is possible. The motion after a
+    pass through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
 
     Attributes:
         navigator: provides forecast, shape, limits, period, margin and patience, and decides where the search has no
