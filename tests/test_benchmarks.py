@@ -119,6 +119,7 @@ def test_programs_say_what_is_not_installed(name: str, package: str, extra: str)
     assert f"slalom[{extra}]" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_written_page_is_that_of_the_kept_results(tmp_path: Path) -> None:
     """Of full runs of all programs with this version of slalom."""
     kept = FOLDER / "results" / "performance"

@@ -398,7 +398,9 @@ def test_a_store_that_cannot_be_made_or_written(tmp_path: Path) -> None:
     store = filled(tmp_path / "gone", one)
     row = store.read([one])[one.key]
     shutil.rmtree(tmp_path / "gone")
-    with pytest.raises(InvalidFile, match=r"\.json: expected a file that can be written, found No such file"):
+    with pytest.raises(
+        InvalidFile, match=r"\.json: expected a file that can be written, found no such file or folder$"
+    ):
         store.write(one, row)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from slalom.bounds import BOUNDS
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.errors import InvalidFile, InvalidInput, reason
 from slalom.forecast import FORECASTS
 from slalom.goal import Goal
 from slalom.limits import Limits
@@ -58,8 +58,7 @@ def dump(decision: "Decision", file: FilePath) -> None:
     try:
         file.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InvalidFile([f"{file}: expected a file that can be written, found {reason}"]) from None
+        raise InvalidFile([f"{file}: expected a file that can be written, found {reason(error)}"]) from None
 
 
 def document(decision: "Decision") -> dict[str, Any]:
