@@ -193,3 +193,52 @@ def test_runs_are_made_and_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path)
     tables.make(table, tmp_path / "store", 1)
     assert [run["seed"] for run in tables.kept(table)] == ["0", "1", "0", "1"]
     assert tables.rendered(table, tables.kept(table)) == "| method |\n|---|\n| nao |\n| vo |"
+
+
+NOT_MEASURED = {
+    ("recordings", "kind"),
+    ("irsim", "setting"),
+    ("theory", "bound"),
+    ("view", "type"),
+    ("foresight", "model"),
+}
+"""Tables of numbers that define something, by page and first heading."""
+COMPARED = {"paper": "test_paper.py", "performance": "test_benchmarks.py", "fleets": "this file"}
+"""Pages whose tables a test compares with kept results, and its file."""
+WITHOUT_VERSION = {"crossings", "foresight", "navground", "navground_tables"}
+"""Pages that state the command of a table, or where its runs are, and not the version."""
+
+
+def measured_tables(page: str, text: str) -> list[tuple[str, str]]:
+    """First heading of each table of numbers, and the section that holds it."""
+    found = []
+    for section in re.split(r"(?m)^(?=#{1,4} )", text):
+        for table in re.finditer(r"(?m)^\| *([^|]*?) *\|.*\n\|[-|]+\|\n((?:\|.*\n?)+)", section):
+            cells = [cell.strip() for line in table[2].splitlines() for cell in line.strip("|").split("|")[1:]]
+            numbers = sum(re.match(r"[-+]?[\d*(].*", cell) is not None for cell in cells)
+            marked = "written by tools/tables.py" in section[: table.start()][-100:]
+            if numbers >= 0.4 * len(cells) and not marked and (page, table[1]) not in NOT_MEASURED:
+                found.append((table[1], section))
+    return found
+
+
+PAGES = {path.stem: path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
+
+
+@pytest.mark.parametrize("page", sorted(PAGES.keys() - COMPARED.keys() - WITHOUT_VERSION))
+def test_a_measured_table_states_its_command_version_and_date(page: str) -> None:
+    """In its section, if it is not written from kept runs. A page of `slalom compare` needs no date: runs are exact."""
+    for heading, section in measured_tables(page, PAGES[page].read_text()):
+        if re.search(r"^Made by `slalom compare .*` with slalom \d+\.\d+\.\d+, ", section, re.M):
+            continue
+        assert re.search(r"`(python|slalom|make) [^`]+`|`cross\(|^    python ", section, re.M), heading
+        assert re.search(r"with\s+slalom \d+\.\d+\.\d+ on\s+20\d\d-\d\d-\d\d", section), heading
+
+
+def test_measured_tables_are_found() -> None:
+    """A table of numbers, not one of words and not one that the tool wrote."""
+    table = "| robots | s |\n|---|---|\n| 3 | 0.5 |\n"
+    words = "| robots | use |\n|---|---|\n| 3 | `nao` |\n"
+    written = "<!-- begin of the table a, written by tools/tables.py -->\n\n" + table
+    assert [heading for heading, _ in measured_tables("a", f"# A\n\n{table}\n## B\n\n{words}\n{written}")] == ["robots"]
+    assert len([one for page in PAGES for one in measured_tables(page, PAGES[page].read_text())]) > 30
