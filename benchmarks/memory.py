@@ -1,7 +1,7 @@
 """Growth of memory and of the time per step, over many decisions of one robot and many steps of a fleet.
 
-usage: python benchmarks/memory.py [--decisions 20000] [--robots 100] [--seconds 60] [--many 3000] [--steps 60] [--quick]
-                                   [--out FOLDER]
+usage: python benchmarks/memory.py [--decisions 20000] [--robots 100] [--seconds 60] [--many 3000] [--steps 60]
+                                   [--quick] [--out FOLDER]
 
 One robot decides repeatedly among 30 cars. Nothing is recorded, so memory must not grow. A run of a fleet is recorded
 by default, and its growth is compared with the size of the recording. A run of a large fleet without recording must not
