@@ -53,7 +53,7 @@ TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds
 
 
 def dump(decision: "Decision", file: FilePath) -> None:
-    """See `Decision.dump`."""
+    """Write the inputs and the result of a decision as JSON, see `Decision.dump`."""
     text = json.dumps(document(decision), indent=1, allow_nan=False)
     try:
         file.write_text(text + "\n", encoding="utf-8")

@@ -94,7 +94,7 @@ class LookAhead:
         previous: Decision | None = None,
         delay: float = 0.0,
     ) -> Decision:
-        """As `Navigator.decide`.
+        """Decision at the time `now` [s], see `Navigator.decide`.
 
         Args:
             obstacles: passing the same list or table at every decision avoids building its table again.
