@@ -4,7 +4,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from slalom.checks import known, whole
 from slalom.cli.console import Whole, print_message
 
 
@@ -16,6 +15,7 @@ def compile_(
 
     Without it, the first use compiles the kernels that it needs. The result is kept on disk for this user.
     """
+    from slalom.checks import known, whole
     from slalom.precompile import USES, compile as compile_uses
 
     for name in uses:
