@@ -90,7 +90,7 @@ golden: .venv/test.stamp
 bench: export OPENBLAS_NUM_THREADS := 1
 bench: .venv/bench.stamp
 	@for program in $(PROGRAMS); do echo; echo "== $$program"; $(BIN)/python benchmarks/$$program.py || exit 1; done
-	$(BIN)/python benchmarks/report.py
+	$(BIN)/python benchmarks/report.py --keep benchmarks/results/performance
 
 clean:
 	rm -rf .venv out .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -1,7 +1,7 @@
 """Growth of memory and of the time per step, over many decisions of one robot and many steps of a fleet.
 
-usage: python benchmarks/memory.py [--decisions 6000] [--robots 100] [--seconds 60] [--many 3000] [--steps 60] [--quick]
-                                   [--out FOLDER]
+usage: python benchmarks/memory.py [--decisions 20000] [--robots 100] [--seconds 60] [--many 3000] [--steps 60]
+                                   [--quick] [--out FOLDER]
 
 One robot decides repeatedly among 30 cars. Nothing is recorded, so memory must not grow. A run of a fleet is recorded
 by default, and its growth is compared with the size of the recording. A run of a large fleet without recording must not
@@ -174,7 +174,7 @@ def measure(decisions: int, robots: int, seconds: float, many: int, steps: int) 
 def main() -> None:
     """Measure, print, write."""
     parser = options(__doc__)
-    parser.add_argument("--decisions", type=int, default=6000)
+    parser.add_argument("--decisions", type=int, default=20000)
     parser.add_argument("--robots", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--many", type=int, default=3000)

@@ -39,6 +39,8 @@ def shown(value: Any) -> str:
     """A number with three digits, anything else as it is."""
     if value is None:
         return "not measured"
+    if value != value:
+        return "-"
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return str(value)
     if isinstance(value, int) or value == 0 or not np.isfinite(value):

@@ -1,11 +1,12 @@
 """Render docs/performance.md and its figures from the results of the other programs; measure nothing.
 
-usage: python benchmarks/report.py [--results FOLDER] [--docs FOLDER]
+usage: python benchmarks/report.py [--results FOLDER] [--docs FOLDER] [--keep FOLDER]
 """
 
 import argparse
 import ast
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -120,8 +121,8 @@ def page(results: dict[str, dict[str, Any]], images: Path) -> Iterator[str]:
     yield "# Speed, measured"
     yield ""
     yield (
-        "`make bench` makes this page. It runs every program of `benchmarks/` once, one after the other, and renders "
-        "their results from `out/benchmarks/`. `python benchmarks/NAME.py` runs one program, and "
+        "`make bench` makes this page. It runs the programs below once, one after the other, renders their results "
+        "and keeps them in `benchmarks/results/performance`. `python benchmarks/NAME.py` runs one program, and "
         "`python benchmarks/report.py` renders the page again. Peers come from packages "
         "(`pip install 'slalom[peers,bench]'`). They run in the same run on the same scenes; numpy's matrix products "
         "use one thread. Times depend on the machine and on its load, so the ratios are the results. With large "
@@ -143,12 +144,16 @@ def page(results: dict[str, dict[str, Any]], images: Path) -> Iterator[str]:
         yield from section(name, results, images)
 
 
-def render(folder: Path, docs: Path) -> Path:
-    """Write the page from the JSON files of a folder; return its path."""
+def render(folder: Path, docs: Path, keep: Path | None = None) -> Path:
+    """Write the page from the JSON files of a folder, and copies of these files to `keep`; return its path."""
     found = {name: folder / f"{name}.json" for name in PROGRAMS}
     results = {name: json.loads(path.read_text()) for name, path in found.items() if path.exists()}
     if not results:
         raise SystemExit(f"{folder}: expected results of {', '.join(PROGRAMS)}, found none; run `make bench`")
+    if keep is not None:
+        keep.mkdir(parents=True, exist_ok=True)
+        for name in results:
+            shutil.copyfile(found[name], keep / found[name].name)
     images = docs / "images"
     images.mkdir(parents=True, exist_ok=True)
     path = docs / "performance.md"
@@ -161,8 +166,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--results", type=Path, default=Path("out/benchmarks"))
     parser.add_argument("--docs", type=Path, default=Path("docs"))
+    parser.add_argument("--keep", type=Path, help="folder for copies of the results")
     arguments = parser.parse_args()
-    print("written:", render(arguments.results, arguments.docs))
+    print("written:", render(arguments.results, arguments.docs, arguments.keep))
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+import slalom
+
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "benchmarks"
 QUICK = {
@@ -117,9 +119,19 @@ def test_programs_say_what_is_not_installed(name: str, package: str, extra: str)
     assert f"slalom[{extra}]" in done.stderr
 
 
-def test_the_written_page_is_of_full_runs() -> None:
-    """What is in the repository was not rendered from quick runs, and its targets are those of the programs."""
+@pytest.mark.slow
+def test_the_written_page_is_that_of_the_kept_results(tmp_path: Path) -> None:
+    """Of full runs of all programs with this version of slalom."""
+    kept = FOLDER / "results" / "performance"
+    assert {path.stem for path in kept.glob("*.json")} == set(QUICK)
+    for path in kept.glob("*.json"):
+        assert json.loads(path.read_text())["machine"]["slalom"] == slalom.__version__, path.name
+    done = called(FOLDER / "report.py", "--results", kept, "--docs", tmp_path, "--keep", tmp_path / "kept")
+    assert done.returncode == 0, done.stderr
     text = (ROOT / "docs" / "performance.md").read_text()
+    assert (tmp_path / "performance.md").read_text() == text
+    for path in kept.glob("*.json"):
+        assert (tmp_path / "kept" / path.name).read_text() == path.read_text()
     assert "quick runs" not in text
     assert "Not run" not in text
     assert all(f"## {name}: " in text for name in QUICK)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -402,3 +403,14 @@ def test_the_tree_names_every_module_at_the_top() -> None:
     for path in (ROOT / "src" / "slalom").iterdir():
         if not path.name.startswith("_") and path.name not in ("data", "py.typed"):
             assert f" {path.name}" in tree, path.name
+
+
+def test_the_page_of_layers_names_those_that_are_checked() -> None:
+    """In the same order, with the same modules in each."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    (layers,) = [contract["layers"] for contract in contracts if contract.get("containers") == ["slalom"]]
+    checked = [set(re.findall(r"\w+", layer)) for layer in layers]
+    page = (ROOT / "docs" / "design" / "0003-layers.md").read_text().partition("Two packages")[0]
+    rows = [line.split("|")[2] for line in page.splitlines() if line.startswith("| ")][1:]
+    assert [set(re.findall(r"`(\w+)`", row)) for row in rows] == checked
+    assert f"The package has {len(checked)} layers" in page

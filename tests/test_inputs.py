@@ -20,6 +20,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from cyclopts import CoercionError
 from hdf5_files import OF_LIBRARY, OF_RECORDING, changed, read_here, read_with
 from matplotlib.figure import Figure
 from pydantic_core import PydanticKnownError
@@ -1858,7 +1859,7 @@ CASES = [
     Case(
         "Store.write",
         InvalidFile,
-        r"\.json: expected a file that can be written, found No such file",
+        r"\.json: expected a file that can be written, found no such file or folder$",
         lambda folder: Store(folder / "none").write(A_RUN, {}),
     ),
     Case(
@@ -2363,6 +2364,24 @@ CASES = [
         command("run", "empty", "--at", "1", "--figure-at", "2"),
     ),
     Case(
+        "whole_number",
+        CoercionError,
+        r"Invalid value for --seed: expected a whole number, found '1\.5'",
+        command("run", "empty", "--seed", "1.5"),
+    ),
+    Case(
+        "replay",
+        InvalidInput,
+        r"--figure-at: expected a time of the run, from 0 to 0\.2 s, found -3 s",
+        command("run", "empty", "--set", "duration=0.2", "--figure", "{}/a.svg", "--figure-at", "-3"),
+    ),
+    Case(
+        "replay",
+        InvalidInput,
+        r"--figure-at: expected a time of the run, from 0 to 0\.2 s, found 1 s",
+        command("run", "empty", "--set", "duration=0.2", "--figure", "{}/a.svg", "--figure-at", "1"),
+    ),
+    Case(
         "_with_settings",
         InvalidInput,
         r"--set duration: expected --duration with a recording, found 3",
@@ -2383,7 +2402,7 @@ CASES = [
     Case(
         "convert",
         InvalidInput,
-        r"expected a file that ends in \.csv, \.ndjson, \.sqlite; found '.*a\.h5'",
+        r"TARGET: expected a file that ends in \.csv, \.ndjson, \.sqlite; found '.*a\.h5'",
         on_recording("convert", "{}/a.csv", "{}/a.h5"),
     ),
     Case(
@@ -2466,7 +2485,7 @@ CASES = [
         ),
     ),
     Case(
-        "_refuse_run",
+        "refuse_run",
         InvalidInput,
         r"scenario: expected a scenario or recorded tracks, found the run .*, which is over; `slalom show` prints it",
         lambda folder: ((folder / "a.h5").write_text(""), command("run", "{}/a.h5")(folder)),

@@ -387,7 +387,7 @@ def test_every_damaged_file_is_named(tmp_path: Path) -> None:
         store.read(cases)
     assert len(caught.value.mistakes) == 2
     assert "found another run; delete it" in caught.value.mistakes[0]
-    assert "expected a readable file, found Is a directory" in caught.value.mistakes[1]
+    assert "expected a readable file, found a folder" in caught.value.mistakes[1]
 
 
 def test_a_store_that_cannot_be_made_or_written(tmp_path: Path) -> None:
@@ -398,7 +398,9 @@ def test_a_store_that_cannot_be_made_or_written(tmp_path: Path) -> None:
     store = filled(tmp_path / "gone", one)
     row = store.read([one])[one.key]
     shutil.rmtree(tmp_path / "gone")
-    with pytest.raises(InvalidFile, match=r"\.json: expected a file that can be written, found No such file"):
+    with pytest.raises(
+        InvalidFile, match=r"\.json: expected a file that can be written, found no such file or folder$"
+    ):
         store.write(one, row)
 
 

@@ -1,18 +1,20 @@
 """Tables of results in README and docs: they are what their kept runs give, which the present code gives again."""
 
+import json
+import os
 import re
 import sys
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 from draws import commit_number
 from galleries import installed
 
 from slalom.sim import Row
-from slalom.sim.sweep.case import run_one
+from slalom.sim.sweep.case_file import is_cases
 
 ROOT = Path(__file__).parents[1]
+PEERS = Path(os.environ.get("SLALOM_DATA", ROOT.parent / "shared" / "data")) / "peers"
 sys.path.insert(0, str(ROOT / "tools"))
 
 import tables  # noqa: E402
@@ -69,82 +71,174 @@ def test_a_page_without_a_place_is_refused() -> None:
         tables.with_table("# A page\n", table, "| a |")
 
 
-class Claim(NamedTuple):
-    """A row of docs/fleets.md."""
-
-    scenario: str
-    settings: dict[str, float]
-    method: str
-    runs: int
-    collided: int
-    arrived: int
-    clearance: float
-    deterministic: bool
-    last: str
-
-    def refused_by(self, result: dict) -> list[str]:
-        """What of the row cannot be true, if this is the result of one of its runs."""
-        collides, arrives = result["collisions"] > 0, result["arrived"] == result["robots"]
-        return [
-            name
-            for name, wrong in {
-                "collided": self.collided in (0, self.runs) and collides != (self.collided > 0),
-                "arrived": self.arrived in (0, self.runs) and arrives != (self.arrived > 0),
-                "clearance": result["min_clearance"] < self.clearance - 0.00051,
-                # One distinct run is what its row says.
-                "same": self.deterministic
-                and (f"{result['min_clearance']:.3f}", f"{result['time']:.1f}") != (f"{self.clearance:.3f}", self.last),
-            }.items()
-            if wrong
-        ]
-
-
-def claims() -> list[Claim]:
-    """The rows of docs/fleets.md without test cases of other projects and without fleets that take minutes."""
-    found = []
-    for line in (ROOT / "docs" / "fleets.md").read_text().splitlines():
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        name, _, words = cells[0].partition(" ")
-        if len(cells) != 11 or not re.fullmatch(r"[a-z_]+", name) or name == "scenario" or cells[3] == "-":
-            continue
-        settings = {key: float(value) for key, value in (word.split("=") for word in words.split(", ") if word)}
-        runs, collided, arrived = (int(re.match(r"\d+", cells[k])[0]) for k in (3, 4, 5))
-        if settings.get("robots", 20) <= 20:
-            alone = "deterministic" in cells[3]
-            found.append(Claim(name, settings, cells[1], runs, collided, arrived, float(cells[10]), alone, cells[7]))
-    return found
-
-
-CLAIMS = [
-    pytest.param(one, id=" ".join([one.scenario, *(f"{k}={v:g}" for k, v in one.settings.items()), one.method]))
-    for one in claims()
+STUDY_ROWS = [
+    pytest.param(study, row, method, id=f"{study.name} {tables.scenario_text(row)} {method}")
+    for study in tables.STUDIES
+    for row in study.rows
+    for method in row.methods
+    if row.settings.get("robots", 0) <= 20
+    if (tables.scenario_text(row), method) in {(run["scenario"], run["method"]) for run in tables.kept(study)}
 ]
 
 
-def test_rows_of_fleets_are_found() -> None:
-    """Without intervals where there is one distinct run, with them elsewhere."""
-    assert len(CLAIMS) >= 60
-    for line in (ROOT / "docs" / "fleets.md").read_text().splitlines():
-        if line.startswith("| circle"):
-            assert ("deterministic" in line) == ("noise=0" in line) == ("%)" not in line), line
+@pytest.mark.slow
+@pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
+def test_a_page_of_a_study_is_that_of_its_runs(study: tables.StudyPage) -> None:
+    """Title, text, command and every row with kept runs. All other rows name the version that made them."""
+    text, runs = (ROOT / study.page).read_text(), tables.kept(study)
+    assert study.written(text, runs) == text
+    expected = [(tables.scenario_text(row), method) for row in study.rows for method in row.methods]
+    lines = [line for line in text.splitlines() if line.startswith("| ")][1:]
+    made = {(run["scenario"], run["method"]) for run in runs}
+    assert ["slalom" not in line.split(" | ")[3] for line in lines] == [key in made for key in expected]
 
 
-def test_a_row_that_is_wrong_is_refuted() -> None:
-    """By a run that collides, that does not arrive, that comes closer, or that is not the only one."""
-    row = Claim("circle", {}, "nao", 20, 0, 20, 0.1, False, "9.0")
-    run = {"collisions": 0, "arrived": 4, "robots": 4, "min_clearance": 0.1, "time": 9.0}
-    assert row.refused_by(run) == row._replace(deterministic=True).refused_by(run) == []
-    assert row.refused_by(run | {"collisions": 1}) == ["collided"]
-    assert row.refused_by(run | {"arrived": 3}) == ["arrived"]
-    assert row.refused_by(run | {"min_clearance": 0.09}) == ["clearance"]
-    assert row._replace(deterministic=True).refused_by(run | {"time": 9.1}) == ["same"]
-    assert row._replace(collided=7).refused_by(run) == []
+@pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
+def test_every_seed_of_the_kept_rows_of_a_study_was_run(study: tables.StudyPage) -> None:
+    """Once, in the order of the rows; with the versions of all packages that were used."""
+    found = [(run["scenario"], run["method"], run["seed"]) for run in tables.kept(study)]
+    kept_rows = {run[:2] for run in found}
+    expected = [
+        (tables.scenario_text(row), method, str(seed))
+        for row in study.rows
+        for method in row.methods
+        for seed in range(row.seeds)
+        if (tables.scenario_text(row), method) in kept_rows
+    ]
+    assert found == expected
+    used = json.loads(tables.VERSIONS.read_text())[study.name]
+    assert {"slalom", "numpy", "numba", "shapely", "pyrvo", "navground"} <= set(used)
+
+
+def test_a_row_without_runs_names_its_version(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Rows with kept runs are rendered from these; a second rendering changes nothing."""
+    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
+    (tmp_path / "benchmarks" / "small.yaml").write_text(
+        "title: Small\nmethods: [nao, vo]\nseeds: 1\nscenarios: [{scenario: empty, settings: {duration: 1}}]\n"
+    )
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    monkeypatch.setattr(tables, "VERSIONS", tmp_path / "versions.json")
+    study = tables.StudyPage("small")
+    tables.make(study, tmp_path / "store", 1)
+    runs = tables.kept(study)
+    whole = study.written("", runs)
+    assert whole.startswith(
+        "# Small\n\nMade by `slalom compare benchmarks/small.yaml --page docs/small.md` with slalom "
+    )
+    former = re.sub(r"slalom [\d.]+", "slalom 0.0.9", whole, count=1).replace(" 0.50 ", " 0.40 ")
+    part = study.written(former, [run for run in runs if run["method"] == "nao"])
+    of_nao, of_vo = part.splitlines()[-2:]
+    assert of_nao == whole.splitlines()[-2]
+    assert of_vo.split(" | ")[3] == "1, deterministic, slalom 0.0.9"
+    assert study.written(part, [run for run in runs if run["method"] == "nao"]) == part
+    assert study.written(part, runs) == whole
+    tables.make(study, tmp_path / "none", 1, merge=True)
+    assert tables.kept(study) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("claim", [one for one in turn(CLAIMS, 3) if not one.marks])
-def test_a_run_does_not_refute_its_row(claim: Claim) -> None:
-    """Three rows of docs/fleets.md with each commit, whose runs are not kept: one seed of each."""
-    installed(claim.method)
-    found = run_one(claim.scenario, claim.settings, claim.method, commit_number() % claim.runs)
-    assert not claim.refused_by(found), found
+@pytest.mark.parametrize(("study", "row", "method"), [one for one in turn(STUDY_ROWS, 3) if not one.marks])
+def test_two_runs_of_a_row_of_a_study_give_the_same_again(study: tables.StudyPage, row: Row, method: str) -> None:
+    """Three rows of at most 20 robots with each commit, and two seeds of each, others with each commit."""
+    installed(method)
+    name = row.name
+    if is_cases(name):
+        if not (PEERS / name).exists():
+            pytest.skip(f"{name} is not here")
+        row = row._replace(scenario=str(PEERS / name))
+    known = {(run["scenario"], run["method"], run["seed"]): run for run in tables.kept(study)}
+    for seed in {2 * commit_number() % row.seeds, (2 * commit_number() + 1) % row.seeds}:
+        assert tables.again(row, method, seed, study.fields) == known[tables.scenario_text(row), method, str(seed)]
+
+
+def test_deterministic_rows_of_a_study_have_no_intervals() -> None:
+    """Without intervals where there is one distinct run, with them elsewhere."""
+    lines = [line for line in (ROOT / "docs" / "fleets.md").read_text().splitlines() if line.startswith("| circle")]
+    assert len(lines) >= 40
+    for line in lines:
+        assert ("deterministic" in line) == ("noise=0" in line) == ("%)" not in line), line
+
+
+def test_the_line_of_a_run_holds_what_the_page_needs() -> None:
+    """Several numbers in one cell; of robots that did not arrive there are none."""
+    result = {"robots": 3, "arrived": 2, "collisions": 0, "time": 9.5, "adjustments": 4, "min_clearance": -0.0}
+    result |= {"foresight": "observed", "efficacy": 0.5, "extra_times": [0.25, None, 1.0]}
+    line = tables.line("ring", "nao", 7, result, tables.STUDY_FIELDS)
+    assert tuple(line) == tables.STUDY_FIELDS
+    assert list(line.values()) == [
+        *("ring", "nao", "7", "3", "2", "0", "9.500000", "4", "-0.000000"),
+        *("observed", "0.500000", "0.2500 1.0000"),
+    ]
+
+
+def test_a_run_without_a_result_stops_the_table(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """HRVO of other authors has no walls; the file of runs is not written."""
+    row = Row("corridor", {"duration": 0.5}, ("hrvo",), 1)
+    installed("hrvo")
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    table = tables.Table("corridor", "page.md", (row,), {})
+    with pytest.raises(
+        SystemExit, match=r"^corridor duration=0.5 hrvo: expected results of all seeds, found none of \[0\]"
+    ):
+        tables.make(table, tmp_path / "store", 1)
+    assert not table.runs.exists()
+
+
+def test_runs_are_made_and_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """As a file whose table is that of the runs."""
+    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    row = Row("empty", {"duration": 0.5}, ("nao", "vo"), 2)
+    table = tables.Table("empty", "page.md", (row,), {"method": lambda scenario, method, found: method})
+    tables.make(table, tmp_path / "store", 1)
+    assert [run["seed"] for run in tables.kept(table)] == ["0", "1", "0", "1"]
+    assert tables.rendered(table, tables.kept(table)) == "| method |\n|---|\n| nao |\n| vo |"
+
+
+NOT_MEASURED = {
+    ("recordings", "kind"),
+    ("irsim", "setting"),
+    ("theory", "bound"),
+    ("view", "type"),
+    ("foresight", "model"),
+}
+"""Tables of numbers that define something, by page and first heading."""
+COMPARED = {"paper": "test_paper.py", "performance": "test_benchmarks.py", "fleets": "this file"}
+"""Pages whose tables a test compares with kept results, and its file."""
+WITHOUT_VERSION = {"crossings", "foresight", "navground", "navground_tables"}
+"""Pages that state the command of a table, or where its runs are, and not the version."""
+
+
+def measured_tables(page: str, text: str) -> list[tuple[str, str]]:
+    """First heading of each table of numbers, and the section that holds it."""
+    found = []
+    for section in re.split(r"(?m)^(?=#{1,4} )", text):
+        for table in re.finditer(r"(?m)^\| *([^|]*?) *\|.*\n\|[-|]+\|\n((?:\|.*\n?)+)", section):
+            cells = [cell.strip() for line in table[2].splitlines() for cell in line.strip("|").split("|")[1:]]
+            numbers = sum(re.match(r"[-+]?[\d*(].*", cell) is not None for cell in cells)
+            marked = "written by tools/tables.py" in section[: table.start()][-100:]
+            if numbers >= 0.4 * len(cells) and not marked and (page, table[1]) not in NOT_MEASURED:
+                found.append((table[1], section))
+    return found
+
+
+PAGES = {path.stem: path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
+
+
+@pytest.mark.parametrize("page", sorted(PAGES.keys() - COMPARED.keys() - WITHOUT_VERSION))
+def test_a_measured_table_states_its_command_version_and_date(page: str) -> None:
+    """In its section, if it is not written from kept runs. A page of `slalom compare` needs no date: runs are exact."""
+    for heading, section in measured_tables(page, PAGES[page].read_text()):
+        if re.search(r"^Made by `slalom compare .*` with slalom \d+\.\d+\.\d+, ", section, re.M):
+            continue
+        assert re.search(r"`(python|slalom|make) [^`]+`|`cross\(|^    python ", section, re.M), heading
+        assert re.search(r"with\s+slalom \d+\.\d+\.\d+ on\s+20\d\d-\d\d-\d\d", section), heading
+
+
+def test_measured_tables_are_found() -> None:
+    """A table of numbers, not one of words and not one that the tool wrote."""
+    table = "| robots | s |\n|---|---|\n| 3 | 0.5 |\n"
+    words = "| robots | use |\n|---|---|\n| 3 | `nao` |\n"
+    written = "<!-- begin of the table a, written by tools/tables.py -->\n\n" + table
+    assert [heading for heading, _ in measured_tables("a", f"# A\n\n{table}\n## B\n\n{words}\n{written}")] == ["robots"]
+    assert len([one for page in PAGES for one in measured_tables(page, PAGES[page].read_text())]) > 30

@@ -2,31 +2,46 @@
 
     python tools/tables.py                            # renders every table from its kept runs
     python tools/tables.py --make NAME --store DIR    # makes all runs of a table first; DIR keeps finished runs
+    python tools/tables.py --make fleets --data DIR   # DIR has the test cases of other projects
 
-The runs of the table NAME are in benchmarks/results/NAME.csv. Its page holds it between two comments that name it.
-`tests/test_tables.py` compares every table with its runs, and makes two runs of each row again.
+The runs of the table NAME are in benchmarks/results/NAME.csv. A page of its own holds the table of a study; other
+tables are between two comments that name them. `tests/test_tables.py` compares every table with its runs, and makes
+two runs of its rows again.
 """
 
 import argparse
 import csv
+import json
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from slalom.cli.report import page_text
+from slalom.peers import contender
 from slalom.sim import Row, compare_all
 from slalom.sim.sweep.aggregate import aggregate
-from slalom.sim.sweep.case import is_deterministic, run_one
+from slalom.sim.sweep.case import is_deterministic, run_one, versions
+from slalom.sim.sweep.case_file import is_cases
 from slalom.sim.sweep.store import Store
 from slalom.sim.sweep.study import cases_of
+from slalom.sim.sweep.study_yaml import Study, read_study
 
 ROOT = Path(__file__).parents[1]
 FIELDS = ("scenario", "method", "seed", "robots", "arrived", "collisions", "time", "adjustments", "min_clearance")
 """Columns of a file of runs. time [s] and min_clearance [m] have DIGITS decimals; empty: none."""
+STUDY_FIELDS = (*FIELDS, "foresight", "efficacy", "extra_times")
+"""Columns of the runs of a study. extra_times [s]: of the robots that arrived, with EXTRA_DIGITS decimals."""
 DIGITS = 6
 """Decimals of kept times and clearances: fewer than floats have, so that a last bit is not a difference."""
+EXTRA_DIGITS = 4
+"""Decimals of the extra times; a page shows 2."""
+
+VERSIONS = ROOT / "benchmarks" / "results" / "versions.json"
+"""The versions of slalom and of packages with which the runs of each study were made."""
 
 Run = dict[str, str]
 
@@ -44,11 +59,92 @@ class Table:
     page: str
     rows: tuple[Row, ...]
     columns: Mapping[str, Callable[[str, str, Mapping[str, Any]], str]]
+    fields: tuple[str, ...] = FIELDS
 
     @property
     def runs(self) -> Path:
         """The file of its runs."""
         return ROOT / "benchmarks" / "results" / f"{self.name}.csv"
+
+    def written(self, text: str, runs: Sequence[Run]) -> str:
+        """The text of its page with the table of these runs."""
+        return with_table(text, self, rendered(self, runs))
+
+
+@dataclass(frozen=True)
+class StudyPage:
+    """A page that `slalom compare benchmarks/NAME.yaml --page docs/NAME.md` writes.
+
+    A row without kept runs stays as it is on the page. If it was made with another version, it names that version.
+
+    Attributes:
+        data: folder of the test cases of other projects; without it their runs are not made.
+    """
+
+    name: str
+    data: Path | None = None
+    fields: tuple[str, ...] = STUDY_FIELDS
+
+    @property
+    def page(self) -> str:
+        """The page of the study."""
+        return f"docs/{self.name}.md"
+
+    @property
+    def runs(self) -> Path:
+        """The file of its runs."""
+        return ROOT / "benchmarks" / "results" / f"{self.name}.csv"
+
+    @property
+    def study(self) -> Study:
+        """The study."""
+        return read_study(ROOT / "benchmarks" / f"{self.name}.yaml", self.data)
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """All its rows; those of files of test cases are the last."""
+        study = self.study
+        return (*study.rows, *study.left_out)
+
+    def written(self, text: str, runs: Sequence[Run]) -> str:
+        """The text of its page with the table of these runs."""
+        study, rows = self.study, self.rows
+        found = {key: list(group) for key, group in groupby(runs, key=lambda run: (run["scenario"], run["method"]))}
+        tables = []
+        for row in rows:
+            kept_methods = [method for method in row.methods if (scenario_text(row), method) in found]
+            same = bool(kept_methods) and is_deterministic(row.name, row.settings)
+            aggregates = {m: aggregate([_result(r) for r in found[scenario_text(row), m]], same) for m in kept_methods}
+            name = Path(row.name).name if is_cases(row.name) else row.name
+            about = {"scenario": name, "seeds": row.seeds, "settings": dict(row.settings), "deterministic": same}
+            tables.append({**about, "methods": aggregates})
+        data = ["--data", "DATA_DIR"] if any(is_cases(row.name) for row in rows) else []
+        words = ["slalom", "compare", f"benchmarks/{self.name}.yaml", *data, "--page", self.page]
+        made_with = json.loads(VERSIONS.read_text())[self.name]
+        new = page_text(tables, study.title, study.text, " ".join(words), made_with)
+        former = next(iter(re.findall(r" with slalom ([\w.]+)", text)), made_with["slalom"])
+        lines = _rows_of(text)
+        if former != made_with["slalom"]:
+            lines = {key: _of_version(line, former) for key, line in lines.items()}
+        lines |= _rows_of(new)
+        settings = [", ".join(f"{name}={value:g}" for name, value in row.settings.items()) for row in rows]
+        keys = [(f"{t['scenario']} {s}".rstrip(), m) for t, s, row in zip(tables, settings, rows) for m in row.methods]
+        head = new[: new.index("\n", new.index("\n|---") + 1) + 1]
+        return head + "".join(f"{lines[key]}\n" for key in keys)
+
+
+def _rows_of(text: str) -> dict[tuple[str, str], str]:
+    """The lines of the table of a page by scenario and method."""
+    lines = [line for line in text.splitlines() if line.startswith("| ")][1:]
+    return {(cells[0], cells[1]): line for line in lines if (cells := line.removeprefix("| ").split(" | "))}
+
+
+def _of_version(line: str, version: str) -> str:
+    """A line that names the version with which its runs were made, in the cell of the number of runs."""
+    cells = line.split(" | ")
+    if "slalom" not in cells[3]:
+        cells[3] += f", slalom {version}"
+    return " | ".join(cells)
 
 
 def decimals(key: str, digits: int) -> Callable[[str, str, Mapping[str, Any]], str]:
@@ -105,44 +201,66 @@ TABLES = (
 )
 
 
+STUDIES = (StudyPage("fleets"),)
+
+
 def scenario_text(row: Row) -> str:
-    """A scenario with its settings, as on the command line."""
-    return " ".join([row.name, *(f"{name}={value:g}" for name, value in row.settings.items())])
+    """A scenario with its settings, as on the command line; for a file its name without the folder."""
+    name = Path(row.name).name if is_cases(row.name) else row.name
+    return " ".join([name, *(f"{name}={value:g}" for name, value in row.settings.items())])
 
 
-def line(scenario: str, method: str, seed: int, result: Mapping[str, Any]) -> Run:
+def line(scenario: str, method: str, seed: int, result: Mapping[str, Any], fields: Sequence[str] = FIELDS) -> Run:
     """The line of a run in the file of runs."""
-    values = {name: result[name] for name in FIELDS[3:]}
     return {"scenario": scenario, "method": method, "seed": str(seed)} | {
-        name: "" if value is None else f"{value:.{DIGITS}f}" if isinstance(value, float) else str(value)
-        for name, value in values.items()
+        name: _text(result[name]) for name in fields[3:]
     }
 
 
-def make(table: Table, store: Path, jobs: int) -> None:
-    """Make all runs of a table, those of the store excepted, and write its file of runs."""
-    compare_all(table.rows, jobs=jobs, store=store, progress=lambda done, total: print(f"{done}/{total}", end="\r"))
+def _text(value: Any) -> str:
+    """A value in a file of runs; several are separated by spaces."""
+    if isinstance(value, list):
+        return " ".join(f"{each:.{EXTRA_DIGITS}f}" for each in value if each is not None)
+    return "" if value is None else f"{value:.{DIGITS}f}" if isinstance(value, float) else str(value)
+
+
+def make(table: Table | StudyPage, store: Path, jobs: int, merge: bool = False) -> None:
+    """Make all runs of a table, those of the store excepted, and write its file of runs.
+
+    With `merge` make none: the file gets the rows of which all runs are in the store.
+    """
+    if not merge:
+        compare_all(table.rows, jobs=jobs, store=store, progress=lambda done, total: print(f"{done}/{total}", end="\r"))
     lines = []
-    for row in table.rows:
-        cases = cases_of(row)
-        results = Store.at(store).read(cases)
-        lines += [line(scenario_text(row), str(case.method), case.seed, results[case.key]) for case in cases]
+    for row, method in ((each, method) for each in table.rows for method in each.methods):
+        cases = cases_of(row._replace(methods=(method,)))
+        results = dict(Store.at(store).read(cases))
+        without = [case.seed for case in cases if case.key not in results]
+        if not without:
+            lines += [line(scenario_text(row), method, case.seed, results[case.key], table.fields) for case in cases]
+        elif not merge:
+            where = f"{scenario_text(row)} {method}"
+            raise SystemExit(f"{where}: expected results of all seeds, found none of {without}")
     with table.runs.open("w", newline="") as file:
-        writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
+        writer = csv.DictWriter(file, table.fields, lineterminator="\n")
         writer.writeheader()
         writer.writerows(lines)
+    if isinstance(table, StudyPage):
+        known = json.loads(VERSIONS.read_text()) if VERSIONS.exists() else {}
+        used = versions(contender(name) for row in table.rows for name in row.methods)
+        VERSIONS.write_text(json.dumps(known | {table.name: used}, indent=2) + "\n")
 
 
-def kept(table: Table) -> list[Run]:
+def kept(table: Table | StudyPage) -> list[Run]:
     """The lines of the file of runs."""
     with table.runs.open(newline="") as file:
         return list(csv.DictReader(file))
 
 
-def again(row: Row, method: str, seed: int) -> Run:
+def again(row: Row, method: str, seed: int, fields: Sequence[str] = FIELDS) -> Run:
     """The line of a run, made now."""
     assert isinstance(row.scenario, str)
-    return line(scenario_text(row), method, seed, run_one(row.scenario, row.settings, method, seed))
+    return line(scenario_text(row), method, seed, run_one(row.scenario, row.settings, method, seed), fields)
 
 
 def rendered(table: Table, runs: Iterable[Run]) -> str:
@@ -159,7 +277,12 @@ def _result(run: Run) -> dict[str, Any]:
     """The result of a run as `aggregate` reads it."""
     counts = {name: int(run[name]) for name in ("robots", "arrived", "collisions", "adjustments")}
     numbers = {name: float(run[name]) if run[name] else None for name in ("time", "min_clearance")}
-    return {**counts, **numbers, "efficacy": 0.0, "extra_times": (), "statuses": {}, "foresight": None}
+    more = {
+        "efficacy": float(run.get("efficacy") or 0.0),
+        "extra_times": [float(text) for text in run.get("extra_times", "").split()],
+        "foresight": run.get("foresight"),
+    }
+    return {**counts, **numbers, **more, "statuses": {}}
 
 
 def with_table(text: str, table: Table, content: str) -> str:
@@ -175,15 +298,19 @@ def with_table(text: str, table: Table, content: str) -> str:
 def main(tokens: Sequence[str] | None = None) -> int:
     """Make the runs that are asked for, and render all tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--make", choices=[table.name for table in TABLES], action="append", default=[])
+    every = (*TABLES, *STUDIES)
+    parser.add_argument("--make", choices=[table.name for table in every], action="append", default=[])
     parser.add_argument("--store", type=Path, default=ROOT / "out" / "tables")
+    parser.add_argument("--data", type=Path, help="folder of the test cases of other projects")
+    parser.add_argument("--merge", action="store_true", help="make no run; take the rows that are in the store")
     parser.add_argument("--jobs", type=int, default=1)
     given = parser.parse_args(tokens)
-    for table in TABLES:
+    for table in every:
         if table.name in given.make:
-            make(table, given.store, given.jobs)
+            chosen = replace(table, data=given.data) if isinstance(table, StudyPage) else table
+            make(chosen, given.store, given.jobs, given.merge)
         page = ROOT / table.page
-        page.write_text(with_table(page.read_text(), table, rendered(table, kept(table))))
+        page.write_text(table.written(page.read_text(), kept(table)))
     return 0
 
 

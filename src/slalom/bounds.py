@@ -2,8 +2,8 @@
 
 In the body frame x points along the heading of the state, or along the velocity if the state has none. In the plane y
 points to its left, in space the rest is lateral. A robot slower than REST whose state has no heading takes the one of
-its bound. Without a heading, a bound on the acceleration that needs one is replaced by the largest ball about 0 that
-fits into it under every heading. `TurningRadius`, `HeadingCone` and `LeastSpeed` then bound nothing, because they
+its bound. Without a heading, a bound on the acceleration that needs one becomes a ball about 0: the largest that fits
+into it under every heading. `TurningRadius`, `HeadingCone` and `LeastSpeed` then bound nothing, because they
 restrict a moving robot only.
 """
 

@@ -1,6 +1,22 @@
 """Exceptions of slalom: one base class with few subclasses, so that no exception of a backend reaches the caller."""
 
+import errno
+import re
+from typing import Final
+
 from slalom.tolerances import MESSAGE_LINE
+
+REASONS: Final = {
+    errno.ENOENT: "no such file or folder",
+    errno.EACCES: "no permission",
+    errno.EPERM: "no permission",
+    errno.EROFS: "a folder that cannot be written",
+    errno.EEXIST: "a file of that name",
+    errno.ENOTDIR: "a file in place of a folder",
+    errno.EISDIR: "a folder",
+    errno.ENOSPC: "no space left",
+}
+"""Causes of errors of the operating system, as the end of "expected ..., found"."""
 
 
 class SlalomError(Exception):
@@ -28,6 +44,16 @@ class InvalidFile(SlalomError):
     def __reduce__(self) -> tuple[type["InvalidFile"], tuple[list[str]]]:
         """Make the error picklable: it may come from another process."""
         return type(self), (self.mistakes,)
+
+
+def reason(error: Exception) -> str:
+    """The cause of an error of a file in words; of an unknown one its own text.
+
+    The HDF5 library states the number of the operating system in its text only.
+    """
+    in_text = re.search(r"errno = (\d+)", str(error))
+    number = int(in_text[1]) if in_text else getattr(error, "errno", None)
+    return REASONS.get(number or 0, getattr(error, "strerror", None) or str(error))
 
 
 def _line(text: str) -> str:

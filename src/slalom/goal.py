@@ -49,7 +49,7 @@ class Goal:
         return bool(self.reached_at(position, velocity, np.asarray(now)))
 
     def reached_at(self, positions: Array, velocities: Array, times: Array) -> npt.NDArray[np.bool_]:
-        """As `reached`, for positions and velocities (..., d) at times (...) [s]: (...)."""
+        """Whether the goal is reached, for positions and velocities (..., d) at times (...) [s]: (...)."""
         within = np.linalg.norm(self.position(times) - positions, axis=-1) <= self.tolerance
         if not self.stop or not np.any(within):
             return np.asarray(within)

@@ -10,7 +10,7 @@ from slalom.errors import InvalidInput
 
 
 def kind_of(part: object, kinds: Mapping[str, type], where: str) -> str:
-    """The name of the class of a part in a table. Raises InvalidInput, which says `where` it is, for another class."""
+    """The name of the class of a part in a table. Raises InvalidInput, which names `where`, for another class."""
     kind = next((name for name, cls in kinds.items() if type(part) is cls), None)
     if kind is None:
         raise InvalidInput(f"{where}: expected one of {', '.join(kinds)}, found {type(part).__name__}")

@@ -57,7 +57,7 @@ def hermite_weights(times: Array) -> Array:
 def hermite_pieces(
     times: Array, positions: Array, start_velocities: Array, end_velocities: Array, error: float | Array
 ) -> Path:
-    """As `hermite`, with separate velocities (n, d) [m/s] at the start and at the end of each piece."""
+    """Cubic pieces as of `hermite`, with velocities (n, d) [m/s] of their own at the start and the end of each."""
     third = ((times[1:] - times[:-1]) / 3.0)[:, None]
     points = np.empty((len(times) - 1, 4, positions.shape[1]))
     points[:, 0] = positions[:-1]

@@ -50,10 +50,10 @@ class GaussianError:
     `position` [m] and `velocity` [m/s] are the standard deviations per axis. The obstacle leaves the radius, at any
     time, with a probability of at most `probability`.
 
-    With e and f the two errors and k^2 the chi-square quantile of that probability (with d degrees of freedom for each
-    deviation above 0), |e|^2 / position^2 + |f|^2 / velocity^2 <= k^2 in all other cases. Then, by Cauchy and Schwarz,
-    |e + f t| <= k sqrt(position^2 + velocity^2 t^2) at all times at once. A robot that stays outside this radius
-    collides with the obstacle with at most that probability over the whole horizon. The ellipsoid is the usual
+    Let e and f be the two errors, and k^2 the chi-square quantile of that probability, with d degrees of freedom for
+    each deviation above 0. In all other cases |e|^2 / position^2 + |f|^2 / velocity^2 <= k^2. Then, by Cauchy and
+    Schwarz, |e + f t| <= k sqrt(position^2 + velocity^2 t^2) at all times at once. A robot that stays outside this
+    radius collides with the obstacle with at most that probability over the whole horizon. The ellipsoid is the usual
     Mahalanobis region of a Gaussian; Du Toit and Burdick, IEEE T-RO 28(1), 2012, use such bounds for chance
     constraints. The radius for all times is derived here.
     """
@@ -79,10 +79,10 @@ class GaussianError:
 class KalmanError:
     """Error of a constant-velocity Kalman filter that predicts: Gaussian, with accelerations that are white noise.
 
-    `position` [m] and `velocity` [m/s] are the largest standard deviations along any axis, `correlation` (0 to 1) is
-    that of both errors, `acceleration` [m/s^2/sqrt(Hz)] the root of the spectral density of the accelerations. At each
-    time the obstacle is outside the radius with a probability of at most `probability`. Over all times of a horizon it
-    may be more.
+    `position` [m] and `velocity` [m/s] are the largest standard deviations along any axis; `correlation` (0 to 1) is
+    that of both errors. `acceleration` [m/s^2/sqrt(Hz)] is the root of the spectral density of the accelerations. At
+    each time the obstacle is outside the radius with a probability of at most `probability`. Over all times of a
+    horizon it may be more.
 
     The standard deviation at time t is sqrt(p^2 + 2 r p v t + v^2 t^2 + a^2 t^3 / 3). Source: Bar-Shalom, Li and
     Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2. It is the norm of two

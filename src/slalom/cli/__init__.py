@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, UnusedCliTokensError
 
 from slalom import __version__, kernels
 from slalom.cli.comparing import compare
@@ -65,6 +65,9 @@ def call(tokens: Sequence[str] | None = None) -> int:
     kernels.when_compiling[:] = [lambda kept: print_message(kernels.compiling(kept))]
     try:
         code = app(tokens, exit_on_error=False, print_error=False)
+    except UnusedCliTokensError as error:
+        print_message(f"slalom: expected no further words, found {' '.join(error.unused_tokens or ())!r}")
+        return BAD_INPUT
     except CycloptsError as error:
         print_message(f"slalom: {error}")
         return BAD_INPUT

@@ -14,6 +14,7 @@ from slalom.cli.console import (
     Flag,
     Names,
     Settings,
+    Whole,
     new_page,
     parse_settings,
     print_message,
@@ -55,7 +56,7 @@ class Work:
         any.
     """
 
-    jobs: int = 1
+    jobs: Whole = 1
     backend: str | None = None
     store: Path | None = None
     adopt: Flag = False
@@ -76,7 +77,7 @@ def compare(
     *,
     settings: Settings = None,
     methods: str | None = None,
-    seeds: int | None = None,
+    seeds: Whole | None = None,
     metrics: str | None = None,
     only: Names = None,
     work: Work | None = None,

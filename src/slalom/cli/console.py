@@ -7,11 +7,22 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.errors import InvalidFile, InvalidInput, reason
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
+
+
+def whole_number(_: type, tokens: Sequence[Token]) -> int:
+    """Return the number of an option. Raises ValueError for any other text, also for 1.5, which cyclopts rounds."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f"expected a whole number, found {tokens[0].value!r}") from None
+
+
+Whole = Annotated[int, Parameter(converter=whole_number)]
 Settings = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, negative=())]
 Names = Annotated[list[str] | None, Parameter(consume_multiple=True, negative=())]
 Flag = Annotated[bool, Parameter(negative=())]
@@ -69,8 +80,7 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InvalidFile([f"{path}: expected a file that can be written, found {reason}"]) from None
+        raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
 
 
 @contextmanager

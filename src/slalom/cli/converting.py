@@ -44,7 +44,9 @@ def convert(
     if source.suffix in RUNS:
         return _convert_run(source, target, out_frame_rate, reading, json)
     if target.suffix not in format_of_suffix():
-        raise InvalidInput(f"expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}")
+        raise InvalidInput(
+            f"TARGET: expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}"
+        )
     if source.exists() and target.exists() and target.samefile(source):
         raise InvalidInput(f"{target}: expected a file other than the source, found the same")
     name, read = format_of_suffix()[target.suffix], reading or Reading()
@@ -82,7 +84,9 @@ def _convert_run(source: Path, target: Path, rate: float | None, reading: Readin
     if options:
         raise InvalidInput(f"--{options[0]}: expected only with recorded tracks, found it with the run {str(source)!r}")
     if target.suffix not in WRITERS:
-        raise InvalidInput(f"expected a file that ends in {', '.join(WRITERS)} for a run; found {str(target)!r}")
+        raise InvalidInput(
+            f"TARGET: expected a file that ends in {', '.join(WRITERS)} for a run; found {str(target)!r}"
+        )
     recording = Recording.load(source)
     writable(target)
     write_table(recording, target)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from slalom.cli.console import DONE, FAILED, Flag, print_message, print_result, resolved, writable
 from slalom.cli.drawing import Look, drawable
 from slalom.cli.report import formatted
-from slalom.cli.running import DEFAULT_METHOD, method_name, print_notes
+from slalom.cli.running import DEFAULT_METHOD, method_name, print_notes, refuse_run
 from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -70,6 +70,7 @@ def decide(
         if method or foresight:
             raise InvalidInput(f"--method: expected none with the file of a decision, found {method or foresight!r}")
         return _repeat(scene, json, drawn)
+    refuse_run(scene)
     from slalom.methods import method as method_of
     from slalom.sim import load
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from slalom.cli.console import DONE, Flag, new_page, print_result, progress, writable, writing
+from slalom.cli.console import DONE, Flag, Whole, new_page, print_result, progress, writable, writing
 from slalom.cli.drawing import Look
 from slalom.cli.report import files_text
 
@@ -11,8 +11,8 @@ def reproduce(
     *names: str,
     out: Path = Path("out/paper"),
     page: Path | None = None,
-    seeds: int = 300,
-    jobs: int = 2,
+    seeds: Whole = 300,
+    jobs: Whole = 2,
     quick: Flag = False,
     force: Flag = False,
     look: Look | None = None,

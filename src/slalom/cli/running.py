@@ -10,6 +10,7 @@ from slalom.cli.console import (
     FAILED,
     Flag,
     Settings,
+    Whole,
     parse_settings,
     print_message,
     print_result,
@@ -67,7 +68,7 @@ def run(
     settings: Settings = None,
     method: str | None = None,
     foresight: str | None = None,
-    seed: int = 0,
+    seed: Whole = 0,
     out: Path | None = None,
     figure: Path | None = None,
     figure_at: float | None = None,
@@ -97,8 +98,8 @@ def run(
     seed
         Seed of random scenarios.
     out
-        Write the run to this file: .h5 with all data for a replay, or only the tracks as .csv, .ndjson (TrajNet++) or
-        .sqlite (JuPedSim), whose frames are numbered from the start of the run.
+        Write the run to this file. A .h5 file holds all data for a replay. A .csv, .ndjson (TrajNet++) or .sqlite
+        (JuPedSim) file holds the tracks only; frames of the last two count from the start of the run.
     figure
         Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
     figure_at
@@ -114,7 +115,7 @@ def run(
         Print one JSON object.
     """
     scenario = resolved(scenario)
-    _refuse_run(scenario)
+    refuse_run(scenario)
     recorded = is_recording(scenario, reading, crossing)
     name = method_name(method or (RECORDING_METHOD if recorded else DEFAULT_METHOD), foresight)
     figure_time = figure_at if recorded else _figure_time(at, figure_at)
@@ -159,7 +160,7 @@ def _run(
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
 
 
-def _refuse_run(scenario: str) -> None:
+def refuse_run(scenario: str) -> None:
     """Raise InvalidInput for a run that was recorded, which is not a scenario."""
     if Path(scenario).suffix in RUNS and Path(scenario).is_file():
         raise InvalidInput(

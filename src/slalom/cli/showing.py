@@ -6,6 +6,7 @@ from slalom.cli.console import (
     DONE,
     Flag,
     Settings,
+    Whole,
     parse_settings,
     print_line,
     print_result,
@@ -63,7 +64,7 @@ def show(
     return DONE
 
 
-def export_scenario(scenario: str, /, *, settings: Settings = None, seed: int = 0) -> int:
+def export_scenario(scenario: str, /, *, settings: Settings = None, seed: Whole = 0) -> int:
     """Print a scenario as YAML, a scenario file to run or to change: `slalom export-scenario circle > circle.yaml`.
 
     Parameters

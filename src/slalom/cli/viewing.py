@@ -8,6 +8,7 @@ from slalom.cli.console import (
     DONE,
     Flag,
     Settings,
+    Whole,
     new_page,
     parse_settings,
     print_line,
@@ -34,7 +35,7 @@ def view(
     *,
     settings: Settings = None,
     method: str | None = None,
-    seed: int = 0,
+    seed: Whole = 0,
     at: float | None = None,
     agent: str | None = None,
     crossing: Crossing | None = None,
@@ -84,7 +85,7 @@ def view(
     return DONE
 
 
-def export(run: Path, page: Path, /, *, robot: int = 0, every: float | None = None) -> int:
+def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = None, force: Flag = False) -> int:
     """Write a run as one HTML file with a player, for any browser, without a server and without a network.
 
     Parameters
@@ -97,9 +98,12 @@ def export(run: Path, page: Path, /, *, robot: int = 0, every: float | None = No
         The robot whose control space is in the file, from 0.
     every
         Time [s] between two control spaces; by default every decision of a short run, and at least two a second.
+    force
+        Replace a page that exists.
     """
     from slalom.live.export import export as write
 
+    new_page(page, force, "PAGE")
     recording = _recording(run)
     writable(page)
     with progress("exporting") as advance, writing(page):
@@ -113,7 +117,7 @@ def animate(
     video: Path,
     /,
     *,
-    width: int = 720,
+    width: Whole = 720,
     fps: float = 25.0,
     speed: float = 1.0,
     trail: float = 3.0,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from slalom.bounds import BOUNDS
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.errors import InvalidFile, InvalidInput, reason
 from slalom.forecast import FORECASTS
 from slalom.goal import Goal
 from slalom.limits import Limits
@@ -53,13 +53,12 @@ TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds
 
 
 def dump(decision: "Decision", file: FilePath) -> None:
-    """See `Decision.dump`."""
+    """Write the inputs and the result of a decision as JSON, see `Decision.dump`."""
     text = json.dumps(document(decision), indent=1, allow_nan=False)
     try:
         file.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InvalidFile([f"{file}: expected a file that can be written, found {reason}"]) from None
+        raise InvalidFile([f"{file}: expected a file that can be written, found {reason(error)}"]) from None
 
 
 def document(decision: "Decision") -> dict[str, Any]:

@@ -97,7 +97,7 @@ def _named(
 
 
 def as_dict(decision: "Decision") -> dict[str, Any]:
-    """See `Decision.as_dict`."""
+    """The decision as values of JSON, see `Decision.as_dict`."""
     made, manoeuvre, hit = decision.inputs, decision.manoeuvre, decision.collision
     now = decision.decided_at if made is None else made.now
     result: dict[str, Any] = {

@@ -58,8 +58,9 @@ class Fleet(CommittedFleet):
         obstacles: passive obstacles with their true trajectories, in every world; the method's forecast determines what
             is used.
         period: [s] between decisions. horizon: [s] up to which collisions count.
-        margin: [m] to keep from obstacles. Between robots that only observe each other twice a (period + delay)^2 is
-            added, the largest error of a prediction when both accelerate by a at most; and three times the noise.
+        margin: [m] to keep from obstacles. Between robots that only observe each other it is larger, by twice
+            a (period + delay)^2 and three times the noise. The first is the largest error of a prediction when both
+            accelerate by a at most.
         priority: above 0. Of two robots that share the avoidance, robot i does the part s q / (s q + (1 - s) p). Here s
             is the share of its method, p its priority and q that of the other. With published manoeuvres robots decide
             by falling priority, so that one avoids those before it.

@@ -3,7 +3,7 @@
 import stat
 from pathlib import Path
 
-from slalom.errors import InvalidFile
+from slalom.errors import InvalidFile, reason
 from slalom.tolerances import MAX_FILE_SIZE
 
 
@@ -16,7 +16,7 @@ def file_size(path: Path, kind: str = "text file") -> int:
     try:
         found = path.stat()
     except (OSError, ValueError) as error:
-        raise InvalidFile([f"{path}: expected a readable {kind}, found {error}"]) from None
+        raise InvalidFile([f"{path}: expected a readable {kind}, found {reason(error)}"]) from None
     if not stat.S_ISREG(found.st_mode):
         what = next((name for is_kind, name in _KINDS if is_kind(found.st_mode)), "something else")
         raise InvalidFile([f"{path}: expected a readable {kind}, found {what}"])
@@ -50,4 +50,4 @@ def _read(path: Path, count: int, kind: str) -> bytes:
         with path.open("rb") as file:
             return file.read(count)
     except OSError as error:
-        raise InvalidFile([f"{path}: expected a readable {kind}, found {error}"]) from None
+        raise InvalidFile([f"{path}: expected a readable {kind}, found {reason(error)}"]) from None

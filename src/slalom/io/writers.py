@@ -18,7 +18,7 @@ from typing import Any, Final
 import numpy as np
 
 from slalom.checks import Array, positive
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.errors import InvalidFile, InvalidInput, reason
 from slalom.io.recorded import Agent, Indices, RecordedTracks
 from slalom.tolerances import FRAME_ROUNDING, REST
 
@@ -127,7 +127,7 @@ def _writing(path: Path | str) -> Iterator[None]:
     try:
         yield
     except (OSError, sqlite3.Error) as error:
-        raise InvalidFile([f"{path}: expected a file that can be written, found {error}"]) from None
+        raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
 
 
 def _agents_of(tracks: RecordedTracks) -> dict[str, Agent]:

@@ -1,4 +1,4 @@
-"""Obstacles and other robots of a run as one robot predicts them, and what the log of the run says of each."""
+"""Obstacles and other robots of a run as one robot predicts them, and the record of each in the log of the run."""
 
 import ast
 from collections.abc import Hashable, Iterator, Sequence

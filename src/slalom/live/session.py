@@ -1,4 +1,4 @@
-"""One view of a scenario: its state, and the answers to commands. It knows nothing of the network."""
+"""One view of a scenario: its state, and the answers to commands. It is independent of the network."""
 
 from collections.abc import Mapping
 from typing import Any, Final

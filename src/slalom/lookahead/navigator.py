@@ -48,9 +48,9 @@ class LookAhead:
     decision, less of it counts (DOUBT_SHARES). Before that, improbable futures of obstacles are given up, see
     `Obstacle.probability`; a sequence that gave some up is kept only once it avoids all.
 
-    Law: a sequence keeps the margin, or the largest possible fraction of it, until it ends, as long as the forecasts
-    hold, and as large a share of an estimated uncertainty as any of DOUBT_SHARES allows. The motion after a pass
-    through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
+    Law: a sequence keeps the margin until it ends, or the largest possible fraction of it, as long as the forecasts
+    hold. It also keeps the largest of DOUBT_SHARES of an estimated uncertainty that is possible. The motion after a
+    pass through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
 
     Attributes:
         navigator: provides forecast, shape, limits, period, margin and patience, and decides where the search has no
@@ -96,7 +96,7 @@ class LookAhead:
         previous: Decision | None = None,
         delay: float = 0.0,
     ) -> Decision:
-        """As `Navigator.decide`.
+        """Decision at the time `now` [s], see `Navigator.decide`.
 
         Args:
             obstacles: passing the same list or table at every decision avoids building its table again.

@@ -184,7 +184,7 @@ class Tracks:
         return _tabulated(cast(Hashable, self.forecast), _span(end - self.t))
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
-        """As `ObstacleTable.bodies`, of all tracks. Raises InvalidInput for tracks that are observed after `start`."""
+        """Bodies of the tracks, see `ObstacleTable.bodies`. Raises InvalidInput for tracks observed after `start`."""
         if self.t > start:
             raise InvalidInput(f"tracks: expected a time t of observation up to {start:g} s, found {self.t:g} s")
         counts = until > 0.0

@@ -166,7 +166,7 @@ _FIGURES: Final = (
         "The robot enters on the left and leaves at the top; the acceleration is chosen again on the NAO map at "
         "given intervals, without a collision.",
         f"Seed {roundabout.EXIT_SEED}, a decision every {roundabout.REPLAN:g} s. Each decision takes the free "
-        "acceleration (chosen) nearest to the preferred one (hollow), which turns the velocity to 8 m/s towards the "
+        "acceleration (chosen) nearest to the preferred one (hollow). That one turns the velocity to 8 m/s towards the "
         "exit within 1 s. Cars are coloured by the time at which the preferred acceleration would hit them. Thin: "
         "path so far; thick: path under the chosen acceleration, if held.",
         6.0,

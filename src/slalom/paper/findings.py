@@ -51,8 +51,8 @@ def curves(result: Result) -> list[str]:
         ),
         paragraph(
             f"A car in the inner lane: NLVO and NAO raise {sum(r['all']['second'] for r in inner)} alarms in "
-            f"{sum(r['all']['cases'] for r in inner)} cases, VO and AO {sum(r['all']['first'] for r in inner)}, all "
-            "for cars whose straight line or parabola leaves the lane towards the robot. The claim holds. "
+            f"{sum(r['all']['cases'] for r in inner)} cases, VO and AO {sum(r['all']['first'] for r in inner)}. All "
+            "are for cars whose straight line or parabola leaves the lane towards the robot. The claim holds. "
             "**Correction:** it holds only for cars in the inner lane. For a car in the outer lane NLVO and NAO "
             f"raise {sum(r['all']['second'] for r in outer)} alarms, more than VO and AO with "
             f"{sum(r['all']['first'] for r in outer)}. They use the car's lane, but assume that the robot holds its "
@@ -88,9 +88,10 @@ def crossing(result: Result) -> list[str]:
     return [
         paragraph(
             f"30 cars on circles of 12, 16 and 20 m at 5, 6.5 and 8 m/s times the lane speed, {seeds} random starts; "
-            "robot from (-26 m, 0) towards the centre. An acceleration crosses if the robot enters the circle of 26 "
-            "m at once, leaves it within 45 degrees of straight ahead, and is free of collisions for "
-            f"{result['horizon']:g} s. The search uses a grid of {result['step']:g} m/s². If the grid contains none, "
+            "robot from (-26 m, 0) towards the centre. An acceleration crosses under three conditions: the robot "
+            "enters the circle of 26 m at once, leaves it within 45 degrees of straight ahead, and is free of "
+            f"collisions for {result['horizon']:g} s. The search uses a grid of {result['step']:g} m/s². "
+            "If the grid contains none, "
             "exact selection nearest to crossings 1 m/s² apart is added. The counts are lower bounds. Starts for "
             "which one was found, by the acceleration limit:"
         ),
@@ -99,9 +100,9 @@ def crossing(result: Result) -> list[str]:
             f"Of all accelerations that cross an empty roundabout, {min(shares):.1f} to {max(shares):.1f} % are free "
             "on average. **Correction:** one constant acceleration crosses for many starts, but not for all. Its "
             "existence depends on the start, the entry speed and the limit. The next table counts starts with any "
-            "free constant acceleration, found exactly (the robot may also turn back or leave on any side). It also "
-            "counts collisions of the first choice, the free acceleration nearest to the preferred one, if it is "
-            f"held for {result['horizon']:g} s at 5 m/s and {largest_limit} m/s²:"
+            "free constant acceleration, found exactly (the robot may also turn back or leave on any side). The "
+            "first choice is the free acceleration nearest to the preferred one. The table also counts its collisions "
+            f"if it is held for {result['horizon']:g} s at 5 m/s and {largest_limit} m/s²:"
         ),
         table(
             [
@@ -137,8 +138,9 @@ def sweep(result: Result) -> list[str]:
     ]
     return [
         paragraph(
-            f"The roundabout of the last claim, {seeds} seeds in each cell, robot at 5 m/s, limited to 4 m/s² without "
-            "a speed limit, horizon 6 s, margin 0.05 m. The preferred acceleration turns the velocity to 8 m/s "
+            f"The roundabout of the last claim, {seeds} seeds in each cell. The robot has 5 m/s, at most 4 m/s², no "
+            "speed limit, a horizon of 6 s and a margin of 0.05 m. The preferred acceleration turns the "
+            "velocity to 8 m/s "
             "towards the far side within 1 s. Control `kept`: the present acceleration is kept while it is free. "
             "Control `chosen again`: the free acceleration nearest to the preferred one is chosen at every decision. "
             "If none is free, the one with the latest collision is taken. A run ends 26 m from the centre, or after "
@@ -194,8 +196,8 @@ def _sweep_details(result: Result) -> list[str]:
                 for row in result["sensitivity"]
             ],
         ),
-        "With all cars considered, over all intervals, speeds and both controls, NAO collides in "
-        f"{count(all_cars, 'nao')} runs and AO in {count(all_cars, 'ao')}. **Corrections:** AO collides if its "
+        "These are sums over all intervals, speeds and both controls. With all cars considered, NAO collides in "
+        f"{count(all_cars, 'nao')} runs. AO collides in {count(all_cars, 'ao')}. **Corrections:** AO collides if its "
         "forecast becomes wrong before the next decision, that is, at long intervals or on fast lanes. "
         + _collisions_at_shortest_interval(all_cars)
         + " The lower number of adjustments results from keeping a free acceleration together with a forecast that "
@@ -203,8 +205,9 @@ def _sweep_details(result: Result) -> list[str]:
     ]
     if nearest_cars:
         text.append(
-            f"A robot that considers only the nearest 5 cars collides in {count(nearest_cars, 'nao')} runs with NAO "
-            f"and in {count(nearest_cars, 'ao')} with AO. Collisions of a robot that avoids only the nearest "
+            f"A robot that considers only the nearest 5 cars collides in {count(nearest_cars, 'nao')} runs with "
+            f"NAO. With AO it collides in {count(nearest_cars, 'ao')}. Collisions of a robot that avoids "
+            "only the nearest "
             "vehicles, as in the paper, are therefore weak evidence about AO."
         )
     return [part if part.startswith("|") else paragraph(part) for part in text]
@@ -276,7 +279,7 @@ def _compared(rows: Sequence[Result]) -> str:
             for row in rows
             if row["replan"] == replan
         ]
-        sentences.append(f"With a decision every {replan:g} s, mean acceleration and jerk are {', '.join(means)}.")
+        sentences.append(f"Mean acceleration and jerk with a decision every {replan:g} s: {'; '.join(means)}.")
     return " ".join(sentences)
 
 
@@ -295,14 +298,14 @@ def cone(result: Result) -> list[str]:
     return [
         paragraph(
             f"Obstacle of the figure `ao_cone` (radius {result['radius']:g} m), horizon {result['horizon']:g} s, seed "
-            f"{result['seed']}, uniform accelerations in (-3, 8) x (-3, 6) m/s², without the tip that the horizon "
+            f"{result['seed']}. Accelerations are uniform in (-3, 8) x (-3, 6) m/s², without the tip that the horizon "
             "cuts off:"
         ),
         table(["w, m/s", "accelerations", "in the AO", "in the cone", "judged differently"], rows),
         paragraph(
             "The claim holds. The paper does not define the sign of the relative velocity (erratum 6: w = v_A - v_B; "
-            "the AO reaches the acceleration of the obstacle from the side of -w). If w is parallel to the line to "
-            "the obstacle, the centres of the elements still lie on a ray, but the elements have no two common "
+            "the AO reaches the acceleration of the obstacle from the side of -w). Let w be parallel to the line to "
+            "the obstacle. The centres of the elements still lie on a ray, but the elements have no two common "
             "tangents: the AO is straight, but not a cone."
         ),
     ]

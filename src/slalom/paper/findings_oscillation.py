@@ -36,10 +36,11 @@ def oscillation(result: Result) -> list[str]:
         ),
         paragraph(
             "Side flips per robot: number of changes of the side on which a robot would pass another one (the sign "
-            "of relative velocity x relative position). They are counted while two robots approach (within "
-            f"{np.degrees(np.arccos(passing['towards'])):.0f} degrees), the closest approach is within "
-            f"{passing['ahead']:g} s, and its distance between centres is at least {passing['band']:g} of the sum of "
-            "the radii. Heading variation: sum of the absolute heading changes [rad] while a robot is faster than "
+            "of relative velocity x relative position). They are counted under three conditions. Two "
+            f"robots approach, within {np.degrees(np.arccos(passing['towards'])):.0f} degrees. The closest approach "
+            f"is within {passing['ahead']:g} s. Its distance between centres is at least {passing['band']:g} of the "
+            "sum of the radii. Heading variation: sum of the absolute heading changes [rad] while a robot "
+            "is faster than "
             f"{result['moving']:g} of its maximum speed. Changed: share of decisions that change the committed "
             "manoeuvre. Side flips / heading variation / changed, %:"
         ),
@@ -116,10 +117,8 @@ def _verdict(result: Result) -> str:
         )
     flips, turns, changed = (_means(result, name) for name in ("side_flips", "heading_variation", "changed"))
     few = f"The claim holds with fewer than {result['many']} robots" if holds[0] else "The claim does not hold"
-    sentences.append(
-        f"{'The claim holds' if all(holds) else few}: with the same obstacles, consistent selection leaves "
-        f"{', and '.join(remaining)}."
-    )
+    sentences.append(f"{'The claim holds' if all(holds) else few}.")
+    sentences += [f"Consistent selection leaves {each}." for each in remaining]
     if "kept" in flips:
         sentences.append(
             "**Correction:** the effect comes from agreement between robots, not from the commitment of each robot. "
@@ -155,8 +154,9 @@ def _effect_of_the_obstacle(result: Result) -> str:
         "The method also has an effect. With greedy selection, side flips and heading variation are, as means over "
         f"the numbers of robots, {'; '.join(parts)}. Few side flips do not exclude oscillations. Robots that block "
         "each other at low speed appear in the arrival time, and in the last table in the row that includes slow "
-        f"motion. By default, with the greedy value in parentheses, the side flips of {largest} robots are "
-        f"{flips_by_method} and their heading variation {turns_by_method} rad.{_swerving(result, largest)} An agreed "
+        f"motion. The values of {largest} robots by default follow, with the greedy ones in parentheses. "
+        f"Side flips: {flips_by_method}. Heading variation [rad]: "
+        f"{turns_by_method}.{_swerving(result, largest)} An agreed "
         "side is more than a selection among free controls: it guides robots around each other before the obstacles "
         "constrain their controls. The result shows that velocity obstacles do not necessarily cause oscillations, "
         "not that robots with velocity obstacles alone are free of them."

@@ -44,8 +44,8 @@ class Crowd(Protocol):
     def choose(self, positions: Array, velocities: Array, preferred: Array, others: Discs) -> Array:
         """Velocities (N, 2) [m/s] of the robots at the end of the period.
 
-        All robots decide simultaneously from the present positions (N, 2) [m] and velocities (N, 2) [m/s] of the team,
-        and from the present state of `others`. `preferred` (N, 2) [m/s] are the velocities that lead to the goals. NaN
+        All robots decide simultaneously. They use the present positions (N, 2) [m] and velocities (N, 2) [m/s] of the
+        team, and the present state of `others`. `preferred` (N, 2) [m/s] are the velocities that lead to the goals. NaN
         means that the method returned no velocity.
         """
 

@@ -51,11 +51,11 @@ class TimeInvariant(ABC):
     @property
     @abstractmethod
     def interpolation_error(self) -> float:
-        """See `Response`."""
+        """Error [m] of cubic pieces of the position, see `Response`."""
 
     @abstractmethod
     def knots(self, horizon: float, speed_bound: float) -> Array:
-        """See `Response`; where `interpolation_error` is 0 the knots do not depend on `speed_bound`."""
+        """Knots [s], see `Response`; where `interpolation_error` is 0 they do not depend on `speed_bound`."""
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
         coefficient, gain = self.position_coefficients(np.asarray(t, dtype=np.float64))
@@ -70,12 +70,12 @@ class TimeInvariant(ABC):
         return Affine(coefficient[..., None] * state.velocity, np.asarray(gain))
 
     def velocity_at(self, state: State, t: float) -> Affine:
-        """As `velocity`, cached, for one time t [s] that many states share."""
+        """Map of the velocity at one time t [s], cached, because many states share it."""
         coefficient, gain = _velocity_coefficients(self, t)
         return Affine(coefficient * state.velocity, gain)
 
     def acceleration_at(self, state: State, t: float) -> Affine:
-        """As `acceleration`, cached, for one time t [s] that many states share."""
+        """Map of the acceleration at one time t [s], cached, because many states share it."""
         coefficient, gain = _acceleration_coefficients(self, t)
         return Affine(coefficient * state.velocity, gain)
 

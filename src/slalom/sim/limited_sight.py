@@ -13,7 +13,7 @@ SIGHT: Final = ("sight_range", "field_of_view", "sight_near", "occlusion", "hidd
 
 
 def sight_of(settings: Mapping[str, float]) -> Sight | None:
-    """The sight that the settings SIGHT say; None where nothing is limited.
+    """The sight of the settings SIGHT; None where nothing is limited.
 
     Raises:
         InvalidInput: a setting out of its range; passive safety without a range.

@@ -89,7 +89,7 @@ class Circular(Endless):
         return hermite(times, position, self.speed * (cosine * second - sine * first), error)
 
     def direction(self, start: float, end: float, tolerance: float) -> Path:
-        """See `direction.Directed`. Raises InvalidInput at speed 0."""
+        """Direction of the motion in certified pieces, see `direction.Directed`. Raises InvalidInput at speed 0."""
         if self.speed == 0.0:
             raise InvalidInput("heading: expected a trajectory that moves, found a circle at speed 0")
         fourth = self.rate**4

@@ -92,7 +92,7 @@ class Composite:
         return max(part.acceleration_bound(a, b) for part, a, b in self._pieces(start, end))
 
     def direction(self, start: float, end: float, tolerance: float) -> Path:
-        """See `direction.Directed`."""
+        """Direction of the motion in certified pieces, see `direction.Directed`."""
         return _joined([direction_path(part, a, b, tolerance) for part, a, b in self._pieces(start, end)])
 
     def path(self, start: float, end: float) -> Path:

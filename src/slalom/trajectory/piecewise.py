@@ -113,7 +113,7 @@ class PiecewisePolynomial:
         return self._bound(start, end, 2)
 
     def direction(self, start: float, end: float, tolerance: float) -> Path:
-        """See `direction.Directed`."""
+        """Direction of the motion in certified pieces, see `direction.Directed`."""
         edges = np.concatenate([[start], self.breaks(start, end), [end]])
         k = np.clip(np.searchsorted(self.times, 0.5 * (edges[:-1] + edges[1:]), side="right") - 1, 0, None)
         slopes = _derived(self.coefficients, 1)[k]

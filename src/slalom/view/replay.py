@@ -28,10 +28,13 @@ def replay(
     With `uncertainty`, the figure of a decision has the regions that hold obstacles with an uncertainty.
 
     Raises:
-        InvalidInput: a run without a step; uncertainty in a figure of tracks.
+        InvalidInput: a run without a step; a time at which it does not run; uncertainty in a figure of tracks.
     """
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
+    lasts = float(recording.times[-1] - recording.times[0])
+    if at is not None and not 0.0 <= at <= lasts:
+        raise InvalidInput(f"--figure-at: expected a time of the run, from 0 to {lasts:g} s, found {at:g} s")
     contender = contender_named(method)
     if uncertainty:
         refuse_tracks(len(recording.shapes), contender)

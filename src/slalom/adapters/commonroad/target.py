@@ -51,7 +51,7 @@ def in_goal(problem: Any, position: Array, velocity: Array, step: int, heading: 
 
     `heading` [rad] is the orientation; None: that of the velocity. With states of the point mass commonroad-io 2024.3
     takes the speed for the first component of the velocity when it derives the orientation. States that have an
-    orientation of their own are judged as the format says.
+    orientation of their own are judged as the format defines.
     """
     from commonroad.scenario.state import KSState
 

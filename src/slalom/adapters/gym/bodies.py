@@ -83,8 +83,8 @@ class Bodies:
 def observed(around: Surroundings, radii: Array, sight: Array, max_speed: Array, nearest: int) -> Array:
     """Observations (W, R, nearest, 2 d + 2) of the nearest bodies by robots with `radii`, `sight`, `max_speed` (W, R).
 
-    A row is 1, the offset in units of sight, the relative velocity in units of twice max_speed, and the sum of both
-    radii in units of sight, at most 1. Rows are sorted by clearance; a row without a body within sight is 0.
+    A row is 1, the offset, the relative velocity, and the sum of both radii, at most 1. Lengths are in units of sight,
+    velocities in units of twice max_speed. Rows are sorted by clearance; a row without a body within sight is 0.
     """
     apart = np.linalg.norm(around.offsets, axis=-1)
     both = around.radii[:, None] + radii[..., None]

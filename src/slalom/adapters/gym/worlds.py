@@ -124,9 +124,9 @@ class Worlds:
     def accelerations(self, actions: Array) -> Array:
         """Accelerations (W, R, d) [m/s^2] by which robots follow `actions` (W, R, d) within their limits.
 
-        An action is the acceleration in units of the largest one, or with command "velocity" the velocity at the end of
-        the step in units of max_speed. The acceleration is shortened to the largest one, then the velocity at the end
-        of the step to max_speed.
+        An action is the acceleration in units of the largest one. With command "velocity" it is the velocity at the end
+        of the step in units of max_speed. The acceleration is shortened to the largest one, then the velocity at the
+        end of the step to max_speed.
         """
         max_speed, most = self.robots.max_speed[..., None], self.robots.max_acceleration[..., None]
         if self.command == "velocity":
@@ -145,8 +145,8 @@ class Worlds:
     def step(self, actions: Array, worlds: Flags | None = None) -> Transition:
         """Make a step in all worlds, or in some of them (W,).
 
-        The reward is the decrease of the distance to the goal as a share of the initial one, less the period as a share
-        of the duration; 1 more for an arrival, and 1 less for a collision.
+        The reward is the difference of two shares: the decrease of the distance to the goal over the initial one, and
+        the period over the duration. An arrival adds 1, a collision subtracts 1.
 
         Raises:
             InvalidInput: actions of another shape, or not finite.

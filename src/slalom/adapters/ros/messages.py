@@ -67,7 +67,7 @@ class Odometry(NamedTuple):
 
     @property
     def pose(self) -> Pose:
-        """For a vehicle on wheels."""
+        """The pose of a vehicle on wheels."""
         return Pose(self.position, self.heading, self.speed, self.turn)
 
 

@@ -22,7 +22,7 @@ Response = Annotated[PartModel, OfAnyKind(RESPONSE_KINDS)]
 
 
 class LimitsSpec(Model):
-    """See `Limits`."""
+    """Keys of `Limits` in the file of a decision."""
 
     max_speed: Positive
     max_acceleration: Positive
@@ -39,7 +39,7 @@ class RiskSpec(Model):
 
 
 class NavigatorSpec(Model):
-    """See `Navigator`."""
+    """Keys of `Navigator` in the file of a decision."""
 
     method: Annotated[str, AfterValidator(known_method)]
     shape: ShapeModel
@@ -57,7 +57,7 @@ class NavigatorSpec(Model):
 
 
 class StateSpec(Model):
-    """See `State`."""
+    """Keys of `State` in the file of a decision."""
 
     position: Vector
     velocity: Vector
@@ -66,7 +66,7 @@ class StateSpec(Model):
 
 
 class ObstacleSpec(Model):
-    """See `Obstacle`."""
+    """Keys of `Obstacle` in the file of a decision."""
 
     name: str
     heading: FiniteFloat | Literal["motion"]
@@ -79,7 +79,7 @@ class ObstacleSpec(Model):
 
 
 class TracksSpec(Model):
-    """See `Tracks`."""
+    """Keys of `Tracks` in the file of a decision."""
 
     dimension: Literal[2, 3]
     positions: list[Vector]
@@ -103,7 +103,7 @@ class SourceSpec(Model):
 
 
 class ManoeuvreSpec(Model):
-    """See `Manoeuvre`."""
+    """Keys of `Manoeuvre` in the file of a decision."""
 
     response: Response
     state: StateSpec
@@ -112,7 +112,7 @@ class ManoeuvreSpec(Model):
 
 
 class PathSpec(Model):
-    """See `slalom.path.Path`."""
+    """Keys of `slalom.path.Path` in the file of a decision."""
 
     times: Annotated[list[FiniteFloat], Field(min_length=2)]
     points: list[Annotated[list[Vector], Field(min_length=4, max_length=4)]]
@@ -120,7 +120,7 @@ class PathSpec(Model):
 
 
 class ApproachSpec(Model):
-    """See `slalom.decision.approach.Approach`."""
+    """Keys of `slalom.decision.approach.Approach` in the file of a decision."""
 
     distance: NotNegative
     since: FiniteFloat
@@ -128,7 +128,7 @@ class ApproachSpec(Model):
 
 
 class CommitmentSpec(ManoeuvreSpec):
-    """See `slalom.decision.Commitment`."""
+    """Keys of `slalom.decision.Commitment` in the file of a decision."""
 
     regret: NotNegative
     path: PathSpec | None

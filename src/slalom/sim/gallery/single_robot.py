@@ -159,10 +159,10 @@ def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
 
 def blind_corner(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Build a robot in a corridor that passes the mouth of another one, out of which people come that do not yield.
+    """Build a robot in a corridor that passes the end of another one, out of which people come that do not yield.
 
-    The robot sees 8 m far, and not around corners. People walk at 0.6 to 1 times `speed` and reach the mouth about when
-    the robot does; then they turn to either side.
+    The sensor of the robot has a range of 8 m and does not reach around corners. People walk at 0.6 to 1 times `speed`.
+    They reach that end about when the robot does, and then turn to either side.
     """
     half, far, speed = 0.5 * positive(p["width"], "width"), 14.0, positive(p["speed"], "speed")
     corners = {
@@ -178,7 +178,7 @@ def blind_corner(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
         track = np.array([(x, far), (x, half), (x, y), (side * far, y)])
         steps = np.diff(track, axis=0)
         durations = np.linalg.norm(steps, axis=1) / pace
-        # At the mouth at this time.
+        # At the end of the side corridor at this time.
         start = rng.uniform(3.0, 7.0) + 4.0 * (k // 2) - durations[0]
         moves = np.stack([track[:-1], steps / durations[:, None]], axis=1)
         people.append(Obstacle(Disc(0.25), PiecewisePolynomial(durations, moves, start), f"person {k + 1}"))

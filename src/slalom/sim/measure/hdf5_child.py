@@ -127,7 +127,8 @@ def answer(path: str, most: int, depth: int, seconds: float, memory: int) -> boo
         line = {"tree": content.tree, "arrays": [[a.dtype.str, a.shape] for a in content.arrays]}
     except Exception as error:
         # Every error of h5py for a malformed file, and MemoryError, is a reason why the file cannot be read.
-        line = {"mistake": " ".join(str(error).split()) or type(error).__name__}
+        text = " ".join(str(error).split()) or type(error).__name__
+        line = {"mistake": "a file of another kind" if "file signature not found" in text else text}
         content = None
     sys.stdout.buffer.write(json.dumps(line).encode() + b"\n")
     for array in content.arrays if content else ():

@@ -46,7 +46,7 @@ from slalom.tolerances import COLLISION
 
 
 def arrived(recording: Recording | RunSummary) -> float:
-    """Return 1 if all robots reached their goals within the duration, else 0."""
+    """1 if all robots reached their goals within the duration, else 0."""
     return float(np.all(np.isfinite(recording.arrived)))
 
 
@@ -65,7 +65,7 @@ def min_clearance(recording: Recording) -> float:
 
 
 def success(recording: Recording) -> float:
-    """Return 1 if all robots arrived and none collided, else 0."""
+    """1 if all robots arrived and none collided, else 0."""
     return float(arrived(recording) and not collisions(recording))
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.errors import InvalidFile, InvalidInput, reason
 
 if TYPE_CHECKING:
     from slalom.sim.measure.recording import Recording
@@ -136,5 +136,4 @@ def write_table(recording: "Recording", path: Path | str) -> None:
     try:
         WRITERS[path.suffix](recording, path)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InvalidFile([f"{path}: expected a file that can be written, found {reason}"]) from None
+        raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None

@@ -25,9 +25,9 @@ class Message(NamedTuple):
 class Messages:
     """Which robot has received which messages, and which robot may change its manoeuvre (docs/theory.md, 17).
 
-    Of each pair of robots one holds the right to change. Every message contains the committed manoeuvre of the sender,
-    and the largest number of handovers of the right of the pair that the sender received or made. If that number is
-    even, the first of the two holds the right.
+    Of each pair of robots one holds the right to change. Every message contains the committed manoeuvre of the sender
+    and a count of handovers of that right: the largest one that the sender received or made. If the count is even, the
+    first of the two holds the right.
 
     Robot i may change its manoeuvre if for every other robot j
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 from uuid import uuid4
 
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.errors import InvalidFile, InvalidInput, reason
 from slalom.sim.sweep.case import Case, Content, Failure, canonical
 
 FORMAT, FORMER = "slalom run 2", ("slalom run 1",)
@@ -46,7 +46,7 @@ class Store:
         try:
             Path(folder).mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InvalidInput(f"store: expected a folder that exists or can be made, found {error}") from None
+            raise InvalidInput(f"store: expected a folder that exists or can be made, found {reason(error)}") from None
         return cls(Path(folder).resolve())
 
     def path(self, case: Case) -> Path:
@@ -67,8 +67,7 @@ class Store:
             part.write_text(json.dumps({**kept, "sha256": _digest(kept)}, allow_nan=False) + "\n")
             os.replace(part, path)
         except OSError as error:
-            reason = error.strerror or str(error)
-            raise InvalidFile([f"{path}: expected a file that can be written, found {reason}"]) from None
+            raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
 
     def read(self, cases: Iterable[Case]) -> dict[str, dict[str, Any]]:
         """Return the stored results by key; cases without a result are left out.
@@ -85,7 +84,7 @@ class Store:
             except FileNotFoundError:
                 continue
             except OSError as error:
-                mistakes.append(f"{path}: expected a readable file, found {error.strerror or error}")
+                mistakes.append(f"{path}: expected a readable file, found {reason(error)}")
                 continue
             row = _row(text, case)
             if isinstance(row, str):
