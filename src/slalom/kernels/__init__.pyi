@@ -4,6 +4,7 @@ from .compile_notice import (
     compiling as compiling,
     when_compiling as when_compiling,
 )
+from .crowd.mutual_avoidance import avoiding_velocities as avoiding_velocities
 from .decision.manoeuvre_cost import detour_lengths as detour_lengths
 from .decision.neighbours import independent_rounds as independent_rounds
 from .decision.policy import (

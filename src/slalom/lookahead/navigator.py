@@ -14,7 +14,7 @@ from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Known
 from slalom.goal import Goal
 from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of
-from slalom.lookahead.search import Search, new_search, run_searches
+from slalom.lookahead.search import Search, new_search, run_searches, step_of
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.motion_models import FromModels
 from slalom.obstacle import Obstacle
@@ -268,6 +268,9 @@ class LookAhead:
     ) -> tuple[Search, float]:
         """New search for arrivals up to `latest` [s], and its work [us]."""
         navigator = self.navigator
+        limits, period = navigator.limits, navigator.period
+        # Scales that round to the same number of periods are one search.
+        steps = {step_of(limits.max_speed, limits.max_acceleration, period, scale): scale for scale in scales[::-1]}
         searches = [
             new_search(
                 scene.state,
@@ -280,7 +283,7 @@ class LookAhead:
                 margin=margin,
                 scale=scale,
             )
-            for scale in scales
+            for scale in reversed(steps.values())
         ]
         return run_searches(searches, budget, min(self.improvement_budget, budget))
 
