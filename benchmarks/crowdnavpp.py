@@ -1,7 +1,7 @@
 """Crossing recorded crowds that do not see the robot: cases in the format of the CrowdNav++ test.
 
 usage: python benchmarks/crowdnavpp.py DATA.npz --foresight observed [--out RESULT.json] [--jobs N] [--cases N]
-       [--every N] [--loss 20]
+       [--every N] [--loss 120]
 
 Rules of the test (Liu et al., ICRA 2023): steps of 0.25 s, a disc that takes any velocity up to its maximum speed, a
 goal at rest. At each step the robot observes the position and the radius of every person whose surface is within its
@@ -57,11 +57,11 @@ HORIZON = 1.5
 """[s] of the decisions that take over where the search has no sequence."""
 GROWTH = 0.1
 """[m/s] of the radius of a prediction."""
-MARGINS = (0.03, 0.1, 0.25)
+MARGINS = (0.05, 0.1, 0.2, 0.3)
 """[m]"""
-SHARES = (0.0, 0.5, 1.0)
+SHARES = (0.0, 1.0, 1.0, 1.0)
 """Of the growth, one for each margin."""
-LOSS = 20.0
+LOSS = 120.0
 """[s] of time that a contact is worth."""
 
 

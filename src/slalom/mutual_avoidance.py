@@ -4,15 +4,17 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from slalom import kernels
 from slalom.checks import Array, has, not_negative, positive, whole
-from slalom.errors import InvalidInput
+from slalom.errors import InvalidInput, OutsideSpan
+from slalom.kernels.arrays import Indices
 from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
+from slalom.path import Path, hermite_pieces
 from slalom.shape import Disc
-from slalom.tolerances import CROWD_MEMORY, LONGEST_FORECAST
-from slalom.trajectory import Sampled
+from slalom.tolerances import CROWD_MEMORY
 from slalom.uncertainty import Uncertainty
 
 
@@ -28,6 +30,50 @@ class _Agents:
     speeds: Array  # (n,) [m/s] the largest observed
     known: Array  # (n,) whether they were observed before, so that their velocity is compared with the model
     errors: Array  # (n, 2) [m/s] of the model and of a constant velocity, with CROWD_MEMORY
+
+
+class _Steps:
+    """Trajectory through positions (n, 2) [m] at increasing times (n,) [s], straight between them and after the last.
+
+    The velocity after the last time is that before it. It has no end, so that nothing continues it at every decision.
+    """
+
+    def __init__(self, times: Array, positions: Array) -> None:
+        self._times, self._positions = times, positions
+        self._velocities = np.diff(positions, axis=0) / np.diff(times)[:, None]
+        self.dimension, self.span = 2, (float(times[0]), np.inf)
+
+    def _piece(self, t: npt.ArrayLike) -> tuple[Array, Indices]:
+        time = np.asarray(t, dtype=np.float64)
+        if np.any(time < self._times[0]):
+            raise OutsideSpan(f"t: expected a time from {self._times[0]:g} s on, found {time.min():g} s")
+        k = np.searchsorted(self._times, time, side="right") - 1
+        return time, np.minimum(k, len(self._velocities) - 1)
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        time, k = self._piece(t)
+        return np.asarray(self._positions[k] + (time - self._times[k])[..., None] * self._velocities[k])
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        return np.asarray(self._velocities[self._piece(t)[1]])
+
+    def acceleration(self, t: npt.ArrayLike) -> Array:
+        return 0.0 * self.velocity(t)
+
+    def breaks(self, start: float, end: float) -> Array:
+        inner = self._times[1:-1]
+        return inner[(inner > start) & (inner < end)]
+
+    def speed_bound(self, start: float, end: float) -> float:
+        return float(np.linalg.norm(self._velocities, axis=1).max())
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        return 0.0
+
+    def path(self, start: float, end: float) -> Path:
+        times = np.concatenate([[start], self.breaks(start, end), [end]])
+        velocities = self._velocities[self._piece(times[:-1])[1]]
+        return hermite_pieces(times, self.position(times), velocities, velocities, 0.0)
 
 
 class AvoidingCrowd:
@@ -87,14 +133,11 @@ class AvoidingCrowd:
         agents = self._agents = self._updated(tracks)
         self._now = tracks.t
         paths = self._simulated(agents)
-        far = paths[-1] + LONGEST_FORECAST * (paths[-1] - paths[-2]) / self.period
-        positions = np.concatenate([paths, far[None]])
         times = tracks.t + self.period * np.arange(self.steps + 1)
-        times = np.append(times, times[-1] + LONGEST_FORECAST)
         return [
             Obstacle(
                 Disc(float(radius)),
-                Sampled(times, positions[:, k], "linear"),
+                _Steps(times, paths[:, k]),
                 str(name),
                 uncertainty=self.uncertainty or given,
             )

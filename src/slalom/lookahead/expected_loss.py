@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from slalom.decision import Decision, Outcome
 from slalom.decision.decision import DecisionInputs, completed, made
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
+from slalom.kernels.arrays import Flags
 from slalom.lookahead.deviations import Deviations
 from slalom.lookahead.navigator import LookAhead, SequenceDecision
 from slalom.lookahead.scene import motions_of, rise_of
@@ -50,9 +52,9 @@ class ExpectedLoss:
     """
 
     robot: LookAhead
-    margins: Sequence[float] = (0.03, 0.1, 0.25)
-    shares: Sequence[float] = (0.0, 0.5, 1.0)
-    loss: float = 20.0
+    margins: Sequence[float] = (0.05, 0.1, 0.2, 0.3)
+    shares: Sequence[float] = (0.0, 1.0, 1.0, 1.0)
+    loss: float = 120.0
     spread: Uncertainty = field(default_factory=lambda: BoundedError(0.005, 0.0, 0.08))
     deviates: bool = True
 
@@ -84,6 +86,7 @@ class ExpectedLoss:
         """As `LookAhead.decide`, with the plan or the deviation of least cost; of equal costs the first plan."""
         one_by_one = each_of(obstacles)
         motions = self._motions(one_by_one, now)
+        ahead = self._ahead(motions, self._times(now), now)
         best: tuple[float, Decision] | None = None
         scenes: dict[float, tuple[LookAhead, Sequence[Obstacle]]] = {}
         for margin, share in zip(self.margins, self.shares, strict=True):
@@ -93,13 +96,13 @@ class ExpectedLoss:
             shared, around = scenes[share]
             robot = replace(shared, navigator=replace(shared.navigator, margin=margin))
             decision = robot.decide(state, around, goal, now=now, previous=previous, delay=delay)
-            cost = self._cost(decision, motions, goal, now)
+            cost = self._cost(decision, ahead, goal, now)
             if best is None or cost < best[0]:
                 best = cost, decision
         assert best is not None
         if not self.deviates or delay > 0.0:
             return best[1]
-        return self._deviation(best, state, obstacles, motions, goal, now, previous) or best[1]
+        return self._deviation(best, state, obstacles, motions, ahead, goal, now, previous) or best[1]
 
     def cost(self, decision: Decision, obstacles: Obstacles, goal: Goal, now: float) -> float:
         """Time [s] from `now` to the arrival, and `loss` for each expected contact.
@@ -108,12 +111,13 @@ class ExpectedLoss:
         the maximum speed. The rest begins at the position at the last moment. The first term exceeds the span, so that
         a known arrival is preferred.
         """
-        return self._cost(decision, self._motions(each_of(obstacles), now), goal, now)
+        motions = self._motions(each_of(obstacles), now)
+        return self._cost(decision, self._ahead(motions, self._times(now), now), goal, now)
 
     def contacts(self, places: Array, obstacles: Obstacles, times: npt.ArrayLike, now: float) -> Array:
         """Expected number of contacts (..., n) of robots at `places` (..., n, d) [m] at `times` (n,) [s]."""
         times = np.asarray(times, dtype=np.float64)
-        return self._contacts(places, self._motions(each_of(obstacles), now), times, now)
+        return _contacts(places, self._ahead(self._motions(each_of(obstacles), now), times, now))
 
     def _motions(self, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
         return motions_of(self.robot.navigator, [obstacle for obstacle in obstacles if obstacle.exists(now)], now)
@@ -132,10 +136,9 @@ class ExpectedLoss:
         stages = np.arange(LOSS_TIMES) // LOSS_STEPS
         return np.asarray(contacts @ (LOSS_DISCOUNT**stages / LOSS_STEPS))
 
-    def _cost(self, decision: Decision, motions: Sequence[Obstacle], goal: Goal, now: float) -> float:
-        times = self._times(now)
-        places = decision.manoeuvre.position(times)
-        contacts = float(self._sum(self._contacts(places, motions, times, now)))
+    def _cost(self, decision: Decision, ahead: "_Ahead", goal: Goal, now: float) -> float:
+        places = decision.manoeuvre.position(self._times(now))
+        contacts = float(self._sum(_contacts(places, ahead)))
         return self._time(decision, goal, now, places[-1]) + self.loss * contacts
 
     def _time(self, decision: Decision, goal: Goal, now: float, end: Array) -> float:
@@ -144,18 +147,16 @@ class ExpectedLoss:
         left = float(np.linalg.norm(end - goal.trajectory.position(now))) / self.robot.navigator.limits.max_speed
         return 3.0 * float(self._times(0.0)[-1]) + left
 
-    def _contacts(self, places: Array, motions: Sequence[Obstacle], times: Array, now: float) -> Array:
-        own = self.robot.navigator.robot.bounding_radius
-        spread = self.spread.radius(times - now, places.shape[-1]).clip(1e-300)
-        found = np.zeros(places.shape[:-1])
-        for obstacle in motions:
-            ahead = obstacle.trajectory
-            there = (ahead.span[0] <= times) & (times <= ahead.span[1])
-            gaps = np.linalg.norm(ahead.position(times[there]) - places[..., there, :], axis=-1)
-            gaps -= own + obstacle.shape.bounding_radius
-            beyond = 0.5 / (1.0 + np.abs(gaps) / spread[there]) ** 2
-            found[..., there] += np.where(gaps < 0.0, 1.0 - beyond, beyond)
-        return found
+    def _ahead(self, motions: Sequence[Obstacle], times: Array, now: float) -> "_Ahead":
+        """The obstacles at `times` (m,) [s]."""
+        own, d = self.robot.navigator.robot.bounding_radius, self.robot.navigator.robot.dimension
+        positions, present = np.zeros((len(motions), len(times), d)), np.ones((len(motions), len(times)), np.bool_)
+        for k, motion in enumerate(motions):
+            first, last = motion.trajectory.span
+            there = present[k] = (first <= times) & (times <= last)
+            positions[k, there] = motion.trajectory.position(times[there])
+        radii = np.array([own + motion.shape.bounding_radius for motion in motions])
+        return _Ahead(positions, present, radii, self.spread.radius(times - now, d).clip(1e-300))
 
     def _deviation(
         self,
@@ -163,6 +164,7 @@ class ExpectedLoss:
         state: State,
         obstacles: Obstacles,
         motions: Sequence[Obstacle],
+        ahead: "_Ahead",
         goal: Goal,
         now: float,
         previous: Decision | None,
@@ -172,7 +174,7 @@ class ExpectedLoss:
         others = Deviations.of(motion, state, navigator.limits, self._stage, now)
         places = others.positions(times)
         back = np.linalg.norm(places[:, 2 * LOSS_STEPS - 1] - motion.position(times[2 * LOSS_STEPS - 1]), axis=-1)
-        contacts = self._sum(self._contacts(places, motions, times, now))
+        contacts = self._sum(_contacts(places, ahead))
         costs = back / navigator.limits.max_speed + self.loss * contacts
         costs += self._time(plan[1], goal, now, motion.position(times[-1]))
         k = int(np.argmin(costs)) if len(costs) else -1
@@ -184,6 +186,22 @@ class ExpectedLoss:
         decision = Decision(chosen, Outcome.DEVIATING, chosen.control, made(blocked))
         inputs = DecisionInputs(navigator, state, tuple(listed(obstacles)), goal, None, now, None, None)
         return completed(decision, inputs, previous, None, np.inf)
+
+
+class _Ahead(NamedTuple):
+    """Obstacles at m moments."""
+
+    positions: Array  # (n, m, d) [m]
+    present: Flags  # (n, m) whether they exist
+    radii: Array  # (n,) [m] sum of bounding radii with the robot
+    spread: Array  # (m,) [m]
+
+
+def _contacts(places: Array, ahead: _Ahead) -> Array:
+    """Expected number of contacts (..., m) of robots at `places` (..., m, d) [m]."""
+    gaps = np.linalg.norm(ahead.positions - places[..., None, :, :], axis=-1) - ahead.radii[:, None]
+    beyond = 0.5 / (1.0 + np.abs(gaps) / ahead.spread) ** 2
+    return np.asarray(np.where(ahead.present, np.where(gaps < 0.0, 1.0 - beyond, beyond), 0.0).sum(axis=-2))
 
 
 def _with_share(obstacle: Obstacle, share: float) -> Obstacle:

@@ -114,7 +114,8 @@ class LookAhead:
         for obstacle in one_by_one:
             obstacle.known_at(now)
         motions = motions_of(self.navigator, one_by_one, now)
-        table = self._prediction(one_by_one, motions, now, self.prepared if before is None else before.search.obstacles)
+        tables = (self.prepared,) if before is None else (before.search.obstacles, self.prepared)
+        table = self._prediction(one_by_one, motions, now, tables)
         scene = Scene(state, goal, now, obstacles, motions, table, previous, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
         if not isinstance(planned, SequenceDecision):
@@ -127,13 +128,14 @@ class LookAhead:
         obstacles: Sequence[Obstacle],
         motions: Sequence[Obstacle],
         now: float,
-        previous: PredictedObstacles | None,
+        tables: Sequence[PredictedObstacles | None],
     ) -> PredictedObstacles:
-        """Predicted obstacles now: those of the previous decision if they are still valid and cover enough time."""
+        """Predicted obstacles now: the first of `tables` that is still valid and covers enough time, else a new one."""
         navigator = self.navigator
         latest = max(self._deadline(now), now + navigator.period)
-        if previous is not None and previous.covers(obstacles, now, latest):
-            return previous
+        for table in tables:
+            if table is not None and table.covers(obstacles, now, latest):
+                return table
         forecast, step = navigator.method.forecast, rise_of(navigator)
         if isinstance(forecast, EXACT):
             end = max(min(self.deadline, now + TABLE_HORIZONS * self.time_horizon), latest)
@@ -149,9 +151,9 @@ class LookAhead:
         )
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
-        """Copy whose first decision reuses a table built now for exactly these obstacles."""
+        """Copy whose decisions reuse a table built now for exactly these obstacles."""
         return replace(
-            self, prepared=self._prediction(obstacles, motions_of(self.navigator, obstacles, now), now, None)
+            self, prepared=self._prediction(obstacles, motions_of(self.navigator, obstacles, now), now, ())
         )
 
     def _deadline(self, now: float) -> float:
