@@ -9,7 +9,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.checks import Array, has, not_negative, positive, whole
 from slalom.errors import InvalidInput, OutsideSpan
-from slalom.kernels.arrays import Indices
+from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
 from slalom.path import Path, hermite_pieces
@@ -28,7 +28,7 @@ class _Agents:
     radii: Array  # (n,) [m]
     preferred: Array  # (n, 2) [m/s]
     speeds: Array  # (n,) [m/s] the largest observed
-    known: Array  # (n,) whether they were observed before, so that their velocity is compared with the model
+    known: Flags  # (n,) whether they were observed before, so that their velocity is compared with the model
     errors: Array  # (n, 2) [m/s] of the model and of a constant velocity, with CROWD_MEMORY
 
 
@@ -133,7 +133,7 @@ class AvoidingCrowd:
         agents = self._agents = self._updated(tracks)
         self._now = tracks.t
         paths = self._simulated(agents)
-        times = tracks.t + self.period * np.arange(self.steps + 1)
+        times = tracks.t + self.period * np.arange(self.steps + 1, dtype=np.float64)
         return [
             Obstacle(
                 Disc(float(radius)),
@@ -166,7 +166,9 @@ class AvoidingCrowd:
         now = _Agents(
             {name: k for k, name in enumerate(tracks.ids)},
             *(positions, velocities, np.array(tracks.radii), velocities.copy()),
-            *(np.linalg.norm(velocities, axis=1), np.zeros(n, np.bool_), np.zeros((n, 2))),
+            np.linalg.norm(velocities, axis=1),
+            np.zeros(n, np.bool_),
+            np.zeros((n, 2)),
         )
         if before is None or not before.rows:
             return now
