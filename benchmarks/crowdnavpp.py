@@ -1,17 +1,18 @@
 """Crossing recorded crowds that do not see the robot: cases in the format of the CrowdNav++ test.
 
 usage: python benchmarks/crowdnavpp.py DATA.npz --foresight observed [--out RESULT.json] [--jobs N] [--cases N]
-       [--every N] [--loss 5]
+       [--every N] [--loss 120]
 
 Rules of the test (Liu et al., ICRA 2023): steps of 0.25 s, a disc that takes any velocity up to its maximum speed, a
 goal at rest. At each step the robot observes the position and the radius of every person whose surface is within its
 sensor range. A velocity is the difference of two observed positions. Later steps of the recording, goals of people and
 where they leave are never read.
 
-Each person is predicted at constant velocity, with a radius that grows by GROWTH; later errors are corrected by later
-decisions. A robot that looks ahead (`nao_ahead`) decides with each of MARGINS and takes the decision of least expected
-loss of time (`slalom.ExpectedLoss`), where a contact is worth `loss` [s]. Its acceleration is bounded by ACCELERATION,
-which the test leaves open.
+People are predicted as a crowd whose agents avoid each other (`slalom.AvoidingCrowd`), with a radius that grows by
+GROWTH; later errors are corrected by later decisions. A robot that looks ahead (`nao_ahead`) plans with each of MARGINS
+and its share of the growth, tries short deviations, and takes what has the least expected loss of time
+(`slalom.ExpectedLoss`), where a contact is worth `loss` [s]. Its acceleration is bounded by ACCELERATION, which the
+test leaves open.
 
 The program writes {case: {"t": [s], "p": [[x, y], ...]}} for an independent judge, anew after every case. The judge
 says what collided; this program prints how many arrive, and times of decisions.
@@ -19,7 +20,6 @@ says what collided; this program prints how many arrive, and times of decisions.
 
 import argparse
 import json
-from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -31,6 +31,7 @@ from rich.console import Console
 from rich.progress import track
 
 from slalom import (
+    AvoidingCrowd,
     BoundedError,
     Disc,
     ExpectedLoss,
@@ -44,8 +45,8 @@ from slalom import (
     method,
 )
 
-ACCELERATION = 4.0
-"""[m/s^2] from rest to the maximum speed of 1 m/s in one step."""
+ACCELERATION = 16.0
+"""[m/s^2] from rest to the maximum speed of 1 m/s in a quarter of a step."""
 SAMPLES = 10
 """In one step, in the result."""
 INSIDE = 0.98
@@ -58,6 +59,10 @@ GROWTH = 0.1
 """[m/s] of the radius of a prediction."""
 MARGINS = (0.05, 0.1, 0.2, 0.3)
 """[m]"""
+SHARES = (0.0, 1.0, 1.0, 1.0)
+"""Of the growth, one for each margin."""
+LOSS = 120.0
+"""[s] of time that a contact is worth."""
 
 
 class Case(NamedTuple):
@@ -90,7 +95,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--cases", type=int, help="only the first cases")
     parser.add_argument("--every", type=int, default=1, help="only every so many cases, from the first")
-    parser.add_argument("--loss", type=float, default=5.0)
+    parser.add_argument("--loss", type=float, default=LOSS)
     arguments = parser.parse_args()
     setting, cases = read(arguments.data, arguments.loss)
     cases = cases[: arguments.cases : arguments.every]
@@ -106,7 +111,8 @@ def main() -> None:
     print(f"{np.count_nonzero(np.array(ends) < setting.arrived)} of {len(cases)} paths end at their goal")
     print(f"decision: median {1e3 * np.median(slowest):.1f} ms, 99 % {1e3 * np.quantile(slowest, 0.99):.1f} ms")
     if arguments.out is not None:
-        about = {**setting._asdict(), "acceleration": ACCELERATION, "growth": GROWTH, "margins": MARGINS, **describe()}
+        policy = {"acceleration": ACCELERATION, "growth": GROWTH, "margins": MARGINS, "shares": SHARES}
+        about = {**setting._asdict(), **policy, **describe()}
         arguments.out.with_suffix(".runs.json").write_text(json.dumps(about, indent=1))
 
 
@@ -131,13 +137,13 @@ def crossed(case: Case, setting: Setting) -> dict[str, Any]:
     """The samples of one case for the judge, and the times of its decisions [s]."""
     h, limits = setting.step, Limits(setting.speed, ACCELERATION)
     ahead = LookAhead(Navigator(method("nao_ahead"), Disc(setting.radius), limits, period=h, horizon=HORIZON))
-    robot, growth = ExpectedLoss(ahead, MARGINS, setting.loss), BoundedError(velocity=GROWTH)
+    robot = ExpectedLoss(ahead, MARGINS, SHARES, setting.loss)
+    crowd = AvoidingCrowd(h, uncertainty=BoundedError(velocity=GROWTH))
     goal, state, decision = Goal(Stationary(case.goal), AIM * setting.arrived), State(case.start, np.zeros(2)), None
     times, places, spent = [0.0], [case.start.tolist()], []
     for k in range(len(case.positions) - 1):
         now, before = k * h, perf_counter()
-        tracks = seen(case, k, state.position, setting)
-        people = [replace(person, uncertainty=growth) for person in tracks.obstacles]
+        people = crowd.predict(seen(case, k, state.position, setting))
         decision = robot.decide(state, people, goal, now=now, previous=decision)
         spent.append(perf_counter() - before)
         ends = now + h * np.arange(1, SAMPLES + 1) / SAMPLES

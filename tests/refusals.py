@@ -13,6 +13,7 @@ from ros_messages import OF_ADAPTERS
 
 from slalom import (
     Acceleration,
+    AvoidingCrowd,
     Calibration,
     ConstantVelocity,
     ControlObstacle,
@@ -217,6 +218,13 @@ def unknown_shape(_: Path) -> object:
     return _shape(SimpleNamespace(obstacle_id=3, obstacle_shape=3.0))
 
 
+def crowd_again(_: Path) -> object:
+    """The same observation twice."""
+    crowd, tracks = AvoidingCrowd(0.25), Tracks([(1.0, 0.0)], [(0.0, 0.0)], 0.3, 2.0)
+    crowd.predict(tracks)
+    return crowd.predict(tracks)
+
+
 def in_sumo(robot: object, period: float) -> Callable[[Path], object]:
     """A robot in SUMO, whose step is 0.1 s."""
 
@@ -235,6 +243,17 @@ OF_CALIBRATION: list[tuple[str, str, Callable[[Path], object]]] = [
         "margins: expected one or more, found none",
         lambda _: ExpectedLoss(LookAhead(Navigator(method("nao_ahead"), Disc(1.0), Limits(1.0, 1.0))), ()),
     ),
+    (
+        "ExpectedLoss.__post_init__",
+        r"shares: expected 1 numbers from 0 to 1, found \[2.0\]",
+        lambda _: ExpectedLoss(LookAhead(Navigator(method("nao_ahead"), Disc(1.0), Limits(1.0, 1.0))), (0.1,), (2.0,)),
+    ),
+    (
+        "AvoidingCrowd.predict",
+        "tracks: expected them in the plane, found dimension 3",
+        lambda _: AvoidingCrowd(0.25).predict(Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
+    ),
+    ("AvoidingCrowd.predict", "tracks.t: expected a time after 2 s", crowd_again),
     ("Calibration.__post_init__", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
     (
         "Calibration.__post_init__",

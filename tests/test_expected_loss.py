@@ -1,5 +1,7 @@
 """Laws of the robot that weighs time against closeness."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
@@ -15,6 +17,7 @@ from slalom import (
     LookAhead,
     Navigator,
     Obstacle,
+    Outcome,
     State,
     Stationary,
     Tracks,
@@ -47,21 +50,90 @@ def motion(decision) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(4))
 def test_the_decision_is_the_cheapest_of_the_margins(seed: int) -> None:
     others, margins = crowd(seed), (0.0, 0.1, 0.3)
-    robot = ExpectedLoss(ahead(), margins, loss=8.0)
+    robot = ExpectedLoss(ahead(), margins, (1.0, 1.0, 1.0), loss=8.0, deviates=False)
     single = [ahead(margin).decide(START, others, GOAL) for margin in margins]
     costs = [robot.cost(decision, others, GOAL, 0.0) for decision in single]
     np.testing.assert_array_equal(motion(robot.decide(START, others, GOAL)), motion(single[int(np.argmin(costs))]))
 
 
+def test_a_share_of_the_uncertainty_counts_for_its_margin() -> None:
+    """With the share 0 the decision is that among the same obstacles without uncertainty, and otherwise not."""
+    certain = [Obstacle(Disc(0.5), ConstantVelocity([6.0, 1.1], [-0.5, 0.0]))]
+    doubtful = [replace(other, uncertainty=BoundedError(velocity=0.3)) for other in certain]
+    expected = motion(ahead().decide(START, certain, GOAL))
+    for share, same in ((0.0, True), (1.0, False)):
+        robot = ExpectedLoss(ahead(), (0.1,), (share,), deviates=False)
+        assert np.array_equal(motion(robot.decide(START, doubtful, GOAL)), expected) is same
+
+
 def test_the_expected_contacts_are_those_of_the_definition() -> None:
-    """Sums of exponentials of true gaps; obstacles that overlap count as one contact each."""
+    """Sums of tails of true gaps; a gap below 0 is a contact unless the error exceeds it."""
     rng = np.random.default_rng(5)
     others, times, places = crowd(5), np.array([0.2, 0.7, 1.0]), rng.uniform(0.0, 6.0, (3, 2))
+    places[0] = others[0].trajectory.position(0.2) + 0.2
     robot = ExpectedLoss(ahead(), spread=BoundedError(0.2, 0.1))
     for t, place, found in zip(times, places, robot.contacts(places, others, times, 0.0), strict=True):
         there = np.array([other.trajectory.position(t) for other in others])
         gaps = cdist(place[None], there)[0] - 0.6
-        assert found == pytest.approx(np.exp(-np.clip(gaps, 0.0, None) / (0.2 + 0.1 * t)).sum(), rel=1e-12)
+        tails = [0.5 / (1.0 + abs(gap) / (0.2 + 0.1 * t)) ** 2 for gap in gaps]
+        expected = sum(1.0 - tail if gap < 0.0 else tail for gap, tail in zip(gaps, tails, strict=True))
+        assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_deviation_is_taken_where_it_costs_less_than_the_plan() -> None:
+    """Beside a fast obstacle; the motion keeps the limits, and without deviations the plan is worse."""
+    others = [Obstacle(Disc(0.3), ConstantVelocity([-1.2, 0.68], [1.4, 0.0]))]
+    settings = {"margins": (0.0,), "shares": (1.0,), "loss": 200.0, "spread": BoundedError(0.02, 0.0, 0.1)}
+    robot = ExpectedLoss(ahead(), **settings)
+    decision = robot.decide(START, others, GOAL)
+    plan = ExpectedLoss(ahead(), **settings, deviates=False).decide(START, others, GOAL)
+    assert decision.outcome is Outcome.DEVIATING
+    assert plan.outcome is not Outcome.DEVIATING
+    times = np.linspace(0.0, 1.0, 101)
+    velocities = decision.manoeuvre.velocity(times)
+    assert np.linalg.norm(velocities, axis=1).max() <= 1.0 + 1e-9
+    assert np.linalg.norm(np.diff(velocities, axis=0), axis=1).max() <= 4.0 * 0.01 + 1e-9
+    steps = np.array([0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0])
+    closeness = [robot.contacts(d.manoeuvre.position(steps), others, steps, 0.0).sum() for d in (decision, plan)]
+    assert closeness[0] < closeness[1]
+
+
+def ramped(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Positions (8, 2) at 0.125, 0.25, ... 1 s with a velocity for 0.25 s and another after it, at 4 m/s^2 at most."""
+    h, velocities = 1e-3, [START.velocity]
+    for aim, count in ((first, 250), (second, 750)):
+        for _ in range(count):
+            change = aim - velocities[-1]
+            size = float(np.linalg.norm(change))
+            velocities.append(velocities[-1] + change * min(1.0, 4.0 * h / size if size > 0.0 else 1.0))
+    v = np.array(velocities)
+    places = START.position + np.cumsum(0.5 * h * (v[1:] + v[:-1]), axis=0)
+    return places[124::125]
+
+
+def test_no_deviation_of_all_is_cheaper() -> None:
+    """The chosen one is compared with motions that are integrated here, velocity after velocity."""
+    others = [Obstacle(Disc(0.3), ConstantVelocity([-1.2, 0.68], [1.4, 0.0]))]
+    settings = {"margins": (0.0,), "shares": (1.0,), "loss": 200.0, "spread": BoundedError(0.02, 0.0, 0.1)}
+    robot = ExpectedLoss(ahead(), **settings)
+    decision, plan = robot.decide(START, others, GOAL), ahead(0.0).decide(START, others, GOAL)
+    times, weights = 0.125 * np.arange(1, 9), 0.6 ** (np.arange(8) // 2) / 2.0
+    there = plan.manoeuvre.position(0.5)
+
+    def cost(places: np.ndarray) -> float:
+        return float(np.linalg.norm(places[3] - there) + 200.0 * (robot.contacts(places, others, times, 0.0) @ weights))
+
+    chosen = cost(decision.manoeuvre.position(times))
+    assert chosen <= cost(plan.manoeuvre.position(times)) - 0.02
+    angles, tried = 2.0 * np.pi * np.arange(16) / 16, 0
+    ways = [np.array([np.cos(angle), np.sin(angle)]) for angle in angles]
+    for first in ways:
+        for second in ways:
+            # In 0.25 s the velocity changes by 1 m/s at most.
+            if max(np.linalg.norm(first - START.velocity), np.linalg.norm(second - first)) <= 1.0 + 1e-9:
+                assert chosen <= cost(ramped(first, second)) + 5e-3
+                tried += 1
+    assert tried == 25
 
 
 def test_a_higher_loss_keeps_more_distance() -> None:
@@ -69,7 +141,9 @@ def test_a_higher_loss_keeps_more_distance() -> None:
     post = [Obstacle(Disc(0.5), Stationary([4.5, 0.5]))]
     closest, arrivals = [], []
     for loss in (0.0, 200.0):
-        decision = ExpectedLoss(ahead(), (0.0, 0.4, 0.8), loss).decide(State([3.0, 0.0], [1.0, 0.0]), post, GOAL)
+        decision = ExpectedLoss(ahead(), (0.0, 0.4, 0.8), (1.0,) * 3, loss, deviates=False).decide(
+            State([3.0, 0.0], [1.0, 0.0]), post, GOAL
+        )
         path = decision.manoeuvre.position(np.linspace(0.0, 4.0, 200))
         closest.append(np.linalg.norm(path - post[0].trajectory.initial_position, axis=1).min() - 0.8)
         arrivals.append(decision.arrival)
@@ -100,6 +174,10 @@ def test_wrong_settings_are_refused() -> None:
         ({"robot": None}, "robot: expected a LookAhead"),
         ({"margins": ()}, "margins: expected one or more, found none"),
         ({"margins": (0.1, -1.0)}, r"margins\[1\]: expected"),
+        ({"shares": (1.0,)}, "shares: expected 4 numbers from 0 to 1, found"),
+        ({"shares": (0.0, 0.5, 1.0, 1.5)}, "shares: expected 4 numbers from 0 to 1, found"),
+        ({"shares": (0.0, -0.5, 1.0, 1.0)}, r"shares\[1\]: expected"),
+        ({"deviates": "no"}, "deviates: expected"),
         ({"loss": -1.0}, "loss: expected"),
         ({"spread": None}, "spread: expected an uncertainty"),
     ):

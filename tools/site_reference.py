@@ -49,6 +49,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "Obstacles": (
         *("Obstacle", "ObstacleTable", "ObstacleWindow", "Tracks", "Tracker"),
         *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility", "Reciprocity"),
+        "AvoidingCrowd",
     ),
     "Shapes": ("Shape", "Disc", "Ball", "Capsule", "Rectangle", "Polygon", "Polyline", "Union", "Part"),
     "Trajectories": (

@@ -69,6 +69,7 @@ from .methods import (
     METHODS as METHODS,
     Method as Method,
 )
+from .mutual_avoidance import AvoidingCrowd as AvoidingCrowd
 from .objective import (
     Aim as Aim,
     Arrive as Arrive,

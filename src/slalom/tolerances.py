@@ -1294,16 +1294,46 @@ Larger: more pieces in every table. Smaller: tables are made more often; at 1 fo
 """
 
 LOSS_TIMES: Final = 8
-"""[1] Moments at which the closeness of a plan counts. More: slower decisions. Fewer: a short approach is missed."""
+"""[1] Moments at which the closeness of a plan counts. More: slower decisions. Fewer: late closeness is not counted."""
 
-LOSS_STEP: Final = 0.25
-"""[1] Between these moments, as a share of the period and the time from rest to the maximum speed together.
+LOSS_STEPS: Final = 2
+"""[1] Moments in one stage: the time from rest to the maximum speed, in whole periods.
 
-Larger: closeness counts that later decisions can still avoid. Smaller: a plan counts as safe until it is too late.
+More: slower decisions for the same time ahead. Fewer: a short approach is missed.
 """
 
-LOSS_DISCOUNT: Final = 0.8
-"""[1] Weight of a moment, as a multiple of the one before. Larger: late closeness counts as much as an early one."""
+LOSS_DISCOUNT: Final = 0.6
+"""[1] Weight of a stage, as a multiple of the one before. Larger: late closeness counts as much as an early one."""
+
+DEVIATION_DIRECTIONS: Final = 16
+"""[1] Directions of the velocities of a deviation in the plane.
+
+More: slower decisions, with the square. Fewer: deviations through narrow gaps are missed.
+"""
+
+DEVIATION_GAIN: Final = 0.02
+"""[s] By how much the expected loss of a deviation must be below that of the plan.
+
+Larger: fewer changes of the motion. Smaller: deviations that gain nothing, and a new plan after each.
+"""
+
+CROWD_MEMORY: Final = 0.7
+"""[1] Weight of the errors of the forecast of an agent at one observation, relative to the next.
+
+Larger: a later change between a model and a constant velocity. Smaller: a single error changes it.
+"""
+
+CROWD_RELAXATIONS: Final = 40
+"""[1] Bisections of the amount by which the half-planes of an agent are moved where they permit no velocity.
+
+More: never needed. Fewer: a velocity that is not nearest to what is permitted.
+"""
+
+PARALLEL_LINES: Final = 1e-10
+"""[1] Sine of the angle below which the borders of two half-planes do not intersect.
+
+Larger: half-planes at a small angle count as parallel. Smaller: intersections far away, with rounding.
+"""
 
 NODE_TIME_SLACK: Final = 1e-6
 """[1] Share of a period by which a time may precede that of a node and count as equal to it.

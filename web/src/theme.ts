@@ -74,6 +74,7 @@ export const OUTCOMES: Record<string, { colour: string; label: string }> = {
   BEGUN: { colour: "#cc79a7", label: "continued" },
   SQUEEZED: { colour: "#d55e00", label: "in trouble" },
   LIKELY: { colour: "#d55e00", label: "in trouble" },
+  DEVIATING: { colour: "#e69f00", label: "avoiding" },
   STOPPING: { colour: "#d55e00", label: "in trouble" },
   DELAYED: { colour: "#d55e00", label: "in trouble" },
   BRAKING: { colour: "#d55e00", label: "in trouble" },

@@ -36,6 +36,7 @@ class Outcome(Enum):
     BEGUN = "No sequence to the goal is known yet; a safe partial sequence that ends at rest was started."
     SQUEEZED = "No manoeuvre keeps the margin; one with a clearance above 0 was chosen."
     LIKELY = "All likely futures of the obstacles are avoided; less likely ones were given up, see the probability."
+    DEVIATING = "A short deviation has a lower expected loss than every plan; nothing is promised after it."
     STOPPING = "No manoeuvre is collision-free up to the horizon; this one ends at rest before any contact."
     DELAYED = "Every manoeuvre is predicted to collide; the one with the latest collision was chosen."
     BRAKING = "No manoeuvre ends at rest before a contact; the robot brakes as hard as the limits allow."

@@ -4,6 +4,7 @@ from .compile_notice import (
     compiling as compiling,
     when_compiling as when_compiling,
 )
+from .crowd.mutual_avoidance import avoiding_velocities as avoiding_velocities
 from .decision.cell_list import (
     build_cell_list as build_cell_list,
     independent_rounds as independent_rounds,

@@ -15,7 +15,7 @@ from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Known
 from slalom.goal import Goal
 from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of, time_left
-from slalom.lookahead.search import Search, Work, new_search, run_searches
+from slalom.lookahead.search import Search, Work, new_search, run_searches, step_of
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.motion_models import FromModels
 from slalom.obstacle import Obstacle
@@ -116,7 +116,8 @@ class LookAhead:
         for obstacle in one_by_one:
             obstacle.known_at(now)
         motions = motions_of(self.navigator, one_by_one, now)
-        table = self._prediction(one_by_one, motions, now, self.prepared if before is None else before.search.obstacles)
+        tables = (self.prepared,) if before is None else (before.search.obstacles, self.prepared)
+        table = self._prediction(one_by_one, motions, now, tables)
         scene = Scene(state, goal, now, obstacles, motions, table, previous, before)
         planned = self._keep_or_improve(scene) or self._plan(scene)
         if not isinstance(planned, SequenceDecision):
@@ -129,13 +130,14 @@ class LookAhead:
         obstacles: Sequence[Obstacle],
         motions: Sequence[Obstacle],
         now: float,
-        previous: PredictedObstacles | None,
+        tables: Sequence[PredictedObstacles | None],
     ) -> PredictedObstacles:
-        """Predicted obstacles now: those of the previous decision if they are still valid and cover enough time."""
+        """Predicted obstacles now: the first of `tables` that is still valid and covers enough time, else a new one."""
         navigator = self.navigator
         latest = self._latest(now)
-        if previous is not None and previous.covers(obstacles, now, latest):
-            return previous
+        for table in tables:
+            if table is not None and table.covers(obstacles, now, latest):
+                return table
         forecast, step = navigator.method.forecast, rise_of(navigator)
         if isinstance(forecast, EXACT):
             end = max(min(self.deadline, now + TABLE_HORIZONS * self.time_horizon), latest)
@@ -157,10 +159,8 @@ class LookAhead:
         return max(self._deadline(now), now + self.navigator.period)
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
-        """Copy whose first decision reuses a table built now for exactly these obstacles."""
-        return replace(
-            self, prepared=self._prediction(obstacles, motions_of(self.navigator, obstacles, now), now, None)
-        )
+        """Copy whose decisions reuse a table built now for exactly these obstacles."""
+        return replace(self, prepared=self._prediction(obstacles, motions_of(self.navigator, obstacles, now), now, ()))
 
     def _deadline(self, now: float) -> float:
         return min(self.deadline, now + self.time_horizon)
@@ -296,6 +296,9 @@ class LookAhead:
     ) -> tuple[Search, float]:
         """New search for arrivals up to `latest` [s], and its work [us]."""
         navigator = self.navigator
+        limits, period = navigator.limits, navigator.period
+        # Scales that round to the same number of periods are one search.
+        steps = {step_of(limits.max_speed, limits.max_acceleration, period, scale): scale for scale in scales[::-1]}
         searches = [
             new_search(
                 scene.state,
@@ -308,7 +311,7 @@ class LookAhead:
                 margin=margin,
                 scale=scale,
             )
-            for scale in scales
+            for scale in reversed(steps.values())
         ]
         return run_searches(searches, budget, min(self.improvement_budget, budget))
 

@@ -95,7 +95,7 @@ class Search:
         node = self._upcoming_nodes(now)[0]
         start, acceleration = float(self.tree.time[node]), self.tree.acceleration[node]
         problem = self.problem._replace(
-            step=_step(self.problem.max_speed, self.problem.max_acceleration, self.problem.period, scale),
+            step=step_of(self.problem.max_speed, self.problem.max_acceleration, self.problem.period, scale),
             deadline=deadline,
         )
         tree = _new_tree(state, now)
@@ -212,7 +212,7 @@ def new_search(
         stop=goal.stop,
         max_acceleration=limits.max_acceleration,
         max_speed=limits.max_speed,
-        step=_step(limits.max_speed, limits.max_acceleration, period, scale),
+        step=step_of(limits.max_speed, limits.max_acceleration, period, scale),
         period=period,
         deadline=deadline,
         margin=margin,
@@ -223,7 +223,7 @@ def new_search(
     return Search(obstacles, problem, _new_tree(state, now))
 
 
-def _step(max_speed: float, max_acceleration: float, period: float, scale: float) -> float:
+def step_of(max_speed: float, max_acceleration: float, period: float, scale: float) -> float:
     """`scale` times the time from rest to max_speed, in whole periods [s]."""
     return max(1, round(scale * max_speed / max_acceleration / period)) * period
 

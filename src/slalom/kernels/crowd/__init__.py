@@ -1,0 +1,1 @@
+"""Models of crowds, which predict how people move: no part in safety."""

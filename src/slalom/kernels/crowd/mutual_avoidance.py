@@ -1,0 +1,141 @@
+"""Velocities of agents in the plane that all avoid each other, each by a half of the least change that it takes.
+
+The model is optimal reciprocal collision avoidance (van den Berg, Guy, Lin and Manocha, 2011). Each pair permits each
+of its agents a half-plane of velocities. An agent takes the permitted velocity nearest its preferred one.
+"""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array
+from slalom.kernels.jit import kernel
+from slalom.tolerances import CROWD_RELAXATIONS, PARALLEL_LINES
+
+
+@kernel
+def avoiding_velocities(
+    positions: Array,
+    velocities: Array,
+    radii: Array,
+    preferred: Array,
+    speeds: Array,
+    horizon: float,
+    reach: float,
+    period: float,
+) -> Array:
+    """Next velocities (n, 2) [m/s] of all agents.
+
+    Args:
+        positions, velocities, preferred: (n, 2) [m], [m/s], [m/s]. radii: (n,) [m] with the distance that agents keep.
+        speeds: (n,) [m/s] the largest of each. horizon: [s] in which no pair is to touch.
+        reach: [m] distance up to which agents avoid each other. period: [s] in which pairs that touch separate.
+    """
+    n = len(positions)
+    found, normals, offsets = np.empty((n, 2)), np.empty((n, 2)), np.empty(n)
+    for i in range(n):
+        count = 0
+        for j in range(n):
+            x, y = positions[j, 0] - positions[i, 0], positions[j, 1] - positions[i, 1]
+            distance = np.sqrt(x * x + y * y)
+            if j == i or distance >= reach or distance <= 0.0:
+                continue
+            along, across = x / distance, y / distance
+            vx, vy = velocities[i, 0] - velocities[j, 0], velocities[i, 1] - velocities[j, 1]
+            change, toward, aside = least_change(
+                distance, vx * along + vy * across, vy * along - vx * across, radii[i] + radii[j], horizon, period
+            )
+            if toward == 0.0 and aside == 0.0:
+                continue
+            nx, ny = toward * along - aside * across, toward * across + aside * along
+            normals[count, 0], normals[count, 1] = nx, ny
+            offsets[count] = velocities[i, 0] * nx + velocities[i, 1] * ny + 0.5 * change
+            count += 1
+        found[i, 0], found[i, 1] = permitted_velocity(
+            normals, offsets, count, speeds[i], preferred[i, 0], preferred[i, 1]
+        )
+    return found
+
+
+@kernel
+def least_change(
+    distance: float, x: float, y: float, radius: float, horizon: float, period: float
+) -> tuple[float, float, float]:
+    """Least change [m/s] of a relative velocity to the edge of the velocity obstacle, and its direction outwards.
+
+    The first axis points to the other agent. The change is negative for a velocity outside; the direction is (0, 0)
+    where it is undefined.
+
+    Args:
+        distance: [m] between the centres. x, y: [m/s] relative velocity. radius: [m] sum of both.
+        horizon: [s] of the velocity obstacle; period: [s] instead, of agents that touch.
+    """
+    time = horizon if distance > radius else period
+    center, size = distance / time, radius / time
+    away = np.sqrt((x - center) ** 2 + y * y)
+    if distance <= radius or (center - x) * distance > radius * away:
+        if away <= 0.0:
+            return 0.0, 0.0, 0.0
+        return size - away, (x - center) / away, y / away
+    sine = radius / distance
+    cosine = np.sqrt(1.0 - sine * sine)
+    return x * sine - abs(y) * cosine, -sine, cosine if y > 0.0 else -cosine
+
+
+@kernel
+def permitted_velocity(
+    normals: Array, offsets: Array, count: int, speed: float, px: float, py: float
+) -> tuple[float, float]:
+    """The velocity nearest (px, py) [m/s] with v . normal >= offset for `count` half-planes, at most `speed` fast.
+
+    Where there is none, all offsets are reduced by the least equal amount that permits one.
+    """
+    feasible, x, y = nearest_velocity(normals, offsets, count, speed, px, py, 0.0)
+    if feasible:
+        return x, y
+    low, high = 0.0, speed
+    for k in range(count):
+        high = max(high, offsets[k] + speed)
+    _, x, y = nearest_velocity(normals, offsets, count, speed, px, py, high)
+    for _ in range(CROWD_RELAXATIONS):
+        middle = 0.5 * (low + high)
+        feasible, a, b = nearest_velocity(normals, offsets, count, speed, px, py, middle)
+        if feasible:
+            high, x, y = middle, a, b
+        else:
+            low = middle
+    return x, y
+
+
+@kernel
+def nearest_velocity(
+    normals: Array, offsets: Array, count: int, speed: float, px: float, py: float, less: float
+) -> tuple[bool, float, float]:
+    """As `permitted_velocity` with offsets reduced by `less` [m/s], and whether there is one.
+
+    Half-planes are added one by one. If a new one excludes the velocity so far, the next lies on its border.
+    """
+    size = np.sqrt(px * px + py * py)
+    share = min(1.0, speed / size) if size > 0.0 else 1.0
+    x, y = share * px, share * py
+    for i in range(count):
+        nx, ny, offset = normals[i, 0], normals[i, 1], offsets[i] - less
+        if nx * x + ny * y >= offset:
+            continue
+        if abs(offset) > speed:
+            return False, x, y
+        high = np.sqrt(speed * speed - offset * offset)
+        low = -high
+        for j in range(i):
+            rise = normals[j, 1] * nx - normals[j, 0] * ny
+            missing = offsets[j] - less - offset * (normals[j, 0] * nx + normals[j, 1] * ny)
+            if abs(rise) <= PARALLEL_LINES:
+                if missing > 0.0:
+                    return False, x, y
+            elif rise > 0.0:
+                low = max(low, missing / rise)
+            else:
+                high = min(high, missing / rise)
+        if low > high:
+            return False, x, y
+        along = min(max(py * nx - px * ny, low), high)
+        x, y = offset * nx - along * ny, offset * ny + along * nx
+    return True, x, y

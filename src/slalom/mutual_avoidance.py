@@ -1,0 +1,197 @@
+"""Forecast of a crowd whose agents avoid each other, with a preferred velocity of each that its past explains."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom import kernels
+from slalom.checks import Array, has, not_negative, positive, whole
+from slalom.errors import InvalidInput, OutsideSpan
+from slalom.kernels.arrays import Flags, Indices
+from slalom.obstacle import Obstacle
+from slalom.obstacle.tracks import Tracks
+from slalom.path import Path, hermite_pieces
+from slalom.shape import Disc
+from slalom.tolerances import CROWD_MEMORY
+from slalom.uncertainty import Uncertainty
+
+
+@dataclass
+class _Agents:
+    """Agents at the last observation; all arrays have one row for each."""
+
+    rows: dict[Hashable, int]
+    positions: Array  # (n, 2) [m]
+    velocities: Array  # (n, 2) [m/s]
+    radii: Array  # (n,) [m]
+    preferred: Array  # (n, 2) [m/s]
+    speeds: Array  # (n,) [m/s] the largest observed
+    known: Flags  # (n,) whether they were observed before, so that their velocity is compared with the model
+    errors: Array  # (n, 2) [m/s] of the model and of a constant velocity, with CROWD_MEMORY
+
+
+class _Steps:
+    """Trajectory through positions (n, 2) [m] at increasing times (n,) [s], straight between them and after the last.
+
+    The velocity after the last time is that before it. It has no end, so that nothing continues it at every decision.
+    """
+
+    def __init__(self, times: Array, positions: Array) -> None:
+        self._times, self._positions = times, positions
+        self._velocities = np.diff(positions, axis=0) / np.diff(times)[:, None]
+        self.dimension, self.span = 2, (float(times[0]), np.inf)
+
+    def _piece(self, t: npt.ArrayLike) -> tuple[Array, Indices]:
+        time = np.asarray(t, dtype=np.float64)
+        if np.any(time < self._times[0]):
+            raise OutsideSpan(f"t: expected a time from {self._times[0]:g} s on, found {time.min():g} s")
+        k = np.searchsorted(self._times, time, side="right") - 1
+        return time, np.minimum(k, len(self._velocities) - 1)
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        time, k = self._piece(t)
+        return np.asarray(self._positions[k] + (time - self._times[k])[..., None] * self._velocities[k])
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        return np.asarray(self._velocities[self._piece(t)[1]])
+
+    def acceleration(self, t: npt.ArrayLike) -> Array:
+        return 0.0 * self.velocity(t)
+
+    def breaks(self, start: float, end: float) -> Array:
+        inner = self._times[1:-1]
+        return inner[(inner > start) & (inner < end)]
+
+    def speed_bound(self, start: float, end: float) -> float:
+        return float(np.linalg.norm(self._velocities, axis=1).max())
+
+    def acceleration_bound(self, start: float, end: float) -> float:
+        return 0.0
+
+    def path(self, start: float, end: float) -> Path:
+        times = np.concatenate([[start], self.breaks(start, end), [end]])
+        velocities = self._velocities[self._piece(times[:-1])[1]]
+        return hermite_pieces(times, self.position(times), velocities, velocities, 0.0)
+
+
+class AvoidingCrowd:
+    """Forecast of discs in the plane that avoid each other, and do not see the robot.
+
+    Each agent takes in each period the velocity nearest its preferred one that makes its half of the avoidance of all
+    others (ORCA: van den Berg, Guy, Lin and Manocha, 2011). The model simulates all agents together for `steps`
+    periods; after that velocities stay constant.
+
+    Preferred velocities are hidden. At each observation the model predicts the velocities that are observed now from
+    the estimates of the last one. The difference is added to the estimate. Laws: an agent that the others do not
+    restrict has its velocity as its estimate; if one other restricts it, the new estimate explains the observed
+    velocity. An agent that a constant velocity has explained better so far is predicted with that.
+
+    Args:
+        period: [s] in which agents choose a velocity. horizon: [s] for which they avoid contact.
+        distance: [m] by which each counts as larger. reach: [m] between centres of agents that avoid each other.
+        steps: periods that are simulated. uncertainty: of the predictions.
+
+    Raises:
+        InvalidInput: a value out of its range.
+    """
+
+    def __init__(
+        self,
+        period: float,
+        *,
+        horizon: float = 5.0,
+        distance: float = 0.16,
+        reach: float = 10.0,
+        steps: int = 12,
+        uncertainty: Uncertainty | None = None,
+    ) -> None:
+        self.period, self.horizon = positive(period, "period"), positive(horizon, "horizon")
+        self.distance, self.reach = not_negative(distance, "distance"), positive(reach, "reach")
+        self.steps = whole(steps, "steps", 1)
+        if uncertainty is not None:
+            has(uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", "uncertainty")
+        self.uncertainty = uncertainty
+        self._now = -np.inf
+        self._agents: _Agents | None = None
+
+    def predict(self, tracks: Tracks) -> list[Obstacle]:
+        """The tracks on their predicted trajectories; call it once at every observation.
+
+        Agents are told apart by their ids. The first velocity of an agent is its first estimate, and is not compared
+        with the model. An agent that is no longer observed is forgotten.
+
+        Raises:
+            InvalidInput: something else than tracks, tracks in space, a time that is not after the last.
+        """
+        has(tracks, ("states", "radii", "ids", "t"), "Tracks", "tracks")
+        if tracks.dimension != 2:
+            raise InvalidInput(f"tracks: expected them in the plane, found dimension {tracks.dimension}")
+        if not tracks.t > self._now:
+            raise InvalidInput(f"tracks.t: expected a time after {self._now:g} s, that of the last; found {tracks.t:g}")
+        agents = self._agents = self._updated(tracks)
+        self._now = tracks.t
+        paths = self._simulated(agents)
+        times = tracks.t + self.period * np.arange(self.steps + 1, dtype=np.float64)
+        return [
+            Obstacle(
+                Disc(float(radius)),
+                _Steps(times, paths[:, k]),
+                str(name),
+                uncertainty=self.uncertainty or given,
+            )
+            for k, (radius, name, given) in enumerate(zip(tracks.radii, tracks.ids, tracks.uncertainties, strict=True))
+        ]
+
+    @property
+    def preferred(self) -> dict[Hashable, Array]:
+        """Estimated preferred velocity (2,) [m/s] of each agent of the last observation, by id."""
+        agents = self._agents
+        return {} if agents is None else {name: agents.preferred[k] for name, k in agents.rows.items()}
+
+    def _chosen(self, agents: _Agents, positions: Array, velocities: Array) -> Array:
+        """Velocities (n, 2) [m/s] that the model chooses."""
+        return np.asarray(
+            kernels.avoiding_velocities(
+                *(positions, velocities, agents.radii + self.distance, agents.preferred, agents.speeds),
+                *(self.horizon, self.reach, self.period),
+            )
+        )
+
+    def _updated(self, tracks: Tracks) -> _Agents:
+        """Agents of this observation, with what the last one taught."""
+        positions, velocities = (np.ascontiguousarray(tracks.states[:, k]) for k in range(2))
+        n, before = len(tracks), self._agents
+        now = _Agents(
+            {name: k for k, name in enumerate(tracks.ids)},
+            *(positions, velocities, np.array(tracks.radii), velocities.copy()),
+            np.linalg.norm(velocities, axis=1),
+            np.zeros(n, np.bool_),
+            np.zeros((n, 2)),
+        )
+        if before is None or not before.rows:
+            return now
+        chosen = self._chosen(before, before.positions, before.velocities)
+        for name, k in now.rows.items():
+            if name not in before.rows:
+                continue
+            j = before.rows[name]
+            now.known[k], now.speeds[k] = True, max(now.speeds[k], before.speeds[j])
+            if before.known[j]:
+                missing = velocities[k] - chosen[j]
+                estimate = before.preferred[j] + missing
+                size = float(np.linalg.norm(estimate))
+                now.preferred[k] = estimate * min(1.0, now.speeds[k] / size) if size > 0.0 else estimate
+                change = velocities[k] - before.velocities[j]
+                now.errors[k] = CROWD_MEMORY * before.errors[j] + np.linalg.norm([missing, change], axis=1)
+        return now
+
+    def _simulated(self, agents: _Agents) -> Array:
+        """Positions (steps + 1, n, 2) [m] at the ends of all periods from now on."""
+        explained = agents.errors[:, :1] <= agents.errors[:, 1:]
+        paths, velocities = [agents.positions], agents.velocities
+        for _ in range(self.steps):
+            velocities = np.where(explained, self._chosen(agents, paths[-1], velocities), velocities)
+            paths.append(paths[-1] + self.period * velocities)
+        return np.array(paths)
