@@ -53,7 +53,7 @@ def picture(runs: Sequence[dict[str, Any]]) -> Figure:
         for name, (success, time) in published.items():
             axes.plot(time, success, "s", color="#8a8a8a")
             axes.annotate(name, (time, success), xytext=(0, 6), textcoords="offset points", ha="center", fontsize=8)
-        for robot, colour in zip(robots, COLOURS):
+        for robot, colour, aside in zip(robots, COLOURS, ((4, -22), (4, 5), (4, -12), (4, 14))):
             here = sorted((r for r in runs if r["people"] == people and r["robot"] == robot), key=lambda r: r["loss"])
             if not here:
                 continue
@@ -64,13 +64,14 @@ def picture(runs: Sequence[dict[str, Any]]) -> Figure:
                 times, shares, bars, fmt="o-", color=colour, label=robot, markersize=4, linewidth=1, capsize=2
             )
             for run in here:
-                where = {"xytext": (4, -10), "textcoords": "offset points", "fontsize": 7, "color": colour}
+                where = {"xytext": aside, "textcoords": "offset points", "fontsize": 7, "color": colour}
                 axes.annotate(f"{run['loss']:g} s", (run["time"], run["success"]), **where)
+        axes.margins(x=0.15, y=0.08)
         success, time = TARGETS[people]
         axes.plot([axes.get_xlim()[0], time, time], [success, success, 1.0], ":", color="#333333", linewidth=1)
         axes.set(title=TITLES[people], xlabel="mean time of successes [s]", ylabel="share of successes")
         axes.spines[["top", "right"]].set_visible(False)
-        axes.legend(loc="lower left", fontsize=8, frameon=False)
+        axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.45), fontsize=8, frameon=False)
     return figure
 
 

@@ -40,6 +40,7 @@ from slalom import (
     Aim,
     Arrive,
     AtConstantTurn,
+    AvoidingCrowd,
     Ball,
     BoundedError,
     Box,
@@ -1359,6 +1360,12 @@ CASES = [
         InvalidInput,
         r"increasing times, found 1 followed by 1 at index 2",
         lambda _: Sampled([0, 1, 1], np.zeros((3, 3))),
+    ),
+    Case(
+        "_Steps._piece",
+        OutsideSpan,
+        "t: expected a time from 0 s on, found -1 s",
+        lambda _: AvoidingCrowd(0.25).predict(Tracks([(1, 0)], [(0, 0)], 0.3))[0].trajectory.position(-1.0),
     ),
     Case(
         "Sampled._local",
