@@ -1266,7 +1266,7 @@ Larger: more pieces in every table. Smaller: tables are made more often; at 1 fo
 """
 
 LOSS_TIMES: Final = 8
-"""[1] Moments at which the closeness of a plan counts. More: slower decisions. Fewer: later closeness does not count."""
+"""[1] Moments at which the closeness of a plan counts. More: slower decisions. Fewer: less of the future counts."""
 
 LOSS_STEPS: Final = 2
 """[1] Moments in one stage: the time from rest to the maximum speed, in whole periods.

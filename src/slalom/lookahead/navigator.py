@@ -152,9 +152,7 @@ class LookAhead:
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
         """Copy whose decisions reuse a table built now for exactly these obstacles."""
-        return replace(
-            self, prepared=self._prediction(obstacles, motions_of(self.navigator, obstacles, now), now, ())
-        )
+        return replace(self, prepared=self._prediction(obstacles, motions_of(self.navigator, obstacles, now), now, ()))
 
     def _deadline(self, now: float) -> float:
         return min(self.deadline, now + self.time_horizon)
