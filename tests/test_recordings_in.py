@@ -469,7 +469,7 @@ def test_conversion_of_some_agents(say: Say, tmp_path: Path) -> None:
     assert say("convert", "a.csv", "c.csv", "--agents", "Z,7").code == 0
     assert list(read_recording("c.csv").agents) == ["7", "Z"]
     for tokens, message in (
-        (["a.csv", "d.xml"], "expected a file that ends in .csv, .ndjson, .sqlite; found 'd.xml'"),
+        (["a.csv", "d.xml"], "TARGET: expected a file that ends in .csv, .ndjson, .sqlite; found 'd.xml'"),
         (["none.csv", "d.csv"], "none.csv: expected a readable file"),
         (["a.csv", "d.csv", "--out-frame-rate", 5], "--out-frame-rate: expected only with a format with frame numbers"),
         (["a.csv", "d.ndjson", "--out-frame-rate", 3], "agent 7: expected different multiples of 1 / 3 s, found 0.1 s"),
