@@ -320,10 +320,7 @@ class LookAhead:
         table = ObstacleWindow(scene.motions, scene.now, self.navigator.horizon)
         blocked = ControlObstacle(motion.response, scene.state, table, self.navigator.robot, search.problem.margin)
         return SequenceDecision(
-            motion,
-            outcome,
-            motion.control,
-            made(blocked),
+            *(motion, outcome, motion.control, made(blocked)),
             search=search,
             arrival=search.arrival,
             cut=search.cut,
