@@ -14,6 +14,7 @@ from slalom import (
     Fleet,
     FleetDecision,
     Goal,
+    HeadingCone,
     Limits,
     Navigator,
     Obstacle,
@@ -23,6 +24,7 @@ from slalom import (
     Stationary,
     Tracks,
 )
+from slalom.errors import InvalidInput
 from slalom.sim import gallery, simulate
 from slalom.sim.run.robot_states import integrate
 from slalom.tolerances import ADMISSIBLE, METRIC
@@ -125,6 +127,25 @@ def test_robots_follow_velocities_around_each_other_and_an_obstacle() -> None:
     assert positions[0, 0] > 5.0
     assert positions[1, 0] < -5.0
     np.testing.assert_allclose(velocities, wanted, atol=0.05)
+
+
+def test_bounds_are_along_the_headings() -> None:
+    """A robot at rest leaves within its cone of headings; without a heading the cone bounds nothing at rest."""
+    limits = Limits(1.0, 2.0, bounds=(HeadingCone(0.3),))
+    for heading, least in ((0.5 * np.pi, np.cos(0.3)), (None, -1.0)):
+        fleet = Fleet(METHODS["nao"], Disc(0.4), limits, robots=1)
+        headings = None if heading is None else [heading]
+        decided = fleet.step(0.0, [(0.0, 0.0)], [(0.0, 0.0)], desired_velocities=[(0.5, 0.5)], headings=headings)
+        speed = float(np.linalg.norm(decided.velocities[0]))
+        assert speed > 0.05
+        assert decided.velocities[0, 1] >= (least - ADMISSIBLE) * speed
+        assert (decided.velocities[0, 0] < 0.9 * decided.velocities[0, 1]) == (heading is not None)
+
+
+def test_headings_are_checked() -> None:
+    fleet = Fleet(METHODS["nao"], Disc(0.4), Limits(1.0, 2.0), robots=2)
+    with pytest.raises(InvalidInput, match="headings: expected"):
+        fleet.step(0.0, np.zeros((2, 2)), np.zeros((2, 2)), np.ones((2, 2)), headings=[0.0])
 
 
 def test_robots_join_and_leave() -> None:

@@ -97,6 +97,7 @@ class CommittedFleet:
         # The response of each robot whose manoeuvre is not in the tables.
         self.other_texts, self._steps, self._last = [""] * n, 0, -np.inf
         self._known = np.zeros(n, np.bool_)
+        self.headings: Array | None = None
         self.progress: list[float | None] = [None] * n
         self.stuck_after = positive(stuck_after, "stuck_after")
         self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
@@ -216,8 +217,7 @@ class CommittedFleet:
         it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
         """
         if self._turning:
-            table, d = self.table, self.dimension
-            states = [State(table.position[k, :d], table.velocity[k, :d]) for k in range(len(self.members.limits))]
+            states = [self._state(k) for k in range(len(self.members.limits))]
             self._bounds = bounds_of(self.members.limits, states)
         fallen: dict[int, Outcome] = {}
         groups = [(order, bodies)] if self.images is None else self.images.about(self, order, bodies)
@@ -225,6 +225,11 @@ class CommittedFleet:
             fallen |= self._decide_together(together, settings, among, obstacles)
         found = self.table.outcome.tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
+
+    def _state(self, k: int) -> State:
+        """The state of the robot in row k."""
+        table, d, heading = self.table, self.dimension, None if self.headings is None else float(self.headings[k])
+        return State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d], heading)
 
     def _decide_together(
         self, order: Indices, settings: DecisionSettings, bodies: list[GrownBodies], obstacles: Obstacles
@@ -252,7 +257,7 @@ class CommittedFleet:
         """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
         table, d, world = self.table, self.dimension, int(self.table.world[k])
         number, method = np.arange(len(table.radius)), self.members.methods[k]
-        state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
+        state = self._state(k)
         passive = [each.in_world(world) if isinstance(each, Tracks) else each for each in listed(obstacles)]
         if self.images is not None:
             number = self.images.robot_of

@@ -93,6 +93,7 @@ class Fleet(CommittedFleet):
         stop: npt.ArrayLike = True,
         paths: Sequence[PathGoal] | None = None,
         present: npt.ArrayLike | None = None,
+        headings: npt.ArrayLike | None = None,
         others: Obstacles = (),
     ) -> FleetDecision:
         """Decide for all robots at `now` [s], one period after the last step.
@@ -105,11 +106,12 @@ class Fleet(CommittedFleet):
             accelerations: (n, d) [m/s^2] applied up to now; None: those of the last decision.
             tolerances: (n,) or one number [m], see `Goal`. stop: (n,) or one, whether to stop at the target.
             present: (n,) whether a robot is in the scene; None: all. A robot joins at its first step in the scene.
+            headings: (n,) [rad] of the bodies, for bounds in their frames; None: along the velocities.
             others: bodies that do not avoid this fleet: observed `Tracks`, or the `manoeuvres` of another fleet.
 
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
-                paths, a time before that of the last step.
+                paths, a time before that of the last step, headings in space.
         """
         # As a float: kernels would be compiled once more for whole numbers.
         now = number(now, "now")
@@ -126,6 +128,7 @@ class Fleet(CommittedFleet):
             table.acceleration[:, :d] = array_of(accelerations, "accelerations", (n, d))
         table.tolerance[:], table.stop[:] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
         table.present[:] = there
+        self.headings = None if headings is None else array_of(headings, "headings", (n,))
         around = [self.obstacles, *listed(others, "others")]
         self._head_for(targets, desired_velocities, paths, around, now)
         for k in np.flatnonzero(there & ~self._known):
