@@ -1,11 +1,16 @@
-"""navground's four experiments by its own runner and measures; writes the tables of docs/navground.md.
+"""navground's four experiments by its own runner and measures; writes the tables of docs/navground_tables.md.
 
-.venv/bin/python benchmarks/navground_experiments.py --seeds 10 --page docs/navground_tables.md
+.venv/bin/python benchmarks/navground_experiments.py --seeds 10
+
+Each run is added to benchmarks/results/navground.csv when it ends; runs that are there are not made again (`--again`
+forgets those of some agents first).
 """
 
 import argparse
+import csv
+from itertools import groupby
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 from typing import NamedTuple
 
 import numpy as np
@@ -14,132 +19,197 @@ from navground import sim
 import slalom.adapters.navground  # noqa: F401  # registers the behaviours
 from slalom.checks import Array
 
+ROOT = Path(__file__).parents[1]
+RUNS = ROOT / "benchmarks" / "results" / "navground.csv"
+PAGE = ROOT / "docs" / "navground_tables.md"
+FIELDS = ("experiment", "kinematics", "agents", "seed", "steps", "collisions", "own", "efficacy", "time")
+"""Columns of the file of runs. own: collisions into which the one agent among others moved; empty for agents that are
+all alike. efficacy: of that agent, else of all. time: microseconds of processor time per agent and step."""
+
 
 class Setting(NamedTuple):
-    """An experiment of navground with the numbers of its published YAML files."""
+    """An experiment of navground with the numbers of its YAML file in navground_examples_yaml/experiment."""
 
     scenario: str
     radius: float
     speed: float
     range: float
     margin: float
-    steps: int
-    time_step: float
-    period: str
+    period: tuple[float, float]
 
 
 SETTINGS = {
     "Cross": Setting(
-        "agent_margin: 0.1, side: 4, target_margin: 0.1, tolerance: 0.5", 0.08, 0.12, 5.0, 0.02, 3000, 0.04, "[0, 0]"
+        "agent_margin: 0.1, side: 4, target_margin: 0.1, tolerance: 0.5", 0.08, 0.12, 5.0, 0.02, (0.0, 0.0)
     ),
     "Antipodal": Setting(
-        "position_noise: 0.005, orientation_noise: 0.01, radius: 2, tolerance: 0.2",
-        0.1,
-        0.08,
-        10.0,
-        0.01,
-        1000,
-        0.1,
-        "[0, 0]",
+        "position_noise: 0.005, orientation_noise: 0.01, radius: 2, tolerance: 0.2", 0.1, 0.08, 10.0, 0.01, (0.0, 0.0)
     ),
-    "Corridor": Setting("length: 8.0, width: 0.6", 0.08, 0.12, 5.0, 0.02, 1000, 0.1, "[8, 0]"),
-    "CrossTorus": Setting("agent_margin: 0.1, side: 4", 0.08, 0.12, 5.0, 0.02, 1000, 0.1, "[4, 4]"),
+    "Corridor": Setting("length: 8.0, width: 0.6", 0.08, 0.12, 5.0, 0.02, (8.0, 0.0)),
+    "CrossTorus": Setting("agent_margin: 0.1, side: 4", 0.08, 0.12, 5.0, 0.02, (4.0, 4.0)),
 }
 KINEMATICS = {
     "omnidirectional": "{type: Omni, max_speed: 0.166}",
     "two wheels": "{type: 2WDiff, wheel_axis: 0.094, max_speed: 0.166}",
 }
-BEHAVIOURS = ("SlalomFleet", "HL", "ORCA", "HRVO")
 COUNT = 20
+AGENTS: dict[str, dict[str, int]] = {
+    "SlalomFleet": {"SlalomFleet": COUNT},
+    "SlalomFleet, nao_shared": {"SlalomFleet, method: nao_shared": COUNT},
+    "HL": {"HL": COUNT},
+    "ORCA": {"ORCA": COUNT},
+    "HRVO": {"HRVO": COUNT},
+    "Slalom among HL": {"Slalom": 1, "HL": COUNT - 1},
+}
+"""The numbers of agents of each behaviour."""
 
 
-def experiment(name: str, kinematics: str, behaviours: dict[str, int], steps: int | None = None) -> sim.Experiment:
+def experiment(
+    name: str, kinematics: str, behaviours: dict[str, int], steps: int = 1000, time_step: float = 0.1
+) -> sim.Experiment:
     """The experiment with so many agents of each behaviour."""
     s = SETTINGS[name]
     groups = [
         f"{{type: thymio, number: {number}, radius: {s.radius}, control_period: 0.1, speed_tolerance: 0.02, "
         f"kinematics: {KINEMATICS[kinematics]}, state_estimation: {{type: Bounded, range: {s.range}}}, "
         f"behavior: {{type: {kind}, optimal_speed: {s.speed}, horizon: {s.range}, safety_margin: {s.margin}"
-        f"{', world_period: ' + s.period if kind.startswith('Slalom') else ''}}}}}"
+        f"{f', world_period: {list(s.period)}' if kind.startswith('Slalom') else ''}}}}}"
         for kind, number in behaviours.items()
     ]
     scenario = f"{{type: {name}, {s.scenario}, groups: [{', '.join(groups)}]}}"
-    made = sim.load_experiment(f"steps: {steps or s.steps}\ntime_step: {s.time_step}\nscenario: {scenario}")
+    made = sim.load_experiment(f"steps: {steps}\ntime_step: {time_step}\nscenario: {scenario}")
     made.record_config.collisions = made.record_config.efficacy = made.record_config.pose = True
     return made
 
 
-def moved_into(run: sim.ExperimentalRun, agent: int) -> list[tuple[int, bool]]:
-    """The steps at which an agent is in a collision, and whether its own motion since the last step led into it."""
+def moved_into(run: sim.ExperimentalRun, agent: int, period: tuple[float, float]) -> list[tuple[int, bool]]:
+    """The steps at which an agent is in a collision, and whether its own motion since the last step led into it.
+
+    Walls do not move: into a wall an agent always moves itself.
+    """
     found = []
     poses: Array = np.asarray(run.poses)[..., :2]
     for step, first, second in np.asarray(run.collisions).tolist():
         if agent in (first, second) and 0 < step < len(poses):
             other = second if agent == first else first
-            offset = poses[step - 1, other] - poses[step - 1, agent] if other < poses.shape[1] else np.zeros(2)
-            motion = poses[step, agent] - poses[step - 1, agent]
-            found.append((step, bool(motion @ offset > 0.0)))
+            own = other >= poses.shape[1]
+            if not own:
+                offset, motion = (
+                    nearest(poses[step - 1, [other, agent]], period),
+                    poses[step, agent] - poses[step - 1, agent],
+                )
+                own = bool(nearest(np.array([motion, np.zeros(2)]), period) @ offset > 0.0)
+            found.append((step, own))
     return found
 
 
-def fleet_rows(name: str, kinematics: str, seeds: int) -> list[str]:
-    """A row of the table for each behaviour."""
-    rows = []
-    for behaviour in BEHAVIOURS:
-        made, begin = experiment(name, kinematics, {behaviour: COUNT}), perf_counter()
-        made.run(number_of_runs=seeds)
-        runs = list(made.runs.values())
-        time = 1e6 * (perf_counter() - begin) / sum(run.recorded_steps for run in runs) / COUNT
-        collisions = sum(len(run.collisions) for run in runs)
-        efficacy = np.mean([np.mean(run.efficacy) for run in runs])
-        rows.append(f"| {name} | {kinematics} | {behaviour} | {collisions} | {efficacy:.3f} | {time:.0f} |")
-        print(rows[-1], flush=True)
-    return rows
+def nearest(points: Array, period: tuple[float, float]) -> Array:
+    """The shortest vector (2,) [m] from the second of two points (2, 2) [m] to an image of the first."""
+    lengths = np.where(np.array(period) > 0.0, period, np.inf)
+    offset = points[0] - points[1]
+    return np.asarray(offset - np.where(np.isfinite(lengths), lengths, 0.0) * np.round(offset / lengths))
 
 
-def single_row(name: str, kinematics: str, seeds: int) -> str:
-    """A row for one `Slalom` among 19 HL."""
-    made = experiment(name, kinematics, {"Slalom": 1, "HL": COUNT - 1})
-    made.run(number_of_runs=seeds)
+def make(name: str, kinematics: str, agents: str, seed: int) -> dict[str, str]:
+    """One run as a row of the file."""
+    made, begin = experiment(name, kinematics, AGENTS[agents]), process_time()
+    made.run(number_of_runs=1, start_index=seed)
+    (run,), time = made.runs.values(), process_time() - begin
+    alone = len(AGENTS[agents]) > 1
     # The first group is added first: its agent has row 0.
-    runs = list(made.runs.values())
-    met = [each for run in runs for each in moved_into(run, 0)]
-    efficacy = np.mean([np.mean(np.asarray(run.efficacy)[:, 0]) for run in runs])
-    row = f"| {name} | {kinematics} | {len(met)} | {sum(own for _, own in met)} | {efficacy:.3f} |"
-    print(row, flush=True)
-    return row
+    met = moved_into(run, 0, SETTINGS[name].period) if alone else []
+    efficacy = np.asarray(run.efficacy)[:, 0] if alone else run.efficacy
+    return {
+        "experiment": name,
+        "kinematics": kinematics,
+        "agents": agents,
+        "seed": str(seed),
+        "steps": str(run.recorded_steps),
+        "collisions": str(len(met) if alone else len(run.collisions)),
+        "own": str(sum(own for _, own in met)) if alone else "",
+        "efficacy": f"{np.mean(efficacy):.6f}",
+        "time": f"{1e6 * time / run.recorded_steps / COUNT:.0f}",
+    }
+
+
+def kept() -> list[dict[str, str]]:
+    """The runs of the file."""
+    if not RUNS.exists():
+        return []
+    with RUNS.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def keep(rows: list[dict[str, str]]) -> None:
+    """Write the runs to the file, in the order of the tables."""
+    order = [list(SETTINGS), list(KINEMATICS), list(AGENTS)]
+    rows.sort(key=lambda r: (*(each.index(r[key]) for each, key in zip(order, FIELDS)), int(r["seed"])))
+    with RUNS.open("w", newline="") as file:
+        writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def page(rows: list[dict[str, str]]) -> str:
+    """The page of the tables."""
+    alike, alone = list[str](), list[str]()
+    for (name, kind, agents), group in groupby(rows, key=lambda r: (r["experiment"], r["kinematics"], r["agents"])):
+        runs = list(group)
+        collisions, own = sum(int(r["collisions"]) for r in runs), sum(int(r["own"] or 0) for r in runs)
+        efficacies = [float(r["efficacy"]) for r in runs]
+        steps, time = (np.mean([float(r[key]) for r in runs]) for key in ("steps", "time"))
+        row = f"| {name} | {kind} | "
+        if "among" in agents:
+            alone.append(row + f"{len(runs)} | {collisions} | {own} | {np.mean(efficacies):.3f} |")
+        else:
+            text = f"{np.mean(efficacies):.3f} | {min(efficacies):.3f} | {steps:.0f} | {time:.0f} |"
+            alike.append(row + f"{agents} | {len(runs)} | {collisions} | {text}")
+    lines = [
+        "# navground: behaviours in its experiments",
+        "",
+        "Written by `benchmarks/navground_experiments.py` from the runs in `benchmarks/results/navground.csv`. The",
+        "numbers of the experiments are those of `navground_examples_yaml/experiment` of navground 0.7: 1000 steps of",
+        "0.1 s, 20 agents. A run ends earlier when all agents have arrived, or when all are stuck. Collisions are rows",
+        "of navground's record, of all seeds. Efficacy is navground's; least: that of one seed. The time is processor",
+        "time with the simulation.",
+        "",
+        "## 20 agents that are alike",
+        "",
+        "| experiment | kinematics | behaviour | seeds | collisions | efficacy | least | steps | us per agent, step |",
+        "|---|---|---|---|---|---|---|---|---|",
+        *alike,
+        "",
+        "## One `Slalom` among 19 HL",
+        "",
+        "Collisions are all that it takes part in; then those into which its own motion led.",
+        "",
+        "| experiment | kinematics | seeds | collisions | into which it moved | its efficacy |",
+        "|---|---|---|---|---|---|",
+        *alone,
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def main() -> None:
-    """Write the page."""
+    """Make the runs that are missing, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--only", choices=list(SETTINGS))
     parser.add_argument("--kinematics", choices=list(KINEMATICS))
-    parser.add_argument("--page", type=Path)
+    parser.add_argument("--agents", choices=list(AGENTS), action="append")
+    parser.add_argument("--again", choices=list(AGENTS), action="append", default=[])
     arguments = parser.parse_args()
-    pairs = [
-        (name, kind)
-        for name in ([arguments.only] if arguments.only else SETTINGS)
-        for kind in ([arguments.kinematics] if arguments.kinematics else KINEMATICS)
-    ]
-    fleets = [row for name, kind in pairs for row in fleet_rows(name, kind, arguments.seeds)]
-    singles = [single_row(name, kind, arguments.seeds) for name, kind in pairs]
-    lines = [
-        f"# navground: {arguments.seeds} seeds of each experiment",
-        "",
-        "Written by `benchmarks/navground_experiments.py`. Collisions are rows of navground's record, of all seeds.",
-        "",
-        "| experiment | kinematics | behaviour of all 20 | collisions | efficacy | time per agent and step, us |",
-        "|---|---|---|---|---|---|",
-        *fleets,
-        "",
-        "| experiment | kinematics | collisions of one `Slalom` among 19 HL | into which it moved | its efficacy |",
-        "|---|---|---|---|---|",
-        *singles,
-    ]
-    if arguments.page:
-        arguments.page.write_text("\n".join(lines) + "\n")
+    rows = [row for row in kept() if row["agents"] not in arguments.again]
+    done = {tuple(row[key] for key in FIELDS[:4]) for row in rows}
+    for seed in range(arguments.seeds):
+        for name in [arguments.only] if arguments.only else SETTINGS:
+            for kind in [arguments.kinematics] if arguments.kinematics else KINEMATICS:
+                for agents in arguments.agents or AGENTS:
+                    if (name, kind, agents, str(seed)) not in done:
+                        rows.append(make(name, kind, agents, seed))
+                        print(*rows[-1].values(), flush=True)
+                        keep(rows)
+    PAGE.write_text(page(rows))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Agents of navground that cross: slalom's behaviour in a YAML experiment of navground, beside one of its own.
+"""Agents of navground that cross, on two kinds of kinematics: slalom beside two of its behaviours, in one experiment.
 
 Needs `pip install slalom[navground]`.
 """
@@ -27,13 +27,19 @@ scenario:
       number: 8
       radius: 0.08
       control_period: 0.1
-      kinematics: {type: Omni, max_speed: 0.166}
+      kinematics: KINEMATICS
       behavior: {type: BEHAVIOUR, optimal_speed: 0.12, horizon: 3.0, safety_margin: 0.02}
       state_estimation: {type: Bounded, range: 3.0}
 """
-for behaviour in ("SlalomFleet", "ORCA"):
-    experiment = sim.load_experiment(EXPERIMENT.replace("BEHAVIOUR", behaviour))
-    experiment.record_config.collisions = experiment.record_config.efficacy = True
-    experiment.run(number_of_runs=1)
-    run = experiment.runs[0]
-    print(f"{behaviour}: {len(run.collisions)} collisions, efficacy {np.mean(run.efficacy):.3f}")
+KINEMATICS = {
+    "omnidirectional": "{type: Omni, max_speed: 0.166}",
+    "two wheels": "{type: 2WDiff, wheel_axis: 0.094, max_speed: 0.166}",
+}
+for name, kinematics in KINEMATICS.items():
+    for behaviour in ("SlalomFleet", "HL", "ORCA"):
+        text = EXPERIMENT.replace("BEHAVIOUR", behaviour).replace("KINEMATICS", kinematics)
+        experiment = sim.load_experiment(text)
+        experiment.record_config.collisions = experiment.record_config.efficacy = True
+        experiment.run(number_of_runs=1)
+        run = experiment.runs[0]
+        print(f"{name}, {behaviour}: {len(run.collisions)} collisions, efficacy {np.mean(run.efficacy):.3f}")

@@ -396,7 +396,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     *OF_GYM,
     *OF_PARTS,
     ("Group._unwrap", r"world_period: expected the period", moved_at_once),
-    ("lead_of", r"kinematics: expected omnidirectional ones", other_kinematics),
+    ("motion_of", r"kinematics: expected omnidirectional ones", other_kinematics),
     ("_settings", r"behavior: expected settings of horizon, .*, found amax", unknown_setting),
     ("target", r"planning problem 7: expected a goal with a position, found none", goal_without_position),
     ("_shape", r"obstacle 3: expected a rectangle, disc or polygon, found float", unknown_shape),

@@ -1,16 +1,18 @@
 """One agent of navground: the point that it controls, the velocity that it desires, and twists that move the point.
 
-An agent of two driven wheels is controlled at a point `lead` [m] ahead of the axle, which can move in every direction
-(input-output linearisation; Siciliano, Sciavicco, Villani and Oriolo, *Robotics*, Springer 2009, section 11.6).
+An agent of two driven wheels is controlled at a point ahead of the axle, see `wheels`.
 """
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from navground import core
 
+from slalom.adapters.navground.tolerances import LEAD_SHARE, RAMP
+from slalom.adapters.navground.wheels import PointAhead, arc_of
 from slalom.checks import Array
 from slalom.errors import InvalidInput
+from slalom.limits import Limits
 
 TWO_WHEELS = "2WDiff"
 """Type of the kinematics of two driven wheels."""
@@ -52,25 +54,47 @@ class Agent(Protocol):
         """The twist of the next `dt` [s] towards a turn rate `speed` [rad/s]."""
 
 
+class Motion(NamedTuple):
+    """What an agent can do. One that decides about its point ahead of the axle is larger by the distance."""
+
+    lead: float  # [m] of the controlled point ahead of the centre
+    limits: Limits  # of the point
+    growth: float  # [m] of the body about the point
+
+
 def speed_of(member: Agent) -> float:
-    """Largest speed [m/s]: that of the target, or the optimal one."""
+    """Desired speed [m/s]: that of the target, or the optimal one."""
     speed = member.optimal_speed if member.target.speed is None else member.target.speed
     return float(min(speed, member.kinematics.max_speed))
 
 
-def lead_of(member: Agent) -> float:
-    """Distance [m] of the controlled point ahead of the centre. Raises InvalidInput for other kinematics."""
-    if member.kinematics.dof() == 3:
-        return 0.0
-    if member.kinematics.type != TWO_WHEELS:
+def motion_of(member: Agent, period: float) -> Motion:
+    """What an agent can do, with decisions every `period` [s].
+
+    The body is grown by the lead, by the error of following, and by the distance within a period between the plan,
+    with constant acceleration, and the motion by a constant twist.
+
+    Raises:
+        InvalidInput: kinematics that are neither omnidirectional nor of two driven wheels.
+    """
+    kinematics = member.kinematics
+    fastest = float(kinematics.max_speed)
+    acceleration = float(member.max_acceleration) or min(speed_of(member), fastest) / RAMP
+    within = acceleration * period * period / 8.0
+    if kinematics.dof() == 3:
+        return Motion(0.0, Limits(fastest, acceleration), within)
+    if kinematics.type != TWO_WHEELS:
         expected = f"omnidirectional ones or {TWO_WHEELS}"
-        raise InvalidInput(f"kinematics: expected {expected}, found {member.kinematics.type}")
-    return float(member.lead)
+        raise InvalidInput(f"kinematics: expected {expected}, found {kinematics.type}")
+    track = float(kinematics.wheel_axis)
+    bound = PointAhead(float(member.lead) or LEAD_SHARE * track, track, fastest)
+    limits = Limits(fastest, acceleration, bounds=(bound,))
+    return Motion(bound.lead, limits, bound.lead + bound.tracking_error(period) + within)
 
 
-def point_of(member: Agent) -> Array:
+def point_of(member: Agent, lead: float) -> Array:
     """Controlled point (2,) [m]."""
-    return np.asarray(np.asarray(member.position, np.float64) + lead_of(member) * _axes(member)[0])
+    return np.asarray(np.asarray(member.position, np.float64) + lead * _axes(member)[0])
 
 
 def _axes(member: Agent) -> Array:
@@ -94,13 +118,18 @@ def desired_velocity(member: Agent) -> Array:
     return speed_of(member) / length * np.array([way[0] + turn * way[1], way[1] - turn * way[0]]) if length else way
 
 
-def twist(member: Agent, velocity: Array) -> core.Twist2:
-    """Twist that moves the controlled point at `velocity` (2,) [m/s]."""
-    lead = lead_of(member)
+def twist(member: Agent, velocity: Array, lead: float, dt: float) -> core.Twist2:
+    """Twist of the next `dt` [s] that displaces the controlled point by `dt` times `velocity` (2,) [m/s]."""
     if not lead:
-        return member.feasible_twist(member.twist_towards_velocity(velocity))
-    forward, sideways = _axes(member) @ velocity
-    return member.feasible_twist(core.Twist2((forward, 0.0), sideways / lead, core.Frame.relative))
+        wanted = member.twist_towards_velocity(velocity)
+        # The twist is held in the frame of the body: about the mean heading the displacement is the wanted one.
+        half = 0.5 * dt * wanted.angular_speed
+        cosine, sine = np.cos(half), np.sin(half)
+        x, y = _axes(member) @ velocity / float(np.sinc(half / np.pi))
+        turned = (float(cosine * x + sine * y), float(cosine * y - sine * x))
+        return member.feasible_twist(core.Twist2(turned, wanted.angular_speed, core.Frame.relative))
+    length, angle = arc_of(dt * (_axes(member) @ velocity), lead)
+    return member.feasible_twist(core.Twist2((length / dt, 0.0), angle / dt, core.Frame.relative))
 
 
 def turn(member: Agent, dt: float) -> core.Twist2:

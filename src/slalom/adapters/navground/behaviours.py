@@ -8,10 +8,10 @@ from slalom.adapters.navground.group import Group
 
 PROPERTIES: Final[dict[str, tuple[Any, str]]] = {
     "method": ("nao", "A method of several robots, see `slalom list methods`"),
-    "max_acceleration": (1.0, "Largest acceleration [m/s^2]"),
+    "max_acceleration": (0.0, "Largest acceleration [m/s^2]; 0: the desired speed within 0.3 s"),
     "time_horizon": (3.0, "Time up to which collisions count [s]"),
     "keep_right": (0.25, "Angle [rad] from the target to the desired velocity, to the right"),
-    "lead": (0.02, "Distance of the controlled point ahead of the axle [m]"),
+    "lead": (0.0, "Distance of the controlled point ahead of the axle [m]; 0: a tenth of that of the wheels"),
     "world_period": ([0.0, 0.0], "Period of a world that repeats [m], 0 where it does not"),
 }
 """Registered properties with their default values and descriptions."""

@@ -5,23 +5,18 @@ from typing import Any
 import numpy as np
 from navground import core
 
-from slalom.adapters.navground.agent import Agent, desired_velocity, lead_of, point_of, speed_of, turn, twist
+from slalom.adapters.navground.agent import Agent, Motion, desired_velocity, motion_of, point_of, speed_of, turn, twist
 from slalom.adapters.navground.surroundings import AtRest, neighbours
+from slalom.adapters.navground.tolerances import AT_REST, HOLDS
 from slalom.adapters.navground.world import periods
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.fleet.fleet import Fleet
-from slalom.limits import Limits
 from slalom.methods import method
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.shape import Disc
-
-HOLDS = (0.2, 0.5)
-"""[s] Hold times of manoeuvres. Agents of a fleet decide often, so two hold times are sufficient."""
-REST = 1e-3
-"""[m/s] An agent slower than this turns on the spot. Larger: it turns while it still brakes."""
 
 
 class Group:
@@ -33,6 +28,7 @@ class Group:
         self._now, self._at_rest = 0.0, AtRest()
         self._settings: list[tuple[Any, ...]] = []
         self._fleet: Fleet | None = None
+        self._motions: list[Motion] = []
         self._planned = self._velocities = self._shift = np.empty((0, 2))
 
     def command(self, member: Agent, dt: float) -> core.Twist2:
@@ -42,14 +38,18 @@ class Group:
         return self._commands[self.members.index(member)]
 
     def _decide(self, members: list[Agent], dt: float) -> list[core.Twist2]:
-        points = np.array([point_of(m) for m in members])
         settings: list[tuple[Any, ...]] = [
-            (m, dt, speed_of(m), float(m.radius), float(m.safety_margin), str(m.values)) for m in members
+            (m, dt, speed_of(m), float(m.radius), float(m.safety_margin), *map(_comparable, m.values.values()))
+            for m in members
         ]
-        if self._fleet is None or settings != self._settings:
+        renewed = self._fleet is None or settings != self._settings
+        if renewed:
+            self._motions = [motion_of(m, dt) for m in members]
+        points = np.array([point_of(m, motion.lead) for m, motion in zip(members, self._motions)])
+        if self._fleet is None or renewed:
             self._settings, self._planned, self._shift = settings, points, np.zeros_like(points)
             self._velocities = np.array([m.velocity for m in members], dtype=np.float64)
-            self._fleet = _fleet(members, dt)
+            self._fleet = _fleet(members, self._motions, dt)
         self._unwrap(points, members)
         points = points + self._shift
         # One agent alone is unwrapped in a world that repeats; of several, the period is known.
@@ -59,14 +59,17 @@ class Group:
             *self._at_rest.table(members, alone),
             neighbours(members, alone, self._now, dt),
         ]
-        decided = self._fleet.step(self._now, points, self._velocities, desired_velocities=desired, others=around)
+        headings = [float(m.orientation) for m in members]
+        decided = self._fleet.step(
+            self._now, points, self._velocities, desired_velocities=desired, headings=headings, others=around
+        )
         self._now += dt
         self._planned, self._velocities = decided.positions, decided.velocities
         # The twist is held, so the agent moves by its mean velocity.
-        means, speeds = (decided.positions - points) / dt, np.linalg.norm(decided.velocities, axis=1)
+        means = (decided.positions - points) / dt
         return [
-            twist(m, mean) if np.any(wanted) or speed > REST else turn(m, dt)
-            for m, wanted, mean, speed in zip(members, desired, means, speeds)
+            twist(m, mean, motion.lead, dt) if np.any(wanted) or np.linalg.norm(mean) > AT_REST else turn(m, dt)
+            for m, wanted, mean, motion in zip(members, desired, means, self._motions)
         ]
 
     def _unwrap(self, points: Array, members: list[Agent]) -> None:
@@ -84,15 +87,21 @@ class Group:
             )
 
 
-def _fleet(members: list[Agent], dt: float) -> Fleet:
+def _comparable(value: Any) -> Any:
+    """The value of a property; that of a vector as a tuple."""
+    return tuple(np.asarray(value).tolist()) if np.ndim(value) else value
+
+
+def _fleet(members: list[Agent], motions: list[Motion], dt: float) -> Fleet:
+    """Bodies are grown, not margins: a margin is given up where no manoeuvre keeps it, a body is not."""
     period = np.asarray(members[0].world_period)
     return Fleet(
         [method(m.method) for m in members],
-        [Disc(float(m.radius)) for m in members],
-        [Limits(speed_of(m), m.max_acceleration) for m in members],
+        [Disc(float(m.radius) + motion.growth) for m, motion in zip(members, motions)],
+        [motion.limits for motion in motions],
         period=dt,
         horizon=members[0].time_horizon,
-        margin=[float(m.safety_margin) + 2.0 * lead_of(m) for m in members],
+        margin=[max(float(m.safety_margin) - 2.0 * motion.growth, 0.0) for m, motion in zip(members, motions)],
         world_period=tuple(np.where(period > 0.0, period, np.inf).tolist()) if np.any(period) else None,
         holds=HOLDS,
     )
