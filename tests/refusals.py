@@ -79,6 +79,11 @@ DISC, LIMITS, STATE, GOAL = ROBOT.shape, ROBOT.limits, ROBOT.state, ROBOT.goal
 NAVIGATOR = Navigator(NAO, DISC, LIMITS)
 
 
+def future(probability: float, x: float = 12.0) -> Obstacle:
+    """One of several futures of an obstacle."""
+    return Obstacle(Disc(0.5), Stationary((x, 4.0)), "a", probability=probability)
+
+
 def run(robots: int = 1) -> Recording:
     """A short run of one robot, or of several."""
     if robots == 1:
@@ -585,5 +590,30 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         "VehicleNavigator.__post_init__",
         r"body: expected a Disc or a Rectangle",
         lambda _: VehicleNavigator(DRIVE, NAO, Polyline([(0, 0), (1, 0)])),
+    ),
+    (
+        "probability",
+        r"probability: expected a number above 0 of at most 1, found 1\.1",
+        lambda _: Obstacle(Disc(1), Stationary((9, 0)), "a", probability=1.1),
+    ),
+    (
+        "Obstacle.__post_init__",
+        r"expected a name or an owner with a probability below 1, found neither",
+        lambda _: Obstacle(Disc(1), Stationary((9, 0)), probability=0.5),
+    ),
+    (
+        "Obstacle.of_scenario",
+        r"obstacle 'a': expected a probability of 1 in a scenario, .* found 0\.5",
+        lambda _: Scenario("one", (ROBOT,), obstacles=(future(0.5),)),
+    ),
+    (
+        "levels",
+        r"obstacle 'a': expected futures with probabilities of at most 1 together, found 1\.2",
+        lambda _: NAVIGATOR.decide(STATE, [future(0.6), future(0.6, 9.0)], GOAL),
+    ),
+    (
+        "observed_robots",
+        r"robots: expected tracks without probabilities, found some with; they are obstacles",
+        lambda _: NAVIGATOR.decide(STATE, [], GOAL, robots=Tracks([(9, 0)], [(0, 0)], 1, probabilities=[0.5])),
     ),
 ]

@@ -2040,6 +2040,18 @@ CASES = [
     Case(
         "read_polynomials",
         InvalidFile,
+        r"a\.csv:1:1: expected a header duration,.* found 'duration,x\^0,y\^0,x\^0'",
+        reading(polynomials.read_polynomials, "a.csv", "duration,x^0,y^0,x^0\n1,0,0,0\n"),
+    ),
+    Case(
+        "read_polynomials",
+        InvalidFile,
+        r"a\.csv:1:1: expected a header duration",
+        reading(polynomials.read_polynomials, "a.csv", f"duration,x^0,y^0,x^{'9' * 5000},y^{'9' * 5000}\n1,0,0,0,0\n"),
+    ),
+    Case(
+        "read_polynomials",
+        InvalidFile,
         r"a\.csv: expected a readable CSV file, found field larger than field limit",
         reading(polynomials.read_polynomials, "a.csv", "duration," + "x" * 200_000),
     ),

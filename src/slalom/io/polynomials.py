@@ -29,10 +29,12 @@ def read_polynomials(path: Path | str, *, start: float = 0.0) -> PiecewisePolyno
     except csv.Error as error:
         raise InvalidFile([f"{path}: expected a readable CSV file, found {error}"]) from None
     header = [cell.strip() for cell in rows[0]] if rows else []
-    columns = {(m[1], int(m[2])): k for k, cell in enumerate(header) if (m := _POWER.fullmatch(cell))}
+    named = [(m[1], m[2], k) for k, cell in enumerate(header) if (m := _POWER.fullmatch(cell))]
+    columns = {(axis, power): k for axis, power, k in named}
     axes = sorted({axis for axis, _ in columns})
-    degree = max((power for _, power in columns), default=-1)
-    complete = len(columns) == len(axes) * (degree + 1)
+    powers = [str(power) for power in range(len(named) // max(1, len(axes)))]
+    # Powers are compared as text: a cell of thousands of digits is not a number for Python.
+    complete = len(named) == len(columns) and set(columns) == {(axis, power) for axis in axes for power in powers}
     if header[:1] != ["duration"] or axes not in (["x", "y"], ["x", "y", "z"]) or not complete:
         found = ",".join(header) or "nothing"
         raise InvalidFile([f"{path}:1:1: expected a header duration,x^0,...,y^0,...[,z^0,...], found {found!r}"])
@@ -42,7 +44,7 @@ def read_polynomials(path: Path | str, *, start: float = 0.0) -> PiecewisePolyno
             continue
         try:
             durations.append(float(row[0]))
-            pieces.append([[float(row[columns[axis, power]]) for axis in axes] for power in range(degree + 1)])
+            pieces.append([[float(row[columns[axis, power]]) for axis in axes] for power in powers])
         except (ValueError, IndexError):
             raise InvalidFile([f"{path}:{number}:1: expected {len(header)} numbers, found {','.join(row)!r}"]) from None
     if not pieces:
