@@ -823,7 +823,9 @@ def test_compile_says_what_it_has_done(say: Say) -> None:
     assert [line.partition(":")[0] for line in lines] == ["figures", "space"]
     said = say("compile", "everything")
     assert said.code == 2
-    assert said.err == "uses: expected one of robot, polygons, fleets, space, ahead, figures; found 'everything'\n"
+    assert (
+        said.err == "uses: expected one of robot, polygons, fleets, space, ahead, crowd, figures; found 'everything'\n"
+    )
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:

@@ -80,6 +80,16 @@ def test_the_expected_contacts_are_those_of_the_definition() -> None:
         assert found == pytest.approx(expected, rel=1e-12)
 
 
+def test_a_future_counts_with_its_probability() -> None:
+    """Of two futures at one place with 0.3 and 0.7, together, as of one obstacle that is certain."""
+    times, place = np.array([0.2, 0.7]), np.array([[1.0, 0.4], [1.2, 0.3]])
+    robot, sure = ExpectedLoss(ahead()), Obstacle(Disc(0.3), ConstantVelocity([2.0, 0.5], [-0.5, 0.1]), "a")
+    futures = [replace(sure, probability=share) for share in (0.3, 0.7)]
+    expected = robot.contacts(place, [sure], times, 0.0)
+    np.testing.assert_allclose(robot.contacts(place, futures, times, 0.0), expected, rtol=1e-12)
+    np.testing.assert_allclose(robot.contacts(place, futures[:1], times, 0.0), 0.3 * expected, rtol=1e-12)
+
+
 def test_a_deviation_is_taken_where_it_costs_less_than_the_plan() -> None:
     """Beside a fast obstacle; the motion keeps the limits, and without deviations the plan is worse."""
     others = [Obstacle(Disc(0.3), ConstantVelocity([-1.2, 0.68], [1.4, 0.0]))]

@@ -73,6 +73,9 @@ if __name__ == "__main__":
             pass
 
     register("numba:compile", Noted())
+    crowd = slalom.AvoidingCrowd(0.1)
+    for k in range(3):
+        crowd.predict(slalom.Tracks([(-3.0, 0.1 * k), (3.0, 0.0)], [(0.0, 1.0), (-1.0, 0.0)], 0.3, 0.1 * k))
     for name in gallery.GALLERY:
         for method in ("nao", "vo", "nao_shared", "avo", "rvo", "nao_ahead"):
             try:

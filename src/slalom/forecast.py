@@ -152,8 +152,9 @@ class FromPast:
     """`rule` applied to the velocity and acceleration estimated from the positions of the last `seconds`.
 
     The estimate is the least-squares parabola through the present position, fitted to PAST_POSITIONS earlier ones. An
-    obstacle that has just appeared has its true velocity and no acceleration. The rule thus uses no future data of a
-    recording, and little of the noise of single samples.
+    obstacle that has just appeared has its true velocity, as a sensor of velocities measures it, and no acceleration.
+    The velocity of a linear recording leads to the next sample: only then does the rule use what comes later. It uses
+    little of the noise of single samples.
 
     An obstacle without an uncertainty of its own gets a bounded error that grows with time by `growth` times its speed.
     """

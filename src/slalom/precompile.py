@@ -19,6 +19,7 @@ from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
 from slalom.methods import METHODS
+from slalom.mutual_avoidance import AvoidingCrowd
 from slalom.objective import Arrive, MostClearance
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
@@ -117,6 +118,13 @@ def look_ahead() -> None:
         robot.decide(state, [Obstacle(body, ConstantVelocity((5.0, 0.2), (-0.5, 0.0)))], goal)
 
 
+def crowd() -> None:
+    """The forecast of a crowd that avoids itself."""
+    forecast, places = AvoidingCrowd(0.1), np.array([(-3.0, 0.0), (3.0, 0.0)])
+    for k in range(2):
+        forecast.predict(Tracks(places - 0.01 * k * places, -0.1 * places, 0.3, 0.1 * k))
+
+
 def figures() -> None:
     """Exact borders of control obstacles."""
     for body in (Disc(1.0), Rectangle(2.0, 1.0)):
@@ -131,6 +139,7 @@ USES: Final[dict[str, Callable[[], None]]] = {
     "fleets": fleets,
     "space": space,
     "ahead": look_ahead,
+    "crowd": crowd,
     "figures": figures,
 }
 """Uses of slalom by name. Each calls the kernels that it compiles."""

@@ -8,7 +8,7 @@ from slalom.cli.console import Whole, print_message
 
 
 def compile_(
-    *uses: Annotated[str, Parameter(help="robot, polygons, fleets, space, ahead, figures; all by default.")],
+    *uses: Annotated[str, Parameter(help="robot, polygons, fleets, space, ahead, crowd, figures; all by default.")],
     jobs: Annotated[Whole, Parameter(help="Number of processes.")] = 2,
 ) -> None:
     """Compile all kernels, once after an installation; decisions after it compile nothing.

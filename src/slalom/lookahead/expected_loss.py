@@ -36,7 +36,8 @@ class ExpectedLoss:
 
     Errors of the forecast are small most of the time and large at times. At a distance c from an obstacle, the
     probability that the error in its direction exceeds c is taken to be 1 / (2 (1 + c / spread)^2). The expected number
-    of contacts is the sum over obstacles and LOSS_TIMES moments, with less weight for later moments.
+    of contacts is the sum over obstacles and LOSS_TIMES moments, with less weight for later moments. A future of an
+    obstacle counts with its probability.
 
     Law: a plan is a decision of `robot` with one of the margins, so it has the guarantee of `LookAhead` with that
     margin. Without deviations and with one margin the decision is that of `LookAhead`. A deviation has the outcome
@@ -156,7 +157,8 @@ class ExpectedLoss:
             there = present[k] = (first <= times) & (times <= last)
             positions[k, there] = motion.trajectory.position(times[there])
         radii = np.array([own + motion.shape.bounding_radius for motion in motions])
-        return _Ahead(positions, present, radii, self.spread.radius(times - now, d).clip(1e-300))
+        weights = np.array([motion.probability for motion in motions])
+        return _Ahead(positions, present, radii, self.spread.radius(times - now, d).clip(1e-300), weights)
 
     def _deviation(
         self,
@@ -195,13 +197,15 @@ class _Ahead(NamedTuple):
     present: Flags  # (n, m) whether they exist
     radii: Array  # (n,) [m] sum of bounding radii with the robot
     spread: Array  # (m,) [m]
+    weights: Array  # (n,) [1] probabilities
 
 
 def _contacts(places: Array, ahead: _Ahead) -> Array:
     """Expected number of contacts (..., m) of robots at `places` (..., m, d) [m]."""
     gaps = np.linalg.norm(ahead.positions - places[..., None, :, :], axis=-1) - ahead.radii[:, None]
     beyond = 0.5 / (1.0 + np.abs(gaps) / ahead.spread) ** 2
-    return np.asarray(np.where(ahead.present, np.where(gaps < 0.0, 1.0 - beyond, beyond), 0.0).sum(axis=-2))
+    each = np.where(ahead.present, np.where(gaps < 0.0, 1.0 - beyond, beyond), 0.0)
+    return np.asarray((ahead.weights[:, None] * each).sum(axis=-2))
 
 
 def _with_share(obstacle: Obstacle, share: float) -> Obstacle:
