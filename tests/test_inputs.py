@@ -731,7 +731,7 @@ CASES = [
         lambda _: direction_path(Function(lambda t: (np.sin(t), t), 2.0, 1.0, 0.0, 9.0), 0.0, 5.0, 1e-6),
     ),
     Case(
-        "direction_pieces",
+        "direction_path",
         InvalidInput,
         r"heading: expected a trajectory that moves, found one at rest",
         lambda _: direction_path(STILL, 0.0, 5.0, 1e-6),
@@ -740,7 +740,7 @@ CASES = [
         "Circular.direction",
         InvalidInput,
         r"heading: expected a trajectory that moves, found a circle at speed 0",
-        lambda _: direction_path(Circular((0, 0), 1.0, 0.0), 0.0, 5.0, 1e-6),
+        lambda _: Circular((0, 0), 1.0, 0.0).direction(0.0, 5.0, 1e-6),
     ),
     Case("not_negative", InvalidInput, r"velocity: expected 0 or more, found -1", lambda _: BoundedError(velocity=-1)),
     Case(
