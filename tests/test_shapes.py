@@ -166,7 +166,7 @@ def test_a_car_at_rest_that_never_moved_has_no_heading():
     for interpolation in ("linear", "smooth"):
         waits = Sampled([0.0, 1.0, 2.0, 3.0, 4.0], [(0.1, 0.7)] * 3 + [(1, 1), (2, 1)], interpolation)
         car = Obstacle(Rectangle(4, 2), waits, heading="motion")
-        with pytest.raises(InvalidInput, match="expected one that moved before 0.5 s"):
+        with pytest.raises(InvalidInput, match=r"expected one that moved before 0\.5 s"):
             car.directions(0.5, 4.0, 1e-6)
         assert along(car.directions(2.5, 4.0, 1e-6), np.array([3.0]))[0][0, 0] > 0.5
 
