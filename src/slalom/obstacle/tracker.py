@@ -79,7 +79,7 @@ class Tracker:
                 round counts as the disc about it until a heading is known, and in space as the ball.
 
         Raises:
-            InvalidInput: values that are not finite, a position or shape of another dimension, a covariance that is none.
+            InvalidInput: values that are not finite, a position or shape of another dimension, no covariance.
         """
         seen, given = self._checked(t, id, position, velocity, covariance, shape, heading)
         key = (seen.t, *seen.position.tolist(), *([] if seen.velocity is None else seen.velocity.tolist()))
