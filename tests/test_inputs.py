@@ -120,6 +120,7 @@ from slalom.sim import (
     simulate,
 )
 from slalom.sim.files.decision_file import _decision, read_decision
+from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
@@ -652,6 +653,22 @@ CASES = [
     Case(
         "Tracker._checked",
         InvalidInput,
+        r"obstacle 'b': position: expected dimension 2 as of the others, found 3",
+        lambda _: [
+            tracker.update(0.0, name, (0.0,) * d) for tracker in [slalom.Tracker()] for name, d in (("a", 2), ("b", 3))
+        ],
+    ),
+    Case(
+        "_obstacle",
+        InvalidInput,
+        r"obstacle 'rock': expected contact_at_rest True in a file, found False",
+        lambda _: scenario_text(
+            replace(build("head_on"), obstacles=(Obstacle(Disc(1), STILL, "rock", contact_at_rest=False),))
+        ),
+    ),
+    Case(
+        "Tracker._checked",
+        InvalidInput,
         r"obstacle 'a': shape: expected one of dimension 3 as of the position, found 2",
         lambda _: slalom.Tracker().update(0.0, "a", (0, 0, 0)),
     ),
@@ -725,7 +742,7 @@ CASES = [
         lambda _: Obstacle(Rectangle(2, 1), STILL, "car", heading="motion").direction(0.0),
     ),
     Case(
-        "direction_path",
+        "moving_direction",
         InvalidInput,
         r"heading: expected a trajectory with a direction of motion, found Function",
         lambda _: direction_path(Function(lambda t: (np.sin(t), t), 2.0, 1.0, 0.0, 9.0), 0.0, 5.0, 1e-6),
