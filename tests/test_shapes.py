@@ -7,6 +7,7 @@ from hypothesis import given, strategies as st
 from parts import TRAJECTORIES, UNCERTAINTIES, served
 
 from slalom import (
+    METHODS,
     Acceleration,
     Ball,
     BoundedError,
@@ -18,9 +19,12 @@ from slalom import (
     ControlObstacle,
     Disc,
     GaussianError,
+    Goal,
     InvalidInput,
     Limits,
+    Navigator,
     Obstacle,
+    ObstacleTable,
     ObstacleWindow,
     PiecewisePolynomial,
     Polygon,
@@ -169,6 +173,23 @@ def test_a_car_at_rest_that_never_moved_has_no_heading():
         with pytest.raises(InvalidInput, match=r"expected one that moved before 0\.5 s"):
             car.directions(0.5, 4.0, 1e-6)
         assert along(car.directions(2.5, 4.0, 1e-6), np.array([3.0]))[0][0, 0] > 0.5
+
+
+@pytest.mark.parametrize("first", [0.0, -np.inf])
+def test_a_table_decides_about_a_car_that_waited_at_first_as_a_list(first):
+    """Although the pieces of the table begin before the first motion, where its direction is not known."""
+    waits, stands = Sampled([0.0, 1.0, 2.0, 3.0, 20.0], [(9, -6)] * 3 + [(9, -5), (9, 14)]), Stationary((9, -6))
+    if first == -np.inf:
+        waits = Composite((stands, ConstantVelocity((9, -6), (0, 1), 2.0)), (2.0,))
+    car = Obstacle(Rectangle(4, 2), waits, "car", heading="motion")
+    robot = Navigator(METHODS["nao"], Disc(0.4), Limits(2.0, 1.5))
+    for now in (2.5, 5.0, 8.0):
+        alone, table = (
+            robot.decide(State((0, 0), (2, 0)), obstacles, Goal(Stationary((20, 0))), now=now)
+            for obstacles in ([car], ObstacleTable([car]))
+        )
+        assert alone.outcome is table.outcome
+        assert alone.manoeuvre.control.tobytes() == table.manoeuvre.control.tobytes()
 
 
 @pytest.mark.parametrize("name", served(2))
