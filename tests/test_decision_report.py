@@ -3,6 +3,7 @@
 import json
 import logging
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +11,9 @@ import pytest
 
 import slalom
 from slalom.decision.dump import TRACK_FIELDS
+from slalom.sim import Robot, Scenario
 from slalom.sim.files.decision_file import read_decision
+from slalom.sim.files.scenario_writer import scenario_text
 
 WALL = slalom.Obstacle(slalom.Polyline([(3, -2), (3, 2)], 0.05), slalom.Stationary((0, 0)), "wall")
 GOAL = slalom.Goal(slalom.Stationary((8, 0)), stop=True)
@@ -106,6 +109,35 @@ def test_a_file_repeats_a_decision_among_robots_that_yield_in_part(tmp_path) -> 
     assert same
     assert again.as_dict() == made.as_dict()
     np.testing.assert_array_equal(again.inputs.robots.shares, others.shares)
+
+
+def test_a_file_repeats_a_decision_among_obstacles_that_may_touch_a_robot_at_rest(tmp_path) -> None:
+    """A wall is faster than the robot, so it brakes; if all contacts counted, it would flee as long as it can."""
+    comes = slalom.Polyline([(0.0, -50.0), (0.0, 50.0)])
+    wall = slalom.Obstacle(comes, slalom.ConstantVelocity((4.0, 0.0), (-2.0, 0.0)), "wall", contact_at_rest=False)
+    made, fleeing = (
+        navigator(horizon=4.0).decide(slalom.State((0.0, 0.0), (1.0, 0.0)), [one], GOAL)
+        for one in (wall, replace(wall, contact_at_rest=True))
+    )
+    assert (made.outcome, fleeing.outcome) == (slalom.Outcome.BRAKING, slalom.Outcome.DELAYED)
+    made.dump(tmp_path / "d.json")
+    again, same = read_decision(tmp_path / "d.json").repeat()
+    assert same
+    assert again.as_dict() == made.as_dict()
+    assert not again.inputs.obstacles[0].contact_at_rest
+
+
+def test_files_hold_all_attributes_of_obstacles(tmp_path) -> None:
+    run(1, obstacles=lambda t: [WALL])[0].dump(tmp_path / "d.json")
+    kept = json.loads((tmp_path / "d.json").read_text())["obstacles"][0]["obstacle"]
+    assert set(kept) == {field.name for field in fields(slalom.Obstacle)}
+
+
+def test_a_scenario_file_does_not_drop_that_contact_at_rest_does_not_count() -> None:
+    passive = replace(WALL, contact_at_rest=False)
+    robot = Robot(slalom.Disc(0.3), LIMITS, slalom.State((0, 0), (0, 0)), GOAL)
+    with pytest.raises(slalom.InvalidInput, match="obstacle 'wall': expected contact_at_rest True in a file, found"):
+        scenario_text(Scenario("passive", (robot,), (passive,)))
 
 
 def test_files_hold_all_attributes_of_tracks() -> None:

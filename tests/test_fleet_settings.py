@@ -52,6 +52,19 @@ def test_worlds_are_fleets_of_their_own() -> None:
     np.testing.assert_array_equal(path[:, 5:], second)
 
 
+def test_worlds_of_robots_that_publish_are_fleets_of_their_own() -> None:
+    """To the bit, although robots decide one after the other, and worlds differ in size and are mixed in the rows."""
+    starts, targets = swap(7)
+    rows = [np.array([0, 2, 3, 5, 6]), np.array([1, 4])]
+    worlds = np.zeros(7, int)
+    worlds[rows[1]] = 3
+    method, settings = METHODS["nao_shared"], {"horizon": 12.0}
+    both = drive(Fleet(method, Disc(0.3), LIMITS, robots=7, worlds=worlds, **settings), starts, targets, 40)
+    for own in rows:
+        alone = drive(Fleet(method, Disc(0.3), LIMITS, robots=len(own), **settings), starts[own], targets[own], 40)
+        np.testing.assert_array_equal(both[:, own], alone)
+
+
 def test_robots_of_one_world_that_publish_avoid_each_other() -> None:
     """Robots of different worlds drive through each other."""
     starts, targets = swap(3)

@@ -120,6 +120,7 @@ from slalom.sim import (
     simulate,
 )
 from slalom.sim.files.decision_file import _decision, read_decision
+from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
@@ -652,6 +653,22 @@ CASES = [
     Case(
         "Tracker._checked",
         InvalidInput,
+        r"obstacle 'b': position: expected dimension 2 as of the others, found 3",
+        lambda _: [
+            tracker.update(0.0, name, (0.0,) * d) for tracker in [slalom.Tracker()] for name, d in (("a", 2), ("b", 3))
+        ],
+    ),
+    Case(
+        "_obstacle",
+        InvalidInput,
+        r"obstacle 'rock': expected contact_at_rest True in a file, found False",
+        lambda _: scenario_text(
+            replace(build("head_on"), obstacles=(Obstacle(Disc(1), STILL, "rock", contact_at_rest=False),))
+        ),
+    ),
+    Case(
+        "Tracker._checked",
+        InvalidInput,
         r"obstacle 'a': shape: expected one of dimension 3 as of the position, found 2",
         lambda _: slalom.Tracker().update(0.0, "a", (0, 0, 0)),
     ),
@@ -725,13 +742,13 @@ CASES = [
         lambda _: Obstacle(Rectangle(2, 1), STILL, "car", heading="motion").direction(0.0),
     ),
     Case(
-        "direction_path",
+        "moving_direction",
         InvalidInput,
         r"heading: expected a trajectory with a direction of motion, found Function",
         lambda _: direction_path(Function(lambda t: (np.sin(t), t), 2.0, 1.0, 0.0, 9.0), 0.0, 5.0, 1e-6),
     ),
     Case(
-        "direction_pieces",
+        "direction_path",
         InvalidInput,
         r"heading: expected a trajectory that moves, found one at rest",
         lambda _: direction_path(STILL, 0.0, 5.0, 1e-6),
@@ -740,7 +757,7 @@ CASES = [
         "Circular.direction",
         InvalidInput,
         r"heading: expected a trajectory that moves, found a circle at speed 0",
-        lambda _: direction_path(Circular((0, 0), 1.0, 0.0), 0.0, 5.0, 1e-6),
+        lambda _: Circular((0, 0), 1.0, 0.0).direction(0.0, 5.0, 1e-6),
     ),
     Case("not_negative", InvalidInput, r"velocity: expected 0 or more, found -1", lambda _: BoundedError(velocity=-1)),
     Case(

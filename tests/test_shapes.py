@@ -7,19 +7,26 @@ from hypothesis import given, strategies as st
 from parts import TRAJECTORIES, UNCERTAINTIES, served
 
 from slalom import (
+    METHODS,
     Acceleration,
     Ball,
     BoundedError,
     Capsule,
     Circular,
+    Composite,
     ConstantAcceleration,
     ConstantVelocity,
     ControlObstacle,
     Disc,
     GaussianError,
+    Goal,
+    InvalidInput,
     Limits,
+    Navigator,
     Obstacle,
+    ObstacleTable,
     ObstacleWindow,
+    PiecewisePolynomial,
     Polygon,
     Polyline,
     Rectangle,
@@ -92,6 +99,97 @@ def test_the_heading_stays_where_a_car_stops():
     seen = predicted(car, AtConstantVelocity(), 3.5)
     assert seen.heading == pytest.approx(np.pi / 4)
     assert predicted(car, AtConstantVelocity(), 1.5).heading == "motion"
+
+
+def stops(seed):
+    """A car that drives along a bent line, stands from 3 s on and drives elsewhere from 8 s on, and the same by kinds.
+
+    The trajectories have the rounding of random positions.
+    """
+    rng = np.random.default_rng(seed)
+    begin, step, away = rng.uniform(-10.0, 10.0, 2), rng.normal(size=2), rng.normal(size=2)
+    corner = begin + 3.0 * step
+    end = corner + rng.normal(size=2)
+    stamps = np.arange(0.0, 13.0)
+    places = np.array([begin, begin + step, corner] + [end] * 6 + [end + k * away for k in range(1, 5)])
+    share, bend = end - begin, np.array([-step[1], step[0]])
+    quintic = [begin, (0, 0), (0, 0), 10 * share / 27, -15 * share / 81, 6 * share / 243, (0, 0), (0, 0)]
+    # Another term with a zero of third order at 0 and 3 s bends the line.
+    for power, weight in ((4, 27.0), (5, -27.0), (6, 9.0), (7, -1.0)):
+        quintic[power] = quintic[power] + 0.01 * weight * bend
+    planned = PiecewisePolynomial([3.0], [quintic])
+    return {
+        "linear": Sampled(stamps, places, "linear"),
+        "smooth": Sampled(stamps, places, "smooth"),
+        "planned": planned,
+        "composed": Composite((planned, Stationary(end), ConstantVelocity(end, away, 8.0)), (3.0, 8.0)),
+    }
+
+
+@pytest.mark.parametrize("kind", stops(0))
+@pytest.mark.parametrize("seed", draws(range(4)))
+def test_the_heading_at_rest_is_the_last_one(seed, kind):
+    """However a trajectory comes to rest, and wherever a decision begins: no body shrinks or turns while it stands."""
+    car = Obstacle(Rectangle(4, 2), stops(seed)[kind], heading="motion", after_end="continues").continued
+    times = np.linspace(0.0, 12.0, 12001)
+    velocity = car.trajectory.velocity(times)
+    moves = np.linalg.norm(velocity, axis=1) > 1e-5
+    last = np.maximum.accumulate(np.where(moves, np.arange(len(times)), 1 + np.argmax(moves[1:])))
+    expected = velocity[last] / np.linalg.norm(velocity[last], axis=1)[:, None]
+    rests = (times > 4.001) & (times < 6.999) & ~moves
+    assert rests.sum() > 2900
+    np.testing.assert_allclose(car.direction(times[rests][::500]), expected[rests][::500], atol=0.01)
+    for start, end in ((0.3, 6.0), (2.7, 12.0), (4.5, 6.5), (5.1, 11.0)):
+        inside = (times > start) & (times < end)
+        path = car.directions(start, end, 1e-6)
+        curve, error = along(path, times[inside])
+        jumps = np.abs(times[inside][:, None] - car.trajectory.breaks(start, end)).min(axis=1, initial=np.inf) < 2e-3
+        off = np.linalg.norm(curve - expected[inside], axis=1)
+        assert np.all((off <= error + 0.01) | jumps)
+        assert np.all(error[rests[inside]] == 0.0)
+
+
+@pytest.mark.parametrize("kind", stops(0))
+def test_a_car_that_stands_blocks_with_its_whole_length(kind):
+    """A robot drives at the tail of a car that stops before: it meets the side, not the position of the car."""
+    for seed in range(4):
+        car = Obstacle(Rectangle(4, 1), stops(seed)[kind], heading="motion", after_end="continues")
+        along_car = car.continued.direction(5.0)
+        across = np.array([-along_car[1], along_car[0]])
+        tail = car.continued.trajectory.position(5.0) - 1.8 * along_car
+        for start in (0.0, 2.5, 5.0):
+            # At 6.5 s it would be on the axis of the car, and half of the widths before that at its side.
+            state = State(tail + 2.0 * (6.5 - start) * across, -2.0 * across)
+            blocked = control_obstacle(Velocity(), state, [car], Disc(0.25), horizon=7.0, start=start)
+            hit = blocked.time_to_collision(-2.0 * across)
+            assert float(hit) == pytest.approx(6.5 - start - 0.375, abs=1e-3)
+
+
+def test_a_car_at_rest_that_never_moved_has_no_heading():
+    """Whether its samples are joined by lines or smoothly."""
+    for interpolation in ("linear", "smooth"):
+        waits = Sampled([0.0, 1.0, 2.0, 3.0, 4.0], [(0.1, 0.7)] * 3 + [(1, 1), (2, 1)], interpolation)
+        car = Obstacle(Rectangle(4, 2), waits, heading="motion")
+        with pytest.raises(InvalidInput, match=r"expected one that moved before 0\.5 s"):
+            car.directions(0.5, 4.0, 1e-6)
+        assert along(car.directions(2.5, 4.0, 1e-6), np.array([3.0]))[0][0, 0] > 0.5
+
+
+@pytest.mark.parametrize("first", [0.0, -np.inf])
+def test_a_table_decides_about_a_car_that_waited_at_first_as_a_list(first):
+    """Although the pieces of the table begin before the first motion, where its direction is not known."""
+    waits, stands = Sampled([0.0, 1.0, 2.0, 3.0, 20.0], [(9, -6)] * 3 + [(9, -5), (9, 14)]), Stationary((9, -6))
+    if first == -np.inf:
+        waits = Composite((stands, ConstantVelocity((9, -6), (0, 1), 2.0)), (2.0,))
+    car = Obstacle(Rectangle(4, 2), waits, "car", heading="motion")
+    robot = Navigator(METHODS["nao"], Disc(0.4), Limits(2.0, 1.5))
+    for now in (2.5, 5.0, 8.0):
+        alone, table = (
+            robot.decide(State((0, 0), (2, 0)), obstacles, Goal(Stationary((20, 0))), now=now)
+            for obstacles in ([car], ObstacleTable([car]))
+        )
+        assert alone.outcome is table.outcome
+        assert alone.manoeuvre.control.tobytes() == table.manoeuvre.control.tobytes()
 
 
 @pytest.mark.parametrize("name", served(2))

@@ -363,6 +363,18 @@ def test_measurements_that_are_none_are_refused(settings: dict, message: str) ->
     assert tracker.at(1.0) == ()
 
 
+@pytest.mark.parametrize("id", ["a", "b"])
+def test_all_obstacles_have_one_dimension(id: str) -> None:
+    """A measurement in space, of the same obstacle or of another one, changes nothing in a tracker of the plane."""
+    tracker = Tracker()
+    tracker.update(0.0, "a", (1.0, 2.0))
+    with pytest.raises(
+        InvalidInput, match=f"obstacle {id!r}: position: expected dimension 2 as of the others, found 3"
+    ):
+        tracker.update(0.1, id, (0.0, 0.0, 0.0), shape=Ball(1.0))
+    assert [len(tracks) for tracks in tracker.at(0.1)] == [1]
+
+
 def test_settings_and_times_that_are_none_are_refused() -> None:
     tracker = Tracker()
     tracker.at(1.0)

@@ -169,6 +169,7 @@ def _obstacle(obstacle: Obstacle, where: str) -> dict[str, Any]:
         "name": obstacle.name,
         "heading": obstacle.heading,
         "after_end": obstacle.after_end,
+        "contact_at_rest": obstacle.contact_at_rest,
         "shape": part(obstacle.shape, "shape", f"{where}.shape"),
         "trajectory": part(obstacle.trajectory, "trajectory", f"{where}.trajectory"),
         "uncertainty": None if doubt is None else part(doubt, "uncertainty", f"{where}.uncertainty"),

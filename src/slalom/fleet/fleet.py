@@ -12,7 +12,7 @@ from slalom.decision.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
 from slalom.fleet.observation import decide_by_sight
-from slalom.kernels.arrays import Flags
+from slalom.kernels.arrays import Flags, Indices
 from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import Obstacles, listed
@@ -136,7 +136,7 @@ class Fleet(CommittedFleet):
             table.acceleration[k] = 0.0
             self.begin(int(k), State(table.position[k, :d], table.velocity[k, :d]), now)
         self._known[:] = there
-        order = np.roll(np.arange(n), -(self._steps % n))
+        order = _in_turn(self.members.worlds, self._steps)
         self._steps += 1
         outcomes: dict[int, Outcome] = {}
         for policy, some in self.by_policy(order[there[order]]):
@@ -238,3 +238,11 @@ class Fleet(CommittedFleet):
             self.progress = [at if there else None for at, there in zip(self.progress, table.present)]
             for policy in self.policies:
                 self.follow({k: paths[k] for k in policy.rows.tolist()}, self.window(policy, around, now))
+
+
+def _in_turn(worlds: Indices, steps: int) -> Indices:
+    """All robots in the order of a step: in each world (n,) another one is the first, as in a fleet of that world."""
+    by_world = np.argsort(worlds, kind="stable")
+    _, first, counts = np.unique(worlds[by_world], return_index=True, return_counts=True)
+    turn = (np.arange(len(worlds)) - np.repeat(first, counts) - steps) % np.repeat(counts, counts)
+    return np.asarray(by_world[np.lexsort((turn, worlds[by_world]))])

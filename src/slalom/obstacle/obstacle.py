@@ -11,7 +11,7 @@ from slalom.checks import SHAPE, Array, flag, has, known, number, probability, t
 from slalom.errors import InvalidInput
 from slalom.path import Path
 from slalom.shape import Disc, Shape
-from slalom.tolerances import LOOK_BACK
+from slalom.tolerances import AT_REST, LONGEST_FORECAST, LOOK_BACK
 from slalom.trajectory import Composite, ConstantVelocity, Trajectory
 from slalom.trajectory.direction import direction_path
 from slalom.uncertainty import Aged, Uncertainty
@@ -26,7 +26,7 @@ class Obstacle:
 
     Attributes:
         heading: direction of the shape's x axis in the plane: an angle [rad], counter-clockwise from the world's x
-            axis, or "motion": along the velocity. While the velocity is zero the last direction is kept.
+            axis, or "motion": along the velocity. At rest the last direction is kept.
         uncertainty: bound on the distance from the trajectory as a function of the time since the decision; None:
             exact.
         after_end: what follows the end of the trajectory. "unknown": a decision before the end takes the obstacle to
@@ -92,6 +92,16 @@ class Obstacle:
         """Whether the covered set turns: always False for a disc."""
         return self.heading == MOTION and not isinstance(self.shape, Disc)
 
+    @cached_property
+    def has_first_direction(self) -> bool:
+        """Whether the direction is known from the first: False for a body that turns and is at rest at first."""
+        if not self.turns:
+            return True
+        first = self.trajectory.span[0]
+        if first == -np.inf:
+            first = float(self.trajectory.breaks(-LONGEST_FORECAST, LONGEST_FORECAST).min(initial=1.0)) - 1.0
+        return float(np.linalg.norm(self.trajectory.velocity(first))) > AT_REST
+
     def direction(self, t: npt.ArrayLike) -> Array:
         """Unit vectors (..., 2) of the shape's x axis at times t (...) [s], in the plane.
 
@@ -103,15 +113,15 @@ class Obstacle:
             return np.asarray(np.broadcast_to([np.cos(self.heading), np.sin(self.heading)], (*time.shape, 2)))
         velocity = self.trajectory.velocity(time)
         speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
-        result = velocity / np.where(speed > 0.0, speed, 1.0)
-        for index in np.argwhere(speed[..., 0] == 0.0):
+        result = velocity / np.where(speed > AT_REST, speed, 1.0)
+        for index in np.argwhere(speed[..., 0] <= AT_REST):
             result[tuple(index)] = self._last_direction(float(time[tuple(index)]))
         return np.asarray(result)
 
     def _last_direction(self, t: float) -> Array:
         """Direction (2,) of the last motion before t [s]."""
         earliest = max(self.trajectory.span[0], t - LOOK_BACK)
-        if self.trajectory.speed_bound(earliest, t) == 0.0:
+        if earliest >= t or self.trajectory.speed_bound(earliest, t) <= AT_REST:
             raise InvalidInput(
                 f"heading of obstacle {self.name!r}: expected one that moved before {t:g} s, found it at rest since "
                 f"{earliest:g} s; give the heading as an angle"
@@ -122,18 +132,10 @@ class Obstacle:
 
     def directions(self, start: float, end: float, tolerance: float) -> Path:
         """`direction` from start to end [s] as cubic pieces, within `tolerance` [1] or with their own error."""
-        resting = self.heading != MOTION or self.trajectory.speed_bound(start, end) == 0.0
-        if resting:
+        if self.heading != MOTION or self.trajectory.speed_bound(start, end) <= AT_REST:
             pieces = np.broadcast_to(self.direction(start), (1, 4, 2))
             return Path(np.array([start, end]), pieces, np.zeros(1))
-        path = direction_path(self.trajectory, start, end, tolerance)
-        first = int(np.argmax(np.any(self.trajectory.velocity(path.times) != 0.0, axis=-1)))
-        if first == 0:
-            return path
-        # At rest at first: the previous direction holds until the obstacle moves.
-        points = path.points.copy()
-        points[: first - 1] = self.direction(start)
-        return path._replace(points=points)
+        return direction_path(self.trajectory, start, end, tolerance, lambda: self.direction(start))
 
     def exists(self, t: float) -> bool:
         """Whether the obstacle exists at time t [s]; after the end of its trajectory, whether it has not left."""

@@ -66,12 +66,13 @@ class ObstacleTable:
     def split(self, *, at_rest: bool) -> tuple["ObstacleTable", tuple[Obstacle, ...]]:
         """The obstacles whose pieces serve many decisions, as a table; and the others.
 
-        The others have an uncertainty, which depends on the time of the decision. With `at_rest` all that move are
-        among them as well: every forecast agrees on obstacles at rest.
+        The others have an uncertainty, which depends on the time of the decision, or no direction at first. With
+        `at_rest` all that move are among them as well: every forecast agrees on obstacles at rest.
         """
         if at_rest not in self._parts:
             serves = [
-                o.uncertainty is None and (not at_rest or isinstance(o.trajectory, Stationary)) for o in self.given
+                o.uncertainty is None and (isinstance(o.trajectory, Stationary) if at_rest else o.has_first_direction)
+                for o in self.given
             ]
             others = tuple(o for o, yes in zip(self.given, serves) if not yes)
             table = self if not others else ObstacleTable(o for o, yes in zip(self.given, serves) if yes)

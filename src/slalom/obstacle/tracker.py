@@ -79,7 +79,7 @@ class Tracker:
                 round counts as the disc about it until a heading is known, and in space as the ball.
 
         Raises:
-            InvalidInput: values that are not finite, a shape of another dimension, a covariance that is none.
+            InvalidInput: values that are not finite, a position or shape of another dimension, no covariance.
         """
         seen, given = self._checked(t, id, position, velocity, covariance, shape, heading)
         key = (seen.t, *seen.position.tolist(), *([] if seen.velocity is None else seen.velocity.tolist()))
@@ -191,6 +191,9 @@ class Tracker:
         prefix = f"obstacle {id!r}: "
         place = vector(position, f"{prefix}position")
         d = place.size
+        followed = next((steps[-1].seen.position.size for steps in self._steps.values()), d)
+        if d != followed:
+            raise InvalidInput(f"{prefix}position: expected dimension {followed} as of the others, found {d}")
         measured_velocity = None if velocity is None else vector(velocity, f"{prefix}velocity", d)
         if shape is not None:
             has(shape, *SHAPE, f"{prefix}shape")

@@ -10,7 +10,7 @@ from slalom.checks import Array, array, not_negative, positive
 from slalom.errors import InvalidInput, OutsideSpan
 from slalom.path import Path, even_knots, hermite_pieces
 from slalom.tolerances import JUMP
-from slalom.trajectory.direction import direction_path
+from slalom.trajectory.direction import moving_direction
 from slalom.trajectory.protocol import Trajectory
 
 
@@ -93,7 +93,7 @@ class Composite:
 
     def direction(self, start: float, end: float, tolerance: float) -> Path:
         """Direction of the motion in certified pieces, see `direction.Directed`."""
-        return _joined([direction_path(part, a, b, tolerance) for part, a, b in self._pieces(start, end)])
+        return _joined([moving_direction(part, a, b, tolerance) for part, a, b in self._pieces(start, end)])
 
     def path(self, start: float, end: float) -> Path:
         return _joined([part.path(a, b) for part, a, b in self._pieces(start, end)])

@@ -3,6 +3,7 @@
 They give the heading of bodies that turn with their motion.
 """
 
+from collections.abc import Callable
 from math import comb
 from typing import Protocol, runtime_checkable
 
@@ -11,7 +12,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.path import Path
-from slalom.tolerances import STANDING
+from slalom.tolerances import AT_REST, STANDING
 from slalom.trajectory.protocol import Trajectory
 
 
@@ -20,19 +21,44 @@ class Directed(Protocol):
     """Trajectory with its own, more accurate direction of motion than its cubic pieces give."""
 
     def direction(self, start: float, end: float, tolerance: float) -> Path:
-        """Unit vectors along the velocity from start to end [s], as cubic pieces within their stated errors."""
+        """Unit vectors along the velocity from start to end [s], as cubic pieces within their stated errors.
+
+        Zero vectors with an error of 0 stand for rest.
+        """
 
 
-def direction_path(trajectory: Trajectory, start: float, end: float, tolerance: float) -> Path:
+def direction_path(
+    trajectory: Trajectory, start: float, end: float, tolerance: float, before: Callable[[], Array] | None = None
+) -> Path:
     """Unit vectors (cos, sin) along the velocity in the plane, as cubic pieces within `tolerance` [1] where possible.
 
-    While the velocity is zero the last direction is kept (before the first motion: the first). Where it reverses within
-    STANDING seconds, the pieces are the zero vector with an error of 1. The body then counts as its smallest disc about
-    the position. So does, all the time, a body that turns at about 100 rad/s or more.
+    At rest (up to AT_REST) the last direction is kept. Before the first motion it is `before()` (2,), or without that
+    the first one. Where the velocity reverses within STANDING seconds, the pieces are the zero vector with an error of
+    1. The body then counts as its smallest disc about the position. So does, all the time, a body that turns at about
+    100 rad/s or more.
 
     Raises:
         InvalidInput: the trajectory never moves, or neither has a direction nor consists of cubic pieces.
     """
+    path = moving_direction(trajectory, start, end, tolerance)
+    known = np.any(path.points != 0.0, axis=(1, 2))
+    rests = ~known & (path.error == 0.0)
+    if not np.any(rests):
+        return path
+    if not np.any(known):
+        raise InvalidInput("heading: expected a trajectory that moves, found one at rest; give the heading as an angle")
+    points = path.points.copy()
+    last = np.maximum.accumulate(np.where(known, np.arange(len(known)), -1))
+    first = points[np.argmax(known), 0] if before is None or not rests[0] else before()
+    kept = np.where((last >= 0)[:, None], points[last, 3], first)
+    points[rests] = kept[rests][:, None]
+    return path._replace(points=points)
+
+
+def moving_direction(trajectory: Trajectory, start: float, end: float, tolerance: float) -> Path:
+    """As `direction_path`, but zero vectors with an error of 0 where the trajectory is at rest."""
+    if trajectory.speed_bound(start, end) <= AT_REST:
+        return Path(np.array([start, end]), np.zeros((1, 4, 2)), np.zeros(1))
     if isinstance(trajectory, Directed):
         return trajectory.direction(start, end, tolerance)
     path = trajectory.path(start, end)
@@ -53,13 +79,12 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
     w is bounded likewise. Then |w - e| <= sqrt(2) |w x v| / |v| + | |w|^2 - 1 |, as long as w . v > 0. Pieces above the
     tolerance are halved.
 
-    Raises:
-        InvalidInput: all velocities are zero.
+    A piece that is slower than AT_REST throughout is the zero vector with an error of 0.
     """
-    moving = np.any(velocities != 0.0, axis=(1, 2))
+    moving = np.any(np.linalg.norm(velocities, axis=2) > AT_REST, axis=1)
     if not np.any(moving):
-        raise InvalidInput("heading: expected a trajectory that moves, found one at rest; give the heading as an angle")
-    a, b, v = times[:-1][moving], times[1:][moving], velocities[moving]
+        return Path(times, np.zeros((len(moving), 4, 2)), np.zeros(len(moving)))
+    a, b, v = times[:-1][moving], times[1:][moving], _without_rest_at_ends(velocities[moving])
     accepted = []
     while len(a):
         pieces, error = _hermite_directions(b - a, v)
@@ -77,13 +102,27 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
     a, b, pieces, error = a[order], b[order], pieces[order], error[order]
     if np.all(moving):
         return Path(np.append(a, b[-1]), pieces, error)
-    resting = np.flatnonzero(~moving)
-    before = np.searchsorted(a, times[resting], side="left") - 1
-    kept = np.where((before >= 0)[:, None], pieces[before, 3], pieces[0, 0])
-    a = np.concatenate([a, times[resting]])
+    a = np.concatenate([a, times[:-1][~moving]])
     order = np.argsort(a)
-    pieces = np.concatenate([pieces, np.repeat(kept[:, None], 4, axis=1)])[order]
-    return Path(np.append(a[order], times[-1]), pieces, np.concatenate([error, np.zeros(len(resting))])[order])
+    rests = int((~moving).sum())
+    pieces = np.concatenate([pieces, np.zeros((rests, 4, 2))])[order]
+    return Path(np.append(a[order], times[-1]), pieces, np.concatenate([error, np.zeros(rests)])[order])
+
+
+def _without_rest_at_ends(v: Array) -> Array:
+    """Control points (n, m + 1, 2) of polynomials of the same direction as `v`, not zero at 0 and 1.
+
+    A velocity that is zero at 0 is x times another polynomial, with the control points v_j m / j. Raised to the degree
+    of v it has the control points v_j + (m - j) / (j + 1) v_{j + 1}. At 1 likewise.
+    """
+    m = v.shape[1] - 1
+    share = (m - np.arange(m))[:, None] / np.arange(1, m + 1)[:, None]
+    v = v.copy()
+    for _ in range(m):
+        for each in (v, v[:, ::-1]):
+            rests = ~np.any(each[:, 0] != 0.0, axis=1)
+            each[rests, :-1] += share * each[rests, 1:]
+    return v
 
 
 def _hermite_directions(h: Array, v: Array) -> tuple[Array, Array]:

@@ -161,6 +161,7 @@ def _obstacle(spec: ObstacleSpec) -> Obstacle:
         spec.heading,
         None if doubt is None else doubt.build(),
         spec.after_end,
+        spec.contact_at_rest,
         probability=spec.probability,
         owner=spec.owner,
     )

@@ -104,6 +104,8 @@ def _goal(goal: Goal, start: float, end: float) -> dict[str, Any]:
 
 
 def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:
+    if not obstacle.contact_at_rest:
+        raise InvalidInput(f"obstacle {obstacle.name!r}: expected contact_at_rest True in a file, found False")
     found: dict[str, Any] = {"name": obstacle.name, "shape": _part(obstacle.shape, SHAPES)}
     found["trajectory"] = _part(_in_files(obstacle.trajectory, start, end), TRAJECTORIES)
     if obstacle.heading != 0.0:

@@ -74,6 +74,7 @@ class ObstacleSpec(Model):
     shape: ShapeModel
     trajectory: TrajectoryModel
     uncertainty: UncertaintyModel | None
+    contact_at_rest: bool = True
     probability: Positive = 1.0
     owner: str = ""
 
