@@ -149,6 +149,11 @@ GOAL: Final = (("trajectory", "tolerance", "stop"), "a Goal")
 METHOD: Final = (("responses", "forecast"), "a method, such as method('nao')")
 WINDOW: Final = (("bodies", "horizon"), "an ObstacleWindow")
 BLOCKED: Final = (("for_controls", "overlaps"), "a ControlObstacle")
+TRAJECTORY: Final = (("position", "span"), "a trajectory, such as Stationary((x, y))")
+UNCERTAINTY: Final = (("radius",), "an uncertainty, such as BoundedError(0.1)")
+OBJECTIVE: Final = (("aims", "cost"), "an objective, such as Arrive()")
+TRACKS: Final = (("states", "with_forecast", "with_shares"), "Tracks")
+DECISION: Final = (("manoeuvre",), "a Decision")
 """Kinds of parts, as in has(state, *STATE, "state"): their members, and the words of a message."""
 
 

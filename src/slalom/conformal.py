@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array_of, has, listing, number, positive
+from slalom.checks import TRACKS, UNCERTAINTY, Array, array_of, has, listing, number, positive
 from slalom.errors import InvalidInput
 from slalom.forecast import AtConstantVelocity, Forecast
 from slalom.obstacle.tracks import Tracks
@@ -96,7 +96,7 @@ class Calibration:
         self.leads = tuple(positive(lead, f"leads[{k}]") for k, lead in enumerate(self.leads))
         if not self.leads or any(b <= a for a, b in zip(self.leads, self.leads[1:])):
             raise InvalidInput(f"leads: expected increasing prediction times, found {list(self.leads)}")
-        has(self.prior, ("radius",), "an uncertainty, such as BoundedError(0.1)", "prior")
+        has(self.prior, *UNCERTAINTY, "prior")
         positive(self.max_gap, "max_gap")
         empty = partial(deque[float], maxlen=CONFORMAL_ERRORS)
         self._leads = [_Lead(empty(), empty(), self.confidence) for _ in self.leads]
@@ -110,7 +110,7 @@ class Calibration:
         Raises:
             InvalidInput: a time that is not after that of the last call.
         """
-        has(tracks, ("states", "ids", "t"), "Tracks", "tracks")
+        has(tracks, *TRACKS, "tracks")
         if not tracks.t > self._now:
             raise InvalidInput(
                 f"tracks.t: expected a time after {self._now:g} s, that of the last call; found {tracks.t:g}"

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, has, not_negative, positive, whole
+from slalom.checks import TRACKS, UNCERTAINTY, Array, has, not_negative, positive, whole
 from slalom.errors import InvalidInput, OutsideSpan
 from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle import Obstacle
@@ -111,7 +111,7 @@ class AvoidingCrowd:
         self.distance, self.reach = not_negative(distance, "distance"), positive(reach, "reach")
         self.steps = whole(steps, "steps", 1)
         if uncertainty is not None:
-            has(uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", "uncertainty")
+            has(uncertainty, *UNCERTAINTY, "uncertainty")
         self.uncertainty = uncertainty
         self._now = -np.inf
         self._agents: _Agents | None = None
@@ -125,7 +125,7 @@ class AvoidingCrowd:
         Raises:
             InvalidInput: something else than tracks, tracks in space, a time that is not after the last.
         """
-        has(tracks, ("states", "radii", "ids", "t"), "Tracks", "tracks")
+        has(tracks, *TRACKS, "tracks")
         if tracks.dimension != 2:
             raise InvalidInput(f"tracks: expected them in the plane, found dimension {tracks.dimension}")
         if not tracks.t > self._now:

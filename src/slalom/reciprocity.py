@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slalom.checks import STATE, Array, has, not_negative, positive
+from slalom.checks import STATE, TRACKS, Array, has, not_negative, positive
 from slalom.errors import InvalidInput
 from slalom.obstacle.tracks import Tracks
 from slalom.state import State
@@ -66,7 +66,7 @@ class Reciprocity:
                 last.
         """
         has(state, *STATE, "state")
-        has(tracks, ("states", "with_shares"), "Tracks", "tracks")
+        has(tracks, *TRACKS, "tracks")
         if tracks.dimension != state.dimension:
             raise InvalidInput(
                 f"tracks: expected dimension {state.dimension} as of the state, found {tracks.dimension}"

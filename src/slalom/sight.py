@@ -10,6 +10,7 @@ import shapely
 
 from slalom.checks import STATE, Array, NotNegative, Positive, flag, has, known, not_negative, number, positive
 from slalom.errors import InvalidInput
+from slalom.kernels.arrays import Flags
 from slalom.obstacle import Obstacle
 from slalom.obstacle.minkowski import outline_parts
 from slalom.obstacle.window import Obstacles, each_of
@@ -23,8 +24,6 @@ OCCLUSIONS: Final = ("none", "walls", "all")
 FULL_TURN: Final = 2.0 * pi
 CIRCUMSCRIBED: Final = 1.0 / float(np.cos(pi / (4.0 * SIGHT_LINES)))
 """[1] Radius of a polygon about a circle of radius 1, in which shapely draws it."""
-
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True, eq=False)

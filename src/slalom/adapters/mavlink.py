@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, Positive, has, not_negative, number, positive, vector, vectors
+from slalom.checks import DECISION, Array, Positive, has, not_negative, number, positive, vector, vectors
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.shape import Ball
@@ -62,7 +62,7 @@ def setpoint(decision: Decision, t: float, heading: float | None = None) -> Setp
     Raises:
         InvalidInput: a decision in the plane.
     """
-    has(decision, ("manoeuvre",), "a Decision", "decision")
+    has(decision, *DECISION, "decision")
     plan, time = decision.manoeuvre, number(t, "t")
     position = plan.position(time)
     if position.shape != (3,):

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import Array, has, not_negative, number
+from slalom.checks import OBJECTIVE, Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.decision.fallback import escape, least_impact, stop
@@ -151,7 +151,7 @@ class Navigator:
         refuse_alone(self.method)
         state = state_to_decide_from(state, previous, now, delay, self.horizon)
         if objective is not None:
-            has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+            has(objective, *OBJECTIVE, "objective")
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
         given, goal = goal, goal_or_place(goal, state, robot.objective)

@@ -3,7 +3,19 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from slalom.checks import GOAL, LIMITS, METHOD, SHAPE, duration, has, listing, not_negative, number, positive
+from slalom.checks import (
+    GOAL,
+    LIMITS,
+    METHOD,
+    OBJECTIVE,
+    SHAPE,
+    duration,
+    has,
+    listing,
+    not_negative,
+    number,
+    positive,
+)
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
@@ -30,7 +42,7 @@ def check_settings(robot: "Navigator") -> None:
     not_negative(robot.patience, "patience")
     positive(robot.stuck_after, "stuck_after")
     has(robot.limits, *LIMITS, "limits")
-    has(robot.objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+    has(robot.objective, *OBJECTIVE, "objective")
     has(robot.risk, ("loss", "likely"), "a Risk", "risk")
     if robot.horizons is not None:
         has(robot.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")

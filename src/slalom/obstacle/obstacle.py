@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import SHAPE, Array, flag, has, known, number, probability, text
+from slalom.checks import SHAPE, TRAJECTORY, UNCERTAINTY, Array, flag, has, known, number, probability, text
 from slalom.errors import InvalidInput
 from slalom.path import Path
 from slalom.shape import Disc, Shape
@@ -59,15 +59,14 @@ class Obstacle:
     def __post_init__(self) -> None:
         prefix = f"obstacle {text(self.name, 'name')!r}: "
         has(self.shape, *SHAPE, f"{prefix}shape")
-        trajectory = "a trajectory, such as Stationary((x, y))"
-        has(self.trajectory, ("position", "span"), trajectory, f"{prefix}trajectory")
+        has(self.trajectory, *TRAJECTORY, f"{prefix}trajectory")
         if self.shape.dimension != self.trajectory.dimension:
             raise InvalidInput(
                 f"{prefix}expected shape and trajectory of one dimension, "
                 f"found {self.shape.dimension} and {self.trajectory.dimension}"
             )
         if self.uncertainty is not None:
-            has(self.uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"{prefix}uncertainty")
+            has(self.uncertainty, *UNCERTAINTY, f"{prefix}uncertainty")
         if isinstance(self.heading, str):
             if self.heading != MOTION:
                 raise InvalidInput(f"heading: expected an angle [rad] or {MOTION!r}, found {self.heading!r}")

@@ -8,7 +8,18 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, array, array_of, has, listing, not_huge, number, probability, whole_numbers
+from slalom.checks import (
+    UNCERTAINTY,
+    Array,
+    array,
+    array_of,
+    has,
+    listing,
+    not_huge,
+    number,
+    probability,
+    whole_numbers,
+)
 from slalom.errors import InvalidInput
 from slalom.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.kernels.arrays import Indices, Pieces
@@ -85,7 +96,7 @@ class Tracks:
             self.uncertainties = tuple(uncertainty)
         for k, one in enumerate(self.uncertainties):
             if one is not None:
-                has(one, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"uncertainty[{k}]")
+                has(one, *UNCERTAINTY, f"uncertainty[{k}]")
         if len(self.uncertainties) != n:
             raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)

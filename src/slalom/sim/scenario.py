@@ -10,6 +10,7 @@ from slalom.checks import (
     GOAL,
     LIMITS,
     METHOD,
+    OBJECTIVE,
     SHAPE,
     STATE,
     Array,
@@ -75,7 +76,7 @@ class Robot:
             has(self.method, *METHOD, f"{self.name}.method")
         positive(self.priority, f"{self.name}.priority")
         if self.objective is not None:
-            has(self.objective, ("aims", "cost"), "an objective, such as Arrive()", f"{self.name}.objective")
+            has(self.objective, *OBJECTIVE, f"{self.name}.objective")
         if self.margin is not None:
             not_negative(self.margin, f"{self.name}.margin")
         for part, dimension in (("shape", self.shape.dimension), ("goal", self.goal.trajectory.dimension)):

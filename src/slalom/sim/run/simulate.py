@@ -20,7 +20,7 @@ from typing import Literal, overload
 
 import numpy as np
 
-from slalom.checks import Array, flag, has, whole
+from slalom.checks import OBJECTIVE, Array, flag, has, whole
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Indices
@@ -138,7 +138,7 @@ class Run:
         if threads is not None:
             whole(threads, "threads", 1)
         if objective is not None:
-            has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+            has(objective, *OBJECTIVE, "objective")
             robots = (replace(robot, objective=robot.objective or objective) for robot in scenario.robots)
             scenario = replace(scenario, robots=tuple(robots))
         self.decider, self._rows = _decider_and_rows(scenario, method, seed, threads)
