@@ -13,6 +13,7 @@ from ros_messages import OF_ADAPTERS
 
 from slalom import (
     Acceleration,
+    AccelerationSequence,
     AvoidingCrowd,
     Calibration,
     ConstantVelocity,
@@ -259,7 +260,7 @@ OF_CALIBRATION: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: AvoidingCrowd(0.25).predict(Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
     ),
     ("AvoidingCrowd.predict", "tracks.t: expected a time after 2 s", crowd_again),
-    ("Calibration.__post_init__", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
+    ("fraction", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
     (
         "Calibration.__post_init__",
         r"leads: expected increasing prediction times, found \[1.0, 0.5\]",
@@ -564,12 +565,17 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow([], 0, 1), DISC, (0.1, 0.1)),
     ),
     (
-        "Scenario.__post_init__",
+        "pair",
+        r"then\[0\]: expected a duration and an acceleration, found \(1\.0,\)",
+        lambda _: AccelerationSequence(0.5, ((1.0,),)),
+    ),
+    (
+        "mapping",
         r"parameters: expected numbers by name, found 1",
         lambda _: Scenario("one", (ROBOT,), parameters=1),
     ),
     (
-        "_refuse_kinds",
+        "mapping",
         r"settings: expected numbers by name",
         lambda _: compare("empty", ["nao"], 1, settings=1),
     ),

@@ -632,13 +632,13 @@ CASES = [
         lambda _: slalom.KalmanError(0.1, 0.1, 2.0),
     ),
     Case(
-        "KalmanError.__post_init__",
+        "fraction",
         InvalidInput,
         r"probability: expected a number between 0 and 1, found 1",
         lambda _: slalom.KalmanError(0.1, 0.1, probability=1.0),
     ),
     Case(
-        "ConstantVelocityFilter.__post_init__",
+        "fraction",
         InvalidInput,
         r"probability: expected a number between 0 and 1, found 2",
         lambda _: slalom.ConstantVelocityFilter(probability=2.0),
@@ -744,7 +744,7 @@ CASES = [
     ),
     Case("not_negative", InvalidInput, r"velocity: expected 0 or more, found -1", lambda _: BoundedError(velocity=-1)),
     Case(
-        "GaussianError.__post_init__",
+        "fraction",
         InvalidInput,
         r"probability: expected a number between 0 and 1, found 1",
         lambda _: GaussianError(0.1, 0.1, 1.0),
@@ -1188,7 +1188,7 @@ CASES = [
     Case("not_negative", InvalidInput, r"margin: .* found -0.1", lambda _: blocked(margin=-0.1)),
     Case("not_negative", InvalidInput, r"margin: .* found -0.1", lambda _: navigator(margin=-0.1)),
     Case("not_negative", InvalidInput, r"patience: .* found -1", lambda _: navigator(patience=-1)),
-    Case("not_negative", InvalidInput, r"weight: .* found -1", lambda _: Mix(((-1, Arrive()),))),
+    Case("not_negative", InvalidInput, r"weight of parts\[0\]: .* found -1", lambda _: Mix(((-1, Arrive()),))),
     Case("not_negative", InvalidInput, r"replan: .* found -1", lambda _: scenario(replan=-1)),
     Case(
         "not_negative",
@@ -1703,11 +1703,16 @@ CASES = [
         r"found none",
         lambda _: preferred_control((Aim(Acceleration().position(FLAT, 0.0), np.zeros(2)),)),
     ),
-    Case("positive", InvalidInput, r"sum of weights: expected a number above 0", lambda _: Mix(((0, Arrive()),))),
     Case(
-        "Mix.__post_init__",
+        "positive",
         InvalidInput,
-        r"parts: expected at least one objective, found none",
+        r"sum of the weights of parts: expected a number above 0",
+        lambda _: Mix(((0, Arrive()),)),
+    ),
+    Case(
+        "positive",
+        InvalidInput,
+        r"sum of the weights of parts: expected a number above 0",
         lambda _: Mix(()),
     ),
     Case(

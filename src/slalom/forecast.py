@@ -5,8 +5,9 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import not_negative, positive
+from slalom.checks import FORECAST, NotNegative, Positive, has
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.motion_models import FromModels as FromModels
 from slalom.obstacle import Obstacle
 from slalom.tolerances import LONGEST_FORECAST, PAST_POSITIONS, REST, STRAIGHT_TURN_RATE
@@ -88,10 +89,10 @@ class AcceleratingBriefly:
     braking robot would reverse.
     """
 
-    seconds: float = 0.3
+    seconds: Positive = 0.3
 
     def __post_init__(self) -> None:
-        positive(self.seconds, "seconds")
+        check_fields(self)
 
     @property
     def includes_future(self) -> bool:
@@ -159,12 +160,12 @@ class FromPast:
     """
 
     rule: Forecast
-    seconds: float = 0.5
-    growth: float = 0.0
+    seconds: Positive = 0.5
+    growth: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        positive(self.seconds, "seconds")
-        not_negative(self.growth, "growth")
+        has(self.rule, *FORECAST, "rule")
+        check_fields(self)
         if self.rule.includes_future or isinstance(self.rule, Present):
             raise InvalidInput(f"rule: expected a forecast from the observed state, found {self.rule}")
 

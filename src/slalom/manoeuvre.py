@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.affine import Affine
-from slalom.checks import Array, Checked, number, vector
+from slalom.checks import RESPONSE, STATE, Array, Checked, Number, has, vector
+from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.path import Path, hermite
 from slalom.response import AccelerateThenBrake, Response, advance
@@ -25,11 +26,13 @@ class Manoeuvre:
     response: Response
     state: State
     control: Checked = Checked(vector)
-    start: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+    start: Number  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
 
     def __post_init__(self) -> None:
+        has(self.response, *RESPONSE, "response")
+        has(self.state, *STATE, "state")
         vector(self.control, "control", self.state.dimension)
-        object.__setattr__(self, "start", number(self.start, "start"))
+        check_fields(self)
 
     @property
     def dimension(self) -> int:

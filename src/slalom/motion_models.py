@@ -11,7 +11,8 @@ from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
-from slalom.checks import Array, not_negative, whole
+from slalom.checks import Array, NotNegative, whole
+from slalom.fields import check_fields
 from slalom.kernels.arrays import Indices
 from slalom.tolerances import (
     FEWEST_PAST,
@@ -84,11 +85,11 @@ class FromModels:
     two groups whose union adds the least weighted square of distances.
     """
 
-    share: float = 0.5
+    share: NotNegative = 0.5
     futures: int = 1
 
     def __post_init__(self) -> None:
-        not_negative(self.share, "share")
+        check_fields(self)
         object.__setattr__(self, "futures", whole(self.futures, "futures", 1))
 
     @property

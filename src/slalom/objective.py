@@ -7,8 +7,9 @@ from typing import Final, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import Array, Checked, not_negative, positive, vector
+from slalom.checks import OBJECTIVE, Array, Checked, Positive, has, listing, not_negative, pair, positive, vector
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.goal import Goal
 from slalom.limits import Admissible, Limits
 from slalom.registry import Kind, Registry
@@ -206,11 +207,12 @@ class FollowVelocity:
 class MostClearance:
     """Maximise the clearance up to `enough` [m] beyond the margin; then minimise `then`."""
 
-    enough: float
+    enough: Positive
     then: Objective
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "enough", positive(self.enough, "enough"))
+        check_fields(self)
+        has(self.then, *OBJECTIVE, "then")
 
     @property
     def enough_clearance(self) -> float:
@@ -230,9 +232,13 @@ class Mix:
     parts: tuple[tuple[float, Objective], ...]
 
     def __post_init__(self) -> None:
-        if not self.parts:
-            raise InvalidInput("parts: expected at least one objective, found none")
-        positive(sum(not_negative(weight, "weight") for weight, _ in self.parts), "sum of weights")
+        listing(self.parts, "weights and objectives", "parts")
+        total = 0.0
+        for k, part in enumerate(self.parts):
+            weight, objective = pair(part, "a weight and an objective", f"parts[{k}]")
+            has(objective, *OBJECTIVE, f"parts[{k}]")
+            total += not_negative(weight, f"weight of parts[{k}]")
+        positive(total, "sum of the weights of parts")
 
     @property
     def enough_clearance(self) -> float:

@@ -6,8 +6,9 @@ from typing import Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import Array, Checked, NotNegative, Positive, array, not_negative, positive, vector
+from slalom.checks import SHAPE, Array, Checked, NotNegative, Positive, array, has, listing, vector
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 
 
 class Part(NamedTuple):
@@ -62,6 +63,9 @@ class _Round:
     radius: float
     dimension: int
 
+    def __post_init__(self) -> None:
+        check_fields(self)
+
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         return (Part(np.zeros((1, self.dimension)), self.radius),)
@@ -77,9 +81,6 @@ class Disc(_Round):
 
     radius: NotNegative
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
-
     @property
     def dimension(self) -> int:  # type: ignore[override]
         return 2
@@ -90,9 +91,6 @@ class Ball(_Round):
     """Ball of `radius` >= 0 [m] in space."""
 
     radius: NotNegative
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
 
     @property
     def dimension(self) -> int:  # type: ignore[override]
@@ -109,7 +107,7 @@ class Capsule(_Shaped):
 
     def __post_init__(self) -> None:
         vector(self.end, "end", self.start.size)
-        object.__setattr__(self, "radius", positive(self.radius, "radius"))
+        check_fields(self)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
@@ -128,9 +126,7 @@ class Rectangle(_Shaped):
     radius: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "length", positive(self.length, "length"))
-        object.__setattr__(self, "width", positive(self.width, "width"))
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+        check_fields(self)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
@@ -158,7 +154,7 @@ class Polygon(_Shaped):
     def __post_init__(self) -> None:
         import shapely
 
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+        check_fields(self)
         if len(self.corners) < 3 or not shapely.Polygon(self.corners).is_valid:
             found = f"{len(self.corners)} that {'do' if len(self.corners) >= 3 else 'are too few'}"
             raise InvalidInput(
@@ -192,7 +188,7 @@ class Polyline(_Shaped):
     radius: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+        check_fields(self)
         if len(self.points) < 2 or not np.all(np.any(np.diff(self.points, axis=0) != 0.0, axis=1)):
             raise InvalidInput(
                 f"points: expected 2 or more, each different from the one before it, found {self.points.tolist()}"
@@ -210,6 +206,9 @@ class Union(_Shaped):
     shapes: tuple[Shape, ...]
 
     def __post_init__(self) -> None:
+        listing(self.shapes, "shapes", "shapes")
+        for k, shape in enumerate(self.shapes):
+            has(shape, *SHAPE, f"shapes[{k}]")
         object.__setattr__(self, "shapes", tuple(self.shapes))
         dimensions = sorted({shape.dimension for shape in self.shapes})
         if len(dimensions) != 1:

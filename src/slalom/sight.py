@@ -3,13 +3,26 @@
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import hypot, inf, pi
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 import shapely
 
-from slalom.checks import STATE, Array, NotNegative, Positive, flag, has, known, not_negative, number, positive
+from slalom.checks import (
+    STATE,
+    Array,
+    NotNegative,
+    Positive,
+    flag,
+    has,
+    known,
+    not_negative,
+    number,
+    or_infinite,
+    positive,
+)
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.kernels.arrays import Flags
 from slalom.obstacle import Obstacle
 from slalom.obstacle.minkowski import outline_parts
@@ -79,26 +92,22 @@ class Sight:
         InvalidInput: a value out of its range; a hidden speed with an infinite range.
     """
 
-    range: Positive = 10.0
+    range: float = 10.0
     field_of_view: Positive = FULL_TURN
     near: NotNegative = 0.0
     occlusion: Literal["none", "walls", "all"] = "walls"
-    hidden_speed: float | None = None
+    hidden_speed: Annotated[float | None, not_negative] = None
     any_motion: bool = False
 
     def __post_init__(self) -> None:
-        if self.range != inf:
-            object.__setattr__(self, "range", positive(self.range, "range"))
-        object.__setattr__(self, "field_of_view", positive(self.field_of_view, "field_of_view"))
+        object.__setattr__(self, "range", or_infinite(self.range, "range", positive))
+        check_fields(self)
         if self.field_of_view > FULL_TURN:
             raise InvalidInput(f"field_of_view: expected at most 2 pi rad, found {self.field_of_view:g}")
-        object.__setattr__(self, "near", not_negative(self.near, "near"))
         known(self.occlusion, "occlusion", OCCLUSIONS)
-        flag(self.any_motion, "any_motion")
-        if self.hidden_speed is not None:
-            object.__setattr__(self, "hidden_speed", not_negative(self.hidden_speed, "hidden_speed"))
-            if self.range == inf:
-                raise InvalidInput("range: expected a finite one with a hidden speed, found inf")
+        object.__setattr__(self, "any_motion", flag(self.any_motion, "any_motion"))
+        if self.hidden_speed is not None and self.range == inf:
+            raise InvalidInput("range: expected a finite one with a hidden speed, found inf")
 
     def look(
         self, state: State, obstacles: Obstacles, now: float = 0.0, previous: Visibility | None = None

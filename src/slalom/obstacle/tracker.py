@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import SHAPE, Array, array, has, number, positive, shown, vector
+from slalom.checks import SHAPE, Array, Positive, array, has, number, shown, vector
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.track_filter import ConstantVelocityFilter, Estimate, Filter, Measurement
 from slalom.obstacle.tracks import Tracks
@@ -29,7 +30,7 @@ class _Step(NamedTuple):
     heading: float | None
 
 
-@dataclass
+@dataclass(eq=False)
 class Tracker:
     """Obstacles followed by their ids, for decisions in a loop.
 
@@ -50,14 +51,14 @@ class Tracker:
 
     shape: Shape = field(default_factory=lambda: Disc(0.3))
     filter: Filter = field(default_factory=ConstantVelocityFilter)
-    max_age: float = 1.0
+    max_age: Positive = 1.0
     _steps: dict[Hashable, list[_Step]] = field(default_factory=dict, init=False, repr=False)
     _now: float = field(default=-np.inf, init=False, repr=False)
 
     def __post_init__(self) -> None:
         has(self.shape, *SHAPE, "shape")
         has(self.filter, ("begin", "predict", "correct", "estimate"), "a filter", "filter")
-        positive(self.max_age, "max_age")
+        check_fields(self)
 
     def update(
         self,

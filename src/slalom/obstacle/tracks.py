@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from slalom import kernels
 from slalom.checks import (
+    FORECAST,
     UNCERTAINTY,
     Array,
     array,
@@ -256,7 +257,7 @@ _COLUMNS = ("positions", "velocities", "accelerations")
 
 
 def _usable(forecast: Forecast) -> Forecast:
-    has(forecast, ("includes_future",), "a forecast, such as AtConstantVelocity()", "forecast")
+    has(forecast, *FORECAST, "forecast")
     if isinstance(forecast, OBSERVING) or forecast.includes_future:
         raise InvalidInput(f"tracks: expected a forecast from what is observed at one time, found {forecast}")
     return forecast

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import Array, positive
+from slalom.checks import Array, Positive
+from slalom.fields import check_fields
 from slalom.response.protocol import ramp, with_break
 from slalom.response.time_invariant import Coefficients, TimeInvariant
 from slalom.state import State
@@ -52,10 +53,10 @@ class AccelerateThenCoast(TimeInvariant):
     Gain t^2 / 2, then hold (t - hold / 2). The speed stays bounded, as that of a vehicle does.
     """
 
-    hold: float
+    hold: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hold", positive(self.hold, "hold"))
+        check_fields(self)
 
     @property
     def interpolation_error(self) -> float:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import Array, not_negative, positive
+from slalom.checks import Array, NotNegative, Positive
+from slalom.fields import check_fields
 from slalom.path import hermite_step
 from slalom.response.protocol import affine, ramp, with_break
 from slalom.response.time_invariant import Coefficients, TimeInvariant
@@ -22,10 +23,10 @@ class Velocity(TimeInvariant):
     then agree, and |u - v| <= max_acceleration * ramp are the velocities reachable in one period.
     """
 
-    ramp: float = 0.0
+    ramp: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ramp", not_negative(self.ramp, "ramp"))
+        check_fields(self)
 
     @property
     def interpolation_error(self) -> float:
@@ -67,10 +68,10 @@ class LaggedVelocity(TimeInvariant):
     Gain t - lag (1 - e^(-t/lag)) (van den Berg, Snape, Guy and Manocha 2011, the AVO).
     """
 
-    lag: float
+    lag: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "lag", positive(self.lag, "lag"))
+        check_fields(self)
 
     @property
     def interpolation_error(self) -> float:

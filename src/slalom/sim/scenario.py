@@ -17,11 +17,11 @@ from slalom.checks import (
     array_of,
     has,
     listing,
+    mapping,
     not_negative,
     number,
     positive,
     share,
-    shown,
     text,
 )
 from slalom.decision.navigator import Navigator
@@ -151,8 +151,7 @@ class Scenario:
             listing(getattr(self, name), expected, name)
             for k, one in enumerate(getattr(self, name)):
                 has(one, members, expected, f"{name}[{k}]")
-        if not isinstance(self.parameters, Mapping):
-            raise InvalidInput(f"parameters: expected numbers by name, found {shown(self.parameters)}")
+        mapping(self.parameters, "numbers by name", "parameters")
         dimensions = sorted({robot.state.dimension for robot in self.robots})
         if len(dimensions) != 1:
             raise InvalidInput(f"robots: expected one or more of one dimension, found dimensions {dimensions}")

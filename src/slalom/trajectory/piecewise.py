@@ -9,8 +9,9 @@ from math import comb
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, array, number
+from slalom.checks import Array, Checked, Number, array
 from slalom.errors import InvalidInput, OutsideSpan
+from slalom.fields import check_fields
 from slalom.path import Path, even_knots, hermite_step
 from slalom.tolerances import INTERPOLATION, JUMP
 from slalom.trajectory.direction import direction_pieces
@@ -32,10 +33,10 @@ class PiecewisePolynomial:
 
     durations: Checked = Checked(array, "n")
     coefficients: Checked = Checked(array, "n n d")
-    start: float = 0.0
+    start: Number = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", number(self.start, "start"))
+        check_fields(self)
         shape = self.coefficients.shape
         if (
             self.durations.ndim != 1

@@ -6,8 +6,9 @@ from typing import Annotated, Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, array, known, short, vectors
+from slalom.checks import Array, Checked, array, short, vectors
 from slalom.errors import InvalidInput, OutsideSpan
+from slalom.fields import check_fields
 from slalom.path import Path, hermite, hermite_pieces
 
 INTERPOLATIONS: Final = ("linear", "smooth")
@@ -34,6 +35,7 @@ class Sampled:
     interpolation: Annotated[str, INTERPOLATIONS] = "smooth"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         times, positions = self.times, self.positions
         if times.ndim != 1 or positions.shape[:-1] != times.shape:
             raise InvalidInput(f"positions: expected one for each time, found {positions.shape} for {times.shape}")
@@ -44,7 +46,6 @@ class Sampled:
             raise InvalidInput(
                 f"times: expected increasing times, found {times[k]:g} followed by {times[k + 1]:g} at index {k + 1}"
             )
-        known(self.interpolation, "interpolation", INTERPOLATIONS)
         with np.errstate(over="ignore", invalid="ignore"):
             slopes = self._stamp_velocities(times, positions)
         if not np.isfinite(slopes).all():

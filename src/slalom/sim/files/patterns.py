@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from slalom.checks import Array, Checked, NotNegative, Positive, not_negative, number, positive, vector, whole
+from slalom.checks import Array, Checked, NotNegative, Number, Positive, vector, whole
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.sim.placement import on_circle, random_positions
 
 
@@ -42,11 +43,10 @@ class CircleLayout(Layout):
 
     center: Checked = Checked(vector)
     radius: Positive  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
-    phase: float = 0.0
+    phase: Number = 0.0
 
     def __post_init__(self) -> None:
-        positive(self.radius, "radius")
-        number(self.phase, "phase")
+        check_fields(self)
 
     def points(self, count: int, key: str) -> Array:
         found = np.tile(self.center, (count, 1))
@@ -77,7 +77,7 @@ class GridLayout(Layout):
     columns: int  # type: ignore[misc]  # the same
 
     def __post_init__(self) -> None:
-        positive(self.spacing, "spacing")
+        check_fields(self)
         whole(self.columns, "columns", 1)
 
     def points(self, count: int, key: str) -> Array:
@@ -98,7 +98,7 @@ class BoxLayout(Layout):
 
     def __post_init__(self) -> None:
         vector(self.high, "high", len(self.low))
-        not_negative(self.min_distance, "min_distance")
+        check_fields(self)
         whole(self.seed, "seed")
 
     def points(self, count: int, key: str) -> Array:
