@@ -1,7 +1,7 @@
 """Forecasts: rules that predict an obstacle's trajectory from the present information about it."""
 
 from dataclasses import dataclass, replace
-from typing import Final, Protocol, runtime_checkable
+from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -35,9 +35,7 @@ class Forecast(Protocol):
 class Known:
     """The true trajectory: published plans, lanes, recordings. The assumption of NLVO and NAO."""
 
-    @property
-    def includes_future(self) -> bool:
-        return True
+    includes_future: ClassVar[bool] = True
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return trajectory
@@ -47,9 +45,7 @@ class Known:
 class Present:
     """The true trajectory of obstacles that exist now; obstacles that appear later are unknown."""
 
-    @property
-    def includes_future(self) -> bool:
-        return False
+    includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return trajectory
@@ -59,9 +55,7 @@ class Present:
 class AtConstantVelocity:
     """The present velocity without end. The assumption of VO and AVO."""
 
-    @property
-    def includes_future(self) -> bool:
-        return False
+    includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return ConstantVelocity(trajectory.position(now), trajectory.velocity(now), now)
@@ -71,9 +65,7 @@ class AtConstantVelocity:
 class AtConstantAcceleration:
     """The present velocity, and the present acceleration without end. The assumption of AO."""
 
-    @property
-    def includes_future(self) -> bool:
-        return False
+    includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return ConstantAcceleration(
@@ -89,14 +81,11 @@ class AcceleratingBriefly:
     braking robot would reverse.
     """
 
+    includes_future: ClassVar[bool] = False
     seconds: Positive = 0.3
 
     def __post_init__(self) -> None:
         check_fields(self)
-
-    @property
-    def includes_future(self) -> bool:
-        return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         position, velocity = trajectory.position(now), trajectory.velocity(now)
@@ -117,9 +106,7 @@ class AtConstantTurn:
     at rest, or with a turn rate below STRAIGHT_TURN_RATE, moves straight on.
     """
 
-    @property
-    def includes_future(self) -> bool:
-        return False
+    includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         position, velocity, acceleration = (
@@ -159,6 +146,7 @@ class FromPast:
     An obstacle without an uncertainty of its own gets a bounded error that grows with time by `growth` times its speed.
     """
 
+    includes_future: ClassVar[bool] = False
     rule: Forecast
     seconds: Positive = 0.5
     growth: NotNegative = 0.0
@@ -168,10 +156,6 @@ class FromPast:
         check_fields(self)
         if self.rule.includes_future or isinstance(self.rule, Present):
             raise InvalidInput(f"rule: expected a forecast from the observed state, found {self.rule}")
-
-    @property
-    def includes_future(self) -> bool:
-        return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         position, first = trajectory.position(now), trajectory.span[0]

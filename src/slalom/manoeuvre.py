@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -106,6 +107,7 @@ class Continuation:
     an error of velocity (d,) [m/s] drifts. Used to test whether the committed manoeuvre is still safe.
     """
 
+    restartable: ClassVar[bool] = False
     manoeuvre: Manoeuvre
     now: float
     position_error: Array
@@ -114,10 +116,6 @@ class Continuation:
     @property
     def interpolation_error(self) -> float:
         return self.manoeuvre.response.interpolation_error
-
-    @property
-    def restartable(self) -> bool:
-        return False
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
         time = np.asarray(t, dtype=np.float64)

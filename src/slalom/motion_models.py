@@ -7,7 +7,7 @@ lines and parabolas through the newest position, which are linear in the positio
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final, NamedTuple, cast
+from typing import Any, ClassVar, Final, NamedTuple, cast
 
 import numpy as np
 
@@ -85,16 +85,13 @@ class FromModels:
     two groups whose union adds the least weighted square of distances.
     """
 
+    includes_future: ClassVar[bool] = False
     share: NotNegative = 0.5
     futures: int = 1
 
     def __post_init__(self) -> None:
         check_fields(self)
         object.__setattr__(self, "futures", whole(self.futures, "futures", 1))
-
-    @property
-    def includes_future(self) -> bool:
-        return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return self.with_error(trajectory, now)[0]

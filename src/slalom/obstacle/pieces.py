@@ -253,23 +253,20 @@ NO_TURNS = np.empty((0, 4, 2))
 
 def no_bodies(d: int) -> Bodies:
     """No bodies, in dimension d."""
-    none, no = np.empty(0), np.empty(0, np.int64)
-    pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)
-    first = np.zeros(1, np.int64)
+    none, no, never = np.empty(0), np.empty(0, np.int64), np.empty(0, np.bool_)
     return Bodies(
-        *(
-            pieces,
-            np.empty((0, 4)),
-            False,
-            no,
-            none,
-            none,
-            no,
-            np.empty((0, 5)),
-            first,
-            np.empty(0, np.bool_),
-            np.empty(0, np.bool_),
-            np.empty(0, np.bool_),
-        ),
-        *(no, False),
+        Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no),
+        balls=np.empty((0, 4)),
+        turning=False,
+        owner=no,
+        radius=none,
+        hull_radius=none,
+        hull=no,
+        corners=np.empty((0, 5)),
+        first=np.zeros(1, np.int64),
+        unordered=never,
+        uncertain=never,
+        at_rest=never,
+        heads=no,
+        has_hulls=False,
     )

@@ -14,7 +14,7 @@ from slalom.fields import check_fields
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.track_filter import ConstantVelocityFilter, Estimate, Filter, Measurement
 from slalom.obstacle.tracks import Tracks
-from slalom.shape import Disc, Shape
+from slalom.shape import Disc, Shape, is_round
 from slalom.tolerances import SYMMETRY
 from slalom.trajectory import ConstantAcceleration
 
@@ -113,7 +113,7 @@ class Tracker:
             if known is not None:
                 belief = self.filter.predict(known.belief, now - known.seen.t)
                 found.append((id, known, self.filter.estimate(belief)))
-        round_ones = [one for one in found if one[1].heading is None or _is_round(one[1].shape)]
+        round_ones = [one for one in found if one[1].heading is None or is_round(one[1].shape)]
         others = [self._obstacle(id, step, estimate) for id, step, estimate in found if _turned(step)]
         return (*self._tracks(round_ones), *others)
 
@@ -209,13 +209,8 @@ class Tracker:
         return self._steps[id][-1].shape if id in self._steps else self.shape
 
 
-def _is_round(shape: Shape) -> bool:
-    """Whether a shape is a disc or ball about its reference point."""
-    return len(shape.parts) == 1 and shape.parts[0].radius == shape.bounding_radius
-
-
 def _turned(step: _Step) -> bool:
-    return step.heading is not None and not _is_round(step.shape)
+    return step.heading is not None and not is_round(step.shape)
 
 
 def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) -> Array:

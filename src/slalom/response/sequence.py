@@ -1,6 +1,7 @@
 """Response that continues with a fixed sequence of accelerations."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,8 @@ class AccelerationSequence:
     each with its duration: ((seconds, (ax, ay)), ...).
     """
 
+    interpolation_error: ClassVar[float] = 0.0
+    restartable: ClassVar[bool] = False
     hold: Positive
     then: tuple[tuple[float, tuple[float, ...]], ...] = ()
 
@@ -39,14 +42,6 @@ class AccelerationSequence:
 
     def __repr__(self) -> str:
         return f"AccelerationSequence(hold={self.hold:g}, then={len(self.then)} more)"
-
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return False
 
     @property
     def ends(self) -> Array:

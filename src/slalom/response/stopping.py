@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -15,19 +16,13 @@ from slalom.state import State
 class _Stopping(TimeInvariant):
     """Acceleration held for `hold` seconds, then braking proportional to the velocity at the start of braking."""
 
+    interpolation_error: ClassVar[float] = 0.0
+    restartable: ClassVar[bool] = False
     hold: float
 
     @abstractmethod
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
         """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
-
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return False
 
     def position_coefficients(self, time: Array) -> Coefficients:
         held, (distance, _, _) = np.minimum(time, self.hold), self._braking(time)

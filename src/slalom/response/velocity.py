@@ -1,6 +1,7 @@
 """Responses to a velocity: reached at once, by a ramp, or with a lag."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,14 +24,11 @@ class Velocity(TimeInvariant):
     then agree, and |u - v| <= max_acceleration * ramp are the velocities reachable in one period.
     """
 
+    interpolation_error: ClassVar[float] = 0.0
     ramp: NotNegative = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)
-
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
 
     @property
     def restartable(self) -> bool:
@@ -68,18 +66,12 @@ class LaggedVelocity(TimeInvariant):
     Gain t - lag (1 - e^(-t/lag)) (van den Berg, Snape, Guy and Manocha 2011, the AVO).
     """
 
+    interpolation_error: ClassVar[float] = INTERPOLATION
+    restartable: ClassVar[bool] = True
     lag: Positive
 
     def __post_init__(self) -> None:
         check_fields(self)
-
-    @property
-    def interpolation_error(self) -> float:
-        return INTERPOLATION
-
-    @property
-    def restartable(self) -> bool:
-        return True
 
     def position_coefficients(self, time: Array) -> Coefficients:
         x = time / self.lag

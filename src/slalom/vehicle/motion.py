@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from itertools import pairwise
 from math import cos, sin
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -74,13 +74,11 @@ class BodyMotion:
         error: [m] of the cubic pieces between the times.
     """
 
+    restartable: ClassVar[bool] = False
+
     def __init__(self, times: Array, path: Array, velocities: Array, error: float) -> None:
         self.times, self._error = times, error
         self._pieces: Path = hermite(times, path, velocities)
-
-    @property
-    def restartable(self) -> bool:
-        return False
 
     @property
     def interpolation_error(self) -> float:
