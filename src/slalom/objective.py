@@ -7,7 +7,19 @@ from typing import Final, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import OBJECTIVE, Array, Checked, Positive, has, listing, not_negative, pair, positive, vector
+from slalom.checks import (
+    OBJECTIVE,
+    Array,
+    Checked,
+    NotNegative,
+    Positive,
+    has,
+    listing,
+    not_negative,
+    pair,
+    positive,
+    vector,
+)
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
 from slalom.goal import Goal
@@ -82,7 +94,10 @@ class Arrive:
     to stop at the goal: reach the velocity `Goal.desired_velocity`.
     """
 
-    enough_clearance: float = 0.0
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -156,7 +171,10 @@ def _even_times(first: float, last: float) -> Array:
 class KeepAcceleration:
     """Change the acceleration as little as possible: comfort, and few adjustments."""
 
-    enough_clearance: float = 0.0
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -173,7 +191,10 @@ class FollowAcceleration:
     """Begin with the given acceleration (d,) [m/s^2]: a filter for the command of another controller."""
 
     acceleration: Checked = Checked(vector)
-    enough_clearance: float = 0.0
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -190,7 +211,10 @@ class FollowVelocity:
     """Reach the given velocity (d,) [m/s] when the control has settled."""
 
     velocity: Checked = Checked(vector)
-    enough_clearance: float = 0.0
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation

@@ -18,7 +18,7 @@ from slalom.checks import (
 )
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
+from slalom.objective import Arrive, FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape
@@ -30,6 +30,11 @@ if TYPE_CHECKING:
 
 FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
 """Objectives that need no goal."""
+
+
+def is_compiled(objective: Objective) -> bool:
+    """Whether the compiled policy has this objective; it has none with a clearance beyond the margin."""
+    return type(objective) in (Arrive, *FOLLOWING) and not objective.enough_clearance
 
 
 def check_settings(robot: "Navigator") -> None:

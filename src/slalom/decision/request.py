@@ -28,7 +28,12 @@ class Request(NamedTuple):
     step: PathStep | None
     now: float
     previous: Decision | None
-    limit: float
+    limit: float  # [s] of work
+
+    @property
+    def target(self) -> Goal:
+        """The goal, or the next target on the path to it."""
+        return self.goal if self.step is None else self.step.goal
 
 
 def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks | None, Tracks | None]:
