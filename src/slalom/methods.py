@@ -33,7 +33,7 @@ HOLDS: Final = (0.2, 0.5, 1.0, 2.0, 4.0)
 Responses = Callable[[Limits, float, tuple[float, ...]], tuple[Response, ...]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Method:
     """Row of the table: how controls move the robot, and how obstacles are predicted to move.
 
@@ -68,6 +68,9 @@ class Method:
     agrees: bool = False
     shared: bool = False
     looks_ahead: bool = False
+
+    def __repr__(self) -> str:
+        return f"<Method {self.name}>"
 
     @property
     def foresight(self) -> str:

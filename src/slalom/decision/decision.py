@@ -79,7 +79,7 @@ class DecisionInputs(NamedTuple):
     previous: Commitment | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Decision:
     """Manoeuvre that the robot commits to, and its outcome.
 
@@ -113,6 +113,11 @@ class Decision:
     approach: Approach | None = None
     inputs: DecisionInputs | None = None
     given_up: float = 0.0
+
+    def __repr__(self) -> str:
+        control = ", ".join(f"{x:.4g}" for x in self.manoeuvre.control)
+        kind, name, at = self.manoeuvre.response, type(self).__name__, self.decided_at
+        return f"<{name} {self.outcome.name} at {at:g} s, {kind!r} with ({control})>"
 
     @property
     def safe(self) -> bool:

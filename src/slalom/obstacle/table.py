@@ -50,6 +50,9 @@ class ObstacleTable:
         self._bodies: dict[tuple[Shape, int, float], _Stretch] = {}
         self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
 
+    def __repr__(self) -> str:
+        return f"<ObstacleTable, obstacles: {len(self)}>"
+
     def __len__(self) -> int:
         return len(self.obstacles)
 

@@ -110,6 +110,9 @@ class Tracks:
 
     is_passive = False
 
+    def __repr__(self) -> str:
+        return f"<Tracks at {self.t:g} s, number: {len(self)}, dimension: {self.dimension}>"
+
     def __len__(self) -> int:
         return len(self.states)
 

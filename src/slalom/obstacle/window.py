@@ -116,6 +116,9 @@ class ObstacleWindow:
             window.until[first : first + len(absent)][absent] = 0.0
         return window
 
+    def __repr__(self) -> str:
+        return f"<ObstacleWindow from {self.start:g} s for {self.horizon:g} s, obstacles: {len(self)}>"
+
     def __len__(self) -> int:
         return sum(self._counts)
 

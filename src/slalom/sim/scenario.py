@@ -86,7 +86,7 @@ class Robot:
                 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scenario:
     """Robots among obstacles, and the settings of their navigators.
 
@@ -192,6 +192,9 @@ class Scenario:
                 )
             for robot in self.robots:
                 self._refuse_hidden_goal(obstacle, robot)
+
+    def __repr__(self) -> str:
+        return f"<Scenario {self.name}, robots: {len(self.robots)}, obstacles: {len(self.obstacles)}>"
 
     def _refuse_hidden_goal(self, obstacle: Obstacle, robot: Robot) -> None:
         """Raise InvalidInput for a goal at rest that an obstacle at rest covers for all time."""
