@@ -644,7 +644,7 @@ CASES = [
         lambda _: slalom.ConstantVelocityFilter(probability=2.0),
     ),
     Case(
-        "Tracker.at",
+        "not_before",
         InvalidInput,
         r"now: expected a time that does not run backwards, found 0 s after a call at 1 s",
         lambda _: [tracker.at(t) for tracker in [slalom.Tracker()] for t in (1.0, 0.0)],
@@ -1599,13 +1599,13 @@ CASES = [
     Case("has", InvalidInput, r"goal: expected a Goal, found \(9, 0\)", lambda _: navigator().decide(FLAT, [], (9, 0))),
     Case("has", InvalidInput, r"previous: expected a Decision, found 3", lambda _: decision(previous=3)),
     Case(
-        "state_to_decide_from",
+        "not_before",
         InvalidInput,
         r"now: expected a time that does not run backwards, found 1.9 s after a decision at 2 s",
         lambda _: decision(now=1.9, previous=decision(now=2.0)),
     ),
     Case(
-        "Fleet.step",
+        "not_before",
         InvalidInput,
         r"now: expected a time that does not run backwards, found 0 s after a step at 1 s",
         lambda _: backwards(pair()),

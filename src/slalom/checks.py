@@ -125,6 +125,16 @@ def each_number(value: npt.ArrayLike, name: str, n: int) -> Array:
     return not_huge(np.broadcast_to(found, (n,)), name)
 
 
+def not_before(value: float, last: float, name: str, what: str) -> float:
+    """Convert `value` to a time [s] that is not before the `last` one [s], that of `what`."""
+    result = number(value, name)
+    if result < last:
+        raise InvalidInput(
+            f"{name}: expected a time that does not run backwards, found {result:g} s after {what} at {last:g} s"
+        )
+    return result
+
+
 def or_infinite(value: float, name: str, check: Callable[[float, str], float]) -> float:
     """Infinity if `value` is that, else the number that `check` makes of it."""
     return np.inf if isinstance(value, float) and value == np.inf else check(value, name)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slalom.checks import STATE, TRACKS, Array, NotNegative, Positive, has
+from slalom.checks import STATE, TRACKS, Array, NotNegative, Positive, has, not_before
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
 from slalom.obstacle.tracks import Tracks
@@ -71,9 +71,7 @@ class Reciprocity:
             raise InvalidInput(
                 f"tracks: expected dimension {state.dimension} as of the state, found {tracks.dimension}"
             )
-        step = tracks.t - self._time
-        if step < 0.0:
-            raise InvalidInput(f"tracks: expected a time t from {self._time:g} s on, found {tracks.t:g} s")
+        step = not_before(tracks.t, self._time, "tracks.t", "an update") - self._time
         shares, agents = np.zeros(len(tracks)), dict[Hashable, Any]()
         for k, name in enumerate(tracks.ids):
             position, velocity = tracks.states[k, :2]

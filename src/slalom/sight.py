@@ -16,6 +16,7 @@ from slalom.checks import (
     flag,
     has,
     known,
+    not_before,
     not_negative,
     number,
     or_infinite,
@@ -122,11 +123,10 @@ class Sight:
             InvalidInput: a state or obstacles in space; a time before that of `previous`.
         """
         has(state, *STATE, "state")
-        number(now, "now")
+        now = number(now, "now")
         if previous is not None:
             has(previous, ("clear", "heading"), "what Sight.look returned", "previous")
-            if now < previous.time:
-                raise InvalidInput(f"now: expected a time from {previous.time:g} s on, found {now:g} s")
+            not_before(now, previous.time, "now", "a look")
         given = each_of(obstacles)
         for dimension in (state.dimension, *(obstacle.dimension for obstacle in given)):
             if dimension != 2:

@@ -7,7 +7,7 @@ from functools import cached_property, partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from slalom.checks import STATE, Array, has, not_negative, number
+from slalom.checks import STATE, Array, has, not_before, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.approach import Approach, approach_of
 from slalom.decision.report import Collision, as_dict, collision_of, log, names_in_the_way
@@ -219,9 +219,7 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
         if previous.manoeuvre.dimension != state.dimension:
             expected = f"dimension {previous.manoeuvre.dimension} as of the previous decision"
             raise InvalidInput(f"state: expected {expected}, found {state.dimension}")
-        if now < previous.decided_at:
-            order = f"{now:g} s after a decision at {previous.decided_at:g} s"
-            raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
+        not_before(now, previous.decided_at, "now", "a decision")
     if not_negative(delay, "delay") > longest:
         raise InvalidInput(f"delay: expected at most the horizon, {longest:g} s, found {delay:g} s")
     if delay == 0.0:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import SHAPE, Array, Positive, array, has, number, shown, vector
+from slalom.checks import SHAPE, Array, Positive, array, has, not_before, number, shown, vector
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
 from slalom.obstacle.obstacle import Obstacle
@@ -102,11 +102,7 @@ class Tracker:
         Raises:
             InvalidInput: a time before that of the last call.
         """
-        if number(now, "now") < self._now:
-            raise InvalidInput(
-                f"now: expected a time that does not run backwards, found {now:g} s after a call at {self._now:g} s"
-            )
-        self._now = now
+        self._now = now = not_before(now, self._now, "now", "a call")
         found: list[tuple[Hashable, _Step, Estimate]] = []
         for id in list(self._steps):
             known = self._known(id)
