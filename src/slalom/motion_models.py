@@ -33,7 +33,7 @@ from slalom.uncertainty import BoundedError
 
 
 class _Model(NamedTuple):
-    """How a track is continued."""
+    """Rule that continues a track."""
 
     samples: int  # to which it is fitted, before the newest
     hold: float = 0.0  # [spacings] that the fitted acceleration lasts

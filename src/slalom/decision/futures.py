@@ -24,7 +24,7 @@ D = TypeVar("D", bound=Decision)
 
 @dataclass(frozen=True)
 class Risk:
-    """What it may cost to avoid improbable futures of obstacles, see `Obstacle.probability`.
+    """Limits on the cost of avoiding improbable futures of obstacles, see `Obstacle.probability`.
 
     Attributes:
         loss: [s] of time that a contact is worth. Futures are given up where that brings the arrival forward by more

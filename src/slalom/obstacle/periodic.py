@@ -72,14 +72,6 @@ def between(low: Array, high: Array, period: Period) -> Array:
     return np.array(list(product(*axes))).reshape(-1, len(period))
 
 
-def images_within(displacement: Array, distance: float, period: Period | None) -> Array:
-    """Multiples of the period (m, d) [m] that make a displacement (d,) [m] at most `distance` [m] long when added."""
-    shifts = np.zeros((1, len(displacement)))
-    if period is not None:
-        shifts = between(-distance - displacement, distance - displacement, period)
-    return np.asarray(shifts[np.linalg.norm(displacement + shifts, axis=1) <= distance])
-
-
 def images_about(k: int, positions: Array, distances: Array, period: Period) -> tuple[Indices, Array]:
     """The images near robot k: the numbers of their obstacles or robots (m,), and displacements (m, 3) [m].
 

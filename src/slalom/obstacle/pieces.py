@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.checks import Array
-from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
+from slalom.kernels.arrays import Flags, Hulls, Indices, MaybeHulls, Pieces
 from slalom.obstacle.minkowski import MinkowskiSum, minkowski_sum
 from slalom.obstacle.obstacle import Obstacle
 from slalom.path import Path
@@ -43,11 +43,6 @@ class Bodies(NamedTuple):
     at_rest: Flags  # (b,) whether a contact with its obstacle counts while the robot is at rest
     heads: Indices  # rows with which bodies begin that exist when the window begins
     has_hulls: bool  # whether any of them is more than a point
-
-    @property
-    def maybe_corners(self) -> MaybeCorners:
-        """The corners of the hulls; empty where all bodies are points."""
-        return Corners(self.corners, self.first, self.unordered) if self.has_hulls else ()
 
     @property
     def hulls(self) -> MaybeHulls:

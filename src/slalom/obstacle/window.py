@@ -33,7 +33,7 @@ class _Source(Protocol):
 
     @property
     def obstacles(self) -> Sequence[Obstacle]:
-        """They, one by one."""
+        """The obstacles of the source, one by one."""
 
     @property
     def is_passive(self) -> bool:

@@ -212,7 +212,7 @@ class Scenario:
 
     @property
     def sight(self) -> Sight | None:
-        """What limits the sight of every robot; None: nothing."""
+        """The limited sight of every robot; None: not limited."""
         return sight_of({name: getattr(self, name) for name in SIGHT})
 
     def margin_of(self, robot: int) -> float:
