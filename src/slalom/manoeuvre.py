@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +12,7 @@ from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.path import Path, hermite
 from slalom.response import AccelerateThenBrake, Response, advance
+from slalom.response.protocol import Unsteered
 from slalom.state import State
 from slalom.tolerances import WHOLE_PERIODS
 
@@ -100,14 +100,13 @@ class Manoeuvre:
 
 
 @dataclass(frozen=True, eq=False)
-class Continuation:
+class Continuation(Unsteered):
     """Response of a robot that continues a manoeuvre for every control: gain 0.
 
     It repeats the accelerations of the manoeuvre from `now` [s] on. An error of position (d,) [m] therefore stays, and
     an error of velocity (d,) [m/s] drifts. Used to test whether the committed manoeuvre is still safe.
     """
 
-    restartable: ClassVar[bool] = False
     manoeuvre: Manoeuvre
     now: float
     position_error: Array
@@ -134,15 +133,6 @@ class Continuation:
         elapsed = self.now - self.manoeuvre.start
         knots = self.manoeuvre.response.knots(elapsed + horizon, speed_bound) - elapsed
         return np.concatenate([[0.0], knots[(knots > 1e-9) & (knots < horizon - 1e-9)], [horizon]])
-
-    def settled(self, horizon: float) -> float:
-        return 0.0
-
-    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return ()
-
-    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return ()
 
 
 def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, now: float) -> State:

@@ -49,7 +49,7 @@ class Vehicle:
 
     position: Checked = Checked(vector)
     heading: Number  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
-    speed: NotNegative  # type: ignore[misc]
+    speed: NotNegative  # type: ignore[misc]  # the same
 
     def __post_init__(self) -> None:
         vector(self.position, "position", 2)

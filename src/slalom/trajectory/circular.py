@@ -26,7 +26,7 @@ class Circular(Endless):
 
     center: Checked = Checked(vector)
     radius: Positive  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
-    speed: Number  # type: ignore[misc]
+    speed: Number  # type: ignore[misc]  # the same
     phase: Number = 0.0
     normal: Direction = None
 

@@ -3,6 +3,7 @@
 They give the heading of bodies that turn with their motion.
 """
 
+from collections.abc import Callable
 from math import comb
 from typing import Protocol, runtime_checkable
 
@@ -120,7 +121,7 @@ def _dot(p: Array, q: Array) -> Array:
     return np.asarray((p * q).sum(axis=-1))
 
 
-def _product(p: Array, q: Array, multiply: object) -> Array:
+def _product(p: Array, q: Array, multiply: Callable[[Array, Array], Array]) -> Array:
     """Bernstein coefficients (n, k + m + 1) of the product of two polynomials.
 
     Their control points are (n, k + 1, 2) and (n, m + 1, 2).
@@ -130,7 +131,7 @@ def _product(p: Array, q: Array, multiply: object) -> Array:
     for i in range(k + 1):
         for j in range(m + 1):
             weight = comb(k, i) * comb(m, j) / comb(k + m, i + j)
-            result[:, i + j] += weight * multiply(p[:, i], q[:, j])  # type: ignore[operator]
+            result[:, i + j] += weight * multiply(p[:, i], q[:, j])
     return result
 
 

@@ -58,14 +58,11 @@ class PiecewisePolynomial:
             raise InvalidInput(
                 f"coefficients: expected pieces that meet, found a jump of {jumps[k]:g} m after piece {k}"
             )
-        # Not a field, because it follows from the others.
-        object.__setattr__(self, "_times", self.start + np.concatenate([[0.0], np.cumsum(self.durations)]))
 
-    @property
+    @cached_property
     def times(self) -> Array:
         """Start times of the pieces, and the end: (n + 1,) [s]."""
-        times: Array = self._times  # type: ignore[attr-defined]
-        return times
+        return np.asarray(self.start + np.concatenate([[0.0], np.cumsum(self.durations)]))
 
     @property
     def dimension(self) -> int:
