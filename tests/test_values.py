@@ -37,6 +37,7 @@ def observed(model: slalom.Reciprocity | slalom.AvoidingCrowd | slalom.Calibrati
 
 
 VALUES: dict[str, object] = {
+    "Affine": slalom.Affine(np.zeros(2), np.array(1.0)),
     "State": STATE,
     "Obstacle": ROCK,
     "Goal": GOAL,

@@ -37,7 +37,7 @@ class Layout(Goals):
         return self.points(len(positions), "goals")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CircleLayout(Layout):
     """Evenly on a circle in the first two axes, counter-clockwise from the angle `phase` [rad]."""
 
@@ -54,7 +54,7 @@ class CircleLayout(Layout):
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LineLayout(Layout):
     """Evenly from `first` to `last` [m], both included; a single robot is at `first`."""
 
@@ -68,7 +68,7 @@ class LineLayout(Layout):
         return np.linspace(self.first, self.last, count)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GridLayout(Layout):
     """Rows of `columns` robots along x, upwards along y from `corner` [m], `spacing` [m] apart."""
 
@@ -87,7 +87,7 @@ class GridLayout(Layout):
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BoxLayout(Layout):
     """At random, uniform in the box from `low` to `high` [m], at least `min_distance` [m] apart; the seed decides."""
 
@@ -105,7 +105,7 @@ class BoxLayout(Layout):
         return random_positions(count, self.low, self.high, self.min_distance, generator(self.seed, key), key)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OppositeGoals(Goals):
     """The start, mirrored at `center` [m]: antipodal on a circle about it."""
 
@@ -125,7 +125,7 @@ class SwapGoals(Goals):
         return positions[::-1].copy()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DisplacedGoals(Goals):
     """The start, displaced by the vector `by` [m]: all robots drive in one direction."""
 
