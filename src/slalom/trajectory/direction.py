@@ -63,7 +63,7 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
     a, b, v = times[:-1][moving], times[1:][moving], velocities[moving]
     accepted = []
     while len(a):
-        pieces, error = _hermite_directions(b - a, v)
+        pieces, error = _hermite_directions(v)
         done = error <= tolerance
         too_short = ~done & (b - a < STANDING)
         pieces[too_short], error[too_short] = 0.0, 1.0
@@ -87,10 +87,10 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
     return Path(np.append(a[order], times[-1]), pieces, np.concatenate([error, np.zeros(len(resting))])[order])
 
 
-def _hermite_directions(h: Array, v: Array) -> tuple[Array, Array]:
+def _hermite_directions(v: Array) -> tuple[Array, Array]:
     """Cubic pieces (n, 4, 2) and their certified errors (n,).
 
-    `v` (n, m + 1, 2) are control points of polynomial velocities, `h` (n,) [s] their durations.
+    `v` (n, m + 1, 2) are control points of polynomial velocities.
     """
     degree = v.shape[1] - 1
     ends = v[:, [0, -1]]
