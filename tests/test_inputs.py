@@ -1410,6 +1410,12 @@ CASES = [
         lambda _: PiecewisePolynomial([1, 1], [[(0, 0)], [(3, 4)]]),
     ),
     Case(
+        "PiecewisePolynomial.__post_init__",
+        InvalidInput,
+        r"coefficients: expected pieces that meet, found a jump of inf m after piece 0",
+        lambda _: PiecewisePolynomial([1.0, 1.0], np.array([[[1e308, 0.0]], [[-1e308, 0.0]]])),
+    ),
+    Case(
         "PiecewisePolynomial._derivative",
         OutsideSpan,
         r"expected a time from 2 to 3 s, found 3.5 s",

@@ -51,8 +51,9 @@ class PiecewisePolynomial:
         if np.any(self.durations <= 0):
             k = int(np.argmin(self.durations))
             raise InvalidInput(f"durations: expected times above 0, found {self.durations[k]:g} at index {k}")
-        ends = _values(self.coefficients, self.durations)[:-1]
-        jumps = np.linalg.norm(self.coefficients[1:, 0] - ends, axis=1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            ends = _values(self.coefficients, self.durations)[:-1]
+            jumps = np.nan_to_num(np.linalg.norm(self.coefficients[1:, 0] - ends, axis=1), nan=np.inf, posinf=np.inf)
         if np.any(jumps > JUMP):
             k = int(np.argmax(jumps))
             raise InvalidInput(
