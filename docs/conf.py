@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import site_gallery  # noqa: E402
 from site_blocks import executed  # noqa: E402
-from site_reference import PAGES  # noqa: E402
+from site_reference import PAGES, plain  # noqa: E402
 
 import slalom  # noqa: E402
 
@@ -128,8 +128,16 @@ def escape(app: Any, what: str, name: str, thing: Any, options: Any, lines: list
         lines[k] = "`".join(parts)
 
 
+def shorten(
+    app: Any, what: str, name: str, thing: Any, options: Any, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """Leave the checks of fields and the members of unions out of a signature."""
+    return None if signature is None else plain(signature), returned
+
+
 def setup(app: Any) -> None:
     """Connect the steps above to the build."""
     app.connect("builder-inited", generate)
     app.connect("source-read", prepare)
+    app.connect("autodoc-process-signature", shorten)
     app.connect("autodoc-process-docstring", escape, priority=400)

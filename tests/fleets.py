@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slalom import METHODS, ConstantAcceleration, Decision, Method, Obstacle, ObstacleTable, Outcome, Trajectory
+from slalom import METHODS, ConstantAcceleration, Decision, Fleet, Method, Obstacle, ObstacleTable, Outcome, Trajectory
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionTables
 from slalom.manoeuvre import first_manoeuvre
@@ -100,6 +100,21 @@ def last_decision(name: str, scenario: str, settings: dict[str, float]) -> tuple
         if step < 7:
             guidance.states.integrate(fleet.accelerations(now, built.dt), built.dt)
     return fleet.last
+
+
+def fleet_of(scenario: Scenario, method: Method) -> Fleet:
+    """The robots of a scenario without obstacles, for a loop of the caller."""
+    return Fleet(
+        method,
+        [robot.shape for robot in scenario.robots],
+        [robot.limits for robot in scenario.robots],
+        period=scenario.dt * scenario.steps_per_decision,
+        horizon=scenario.horizon,
+        margin=scenario.margin,
+        holds=scenario.holds,
+        patience=scenario.patience,
+        world_period=scenario.period,
+    )
 
 
 def swap(n: int, radius: float = 5.0) -> tuple[np.ndarray, np.ndarray]:

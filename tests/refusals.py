@@ -13,6 +13,7 @@ from ros_messages import OF_ADAPTERS
 
 from slalom import (
     Acceleration,
+    AccelerationSequence,
     AvoidingCrowd,
     Calibration,
     ConstantVelocity,
@@ -259,7 +260,7 @@ OF_CALIBRATION: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: AvoidingCrowd(0.25).predict(Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
     ),
     ("AvoidingCrowd.predict", "tracks.t: expected a time after 2 s", crowd_again),
-    ("Calibration.__post_init__", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
+    ("fraction", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
     (
         "Calibration.__post_init__",
         r"leads: expected increasing prediction times, found \[1.0, 0.5\]",
@@ -482,8 +483,8 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Sight.__post_init__", r"field_of_view: expected at most 2 pi rad", lambda _: Sight(field_of_view=7.0)),
     ("Sight.__post_init__", r"range: expected a finite one", lambda _: Sight(float("inf"), hidden_speed=1.0)),
     (
-        "Sight.look",
-        r"now: expected a time from 1 s on, found 0 s",
+        "not_before",
+        r"now: expected a time that does not run backwards, found 0 s after a look at 1 s",
         lambda _: Sight().look(ROBOT.state, [], 0.0, Sight().look(ROBOT.state, [], 1.0)),
     ),
     (
@@ -506,7 +507,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         r"tracks: expected dimension 2 as of the state, found 3",
         lambda _: Reciprocity(0.3).update(ROBOT.state, Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
     ),
-    ("Reciprocity.update", r"tracks: expected a time t from 1 s on, found 0 s", reciprocity_backwards),
+    ("not_before", r"tracks.t: .* found 0 s after an update at 1 s", reciprocity_backwards),
     (
         "observers_of",
         r"sight: expected none in space, in a periodic world or in several worlds",
@@ -564,12 +565,17 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow([], 0, 1), DISC, (0.1, 0.1)),
     ),
     (
-        "Scenario.__post_init__",
+        "pair",
+        r"then\[0\]: expected a duration and an acceleration, found \(1\.0,\)",
+        lambda _: AccelerationSequence(0.5, ((1.0,),)),
+    ),
+    (
+        "mapping",
         r"parameters: expected numbers by name, found 1",
         lambda _: Scenario("one", (ROBOT,), parameters=1),
     ),
     (
-        "_refuse_kinds",
+        "mapping",
         r"settings: expected numbers by name",
         lambda _: compare("empty", ["nao"], 1, settings=1),
     ),

@@ -8,10 +8,10 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
+from commands import Said, Say, but_notice, saying
 from draws import draws
 from galleries import FLEETS, NAMES
 
@@ -55,45 +55,12 @@ OF_DECIDE = {"control", "foresight", "status", "clearance", "time_to_collision"}
 OF_COMPARE = {"foresight", "runs", "runs_with_collision", "runs_all_arrived", "adjustments", "time", "min_clearance"}
 
 
-class Said(NamedTuple):
-    """What a command did."""
-
-    code: int
-    out: str
-    err: str
-
-    @property
-    def json(self) -> dict:
-        """The one object on stdout."""
-        assert self.err == ""
-        assert self.out.endswith("\n")
-        assert len(self.out.splitlines()) == 1
-        found = json.loads(self.out, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
-        assert isinstance(found, dict)
-        return found
-
-
-Say = Callable[..., Said]
-
-
-def but_notice(err: str) -> str:
-    """What was said on stderr but that kernels compile: whether they do depends on the tests before."""
-    return err.replace(kernels.compiling(kept=True) + "\n", "")
-
-
 @pytest.fixture
 def say(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Say:
     """Run a command in an empty folder with a scene in it."""
     (tmp_path / "scene.yaml").write_text(SCENE)
     monkeypatch.chdir(tmp_path)
-
-    def run(*tokens: str) -> Said:
-        capsys.readouterr()
-        code = call(list(tokens))
-        out, err = capsys.readouterr()
-        return Said(code, out, but_notice(err))
-
-    return run
+    return saying(capsys)
 
 
 def process(*tokens: str, module: bool = False, **settings) -> Said:

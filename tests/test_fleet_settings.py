@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from fleets import swap
+from fleets import fleet_of, swap
 
 from slalom import METHODS, Disc, Fleet, Limits, Obstacle, Rectangle, Stationary, Tracks
 from slalom.sim import gallery, simulate
@@ -172,17 +172,7 @@ def test_a_periodic_world_is_the_one_of_the_simulator(name: str) -> None:
     """Without guidance, to the bit."""
     scenario = gallery.build("navground_cross_torus", {"duration": 4.0, "guided": 0.0}, seed=1)
     run = simulate(scenario, METHODS[name])
-    fleet = Fleet(
-        METHODS[name],
-        [robot.shape for robot in scenario.robots],
-        [robot.limits for robot in scenario.robots],
-        period=scenario.dt * scenario.steps_per_decision,
-        horizon=scenario.horizon,
-        margin=scenario.margin,
-        holds=scenario.holds,
-        patience=scenario.patience,
-        world_period=scenario.period,
-    )
+    fleet = fleet_of(scenario, METHODS[name])
     goal, targets = scenario.robots[0].goal, np.array([robot.goal.position(0.0) for robot in scenario.robots])
     for k in range(0, len(run.times) - 1, scenario.steps_per_decision):
         decided = fleet.step(

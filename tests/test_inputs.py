@@ -633,19 +633,19 @@ CASES = [
         lambda _: slalom.KalmanError(0.1, 0.1, 2.0),
     ),
     Case(
-        "KalmanError.__post_init__",
+        "fraction",
         InvalidInput,
         r"probability: expected a number between 0 and 1, found 1",
         lambda _: slalom.KalmanError(0.1, 0.1, probability=1.0),
     ),
     Case(
-        "ConstantVelocityFilter.__post_init__",
+        "fraction",
         InvalidInput,
         r"probability: expected a number between 0 and 1, found 2",
         lambda _: slalom.ConstantVelocityFilter(probability=2.0),
     ),
     Case(
-        "Tracker.at",
+        "not_before",
         InvalidInput,
         r"now: expected a time that does not run backwards, found 0 s after a call at 1 s",
         lambda _: [tracker.at(t) for tracker in [slalom.Tracker()] for t in (1.0, 0.0)],
@@ -761,7 +761,7 @@ CASES = [
     ),
     Case("not_negative", InvalidInput, r"velocity: expected 0 or more, found -1", lambda _: BoundedError(velocity=-1)),
     Case(
-        "GaussianError.__post_init__",
+        "fraction",
         InvalidInput,
         r"probability: expected a number between 0 and 1, found 1",
         lambda _: GaussianError(0.1, 0.1, 1.0),
@@ -1205,7 +1205,7 @@ CASES = [
     Case("not_negative", InvalidInput, r"margin: .* found -0.1", lambda _: blocked(margin=-0.1)),
     Case("not_negative", InvalidInput, r"margin: .* found -0.1", lambda _: navigator(margin=-0.1)),
     Case("not_negative", InvalidInput, r"patience: .* found -1", lambda _: navigator(patience=-1)),
-    Case("not_negative", InvalidInput, r"weight: .* found -1", lambda _: Mix(((-1, Arrive()),))),
+    Case("not_negative", InvalidInput, r"weight of parts\[0\]: .* found -1", lambda _: Mix(((-1, Arrive()),))),
     Case("not_negative", InvalidInput, r"replan: .* found -1", lambda _: scenario(replan=-1)),
     Case(
         "not_negative",
@@ -1427,6 +1427,12 @@ CASES = [
         lambda _: PiecewisePolynomial([1, 1], [[(0, 0)], [(3, 4)]]),
     ),
     Case(
+        "PiecewisePolynomial.__post_init__",
+        InvalidInput,
+        r"coefficients: expected pieces that meet, found a jump of inf m after piece 0",
+        lambda _: PiecewisePolynomial([1.0, 1.0], np.array([[[1e308, 0.0]], [[-1e308, 0.0]]])),
+    ),
+    Case(
         "PiecewisePolynomial._derivative",
         OutsideSpan,
         r"expected a time from 2 to 3 s, found 3.5 s",
@@ -1616,13 +1622,13 @@ CASES = [
     Case("has", InvalidInput, r"goal: expected a Goal, found \(9, 0\)", lambda _: navigator().decide(FLAT, [], (9, 0))),
     Case("has", InvalidInput, r"previous: expected a Decision, found 3", lambda _: decision(previous=3)),
     Case(
-        "state_to_decide_from",
+        "not_before",
         InvalidInput,
         r"now: expected a time that does not run backwards, found 1.9 s after a decision at 2 s",
         lambda _: decision(now=1.9, previous=decision(now=2.0)),
     ),
     Case(
-        "Fleet.step",
+        "not_before",
         InvalidInput,
         r"now: expected a time that does not run backwards, found 0 s after a step at 1 s",
         lambda _: backwards(pair()),
@@ -1720,11 +1726,16 @@ CASES = [
         r"found none",
         lambda _: preferred_control((Aim(Acceleration().position(FLAT, 0.0), np.zeros(2)),)),
     ),
-    Case("positive", InvalidInput, r"sum of weights: expected a number above 0", lambda _: Mix(((0, Arrive()),))),
     Case(
-        "Mix.__post_init__",
+        "positive",
         InvalidInput,
-        r"parts: expected at least one objective, found none",
+        r"sum of the weights of parts: expected a number above 0",
+        lambda _: Mix(((0, Arrive()),)),
+    ),
+    Case(
+        "positive",
+        InvalidInput,
+        r"sum of the weights of parts: expected a number above 0",
         lambda _: Mix(()),
     ),
     Case(

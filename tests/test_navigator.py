@@ -1,7 +1,7 @@
 """One robot's decisions: every outcome, the guarantee behind them, limits, goals, preferred controls, patience."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
@@ -33,6 +33,7 @@ from slalom import (
     Mix,
     MostClearance,
     Navigator,
+    Objective,
     Obstacle,
     Outcome,
     Polyline,
@@ -655,6 +656,19 @@ def test_most_clearance_keeps_farther_away(d: int) -> None:
         least[type(objective)] = gaps(steps, obstacle).min() - 2.5
     assert 0.0 < least[Arrive] < 0.3
     assert least[MostClearance] > 3.0 * least[Arrive]
+
+
+@pytest.mark.parametrize("objective", [Arrive, KeepAcceleration, lambda enough=0.0: FollowVelocity((2.0, 0.8), enough)])
+def test_enough_clearance_is_that_of_most_clearance(objective: Callable[..., Objective]) -> None:
+    """Every objective counts its clearance beyond the margin, also those of the compiled policy."""
+    obstacle = rock(2, 1.5, 6.0, 2.7)
+
+    def chosen(wish: Objective) -> str:
+        robot = navigator(objective=wish, limits=Limits(3.0, 2.0))
+        manoeuvre = robot.decide(at(2, 2.0), [obstacle], goal(2, 20.0)).manoeuvre
+        return repr((manoeuvre.response, manoeuvre.control))
+
+    assert chosen(objective(1.0)) == chosen(MostClearance(1.0, objective())) != chosen(objective())
 
 
 @pytest.mark.parametrize("method", ALONE)

@@ -1,6 +1,8 @@
 """The pieces of obstacles over a window of time are the obstacles."""
 
 import pickle
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -276,3 +278,22 @@ def test_what_covers_a_point_is_at_rest_throughout() -> None:
     assert not ObstacleWindow([moving], 0.0, 6.0).covers(point, Disc(0.3), 0.1)
     assert ObstacleWindow([moving, resting], 0.0, 6.0).covers(point, Disc(0.3), 0.1)
     assert not ObstacleWindow([moving, resting], 0.0, 6.0).covers(np.array([9.0, 0.0]), Disc(0.3), 0.1)
+
+
+def test_threads_share_a_table() -> None:
+    """Robots of different shapes at different times, in threads that take turns as often as they can."""
+    table, until = ObstacleTable([Obstacle(Disc(0.5), ConstantVelocity((5.0, 0.0), (0.1, 0.0)))]), np.ones(1)
+
+    def radii(thread: int) -> list[float]:
+        robot = Disc(0.1 * (thread + 1))
+        times = [60.0 * ((k * (thread + 3)) % 7) for k in range(200)]
+        return [float(table.bodies(robot, t, until, 1.0).radius[0]) for t in times]
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            found = list(pool.map(radii, range(8)))
+    finally:
+        sys.setswitchinterval(before)
+    assert found == [[pytest.approx(0.5 + 0.1 * (thread + 1))] * 200 for thread in range(8)]

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fleets import swap
+from fleets import fleet_of, swap
 
 from slalom import (
     METHODS,
@@ -54,16 +54,7 @@ def test_a_loop_of_the_caller_is_the_run_of_the_simulator(name: str) -> None:
     settings = {"robots": 6, "radius": 5.0, "robot_radius": 0.5, "duration": 6.0, "guided": 0.0}
     scenario = gallery.build("circle", settings, seed=4)
     run = simulate(scenario, METHODS[name])
-    fleet = Fleet(
-        METHODS[name],
-        [robot.shape for robot in scenario.robots],
-        [robot.limits for robot in scenario.robots],
-        period=scenario.dt * scenario.steps_per_decision,
-        horizon=scenario.horizon,
-        margin=scenario.margin,
-        holds=scenario.holds,
-        patience=scenario.patience,
-    )
+    fleet = fleet_of(scenario, METHODS[name])
     positions = np.array([robot.state.position for robot in scenario.robots])
     velocities = np.array([robot.state.velocity for robot in scenario.robots])
     targets = np.array([robot.goal.position(0.0) for robot in scenario.robots])

@@ -1,18 +1,16 @@
 """A robot in a recording, from the command line: any format in, runs and recordings out, and what is said of them."""
 
 import json
-import os
 import re
-from collections.abc import Callable
 from dataclasses import fields
 from inspect import signature
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from commands import Say, saying
 from draws import draws
-from test_formats import SAMPLES, WALK
+from test_formats import RECORDED, SAMPLES, WALK, recorded
 
 from slalom import (
     FORESIGHTS,
@@ -25,10 +23,8 @@ from slalom import (
     Rectangle,
     State,
     Stationary,
-    kernels,
     method,
 )
-from slalom.cli import call
 from slalom.cli.recorded import Crossing, Reading
 from slalom.cli.running import RECORDING_METHOD
 from slalom.goal import Goal
@@ -44,9 +40,6 @@ from slalom.sim.scenario import SETTINGS
 from slalom.sim.sweep.case import digests_of
 from slalom.trajectory import Sampled
 
-RECORDED = Path(os.environ.get("SLALOM_DATA", Path(__file__).parents[2] / "shared" / "data"))
-recorded = pytest.mark.skipif(not RECORDED.is_dir(), reason=f"no recordings at {RECORDED}: they are not part of slalom")
-
 PEOPLE = "t,id,x,y\n" + "".join(
     f"{k / 10!r},{agent},{x + k * vx / 10!r},{y + k * vy / 10!r}\n"
     for agent, first, x, y, vx, vy in ((4, 0, 0, 3, 0.2, -1), (5, 10, 3, -6, 0, 1.1), (9, 30, 9, 0.3, -1, 0))
@@ -56,41 +49,12 @@ PEOPLE = "t,id,x,y\n" + "".join(
 WAY = ("--start=-4,0", "--goal", "8,0")
 
 
-class Said(NamedTuple):
-    """What a command did."""
-
-    code: int
-    out: str
-    err: str
-
-    @property
-    def json(self) -> dict[str, Any]:
-        """The one object on stdout."""
-        found: dict[str, Any] = json.loads(self.out, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
-        return found
-
-
-Say = Callable[..., Said]
-
-
-def but_notice(err: str) -> str:
-    """What was said on stderr but that kernels compile: whether they do depends on the tests before."""
-    return err.replace(kernels.compiling(kept=True) + "\n", "")
-
-
 @pytest.fixture
 def say(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Say:
     """Run a command in a folder with a recording in it."""
     (tmp_path / "people.csv").write_text(PEOPLE)
     monkeypatch.chdir(tmp_path)
-
-    def run(*tokens: object) -> Said:
-        capsys.readouterr()
-        code = call([str(token) for token in tokens])
-        out, err = capsys.readouterr()
-        return Said(code, out, but_notice(err))
-
-    return run
+    return saying(capsys)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -106,8 +70,8 @@ def test_every_format_is_run(name: str, say: Say, tmp_path: Path) -> None:
     axes = next(iter(tracks.agents.values())).trajectory.dimension
     start, goal = (",".join(["-90", "-90", "0"][:axes]), ",".join(["90", "-90", "0"][:axes]))
     said = say("run", sample.name, f"--start={start}", f"--goal={goal}", "--duration", 0.8, "--out", "run.h5", "--json")
-    assert (said.code, said.json["arrived"], said.json["method"]) == (1, 0, "nao_ahead")
-    assert said.json["scenario"] == Path(sample.name).stem
+    assert (said.code, said.noted_json["arrived"], said.noted_json["method"]) == (1, 0, "nao_ahead")
+    assert said.noted_json["scenario"] == Path(sample.name).stem
     run = Recording.load("run.h5")
     assert [o.name for o in run.obstacles] == [f"agent {label}" for label in tracks.agents]
     for obstacle, agent in zip(run.obstacles, tracks.agents.values(), strict=True):
@@ -140,7 +104,7 @@ def test_it_is_the_scenario_that_it_says(say: Say, tmp_path: Path) -> None:
     )
     run = simulate(by_hand, method("nao@present"))
     assert Recording.load("run.h5").digest() == run.digest()
-    found = said.json
+    found = said.noted_json
     assert {**found, "decision_us": 0} == {**summary(run), "decision_us": 0}
     assert (found["method"], found["foresight"]) == ("nao@present", "present")
     assert said.code == (0 if found["arrived"] and not found["collisions"] else 1)
@@ -174,7 +138,7 @@ def test_a_run_lasts_as_long_as_the_recording(say: Say) -> None:
     far = ("--start", "0,-50", "--goal", "90,-50", "--at", 18)
     said = say("run", "people.csv", *far, "--json")
     assert "ends" not in said.err
-    assert said.json["time"] == pytest.approx(1.9)
+    assert said.noted_json["time"] == pytest.approx(1.9)
     said = say("run", "people.csv", *far, "--duration", 4)
     assert "people: the used part of the recording ends at 19.9 s, before the end of the run at 22 s" in said.err
 
@@ -185,9 +149,9 @@ def test_levels_of_foresight(foresight: str, say: Say) -> None:
     tokens = ["run", "people.csv", *WAY, "--at", 0.5, "--json", "--figure", "run.svg", "--figure-at", 0]
     one = say(*tokens, "--foresight", foresight)
     two = say(*tokens, "--method", f"nao_ahead@{foresight}")
-    assert {**one.json, "decision_us": 0} == {**two.json, "decision_us": 0}
-    assert one.json["foresight"] == foresight.partition("_")[0]
-    assert one.json["collisions"] == 0
+    assert {**one.noted_json, "decision_us": 0} == {**two.noted_json, "decision_us": 0}
+    assert one.noted_json["foresight"] == foresight.partition("_")[0]
+    assert one.noted_json["collisions"] == 0
     assert f"people, nao_ahead@{foresight}, 0.0 s after the start" in Path("run.svg").read_text()
 
 
@@ -306,7 +270,7 @@ def test_repairs_are_said_on_stderr(say: Say) -> None:
         "people.csv: 1 track with a single row left out: id 77",
     ]
     said = say("run", "people.csv", *WAY, "--agent-radius", 0.25, "--json")
-    assert said.json["arrived"] == 1
+    assert said.noted_json["arrived"] == 1
     assert sorted(said.err.splitlines()) == sorted(notes)
     Path("scene.yaml").write_text(
         "robot: {position: [-4, 0], radius: 0.3, max_speed: 1.6, max_acceleration: 1.5, goal: {position: [8, 0]}}\n"
@@ -315,7 +279,7 @@ def test_repairs_are_said_on_stderr(say: Say) -> None:
     for command in (["run"], ["decide"], ["compare", "--methods", "nao,nao_ahead@observed", "--seeds", "1"]):
         said = say(command[0], "scene.yaml", *command[1:], "--json")
         assert said.code == 0
-        assert said.json
+        assert said.noted_json
         assert sorted(said.err.splitlines()) == sorted(notes)
 
 
@@ -441,7 +405,7 @@ def test_conversion(name: str, suffix: str, say: Say, tmp_path: Path) -> None:
     lost = ["sizes and kinds left out: files of frames cannot hold them"] if sized and suffix != ".csv" else []
     notes = [*source.notes, *lost]
     assert said.err.splitlines() == [f"{sample.name}: {note}" for note in notes]
-    assert said.json == {
+    assert said.noted_json == {
         "source": sample.name,
         "target": f"out{suffix}",
         "from": name,
@@ -507,7 +471,7 @@ def test_the_recording_that_is_shipped(say: Say) -> None:
     tokens = ["--start=-58,0", "--goal", "58,0", "--robot-radius", 1, "--speed", 12, "--acceleration", 4]
     said = say("run", source, *tokens, "--at", 6.4, "--out", "run.h5", "--json")
     assert (said.code, said.err) == (0, "")
-    assert said.json["scenario"] == "roundabout_ring_11"
+    assert said.noted_json["scenario"] == "roundabout_ring_11"
     run, tracks = Recording.load("run.h5"), read_recording(source)
     half = float(np.hypot(4.5, 1.8)) / 2
     assert {o.shape.radius for o in run.obstacles} == {half}
@@ -553,7 +517,7 @@ def test_recorded_crossings(name: str, say: Say) -> None:
         run = Recording.load("run.h5")
         assert judged(run, tracks, radii, entry["robot_radius"]) > 0.0
         assert np.linalg.norm(run.positions[-1, 0] - task["goal"]) <= task["goal_tolerance"]
-        assert (run.times[0], said.json["foresight"]) == (task["t0"], "recorded")
+        assert (run.times[0], said.noted_json["foresight"]) == (task["t0"], "recorded")
 
 
 @recorded
@@ -563,8 +527,8 @@ def test_a_commonroad_scenario_beside_its_csv(say: Say) -> None:
     said = say(
         "run", path, "--start", "0,0", "--goal", "30,-28", "--speed", 15, "--acceleration", 5, "--at", 1, "--json"
     )
-    assert said.json["scenario"] == "USA_US101-4_1_T-1"
-    assert said.json["robots"] == 1
+    assert said.noted_json["scenario"] == "USA_US101-4_1_T-1"
+    assert said.noted_json["robots"] == 1
 
 
 def test_settings_of_scenarios_hold_for_recordings(say: Say) -> None:

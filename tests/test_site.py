@@ -1,5 +1,6 @@
 """The documentation site: it builds without a warning, its links lead somewhere, and its reference is complete."""
 
+import inspect
 import re
 import subprocess
 import sys
@@ -42,6 +43,7 @@ def test_links_within_the_site_lead_somewhere(site: Path) -> None:
     assert len(texts) > 40
     ids = {path: {*re.findall(r'\bid="([^"]+)"', text)} for path, text in texts.items()}
     for path, text in texts.items():
+        assert " at 0x" not in text, path
         assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(?:https?:)?//[^"]*"', text), path
         if path.parent.name == "_modules" or "_modules" in path.parts:
             continue
@@ -185,6 +187,19 @@ def test_the_gallery_has_every_scenario(tmp_path: Path) -> None:
     for command in site_blocks.commands_of(page):
         assert app.parse_args(command[1:], exit_on_error=False, print_error=False)[0] is not None
     assert "![" not in site_gallery.page(lambda name: ("", "Not drawn."))
+
+
+def test_signatures_have_plain_types() -> None:
+    """Without the checks of fields, whose addresses in memory differ from build to build."""
+    for kind in (slalom.Disc, slalom.KalmanError, slalom.Sampled, slalom.Box, slalom.vehicle.Bicycle):
+        text = site_reference.plain(str(inspect.signature(kind)))
+        assert "Annotated" not in text
+        assert "0x" not in text
+    inspection = pytest.importorskip("sphinx.util.inspect")
+    text = inspection.stringify_signature(inspection.signature(slalom.Friction), unqualified_typehints=True)
+    assert site_reference.plain(text).endswith("lateral: float, heading: ArrayLike | None = None) -> None")
+    found = site_reference.plain(str(inspect.signature(slalom.Rectangle)))
+    assert found == "(length: float, width: float, radius: float = 0.0) -> None"
 
 
 def test_pictures_of_the_gallery_are_made_once(tmp_path: Path) -> None:

@@ -7,10 +7,12 @@ from it decides. Nothing but InvalidInput is raised, and numpy warns of nothing.
 import re
 import warnings
 from collections.abc import Callable
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import parts
 import pytest
 from draws import draws
 
@@ -518,6 +520,49 @@ def test_wrong_arguments_are_taken_or_refused_by_name(
         except InvalidInput as refused:
             names = [argument, *OTHER_NAMES.get((name, argument), ()), *(good if what in FITS_ELSEWHERE else ())]
             if not re.search(rf"\b({'|'.join(names)})", str(refused)) or "\n" in str(refused):
+                mistakes.append(f"{what}: {refused}")
+        except Exception as other:
+            mistakes.append(f"{what}: {type(other).__name__}: {other}")
+    assert not mistakes, "\n".join(mistakes)
+
+
+PARTS = (
+    *parts.RESPONSES.values(),
+    *(
+        make(2)
+        for kinds in (parts.TRAJECTORIES, parts.MANOEUVRES, parts.OBJECTIVES, parts.LIMITS)
+        for make in kinds.values()
+    ),
+    *(make(0.5, 2) for make in parts.SHAPES.values()),
+    *(bound for make in parts.BOUNDS.values() for bound in make(2)),
+    *(*parts.FORECASTS.values(), slalom.FromPast(slalom.AtConstantVelocity()), slalom.FromModels()),
+    *(*parts.UNCERTAINTIES.values(), slalom.HalfSpace((1.0, 0.0), 1.0), slalom.Risk(), slalom.Sight()),
+    *(slalom.SafeTime(), slalom.HorizonByName({"rock": 1.0}, 2.0), slalom.Calibration(), slalom.AccelerationLag(0.3)),
+    *(slalom.AccelerationSequence(0.5, ((1.0, (0.0, 1.0)),)), vehicle.Bicycle(1.0, 0.5, 0.5, 2.0, 2.0)),
+    *(slalom.LookAhead(ROBOT), ROCK, slalom.Reciprocity(0.5), slalom.AvoidingCrowd(0.25)),
+)
+"""An example of every part that is a dataclass; of kinds with several, the last one counts."""
+FIELDS = {
+    f"{kind.__name__}.{field.name}": (part, field.name)
+    for kind, part in {type(part): part for part in PARTS if type(part) is not parts.Moved}.items()
+    for field in fields(part)
+    if field.init
+}
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_wrong_fields_are_taken_or_refused_by_name(name: str) -> None:
+    """The constructor raises nothing but InvalidInput, which names the field or one that does not fit to it."""
+    part, field = FIELDS[name]
+    names = "|".join(other.name for other in fields(part))
+    mistakes = []
+    for what, value in WRONG.items():
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                replace(part, **{field: value})
+        except InvalidInput as refused:
+            if not re.search(rf"\b({names})", str(refused)) or "\n" in str(refused):
                 mistakes.append(f"{what}: {refused}")
         except Exception as other:
             mistakes.append(f"{what}: {type(other).__name__}: {other}")

@@ -285,6 +285,18 @@ KINDS: Final[Mapping[str, Mapping[str, type]]] = {
 WORDS: Final = {float: "number", int: "whole number", str: "text", bool: "true or false", list: "list"}
 
 
+CHECKED: Final = re.compile(r"~?(?:typing\.)?Annotated\[(.+?), (?:<function \w+ at 0x\w+>|\([^()]*\))\]")
+"""A type with a check of a field in the text of a signature."""
+
+ARRAY_LIKE: Final = re.compile(r"~?numpy\._typing\._array_like\._Buffer \| .*?\._NestedSequence\[(?:~?\w+ \| )*~?\w+\]")
+"""The members of numpy.typing.ArrayLike in the text of a signature."""
+
+
+def plain(signature: str) -> str:
+    """Return the text of a signature without checks of fields, see `fields.check_fields`, and with names of unions."""
+    return CHECKED.sub(r"\1", ARRAY_LIKE.sub("ArrayLike", signature))
+
+
 def in_words(hint: Any, metadata: Sequence[Any] = ()) -> str:
     """Return the type of a key in words."""
     metadata = [m for item in metadata for m in (item.metadata if isinstance(item, FieldInfo) else [item])]

@@ -7,7 +7,7 @@ import numpy as np
 from slalom.checks import Array
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Affine:
     """Affine map u -> drift + gain * u from controls (d,) to the workspace, at one time or at many.
 

@@ -15,8 +15,9 @@ from typing import Annotated, ClassVar, Final, Literal, Protocol, TypeAlias, run
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, OptionalVector, Positive, known, positive, short, unit, vector, vectors
+from slalom.checks import Array, Checked, Direction, Positive, positive, short, vector, vectors
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.state import State
 from slalom.tolerances import CONE_FACES, ELLIPSE_SIDES, REST
 
@@ -98,10 +99,6 @@ def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
     return np.array([(x, y, z), (p, q, r), (y * r - z * q, z * p - x * r, x * q - y * p)])
 
 
-def _direction(value: npt.ArrayLike | None) -> Array | None:
-    return None if value is None else unit(value, "heading")[0]
-
-
 @dataclass(frozen=True, eq=False)
 class Friction:
     """(a_x / x)^2 + (a_lateral / lateral)^2 <= 1 in the body frame; x is `forward` if a_x >= 0, else `braking`.
@@ -116,12 +113,10 @@ class Friction:
     forward: Positive
     braking: Positive
     lateral: Positive
-    heading: OptionalVector = None
+    heading: Direction = None
 
     def __post_init__(self) -> None:
-        for name in ("forward", "braking", "lateral"):
-            object.__setattr__(self, name, positive(getattr(self, name), name))
-        object.__setattr__(self, "heading", _direction(self.heading))
+        check_fields(self)
 
     @cached_property
     def _sides(self) -> dict[int, HalfSpaces]:
@@ -154,12 +149,11 @@ class Box:
     of: ClassVar[Literal["acceleration"]] = "acceleration"
     half_widths: Checked = Checked(vector)
     frame: Annotated[str, FRAMES] = "world"
-    heading: OptionalVector = None
+    heading: Direction = None
 
     def __post_init__(self) -> None:
         positive(float(self.half_widths.min()), "least of half_widths")
-        known(self.frame, "frame", FRAMES)
-        object.__setattr__(self, "heading", _direction(self.heading))
+        check_fields(self)
 
     @property
     def braking(self) -> float:
@@ -183,11 +177,10 @@ class ConvexPolygon:
     of: ClassVar[Literal["acceleration"]] = "acceleration"
     corners: Checked = Checked(vectors, "n d")
     frame: Annotated[str, FRAMES] = "world"
-    heading: OptionalVector = None
+    heading: Direction = None
 
     def __post_init__(self) -> None:
-        known(self.frame, "frame", FRAMES)
-        object.__setattr__(self, "heading", _direction(self.heading))
+        check_fields(self)
         shape = self.corners.shape
         if len(shape) != 2 or shape[0] < 3 or shape[1] != 2:
             raise InvalidInput(f"corners: expected an array (n, 2) with n >= 3, found shape {shape}")
@@ -242,13 +235,12 @@ class HeadingCone:
     of: ClassVar[Literal["velocity"]] = "velocity"
     braking: ClassVar[float] = np.inf
     half_angle: Positive
-    heading: OptionalVector = None
+    heading: Direction = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "half_angle", positive(self.half_angle, "half_angle"))
+        check_fields(self)
         if self.half_angle > 0.5 * np.pi:
             raise InvalidInput(f"half_angle: expected at most pi / 2, found {self.half_angle:g}")
-        object.__setattr__(self, "heading", _direction(self.heading))
 
     def half_spaces(self, state: State) -> HalfSpaces:
         frame = axes(state, self.heading)
@@ -269,11 +261,10 @@ class TurningRadius:
     of: ClassVar[Literal["acceleration"]] = "acceleration"
     braking: ClassVar[float] = np.inf
     least: Positive
-    heading: OptionalVector = None
+    heading: Direction = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "least", positive(self.least, "least"))
-        object.__setattr__(self, "heading", _direction(self.heading))
+        check_fields(self)
 
     def half_spaces(self, state: State) -> HalfSpaces:
         frame = axes(state, self.heading)
@@ -295,11 +286,10 @@ class LeastSpeed:
     of: ClassVar[Literal["velocity"]] = "velocity"
     braking: ClassVar[float] = np.inf
     least: Positive
-    heading: OptionalVector = None
+    heading: Direction = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "least", positive(self.least, "least"))
-        object.__setattr__(self, "heading", _direction(self.heading))
+        check_fields(self)
 
     def half_spaces(self, state: State) -> HalfSpaces:
         frame = axes(state, self.heading)

@@ -125,6 +125,21 @@ def each_number(value: npt.ArrayLike, name: str, n: int) -> Array:
     return not_huge(np.broadcast_to(found, (n,)), name)
 
 
+def not_before(value: float, last: float, name: str, what: str) -> float:
+    """Convert `value` to a time [s] that is not before the `last` one [s], that of `what`."""
+    result = number(value, name)
+    if result < last:
+        raise InvalidInput(
+            f"{name}: expected a time that does not run backwards, found {result:g} s after {what} at {last:g} s"
+        )
+    return result
+
+
+def or_infinite(value: float, name: str, check: Callable[[float, str], float]) -> float:
+    """Infinity if `value` is that, else the number that `check` makes of it."""
+    return np.inf if isinstance(value, float) and value == np.inf else check(value, name)
+
+
 def share(value: float, name: str) -> float:
     """Convert `value` to a float of 0 or more and below 1."""
     result = number(value, name)
@@ -141,6 +156,14 @@ def probability(value: float, name: str) -> float:
     return result
 
 
+def fraction(value: float, name: str) -> float:
+    """Convert `value` to a float above 0 and below 1."""
+    result = number(value, name)
+    if not 0.0 < result < 1.0:
+        raise InvalidInput(f"{name}: expected a number between 0 and 1, found {result:g}")
+    return result
+
+
 STATE: Final = (("position", "velocity", "acceleration"), "a State")
 SHAPE: Final = (("parts", "dimension"), "a shape, such as Disc(radius)")
 RESPONSE: Final = (("position", "interpolation_error"), "a response, such as Acceleration()")
@@ -149,6 +172,12 @@ GOAL: Final = (("trajectory", "tolerance", "stop"), "a Goal")
 METHOD: Final = (("responses", "forecast"), "a method, such as method('nao')")
 WINDOW: Final = (("bodies", "horizon"), "an ObstacleWindow")
 BLOCKED: Final = (("for_controls", "overlaps"), "a ControlObstacle")
+TRAJECTORY: Final = (("position", "span"), "a trajectory, such as Stationary((x, y))")
+UNCERTAINTY: Final = (("radius",), "an uncertainty, such as BoundedError(0.1)")
+OBJECTIVE: Final = (("aims", "cost", "enough_clearance"), "an objective, such as Arrive()")
+TRACKS: Final = (("states", "with_forecast", "with_shares"), "Tracks")
+FORECAST: Final = (("includes_future", "__call__"), "a forecast, such as AtConstantVelocity()")
+DECISION: Final = (("manoeuvre",), "a Decision")
 """Kinds of parts, as in has(state, *STATE, "state"): their members, and the words of a message."""
 
 
@@ -175,6 +204,21 @@ def listing(value: object, expected: str, name: str) -> None:
     """Raise InvalidInput unless `value` is a list, a tuple or another collection in order, but no text."""
     without_order = isinstance(value, type | str | bytes | Mapping | Set)
     if without_order or not (hasattr(value, "__iter__") and hasattr(value, "__len__")):
+        raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
+
+
+def pair(value: Any, expected: str, name: str) -> tuple[Any, Any]:
+    """The two members of a `value` in order. Raises InvalidInput for something else."""
+    listing(value, expected, name)
+    if len(value) != 2:
+        raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
+    first, second = value
+    return first, second
+
+
+def mapping(value: object, expected: str, name: str) -> None:
+    """Raise InvalidInput unless `value` is a mapping."""
+    if not isinstance(value, Mapping):
         raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
 
 
@@ -219,6 +263,11 @@ def unit(value: npt.ArrayLike, name: str) -> tuple[Array, float]:
     return array(given / length, name), length
 
 
+def direction(value: npt.ArrayLike, name: str) -> Array:
+    """Unit vector (d,) along `value` (d,), see `unit`."""
+    return unit(value, name)[0]
+
+
 def short(values: Array) -> str:
     """At most six of the values as text, for a message."""
     flat = values.ravel()
@@ -231,12 +280,16 @@ def shown(value: object) -> str:
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
+Number: TypeAlias = Annotated[float, number]
+"""A field of a part that holds a finite number; checked by `fields.check_fields` and in files, as the next ones."""
 Positive: TypeAlias = Annotated[float, positive]
-"""A field of a part that must be above 0, in the constructor and in files."""
+"""A field of a part that must be above 0."""
 NotNegative: TypeAlias = Annotated[float, not_negative]
-"""A field of a part that must be 0 or more, in the constructor and in files."""
-OptionalVector: TypeAlias = Annotated[npt.ArrayLike | None, vector]
-"""A field of a part that holds 2 or 3 numbers, or None."""
+"""A field of a part that must be 0 or more."""
+Fraction: TypeAlias = Annotated[float, fraction]
+"""A field of a part that must be above 0 and below 1."""
+Direction: TypeAlias = Annotated[npt.ArrayLike | None, direction]
+"""A field of a part that holds 2 or 3 numbers along which a unit vector is stored, or None."""
 
 
 class Checked:

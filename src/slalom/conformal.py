@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array_of, has, listing, number, positive
+from slalom.checks import TRACKS, UNCERTAINTY, Array, Fraction, Positive, array_of, has, listing, number, positive
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.forecast import AtConstantVelocity, Forecast
 from slalom.obstacle.tracks import Tracks
 from slalom.tolerances import CONFORMAL_ERRORS, CONFORMAL_FEW, CONFORMAL_RATE, FIT_SLACK, WHOLE_COUNT
@@ -49,7 +50,7 @@ class _Lead:
     judged: int = 0
 
 
-@dataclass
+@dataclass(eq=False)
 class Calibration:
     """Radii that hold a chosen share of the errors of a forecast, from all errors that were observed so far.
 
@@ -78,11 +79,11 @@ class Calibration:
             error is not known.
     """
 
-    confidence: float = 0.9
+    confidence: Fraction = 0.9
     leads: Sequence[float] = (0.25, 0.5, 1.0, 2.0)
     forecast: Forecast = field(default_factory=AtConstantVelocity)
     prior: Uncertainty = field(default_factory=lambda: BoundedError(0.0, 0.2))
-    max_gap: float = 1.0
+    max_gap: Positive = 1.0
     _leads: list[_Lead] = field(default_factory=list, init=False, repr=False)
     _last: dict[Hashable, tuple[float, Array]] = field(default_factory=dict, init=False, repr=False)
     _pending: dict[Hashable, list[deque[_Prediction]]] = field(default_factory=dict, init=False, repr=False)
@@ -90,14 +91,12 @@ class Calibration:
     _now: float = field(default=-np.inf, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.confidence < 1.0:
-            raise InvalidInput(f"confidence: expected a number between 0 and 1, found {self.confidence:g}")
+        check_fields(self)
         listing(self.leads, "prediction times", "leads")
         self.leads = tuple(positive(lead, f"leads[{k}]") for k, lead in enumerate(self.leads))
         if not self.leads or any(b <= a for a, b in zip(self.leads, self.leads[1:])):
             raise InvalidInput(f"leads: expected increasing prediction times, found {list(self.leads)}")
-        has(self.prior, ("radius",), "an uncertainty, such as BoundedError(0.1)", "prior")
-        positive(self.max_gap, "max_gap")
+        has(self.prior, *UNCERTAINTY, "prior")
         empty = partial(deque[float], maxlen=CONFORMAL_ERRORS)
         self._leads = [_Lead(empty(), empty(), self.confidence) for _ in self.leads]
 
@@ -110,7 +109,7 @@ class Calibration:
         Raises:
             InvalidInput: a time that is not after that of the last call.
         """
-        has(tracks, ("states", "ids", "t"), "Tracks", "tracks")
+        has(tracks, *TRACKS, "tracks")
         if not tracks.t > self._now:
             raise InvalidInput(
                 f"tracks.t: expected a time after {self._now:g} s, that of the last call; found {tracks.t:g}"

@@ -1,12 +1,13 @@
 """Forecasts: rules that predict an obstacle's trajectory from the present information about it."""
 
 from dataclasses import dataclass, replace
-from typing import Final, Protocol, runtime_checkable
+from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import not_negative, positive
+from slalom.checks import FORECAST, NotNegative, Positive, has
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.motion_models import FromModels as FromModels
 from slalom.obstacle import Obstacle
 from slalom.tolerances import AT_REST, LONGEST_FORECAST, PAST_POSITIONS, REST, STRAIGHT_TURN_RATE
@@ -34,9 +35,7 @@ class Forecast(Protocol):
 class Known:
     """The true trajectory: published plans, lanes, recordings. The assumption of NLVO and NAO."""
 
-    @property
-    def includes_future(self) -> bool:
-        return True
+    includes_future: ClassVar[bool] = True
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return trajectory
@@ -46,9 +45,7 @@ class Known:
 class Present:
     """The true trajectory of obstacles that exist now; obstacles that appear later are unknown."""
 
-    @property
-    def includes_future(self) -> bool:
-        return False
+    includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return trajectory
@@ -58,9 +55,7 @@ class Present:
 class AtConstantVelocity:
     """The present velocity without end. The assumption of VO and AVO."""
 
-    @property
-    def includes_future(self) -> bool:
-        return False
+    includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return ConstantVelocity(trajectory.position(now), trajectory.velocity(now), now)
@@ -70,9 +65,7 @@ class AtConstantVelocity:
 class AtConstantAcceleration:
     """The present velocity, and the present acceleration without end. The assumption of AO."""
 
-    @property
-    def includes_future(self) -> bool:
-        return False
+    includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return ConstantAcceleration(
@@ -88,14 +81,11 @@ class AcceleratingBriefly:
     braking robot would reverse.
     """
 
-    seconds: float = 0.3
+    includes_future: ClassVar[bool] = False
+    seconds: Positive = 0.3
 
     def __post_init__(self) -> None:
-        positive(self.seconds, "seconds")
-
-    @property
-    def includes_future(self) -> bool:
-        return False
+        check_fields(self)
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         position, velocity = trajectory.position(now), trajectory.velocity(now)
@@ -116,9 +106,7 @@ class AtConstantTurn:
     at rest, or with a turn rate below STRAIGHT_TURN_RATE, moves straight on.
     """
 
-    @property
-    def includes_future(self) -> bool:
-        return False
+    includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         position, velocity, acceleration = (
@@ -159,19 +147,16 @@ class FromPast:
     An obstacle without an uncertainty of its own gets a bounded error that grows with time by `growth` times its speed.
     """
 
+    includes_future: ClassVar[bool] = False
     rule: Forecast
-    seconds: float = 0.5
-    growth: float = 0.0
+    seconds: Positive = 0.5
+    growth: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        positive(self.seconds, "seconds")
-        not_negative(self.growth, "growth")
+        has(self.rule, *FORECAST, "rule")
+        check_fields(self)
         if self.rule.includes_future or isinstance(self.rule, Present):
             raise InvalidInput(f"rule: expected a forecast from the observed state, found {self.rule}")
-
-    @property
-    def includes_future(self) -> bool:
-        return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         position, first = trajectory.position(now), trajectory.span[0]

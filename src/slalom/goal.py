@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, flag, has, positive
+from slalom.checks import TRAJECTORY, Array, flag, has, positive
 from slalom.limits import Limits
 from slalom.trajectory import Stationary, Trajectory
 from slalom.trajectory.protocol import FOREVER
@@ -28,7 +28,7 @@ class Goal:
     stop: bool = False
 
     def __post_init__(self) -> None:
-        has(self.trajectory, ("position", "span"), "a trajectory, such as Stationary((x, y))", "goal: trajectory")
+        has(self.trajectory, *TRAJECTORY, "goal: trajectory")
         object.__setattr__(self, "tolerance", positive(self.tolerance, "tolerance"))
         object.__setattr__(self, "stop", flag(self.stop, "stop"))
 

@@ -16,7 +16,8 @@ clear. See docs/theory.md, section 15.
 
 from dataclasses import dataclass
 
-from slalom.checks import positive
+from slalom.checks import Positive
+from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.state import State
 
@@ -35,10 +36,10 @@ class AccelerationLag:
         lag: [s] > 0, the time constant.
     """
 
-    lag: float
+    lag: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "lag", positive(self.lag, "lag"))
+        check_fields(self)
 
     def reference(self, state: State) -> State:
         """The reference of a robot in `state`, whose acceleration is the measured one, not the commanded one."""

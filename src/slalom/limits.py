@@ -11,7 +11,8 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.affine import Affine
 from slalom.bounds import Bound, HalfSpaces
-from slalom.checks import STATE, Array, Checked, has, listing, number, positive, unit, vector, vectors
+from slalom.checks import STATE, Array, Checked, Positive, has, listing, number, positive, unit, vector, vectors
+from slalom.fields import check_fields
 from slalom.state import State
 from slalom.tolerances import ADMISSIBLE
 
@@ -146,15 +147,14 @@ class Limits:
         InvalidInput: a limit that is not above 0.
     """
 
-    max_speed: float
-    max_acceleration: float
+    max_speed: Positive
+    max_acceleration: Positive
     velocity_bounds: tuple[HalfSpace, ...] = field(default=())
     acceleration_bounds: tuple[HalfSpace, ...] = field(default=())
     bounds: tuple[Bound, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "max_speed", positive(self.max_speed, "max_speed"))
-        object.__setattr__(self, "max_acceleration", positive(self.max_acceleration, "max_acceleration"))
+        check_fields(self)
         for name, members, expected in _BOUNDS:
             given = getattr(self, name)
             listing(given, "a tuple of bounds", name)

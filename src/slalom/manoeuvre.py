@@ -7,10 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.affine import Affine
-from slalom.checks import Array, Checked, number, vector
+from slalom.checks import RESPONSE, STATE, Array, Checked, Number, has, vector
+from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.path import Path, hermite
 from slalom.response import AccelerateThenBrake, Response, advance
+from slalom.response.protocol import Unsteered
 from slalom.state import State
 from slalom.tolerances import WHOLE_PERIODS
 
@@ -25,11 +27,13 @@ class Manoeuvre:
     response: Response
     state: State
     control: Checked = Checked(vector)
-    start: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+    start: Number  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
 
     def __post_init__(self) -> None:
+        has(self.response, *RESPONSE, "response")
+        has(self.state, *STATE, "state")
         vector(self.control, "control", self.state.dimension)
-        object.__setattr__(self, "start", number(self.start, "start"))
+        check_fields(self)
 
     @property
     def dimension(self) -> int:
@@ -96,7 +100,7 @@ class Manoeuvre:
 
 
 @dataclass(frozen=True, eq=False)
-class Continuation:
+class Continuation(Unsteered):
     """Response of a robot that continues a manoeuvre for every control: gain 0.
 
     It repeats the accelerations of the manoeuvre from `now` [s] on. An error of position (d,) [m] therefore stays, and
@@ -111,10 +115,6 @@ class Continuation:
     @property
     def interpolation_error(self) -> float:
         return self.manoeuvre.response.interpolation_error
-
-    @property
-    def restartable(self) -> bool:
-        return False
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
         time = np.asarray(t, dtype=np.float64)
@@ -133,15 +133,6 @@ class Continuation:
         elapsed = self.now - self.manoeuvre.start
         knots = self.manoeuvre.response.knots(elapsed + horizon, speed_bound) - elapsed
         return np.concatenate([[0.0], knots[(knots > 1e-9) & (knots < horizon - 1e-9)], [horizon]])
-
-    def settled(self, horizon: float) -> float:
-        return 0.0
-
-    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return ()
-
-    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return ()
 
 
 def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, now: float) -> State:

@@ -33,7 +33,7 @@ HOLDS: Final = (0.2, 0.5, 1.0, 2.0, 4.0)
 Responses = Callable[[Limits, float, tuple[float, ...]], tuple[Response, ...]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Method:
     """Row of the table: how controls move the robot, and how obstacles are predicted to move.
 
@@ -68,6 +68,9 @@ class Method:
     agrees: bool = False
     shared: bool = False
     looks_ahead: bool = False
+
+    def __repr__(self) -> str:
+        return f"<Method {self.name}>"
 
     @property
     def foresight(self) -> str:
@@ -117,8 +120,13 @@ def _lagged(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Re
     return (LaggedVelocity(lag=limits.max_speed / limits.max_acceleration),)
 
 
+def _whole_periods(holds: tuple[float, ...], period: float) -> list[float]:
+    """The holds [s] as whole numbers of periods, at least one, each once in increasing order."""
+    return sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
+
+
 def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
-    rounded_holds = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
+    rounded_holds = _whole_periods(holds, period)
     rate = min(limits.braking / limits.max_speed, 0.5 / period)
     coasting = [AccelerateThenCoast(hold) for hold in rounded_holds]
     stopping = [AccelerateThenStop(hold, rate, period) for hold in rounded_holds]
@@ -137,7 +145,7 @@ def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> 
     One further response brakes twice as long, for higher speeds.
     """
     brake = math.ceil(limits.max_speed / limits.braking / period - 1e-9) * period
-    rounded_holds = sorted({max(1, round(positive(hold, "hold") / period)) * period for hold in holds})
+    rounded_holds = _whole_periods(holds, period)
     return (
         *(AccelerateThenBrake(hold, brake) for hold in rounded_holds),
         AccelerateThenBrake(rounded_holds[0], 2.0 * brake),

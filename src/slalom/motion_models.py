@@ -7,11 +7,12 @@ lines and parabolas through the newest position, which are linear in the positio
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final, NamedTuple, cast
+from typing import Any, ClassVar, Final, NamedTuple, cast
 
 import numpy as np
 
-from slalom.checks import Array, not_negative, whole
+from slalom.checks import Array, NotNegative, whole
+from slalom.fields import check_fields
 from slalom.kernels.arrays import Indices
 from slalom.tolerances import (
     FEWEST_PAST,
@@ -32,7 +33,7 @@ from slalom.uncertainty import BoundedError
 
 
 class _Model(NamedTuple):
-    """How a track is continued."""
+    """Rule that continues a track."""
 
     samples: int  # to which it is fitted, before the newest
     hold: float = 0.0  # [spacings] that the fitted acceleration lasts
@@ -84,16 +85,13 @@ class FromModels:
     two groups whose union adds the least weighted square of distances.
     """
 
-    share: float = 0.5
+    includes_future: ClassVar[bool] = False
+    share: NotNegative = 0.5
     futures: int = 1
 
     def __post_init__(self) -> None:
-        not_negative(self.share, "share")
+        check_fields(self)
         object.__setattr__(self, "futures", whole(self.futures, "futures", 1))
-
-    @property
-    def includes_future(self) -> bool:
-        return False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
         return self.with_error(trajectory, now)[0]

@@ -1,14 +1,15 @@
 """Forecast of a crowd whose agents avoid each other, with a preferred velocity of each that its past explains."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, has, not_negative, positive, whole
+from slalom.checks import TRACKS, UNCERTAINTY, Array, NotNegative, Positive, has, whole
 from slalom.errors import InvalidInput, OutsideSpan
+from slalom.fields import check_fields
 from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
@@ -76,6 +77,7 @@ class _Steps:
         return hermite_pieces(times, self.position(times), velocities, velocities, 0.0)
 
 
+@dataclass(eq=False)
 class AvoidingCrowd:
     """Forecast of discs in the plane that avoid each other, and do not see the robot.
 
@@ -88,7 +90,7 @@ class AvoidingCrowd:
     restrict has its velocity as its estimate; if one other restricts it, the new estimate explains the observed
     velocity. An agent that a constant velocity has explained better so far is predicted with that.
 
-    Args:
+    Attributes:
         period: [s] in which agents choose a velocity. horizon: [s] for which they avoid contact.
         distance: [m] by which each counts as larger. reach: [m] between centres of agents that avoid each other.
         steps: periods that are simulated. uncertainty: of the predictions.
@@ -97,24 +99,21 @@ class AvoidingCrowd:
         InvalidInput: a value out of its range.
     """
 
-    def __init__(
-        self,
-        period: float,
-        *,
-        horizon: float = 5.0,
-        distance: float = 0.16,
-        reach: float = 10.0,
-        steps: int = 12,
-        uncertainty: Uncertainty | None = None,
-    ) -> None:
-        self.period, self.horizon = positive(period, "period"), positive(horizon, "horizon")
-        self.distance, self.reach = not_negative(distance, "distance"), positive(reach, "reach")
-        self.steps = whole(steps, "steps", 1)
-        if uncertainty is not None:
-            has(uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", "uncertainty")
-        self.uncertainty = uncertainty
-        self._now = -np.inf
-        self._agents: _Agents | None = None
+    period: Positive
+    _: KW_ONLY
+    horizon: Positive = 5.0
+    distance: NotNegative = 0.16
+    reach: Positive = 10.0
+    steps: int = 12
+    uncertainty: Uncertainty | None = None
+    _now: float = field(default=-np.inf, init=False, repr=False)
+    _agents: _Agents | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        self.steps = whole(self.steps, "steps", 1)
+        if self.uncertainty is not None:
+            has(self.uncertainty, *UNCERTAINTY, "uncertainty")
 
     def predict(self, tracks: Tracks) -> list[Obstacle]:
         """The tracks on their predicted trajectories; call it once at every observation.
@@ -125,7 +124,7 @@ class AvoidingCrowd:
         Raises:
             InvalidInput: something else than tracks, tracks in space, a time that is not after the last.
         """
-        has(tracks, ("states", "radii", "ids", "t"), "Tracks", "tracks")
+        has(tracks, *TRACKS, "tracks")
         if tracks.dimension != 2:
             raise InvalidInput(f"tracks: expected them in the plane, found dimension {tracks.dimension}")
         if not tracks.t > self._now:

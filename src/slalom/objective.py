@@ -7,8 +7,21 @@ from typing import Final, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import Array, Checked, not_negative, positive, vector
+from slalom.checks import (
+    OBJECTIVE,
+    Array,
+    Checked,
+    NotNegative,
+    Positive,
+    has,
+    listing,
+    not_negative,
+    pair,
+    positive,
+    vector,
+)
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.goal import Goal
 from slalom.limits import Admissible, Limits
 from slalom.registry import Kind, Registry
@@ -81,7 +94,10 @@ class Arrive:
     to stop at the goal: reach the velocity `Goal.desired_velocity`.
     """
 
-    enough_clearance: float = 0.0
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -155,7 +171,10 @@ def _even_times(first: float, last: float) -> Array:
 class KeepAcceleration:
     """Change the acceleration as little as possible: comfort, and few adjustments."""
 
-    enough_clearance: float = 0.0
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -172,7 +191,10 @@ class FollowAcceleration:
     """Begin with the given acceleration (d,) [m/s^2]: a filter for the command of another controller."""
 
     acceleration: Checked = Checked(vector)
-    enough_clearance: float = 0.0
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -189,7 +211,10 @@ class FollowVelocity:
     """Reach the given velocity (d,) [m/s] when the control has settled."""
 
     velocity: Checked = Checked(vector)
-    enough_clearance: float = 0.0
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -206,11 +231,12 @@ class FollowVelocity:
 class MostClearance:
     """Maximise the clearance up to `enough` [m] beyond the margin; then minimise `then`."""
 
-    enough: float
+    enough: Positive
     then: Objective
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "enough", positive(self.enough, "enough"))
+        check_fields(self)
+        has(self.then, *OBJECTIVE, "then")
 
     @property
     def enough_clearance(self) -> float:
@@ -230,9 +256,13 @@ class Mix:
     parts: tuple[tuple[float, Objective], ...]
 
     def __post_init__(self) -> None:
-        if not self.parts:
-            raise InvalidInput("parts: expected at least one objective, found none")
-        positive(sum(not_negative(weight, "weight") for weight, _ in self.parts), "sum of weights")
+        listing(self.parts, "weights and objectives", "parts")
+        total = 0.0
+        for k, part in enumerate(self.parts):
+            weight, objective = pair(part, "a weight and an objective", f"parts[{k}]")
+            has(objective, *OBJECTIVE, f"parts[{k}]")
+            total += not_negative(weight, f"weight of parts[{k}]")
+        positive(total, "sum of the weights of parts")
 
     @property
     def enough_clearance(self) -> float:

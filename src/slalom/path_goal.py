@@ -71,6 +71,9 @@ class PathGoal(Goal):
         ):
             object.__setattr__(self, name, value)
 
+    def __repr__(self) -> str:
+        return f"<PathGoal to {self.points[-1].tolist()}, points: {len(self.points)}, length: {self.length:g} m>"
+
     @property
     def length(self) -> float:
         """[m] of the path."""

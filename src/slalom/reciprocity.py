@@ -1,13 +1,14 @@
 """Estimate of how much other agents yield, from what they were seen to do."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
 import numpy as np
 
-from slalom.checks import STATE, Array, has, not_negative, positive
+from slalom.checks import STATE, TRACKS, Array, NotNegative, Positive, has, not_before
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.obstacle.tracks import Tracks
 from slalom.state import State
 
@@ -22,6 +23,7 @@ class _Seen:
     due: float = 0.0
 
 
+@dataclass(eq=False)
 class Reciprocity:
     """Estimate of the part of the avoidance that each observed agent does itself, from 0 to 0.5.
 
@@ -32,7 +34,7 @@ class Reciprocity:
     what was done over what was due, both forgotten with the time constant `memory` [s], and at most 0.5. An agent that
     was in no conflict yet has the share 0: it counts as an obstacle.
 
-    Args:
+    Attributes:
         radius: [m] of the robot, with the margin that agents can be expected to keep.
         horizon: [s] of conflicts. response: [s] in which an agent that yields resolves one. memory: [s].
         doubt: [m/s] >= 0 that count as due from the begin. Larger: more must be seen before an agent is relied on.
@@ -41,20 +43,18 @@ class Reciprocity:
         InvalidInput: a value out of its range.
     """
 
-    def __init__(
-        self,
-        radius: float,
-        *,
-        horizon: float = 4.0,
-        response: float = 0.5,
-        memory: float = 5.0,
-        doubt: float = 0.1,
-    ) -> None:
-        self.radius, self.horizon = not_negative(radius, "radius"), positive(horizon, "horizon")
-        self.response, self.memory = positive(response, "response"), positive(memory, "memory")
-        self.doubt = not_negative(doubt, "doubt")
-        self._time, self._own = -np.inf, np.zeros(0)
-        self._agents: dict[Hashable, _Seen] = {}
+    radius: NotNegative
+    _: KW_ONLY
+    horizon: Positive = 4.0
+    response: Positive = 0.5
+    memory: Positive = 5.0
+    doubt: NotNegative = 0.1
+    _time: float = field(default=-np.inf, init=False, repr=False)
+    _own: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
+    _agents: dict[Hashable, _Seen] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def update(self, state: State, tracks: Tracks) -> Tracks:
         """The tracks with shares; call it at every decision, with the state of the robot at the time of the tracks.
@@ -66,14 +66,12 @@ class Reciprocity:
                 last.
         """
         has(state, *STATE, "state")
-        has(tracks, ("states", "with_shares"), "Tracks", "tracks")
+        has(tracks, *TRACKS, "tracks")
         if tracks.dimension != state.dimension:
             raise InvalidInput(
                 f"tracks: expected dimension {state.dimension} as of the state, found {tracks.dimension}"
             )
-        step = tracks.t - self._time
-        if step < 0.0:
-            raise InvalidInput(f"tracks: expected a time t from {self._time:g} s on, found {tracks.t:g} s")
+        step = not_before(tracks.t, self._time, "tracks.t", "an update") - self._time
         shares, agents = np.zeros(len(tracks)), dict[Hashable, Any]()
         for k, name in enumerate(tracks.ids):
             position, velocity = tracks.states[k, :2]

@@ -1,13 +1,16 @@
 """Shapes of obstacles and robots."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, NamedTuple, Protocol, runtime_checkable
+from typing import ClassVar, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+import numpy.typing as npt
 
-from slalom.checks import Array, Checked, NotNegative, Positive, array, not_negative, positive, vector
+from slalom.checks import SHAPE, Array, Checked, NotNegative, Positive, array, has, listing, vector
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 
 
 class Part(NamedTuple):
@@ -42,10 +45,13 @@ class Shape(Protocol):
         """Radius [m] of the smallest ball about the position that contains the shape."""
 
 
-class _Shaped:
+class _Shaped(ABC):
     """Members shared by all shapes that are not round."""
 
-    parts: tuple[Part, ...]
+    @cached_property
+    @abstractmethod
+    def parts(self) -> tuple[Part, ...]:
+        """Convex parts, at least one."""
 
     @property
     def dimension(self) -> int:
@@ -60,7 +66,10 @@ class _Round:
     """Members shared by discs and balls."""
 
     radius: float
-    dimension: int
+    dimension: ClassVar[int]
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
@@ -75,28 +84,16 @@ class _Round:
 class Disc(_Round):
     """Disc of `radius` >= 0 [m] in the plane."""
 
+    dimension: ClassVar[int] = 2
     radius: NotNegative
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
-
-    @property
-    def dimension(self) -> int:  # type: ignore[override]
-        return 2
 
 
 @dataclass(frozen=True)
 class Ball(_Round):
     """Ball of `radius` >= 0 [m] in space."""
 
+    dimension: ClassVar[int] = 3
     radius: NotNegative
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
-
-    @property
-    def dimension(self) -> int:  # type: ignore[override]
-        return 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +106,10 @@ class Capsule(_Shaped):
 
     def __post_init__(self) -> None:
         vector(self.end, "end", self.start.size)
-        object.__setattr__(self, "radius", positive(self.radius, "radius"))
+        check_fields(self)
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+    def parts(self) -> tuple[Part, ...]:
         return (_segment(self.start, self.end, self.radius),)
 
 
@@ -128,18 +125,16 @@ class Rectangle(_Shaped):
     radius: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "length", positive(self.length, "length"))
-        object.__setattr__(self, "width", positive(self.width, "width"))
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+        check_fields(self)
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+    def parts(self) -> tuple[Part, ...]:
         signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         return (Part(signs * (0.5 * self.length, 0.5 * self.width), self.radius),)
 
 
-def _points(value: object, name: str) -> Array:
-    points = array(value, name)  # type: ignore[arg-type]
+def _points(value: npt.ArrayLike, name: str) -> Array:
+    points = array(value, name)
     if points.ndim != 2 or points.shape[1] != 2:
         raise InvalidInput(f"{name}: expected points (n, 2) in the plane, found shape {points.shape}")
     return points
@@ -158,7 +153,7 @@ class Polygon(_Shaped):
     def __post_init__(self) -> None:
         import shapely
 
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+        check_fields(self)
         if len(self.corners) < 3 or not shapely.Polygon(self.corners).is_valid:
             found = f"{len(self.corners)} that {'do' if len(self.corners) >= 3 else 'are too few'}"
             raise InvalidInput(
@@ -166,7 +161,7 @@ class Polygon(_Shaped):
             )
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+    def parts(self) -> tuple[Part, ...]:
         import shapely
 
         polygon = shapely.Polygon(self.corners)
@@ -192,14 +187,14 @@ class Polyline(_Shaped):
     radius: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", not_negative(self.radius, "radius"))
+        check_fields(self)
         if len(self.points) < 2 or not np.all(np.any(np.diff(self.points, axis=0) != 0.0, axis=1)):
             raise InvalidInput(
                 f"points: expected 2 or more, each different from the one before it, found {self.points.tolist()}"
             )
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+    def parts(self) -> tuple[Part, ...]:
         return tuple(_segment(a, b, self.radius) for a, b in zip(self.points[:-1], self.points[1:]))
 
 
@@ -210,13 +205,16 @@ class Union(_Shaped):
     shapes: tuple[Shape, ...]
 
     def __post_init__(self) -> None:
+        listing(self.shapes, "shapes", "shapes")
+        for k, shape in enumerate(self.shapes):
+            has(shape, *SHAPE, f"shapes[{k}]")
         object.__setattr__(self, "shapes", tuple(self.shapes))
         dimensions = sorted({shape.dimension for shape in self.shapes})
         if len(dimensions) != 1:
             raise InvalidInput(f"shapes: expected one or more of one dimension, found dimensions {dimensions}")
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:  # type: ignore[override]
+    def parts(self) -> tuple[Part, ...]:
         return tuple(part for shape in self.shapes for part in shape.parts)
 
 
@@ -227,6 +225,11 @@ def _segment(a: Array, b: Array, radius: float) -> Part:
 def round_shape(radius: float, dimension: int) -> Shape:
     """Disc or ball of `radius` [m]."""
     return Disc(radius) if dimension == 2 else Ball(radius)
+
+
+def is_round(shape: Shape) -> bool:
+    """Whether a shape is one disc or ball about its position."""
+    return len(shape.parts) == 1 and len(shape.parts[0].corners) == 1 and not shape.parts[0].corners.any()
 
 
 SHAPES: Final[dict[str, type[Shape]]] = {

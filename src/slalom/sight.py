@@ -3,13 +3,28 @@
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import hypot, inf, pi
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 import shapely
 
-from slalom.checks import STATE, Array, NotNegative, Positive, flag, has, known, not_negative, number, positive
+from slalom.checks import (
+    STATE,
+    Array,
+    NotNegative,
+    Positive,
+    flag,
+    has,
+    known,
+    not_before,
+    not_negative,
+    number,
+    or_infinite,
+    positive,
+)
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
+from slalom.kernels.arrays import Flags
 from slalom.obstacle import Obstacle
 from slalom.obstacle.minkowski import outline_parts
 from slalom.obstacle.window import Obstacles, each_of
@@ -24,18 +39,17 @@ FULL_TURN: Final = 2.0 * pi
 CIRCUMSCRIBED: Final = 1.0 / float(np.cos(pi / (4.0 * SIGHT_LINES)))
 """[1] Radius of a polygon about a circle of radius 1, in which shapely draws it."""
 
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
-
 
 @dataclass(frozen=True, eq=False)
 class Visibility:
-    """What a robot sees at `time` [s], see `Sight.look`.
+    """Visible region and obstacles of a robot at `time` [s], see `Sight.look`.
 
     Attributes:
         position: (2,) [m] of the sensor. heading: [rad] of the field of view.
         visible: (n,) whether each obstacle is seen.
         seen: the obstacles at rest, which are a known map, and those that are seen.
         region: the visible region, a shapely polygon. It is inside the true one.
+        bodies: the visible obstacles that move, a shapely geometry.
         clear: the region that holds no hidden agent: what is visible, and what was and cannot have been reached since.
             None without a hidden speed.
         frontier: lines through which hidden agents can enter `clear`. None without a hidden speed.
@@ -55,7 +69,7 @@ class Visibility:
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """What a decision takes into account: `seen` and `hidden`."""
+        """The obstacles for a decision: `seen` and `hidden`."""
         return (*self.seen, *self.hidden)
 
 
@@ -80,45 +94,40 @@ class Sight:
         InvalidInput: a value out of its range; a hidden speed with an infinite range.
     """
 
-    range: Positive = 10.0
+    range: float = 10.0
     field_of_view: Positive = FULL_TURN
     near: NotNegative = 0.0
     occlusion: Literal["none", "walls", "all"] = "walls"
-    hidden_speed: float | None = None
+    hidden_speed: Annotated[float | None, not_negative] = None
     any_motion: bool = False
 
     def __post_init__(self) -> None:
-        if self.range != inf:
-            object.__setattr__(self, "range", positive(self.range, "range"))
-        object.__setattr__(self, "field_of_view", positive(self.field_of_view, "field_of_view"))
+        object.__setattr__(self, "range", or_infinite(self.range, "range", positive))
+        check_fields(self)
         if self.field_of_view > FULL_TURN:
             raise InvalidInput(f"field_of_view: expected at most 2 pi rad, found {self.field_of_view:g}")
-        object.__setattr__(self, "near", not_negative(self.near, "near"))
         known(self.occlusion, "occlusion", OCCLUSIONS)
-        flag(self.any_motion, "any_motion")
-        if self.hidden_speed is not None:
-            object.__setattr__(self, "hidden_speed", not_negative(self.hidden_speed, "hidden_speed"))
-            if self.range == inf:
-                raise InvalidInput("range: expected a finite one with a hidden speed, found inf")
+        object.__setattr__(self, "any_motion", flag(self.any_motion, "any_motion"))
+        if self.hidden_speed is not None and self.range == inf:
+            raise InvalidInput("range: expected a finite one with a hidden speed, found inf")
 
     def look(
         self, state: State, obstacles: Obstacles, now: float = 0.0, previous: Visibility | None = None
     ) -> Visibility:
-        """What a robot in `state` sees at `now` [s] of `obstacles`.
+        """The visibility of `obstacles` for a robot in `state` at `now` [s].
 
         Args:
-            previous: what it saw before. Regions that were seen stay known to be empty until something hidden can have
-                reached them. None: only what is visible now is known.
+            previous: the visibility before. Regions that were seen stay known to be empty until a hidden agent can
+                have reached them. None: only the visible region is known.
 
         Raises:
             InvalidInput: a state or obstacles in space; a time before that of `previous`.
         """
         has(state, *STATE, "state")
-        number(now, "now")
+        now = number(now, "now")
         if previous is not None:
             has(previous, ("clear", "heading"), "what Sight.look returned", "previous")
-            if now < previous.time:
-                raise InvalidInput(f"now: expected a time from {previous.time:g} s on, found {now:g} s")
+            not_before(now, previous.time, "now", "a look")
         given = each_of(obstacles)
         for dimension in (state.dimension, *(obstacle.dimension for obstacle in given)):
             if dimension != 2:
@@ -161,7 +170,7 @@ class Sight:
         return sector.union(shapely.Point(position).buffer(self.near, SIGHT_LINES)) if self.near > 0.0 else sector
 
     def _shadow(self, position: Array, parts: Any) -> Any:
-        """What convex polygons hide from a sensor at `position` (2,) [m], they included.
+        """The region that convex polygons hide from a sensor at `position` (2,) [m], with themselves.
 
         With c a point of one of them and s the sensor, all s + m (c - s), m >= 1. One that covers the sensor hides
         nothing.
@@ -179,7 +188,7 @@ class Sight:
         return shapely.union_all(hulls)
 
     def _with_hidden(self, found: Visibility, seam: Any, sensor: Any, previous: Visibility | None) -> Visibility:
-        """The same with what is known to be empty, and the hidden agents at its edge where that is not in `seam`."""
+        """The visibility with the region known to be empty, and with hidden agents at its edge outside `seam`."""
         assert self.hidden_speed is not None
         clear = found.region
         if previous is not None and previous.clear is not None:
@@ -251,14 +260,14 @@ def _lines(frontier: Any) -> list[Array]:
 
 
 def _edge(points: Array, growth: BoundedError) -> Obstacle:
-    """What may come through a line (k, 2) [m]."""
+    """Obstacle for hidden agents that enter through a line (k, 2) [m]."""
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     line = Polyline(points - middle)
     return Obstacle(line, Stationary(middle), "hidden", uncertainty=growth, contact_at_rest=False)
 
 
 def _anywhere(obstacle: Obstacle, now: float, growth: BoundedError) -> Obstacle:
-    """Where an obstacle that is seen can come to in any motion."""
+    """Obstacle for all places that a visible obstacle can reach in any motion."""
     heading = 0.0
     if obstacle.turns or not isinstance(obstacle.heading, str):
         forward = obstacle.direction(now)

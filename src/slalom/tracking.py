@@ -27,8 +27,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, Checked, not_negative, number, positive, vector
+from slalom.checks import Array, Checked, NotNegative, Number, Positive, positive, vector
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.state import State
 from slalom.tolerances import REST
@@ -47,13 +48,12 @@ class Vehicle:
     """
 
     position: Checked = Checked(vector)
-    heading: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
-    speed: float  # type: ignore[misc]
+    heading: Number  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+    speed: NotNegative  # type: ignore[misc]  # the same
 
     def __post_init__(self) -> None:
         vector(self.position, "position", 2)
-        object.__setattr__(self, "heading", number(self.heading, "heading"))
-        object.__setattr__(self, "speed", not_negative(self.speed, "speed"))
+        check_fields(self)
 
     @classmethod
     def on(cls, state: State) -> "Vehicle":
@@ -142,12 +142,11 @@ class Bicycle:
     Also a car. Its path over a period is an arc of a circle. `wheelbase` [m] > 0, 0 < `max_steering` [rad] < pi / 2.
     """
 
-    wheelbase: float
-    max_steering: float
+    wheelbase: Positive
+    max_steering: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "wheelbase", positive(self.wheelbase, "wheelbase"))
-        object.__setattr__(self, "max_steering", positive(self.max_steering, "max_steering"))
+        check_fields(self)
         if self.max_steering >= 0.5 * np.pi:
             raise InvalidInput(f"max_steering: expected less than pi / 2, found {self.max_steering:g}")
 
@@ -228,12 +227,11 @@ class DifferentialDrive:
     The turn rate is constant over a period.
     """
 
-    track: float
-    max_wheel_speed: float
+    track: Positive
+    max_wheel_speed: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "track", positive(self.track, "track"))
-        object.__setattr__(self, "max_wheel_speed", positive(self.max_wheel_speed, "max_wheel_speed"))
+        check_fields(self)
 
     def tracking_error(self, limits: Limits, dt: float, min_speed: float) -> float:
         """Bound [m] on the distance from the reference, at all times; assumptions as in `Bicycle.tracking_error`.

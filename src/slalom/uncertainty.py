@@ -7,8 +7,9 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, NotNegative, Positive, not_negative
+from slalom.checks import Array, Fraction, NotNegative
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 
 
 @runtime_checkable
@@ -35,8 +36,7 @@ class BoundedError:
     acceleration: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("position", "velocity", "acceleration"):
-            object.__setattr__(self, name, not_negative(getattr(self, name), name))
+        check_fields(self)
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         time = np.asarray(t, dtype=np.float64)
@@ -60,13 +60,10 @@ class GaussianError:
 
     position: NotNegative
     velocity: NotNegative = 0.0
-    probability: Positive = 0.01
+    probability: Fraction = 0.01
 
     def __post_init__(self) -> None:
-        for name in ("position", "velocity"):
-            object.__setattr__(self, name, not_negative(getattr(self, name), name))
-        if not 0.0 < self.probability < 1.0:
-            raise InvalidInput(f"probability: expected a number between 0 and 1, found {self.probability:g}")
+        check_fields(self)
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         time = np.asarray(t, dtype=np.float64)
@@ -93,15 +90,12 @@ class KalmanError:
     velocity: NotNegative
     correlation: NotNegative = 0.0
     acceleration: NotNegative = 0.0
-    probability: Positive = 0.05
+    probability: Fraction = 0.05
 
     def __post_init__(self) -> None:
-        for name in ("position", "velocity", "correlation", "acceleration"):
-            object.__setattr__(self, name, not_negative(getattr(self, name), name))
+        check_fields(self)
         if self.correlation > 1.0:
             raise InvalidInput(f"correlation: expected a number from 0 to 1, found {self.correlation:g}")
-        if not 0.0 < self.probability < 1.0:
-            raise InvalidInput(f"probability: expected a number between 0 and 1, found {self.probability:g}")
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         time = np.asarray(t, dtype=np.float64)
@@ -118,7 +112,7 @@ class Aged:
     age: NotNegative
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "age", not_negative(self.age, "age"))
+        check_fields(self)
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         return self.of.radius(np.asarray(t, dtype=np.float64) + self.age, dimension)
@@ -132,7 +126,7 @@ class Scaled:
     share: NotNegative
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "share", not_negative(self.share, "share"))
+        check_fields(self)
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         return self.share * self.of.radius(t, dimension)

@@ -13,9 +13,10 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, Positive, has, not_negative, number, positive, vector, vectors
+from slalom.checks import DECISION, Array, Positive, has, not_negative, number, vector, vectors
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.shape import Ball
 from slalom.state import State
 
@@ -62,7 +63,7 @@ def setpoint(decision: Decision, t: float, heading: float | None = None) -> Setp
     Raises:
         InvalidInput: a decision in the plane.
     """
-    has(decision, ("manoeuvre",), "a Decision", "decision")
+    has(decision, *DECISION, "decision")
     plan, time = decision.manoeuvre, number(t, "t")
     position = plan.position(time)
     if position.shape != (3,):
@@ -86,8 +87,7 @@ class Drone:
     error: Positive
 
     def __post_init__(self) -> None:
-        for name in ("radius", "error"):
-            object.__setattr__(self, name, positive(getattr(self, name), name))
+        check_fields(self)
 
     @property
     def shape(self) -> Ball:

@@ -22,11 +22,9 @@ import numpy.typing as npt
 
 from slalom import kernels
 from slalom.checks import Array
+from slalom.kernels.arrays import Flags, Indices
 from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import CONTACT, DEPTH, JUMP, STILL
-
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 
 class Window(NamedTuple):
@@ -44,9 +42,9 @@ class Spans(NamedTuple):
     begin: Array  # (k,) local time from 0 to 1
     end: Array  # (k,)
     control: Array  # (4, c, k) control points: position (2), gain, radius, for hulls direction (2)
-    sharp: Mask  # (k,) the element hardly moves, but its normals at contact turn
+    sharp: Flags  # (k,) the element hardly moves, but its normals at contact turn
 
-    def continues(self, linked: Mask) -> tuple[Mask, Mask]:
+    def continues(self, linked: Flags) -> tuple[Flags, Flags]:
         """Whether each span continues the previous one: within its row, or from a `linked` row; (k,) each."""
         same_row = np.zeros(len(self.row), dtype=bool)
         same_row[1:] = (self.row[1:] == self.row[:-1]) & (self.begin[1:] == self.end[:-1])
@@ -123,7 +121,7 @@ def arc_step(radius: Array, tolerance: float) -> Array:
     return np.asarray(2.0 * np.arccos(1.0 - np.minimum(tolerance / np.maximum(radius, 1e-300), 0.1)))
 
 
-def may_meet(control: Array, bounding_radius: Array, window: Window) -> Mask:
+def may_meet(control: Array, bounding_radius: Array, window: Window) -> Flags:
     """Whether the elements of spans (4, 4+, k) may overlap the window: (k,), never False where one does.
 
     Chord bound of theory.md section 9 for the central control; it allows for gain * radius. `bounding_radius` (k,).
@@ -135,10 +133,10 @@ def may_meet(control: Array, bounding_radius: Array, window: Window) -> Mask:
     return np.asarray(distance <= (bounding_radius + window.radius * control[:, 2].max(axis=0)) * (1.0 + 1e-9))
 
 
-Meets = Callable[[Indices, Array], Mask]
+Meets = Callable[[Indices, Array], Flags]
 """(indices of rows, control) -> whether the elements of spans may overlap the window: (k,)."""
 
-Bends = Callable[[Array, Array, Array], tuple[Mask, Mask]]
+Bends = Callable[[Array, Array, Array], tuple[Flags, Flags]]
 """(control, left half, right half) -> two masks (k,): curves leave their chords; the element is nearly static."""
 
 
@@ -184,7 +182,7 @@ def sample(rows: Indices, control: Array, window: Window, meets: Meets, bends: B
 def discs_bend(window: Window) -> Bends:
     """Test for `sample`: whether a branch of the envelope leaves its chord near the window."""
 
-    def bends(control: Array, left: Array, right: Array) -> tuple[Mask, Mask]:
+    def bends(control: Array, left: Array, right: Array) -> tuple[Flags, Flags]:
         discs = discs_at_start(control), discs_at_start(right), discs_at_end(control)
         a, m, b = discs
         moved = length(m.center - a.center) + length(b.center - m.center)
@@ -212,7 +210,7 @@ def discs_bend(window: Window) -> Bends:
     return bends
 
 
-def linked_rows(segments: RelativeMotion) -> Mask:
+def linked_rows(segments: RelativeMotion) -> Flags:
     """Whether each row continues where the previous one ends: (s,)."""
     linked = np.zeros(len(segments.begin), dtype=bool)
     linked[1:] = (
@@ -230,7 +228,7 @@ class Nodes(NamedTuple):
 
     discs: GrazingDiscs  # (n,), headings without jumps of 2 pi
     run: Indices  # (n,) run: discs of one run have no gap in time
-    arc: Mask  # (n,) the element is static until the next disc while its normals at contact turn
+    arc: Flags  # (n,) the element is static until the next disc while its normals at contact turn
     owner: Indices  # (n,)
     time: Array  # (n,) [s]
 

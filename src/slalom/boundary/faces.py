@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from slalom.boundary.envelope import Indices, Mask, Nodes, Window, arc_step, point_nodes, rows_of_hull
+from slalom.boundary.envelope import Nodes, Window, arc_step, point_nodes, rows_of_hull
 from slalom.boundary.outline import outlines
 from slalom.checks import Array
+from slalom.kernels.arrays import Flags, Indices
 from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import GRID
 
@@ -121,7 +122,7 @@ def closed_lines(segments: RelativeMotion, window: Window) -> tuple[Any, Indices
     return shapely.linestrings(points[nondegenerate], indices=line), nodes.owner[heads][curve[nondegenerate][starts]]
 
 
-def _with_arc_points(nodes: Nodes, index: Indices, angle: Array, arc: Mask, window: Window) -> tuple[Array, Indices]:
+def _with_arc_points(nodes: Nodes, index: Indices, angle: Array, arc: Flags, window: Window) -> tuple[Array, Indices]:
     """Points (k, 2) on the discs `index` (n,) at the angles (n,), with arcs filled in, and their runs (k,).
 
     Arc points lie on the earlier disc at multiples of one angle, so that both sides use the same points on a common
@@ -156,7 +157,7 @@ def _with_arc_points(nodes: Nodes, index: Indices, angle: Array, arc: Mask, wind
     return points.T[keep], nodes.run[index[source[keep]]]
 
 
-def _traversed_both_ways(points: Array, curve: Indices) -> Mask:
+def _traversed_both_ways(points: Array, curve: Indices) -> Flags:
     """Whether the chord from each point (k, 2) to the next one of its curve is also traversed backwards: (k,)."""
     a, b = points[:-1], points[1:]
     middle = (a + b).view(np.complex128)[:, 0]

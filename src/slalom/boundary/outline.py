@@ -10,8 +10,6 @@ import numpy as np
 
 from slalom.boundary.envelope import (
     Bends,
-    Indices,
-    Mask,
     Meets,
     Window,
     arc_step,
@@ -24,6 +22,7 @@ from slalom.boundary.envelope import (
     sample,
 )
 from slalom.checks import Array
+from slalom.kernels.arrays import Flags, Indices
 from slalom.relative_motion import RelativeMotion
 from slalom.tolerances import COARSE_NORMALS, MAX_ARC_POINTS, STILL
 
@@ -151,7 +150,7 @@ def _hulls_meet(bounding_radius: Array, shapes: list[tuple[Array, bool]], window
     )
 
 
-def _separated(control: Array, shapes: list[tuple[Array, bool]], window: Window) -> Mask:
+def _separated(control: Array, shapes: list[tuple[Array, bool]], window: Window) -> Flags:
     """Whether a line separates the elements of spans (4, 6, k) from the window at all times: (k,)."""
     corners = np.concatenate([shape for shape, _ in shapes])
     position = np.stack([_corner(at[4:, :, None], corners) for at in control])
@@ -193,7 +192,7 @@ def _hulls_bend(shapes: list[tuple[Array, bool]], window: Window) -> Bends:
         discs[:, :2] += np.moveaxis(_corner(np.moveaxis(control[:, 4:, :, None], 1, 0), corners), 0, 1)
         return discs.reshape(4, 4, -1)
 
-    def bends(control: Array, left: Array, right: Array) -> tuple[Mask, Mask]:
+    def bends(control: Array, left: Array, right: Array) -> tuple[Flags, Flags]:
         center = window.center[:, None, None]
         times = (control[0], halves(left)[0][3], left[3], halves(right)[0][3], control[3])
         turns, stands = disc_bends(discs(control), discs(left), discs(right))

@@ -118,7 +118,7 @@ def table_text(result: dict[str, Any]) -> str:
     ]
     for name, row in result["methods"].items():
         if row["runs"]:
-            collided, arrived = (_count(result, row, f"runs_{what}") for what in ("with_collision", "all_arrived"))
+            collided, arrived = (_count(row, f"runs_{what}") for what in ("with_collision", "all_arrived"))
             counts = f"{row['foresight']:>10}{collided:>10}{arrived:>10}"
             lines.append(
                 f"{name:{width}}{counts}{_number(row['time'], 2):>10}{row['adjustments']:>10.1f}"
@@ -225,7 +225,7 @@ def _runs_of(table: dict[str, Any], row: dict[str, Any]) -> str:
     return f"{row['distinct_runs']}, deterministic" if table["deterministic"] and row["runs"] else str(row["runs"])
 
 
-def _count(table: dict[str, Any], row: dict[str, Any], name: str) -> int:
+def _count(row: dict[str, Any], name: str) -> int:
     """Return a count of runs; equal runs are one."""
     return min(int(row[name]), int(row["distinct_runs"]))
 
@@ -235,7 +235,7 @@ def _share(table: dict[str, Any], row: dict[str, Any], count: str) -> str:
     if not row["runs"]:
         return "-"
     if table["deterministic"]:
-        return str(_count(table, row, count))
+        return str(_count(row, count))
     low, high = row[f"{count}_interval"]
     return f"{row[count]} ({100 * low:.0f}-{100 * high:.0f} %)"
 

@@ -7,7 +7,7 @@ from functools import cached_property, partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from slalom.checks import STATE, Array, has, not_negative, number
+from slalom.checks import STATE, Array, has, not_before, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.approach import Approach, approach_of
 from slalom.decision.report import Collision, as_dict, collision_of, log, names_in_the_way
@@ -79,7 +79,7 @@ class DecisionInputs(NamedTuple):
     previous: Commitment | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Decision:
     """Manoeuvre that the robot commits to, and its outcome.
 
@@ -113,6 +113,11 @@ class Decision:
     approach: Approach | None = None
     inputs: DecisionInputs | None = None
     given_up: float = 0.0
+
+    def __repr__(self) -> str:
+        control = ", ".join(f"{x:.4g}" for x in self.manoeuvre.control)
+        kind, name, at = self.manoeuvre.response, type(self).__name__, self.decided_at
+        return f"<{name} {self.outcome.name} at {at:g} s, {kind!r} with ({control})>"
 
     @property
     def safe(self) -> bool:
@@ -214,9 +219,7 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
         if previous.manoeuvre.dimension != state.dimension:
             expected = f"dimension {previous.manoeuvre.dimension} as of the previous decision"
             raise InvalidInput(f"state: expected {expected}, found {state.dimension}")
-        if now < previous.decided_at:
-            order = f"{now:g} s after a decision at {previous.decided_at:g} s"
-            raise InvalidInput(f"now: expected a time that does not run backwards, found {order}")
+        not_before(now, previous.decided_at, "now", "a decision")
     if not_negative(delay, "delay") > longest:
         raise InvalidInput(f"delay: expected at most the horizon, {longest:g} s, found {delay:g} s")
     if delay == 0.0:

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
-from slalom.checks import Array, not_negative
+from slalom.checks import Array, NotNegative, not_negative, or_infinite
 from slalom.decision.decision import Decision, Outcome
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.goal import Goal
 from slalom.kernels.arrays import Flags
 from slalom.obstacle.obstacle import Obstacle
@@ -23,7 +24,7 @@ D = TypeVar("D", bound=Decision)
 
 @dataclass(frozen=True)
 class Risk:
-    """What it may cost to avoid improbable futures of obstacles, see `Obstacle.probability`.
+    """Limits on the cost of avoiding improbable futures of obstacles, see `Obstacle.probability`.
 
     Attributes:
         loss: [s] of time that a contact is worth. Futures are given up where that brings the arrival forward by more
@@ -32,12 +33,11 @@ class Risk:
     """
 
     loss: float = np.inf
-    likely: float = 0.1
+    likely: NotNegative = 0.1
 
     def __post_init__(self) -> None:
-        if self.loss != np.inf:
-            object.__setattr__(self, "loss", not_negative(self.loss, "loss"))
-        object.__setattr__(self, "likely", not_negative(self.likely, "likely"))
+        check_fields(self)
+        object.__setattr__(self, "loss", or_infinite(self.loss, "loss", not_negative))
 
 
 class Level(NamedTuple):

@@ -11,7 +11,7 @@ from slalom.kernels.decision.tables import EVERY_WORLD, GrownBodies
 from slalom.obstacle.minkowski import sum_of_shapes
 from slalom.obstacle.pieces import Reach
 from slalom.obstacle.window import ObstacleWindow
-from slalom.shape import Shape, round_shape
+from slalom.shape import Shape, is_round, round_shape
 
 
 class Skeletons:
@@ -142,8 +142,3 @@ def moved_bodies(bodies: GrownBodies, by: Array) -> GrownBodies:
     balls[:, : len(by)] += by
     pieces = bodies.pieces._replace(points=bodies.pieces.points + by)
     return bodies._replace(pieces=pieces, balls=balls, end_positions=bodies.end_positions + by)
-
-
-def is_round(shape: Shape) -> bool:
-    """Whether a shape is one disc or ball about its position."""
-    return len(shape.parts) == 1 and len(shape.parts[0].corners) == 1 and not shape.parts[0].corners.any()

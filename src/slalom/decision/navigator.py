@@ -7,12 +7,12 @@ from typing import Final
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import Array, has, not_negative, number
+from slalom.checks import OBJECTIVE, Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.decision.fallback import escape, least_impact, stop
 from slalom.decision.futures import Risk, least_given_up, levels, time_of
-from slalom.decision.navigator_checks import FOLLOWING, check_dimensions, check_settings, goal_or_place
+from slalom.decision.navigator_checks import check_dimensions, check_settings, goal_or_place, is_compiled
 from slalom.decision.navigator_tables import PolicyTables
 from slalom.decision.objective_policy import decide_by_objective
 from slalom.decision.request import Request, observed_robots
@@ -151,7 +151,7 @@ class Navigator:
         refuse_alone(self.method)
         state = state_to_decide_from(state, previous, now, delay, self.horizon)
         if objective is not None:
-            has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+            has(objective, *OBJECTIVE, "objective")
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
         given, goal = goal, goal_or_place(goal, state, robot.objective)
@@ -161,11 +161,11 @@ class Navigator:
         window = self.predict(around, state, now)
         check_dimensions(self.robot, state, window, others)
         step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
-        if type(robot.objective) not in (Arrive, *FOLLOWING):
+        if not is_compiled(robot.objective):
             if others is not None:
                 raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
             if budget is not None:
-                raise InvalidInput(f"budget: expected none for the objective {self.objective!r}, found {budget:g} s")
+                raise InvalidInput(f"budget: expected none for the objective {robot.objective!r}, found {budget:g} s")
         request = Request(robot, around, others, state, goal, step, now, previous, limit)
         if window.has_futures:
             decision = least_given_up(
@@ -193,44 +193,33 @@ class Navigator:
 
     def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
         """Decision that avoids all obstacles of the window without those given up (n,)."""
-        robot, around, others, state, goal, step, now, previous, limit = request
+        robot, others, state, now = request.robot, request.others, request.state, request.now
         window = window if given_up is None else window.without(given_up)
-        if type(robot.objective) in (Arrive, *FOLLOWING):
-            found = self._decide(window, others, state, goal, step, robot.objective, now, previous, limit)
+        if is_compiled(robot.objective):
+            found = self._decide(window, request)
         else:
-            slower = robot if step is None else replace(robot, limits=replace(self.limits, max_speed=step.max_speed))
-            found = decide_by_objective(slower, window, state, goal if step is None else step.goal, now, previous)
+            if request.step is not None:
+                robot = replace(robot, limits=replace(self.limits, max_speed=request.step.max_speed))
+            found = decide_by_objective(robot, window, state, request.target, now, request.previous)
         if found is None and others is not None:
-            window = self.predict([*around, others], state, now)
+            window = self.predict([*request.around, others], state, now)
             if given_up is not None:
                 window = window.without(np.append(given_up, np.zeros(len(others), np.bool_)))
         if window.is_passive and (found is None or not found.safe):
-            found = robot._stopping(window, state, goal, step, now, previous, limit)
-        return found or robot._fall_back(window, state, goal, now)
+            found = self._stopping(window, request)
+        return found or self._fall_back(window, state, request.goal, now)
 
-    def _decide(
-        self,
-        obstacles: ObstacleWindow,
-        others: Tracks | None,
-        state: State,
-        goal: Goal,
-        step: PathStep | None,
-        objective: Objective,
-        now: float,
-        previous: Decision | None,
-        budget: float,
-    ) -> Decision | None:
+    def _decide(self, obstacles: ObstacleWindow, request: Request) -> Decision | None:
         """Decision of the compiled policy; None for a robot that overlaps an obstacle or will at once."""
+        others, state, step, now, previous = request.others, request.state, request.step, request.now, request.previous
         policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
         robots = policy.robots(others, path, np.inf if previous is None else previous.regret, now)
         if step is not None:
             robots.max_speed[0], robots.final[0] = step.max_speed, step.final
-        target, d = goal if step is None else step.goal, state.dimension
-        kernels.decide_all(
-            ROBOT, NO_CELLS, policy.decision(robots, obstacles, others, state, target, objective, now, budget)
-        )
+        kernels.decide_all(ROBOT, NO_CELLS, policy.decision(robots, obstacles, request))
+        d = state.dimension
         number, regret, work = int(robots.outcome[0]), float(robots.regret[0]), 1e-6 * float(robots.work[0])
         path, response = committed_path(robots, 0, d), policy.responses[int(robots.response[0])]
         control, preferred = robots.control[0, :d].copy(), robots.preferred[0, :d].copy()
@@ -251,23 +240,14 @@ class Navigator:
             work=work,
         )
 
-    def _stopping(
-        self,
-        obstacles: ObstacleWindow,
-        state: State,
-        goal: Goal,
-        step: PathStep | None,
-        now: float,
-        previous: Decision | None,
-        budget: float,
-    ) -> Decision:
+    def _stopping(self, obstacles: ObstacleWindow, request: Request) -> Decision:
         """Decision where nothing is safe, of a robot with passive safety: to be at rest before any contact."""
-        if type(self.objective) in (Arrive, *FOLLOWING):
-            window = obstacles.while_moving()
-            found = self._decide(window, None, state, goal, step, self.objective, now, previous, budget)
+        state = request.state
+        if is_compiled(request.robot.objective):
+            found = self._decide(obstacles.while_moving(), request._replace(others=None))
             if found is not None and found.safe:
                 return replace(found, outcome=Outcome.STOPPING)
-        situations = self.situations(state, goal, now)
+        situations = self.situations(state, request.goal, request.now)
         soonest = min(
             situations, key=lambda one: (rest_time(one.response, state, self.horizon), one.response.settled(1.0))
         )

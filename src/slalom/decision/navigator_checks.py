@@ -3,10 +3,22 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from slalom.checks import GOAL, LIMITS, METHOD, SHAPE, duration, has, listing, not_negative, number, positive
+from slalom.checks import (
+    GOAL,
+    LIMITS,
+    METHOD,
+    OBJECTIVE,
+    SHAPE,
+    duration,
+    has,
+    listing,
+    not_negative,
+    number,
+    positive,
+)
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
+from slalom.objective import Arrive, FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape
@@ -20,6 +32,11 @@ FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
 """Objectives that need no goal."""
 
 
+def is_compiled(objective: Objective) -> bool:
+    """Whether the compiled policy has this objective; it has none with a clearance beyond the margin."""
+    return type(objective) in (Arrive, *FOLLOWING) and not objective.enough_clearance
+
+
 def check_settings(robot: "Navigator") -> None:
     """Raise InvalidInput for settings of wrong kinds or out of range."""
     has(robot.method, *METHOD, "method")
@@ -30,7 +47,7 @@ def check_settings(robot: "Navigator") -> None:
     not_negative(robot.patience, "patience")
     positive(robot.stuck_after, "stuck_after")
     has(robot.limits, *LIMITS, "limits")
-    has(robot.objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+    has(robot.objective, *OBJECTIVE, "objective")
     has(robot.risk, ("loss", "likely"), "a Risk", "risk")
     if robot.horizons is not None:
         has(robot.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")

@@ -7,6 +7,7 @@ import numpy as np
 
 from slalom.checks import Array, vector
 from slalom.decision.grown_bodies import Skeletons
+from slalom.decision.request import Request
 from slalom.decision.response_tables import response_table
 from slalom.decision.robot_tables import bounds_of, commit_to, observe, robot_table, target_paths
 from slalom.errors import InvalidInput
@@ -110,28 +111,17 @@ class PolicyTables:
         (n, pieces), q = robots.committed_points.shape[:2], robots.observed_points.shape[1]
         self._spare = {(n, pieces, q): robots}
 
-    def decision(
-        self,
-        robots: RobotTable,
-        obstacles: ObstacleWindow,
-        others: Tracks | None,
-        state: State,
-        goal: Goal,
-        objective: Objective,
-        now: float,
-        budget: float,
-    ) -> DecisionTables:
+    def decision(self, robots: RobotTable, obstacles: ObstacleWindow, request: Request) -> DecisionTables:
         """The tables of a decision, with the robot in row 0 of `robots`.
-
-        `budget` [s]: see `Navigator.decide`.
 
         Raises:
             InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
         """
         d, limits = self.dimension, self.robot.limits
+        others, state, goal, now = request.others, request.state, request.target, request.now
         robots.position[0, :d], robots.velocity[0, :d] = state.position, state.velocity
         robots.acceleration[0, :d] = state.acceleration
-        robots.objective[0], robots.wanted[0, :d] = _wanted(objective, self._table, state)
+        robots.objective[0], robots.wanted[0, :d] = _wanted(request.robot.objective, self._table, state)
         robots.tolerance[0], robots.stop[0], robots.target[0, :d] = goal.tolerance, goal.stop, goal.position(now)
         targets, robots.moving[0] = self._at_rest, False
         if not isinstance(goal.trajectory, Stationary):
@@ -142,7 +132,7 @@ class PolicyTables:
         around = Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, self._clearance)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours), around=around)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
-        settings = self._settings._replace(now=float(now), budget=1e6 * float(budget))
+        settings = self._settings._replace(now=float(now), budget=1e6 * float(request.limit))
         if others is not None and others.shares is not None and settings.share < 1.0:
             # The robot does the rest, see `reciprocity.share_of`.
             rest = (1.0 - others.shares) / others.shares

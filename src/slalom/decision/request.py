@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from slalom.checks import has
+from slalom.checks import TRACKS, has
 from slalom.decision.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.forecast import Forecast
@@ -28,7 +28,12 @@ class Request(NamedTuple):
     step: PathStep | None
     now: float
     previous: Decision | None
-    limit: float
+    limit: float  # [s] of work
+
+    @property
+    def target(self) -> Goal:
+        """The goal, or the next target on the path to it."""
+        return self.goal if self.step is None else self.step.goal
 
 
 def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks | None, Tracks | None]:
@@ -39,7 +44,7 @@ def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks |
     """
     if robots is None:
         return None, None
-    has(robots, ("with_forecast", "paths"), "Tracks", "robots")
+    has(robots, *TRACKS, "robots")
     if robots.probabilities is not None:
         raise InvalidInput("robots: expected tracks without probabilities, found some with; they are obstacles")
     robots = robots.with_forecast(forecast)

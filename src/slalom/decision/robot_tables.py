@@ -127,6 +127,14 @@ def commit_to(robots: RobotTable, k: int, path: Path) -> None:
     robots.committed_points[k, :count, :, :d] = path.points
 
 
+def publish(robots: RobotTable, k: int) -> None:
+    """Let the others observe the committed path of the robot in row k."""
+    p = robots.committed_points.shape[1]
+    robots.observed_times[k] = robots.committed_times[k, -1]
+    robots.observed_times[k, : p + 1] = robots.committed_times[k]
+    robots.observed_points[k, :p] = robots.committed_points[k]
+
+
 def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
     """The committed path of the robot in row k, as a copy."""
     times = robots.committed_times[k]

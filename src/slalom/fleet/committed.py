@@ -15,7 +15,7 @@ from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
 from slalom.decision.navigator_checks import checked_detours, checked_holds
 from slalom.decision.navigator_tables import ARRIVE
 from slalom.decision.response_tables import response_table
-from slalom.decision.robot_tables import bounds_of, commit_to, robot_table, target_paths
+from slalom.decision.robot_tables import bounds_of, commit_to, publish, robot_table, target_paths
 from slalom.errors import InvalidInput
 from slalom.fleet.images import Images
 from slalom.fleet.members import members_of
@@ -103,6 +103,10 @@ class CommittedFleet:
         self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
         self.images = None if world_period is None else Images(self, world_period)
         self.observers = [] if sight is None else observers_of(self, sight)
+
+    def __repr__(self) -> str:
+        methods = ", ".join(policy.method.name for policy in self.policies)
+        return f"<{type(self).__name__} by {methods}, robots: {len(self.members.shapes)}>"
 
     def _policies(self) -> list[Policy]:
         rows: dict[Method, list[int]] = {}
@@ -298,10 +302,7 @@ class CommittedFleet:
         if isinstance(manoeuvre.response, AccelerateThenBrake):
             table.committed_times[k, len(path.points) :] = now + REST_DURATION
         if self.members.methods[k].shared:
-            p = table.committed_points.shape[1]
-            table.observed_times[k] = table.committed_times[k, -1]
-            table.observed_times[k, : p + 1] = table.committed_times[k]
-            table.observed_points[k, :p] = table.committed_points[k]
+            publish(table, k)
         table.response[k], self.other_texts[k] = -1, repr(manoeuvre.response)
         table.control[k, :d] = manoeuvre.control
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array_of, each_number, flags, has, listing, number, whole_numbers
+from slalom.checks import Array, array_of, each_number, flags, has, listing, not_before, whole_numbers
 from slalom.decision import Outcome
 from slalom.decision.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.errors import InvalidInput
@@ -115,12 +115,7 @@ class Fleet(CommittedFleet):
                 paths, a time before that of the last step, headings in space.
         """
         # As a float: kernels would be compiled once more for whole numbers.
-        now = number(now, "now")
-        if now < self._last:
-            raise InvalidInput(
-                f"now: expected a time that does not run backwards, found {now:g} s after a step at {self._last:g} s"
-            )
-        self._last = now
+        self._last = now = not_before(now, self._last, "now", "a step")
         table, n, d = self.table, len(self.members.shapes), self.dimension
         there = np.ones(n, np.bool_) if present is None else flags(present, "present", n)
         table.position[:, :d] = array_of(positions, "positions", (n, d))

@@ -11,8 +11,7 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import GrownBodies, RobotTable
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period, checked_period, displaced, images_about, images_met, to_nearest
-from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of
 
 if TYPE_CHECKING:
     from slalom.fleet.committed import CommittedFleet
@@ -61,7 +60,7 @@ class Images:
         # No response makes a robot faster that exceeds its maximum speed.
         speed = max(table.max_speed.max(), np.linalg.norm(table.velocity, axis=1).max())
         reach = 0.5 * np.array(self.period) + speed * self.horizon + table.radius.max() + table.margin.max()
-        each = images_met(one_by_one(obstacles), forecast, self.period, now, self.horizon, -reach, reach)
+        each = images_met(each_of(obstacles), forecast, self.period, now, self.horizon, -reach, reach)
         return ObstacleWindow([displaced(predicted, by) for _, predicted, by in each], now, self.horizon)
 
     def met(
@@ -71,17 +70,6 @@ class Images:
         speed = max(table.max_speed[k], float(np.linalg.norm(table.velocity[k])))
         reach, position = speed * self.horizon + table.radius[k] + table.margin[k], table.position[k, :d]
         each = images_met(
-            one_by_one(obstacles), forecast, self.period, now, self.horizon, position - reach, position + reach
+            each_of(obstacles), forecast, self.period, now, self.horizon, position - reach, position + reach
         )
         return [displaced(obstacle, by) for obstacle, _, by in each]
-
-
-def one_by_one(obstacles: Obstacles) -> list[Obstacle]:
-    """All obstacles of lists, tables and tracks."""
-    found: list[Obstacle] = []
-    for source in listed(obstacles):
-        if isinstance(source, Obstacle):
-            found.append(source)
-        else:
-            found += source.given if isinstance(source, ObstacleTable) else source.obstacles
-    return found

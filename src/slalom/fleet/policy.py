@@ -3,6 +3,7 @@
 import numpy as np
 
 from slalom.checks import Array
+from slalom.decision.robot_tables import publish
 from slalom.kernels.arrays import Flags, Indices
 from slalom.kernels.decision.tables import DecisionSettings, RobotTable
 from slalom.linear_forecast import linear_forecast
@@ -76,13 +77,8 @@ class Policy:
         else:
             for k in observed[table.present[observed]]:
                 self._predict(k, table, d, now, states[k, :, :d], float(time[k]))
-        for k in np.flatnonzero(self.published):
-            p = table.committed_points.shape[1]
-            table.observed_times[k] = table.committed_times[k, -1]
-            table.observed_times[k, : p + 1], table.observed_points[k, :p] = (
-                table.committed_times[k],
-                table.committed_points[k],
-            )
+        for k in np.flatnonzero(self.published).tolist():
+            publish(table, k)
 
     def _predict(self, k: int, table: RobotTable, d: int, now: float, state: Array, time: float) -> None:
         """Write the predicted path of robot k, observed in `state` (3, d) at `time` [s]."""

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.errors import InvalidFile
+from slalom.kernels.arrays import Indices
 from slalom.trajectory import Sampled, Trajectory
 
-Indices: TypeAlias = npt.NDArray[np.int64]
 Mistake: TypeAlias = tuple[int, str]
 """Line number and message."""
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from slalom.checks import Array, positive
 from slalom.errors import InvalidFile
-from slalom.io.recorded import Agent, Indices, Mistake, RecordedTracks, Rows, counted, named, natural, refuse
+from slalom.io.recorded import Agent, Mistake, RecordedTracks, Rows, counted, named, natural, refuse
+from slalom.kernels.arrays import Indices
 from slalom.tolerances import LARGEST, LONG_GAP, STAMP_ROUNDING
 from slalom.trajectory import Sampled
 

@@ -13,7 +13,8 @@ import numpy.typing as npt
 from slalom.checks import Array, shown
 from slalom.errors import InvalidFile
 from slalom.io.input_file import text_of
-from slalom.io.recorded import LINE_LOCATION, Indices, Mistake, Rows, refuse
+from slalom.io.recorded import LINE_LOCATION, Mistake, Rows, refuse
+from slalom.kernels.arrays import Indices
 from slalom.tolerances import LARGEST, MAX_ROWS, SHOWN
 
 EMPTY: Final = ("", "nan", "na", "null", "none")

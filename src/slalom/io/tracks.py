@@ -14,8 +14,9 @@ import numpy as np
 from slalom.checks import Array
 from slalom.errors import InvalidFile
 from slalom.io.input_file import text_of
-from slalom.io.recorded import Indices, Rows, first_of
+from slalom.io.recorded import Rows, first_of
 from slalom.io.table import comma_table
+from slalom.kernels.arrays import Indices
 from slalom.trajectory import Sampled
 
 COLUMNS = ("t", "id", "x", "y")

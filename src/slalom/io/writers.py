@@ -19,7 +19,8 @@ import numpy as np
 
 from slalom.checks import Array, positive
 from slalom.errors import InvalidFile, InvalidInput, reason
-from slalom.io.recorded import Agent, Indices, RecordedTracks
+from slalom.io.recorded import Agent, RecordedTracks
+from slalom.kernels.arrays import Indices
 from slalom.tolerances import FRAME_ROUNDING, REST
 
 MARGIN: Final = 1.0

@@ -101,7 +101,7 @@ def displaced_by(trajectory: Trajectory, by: Array) -> Trajectory:
     }
     for kind, name in places.items():
         if type(trajectory) is kind:
-            found: Trajectory = replace(trajectory, **{name: getattr(trajectory, name) + by})  # type: ignore[type-var]
+            found: Trajectory = replace(trajectory, **{name: getattr(trajectory, name) + by})  # type: ignore[type-var]  # a dataclass
             return found
     if isinstance(trajectory, PiecewisePolynomial):
         coefficients = trajectory.coefficients.copy()

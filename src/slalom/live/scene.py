@@ -23,7 +23,7 @@ MILLIMETRE: Final = 1e-3
 
 
 class Scene:
-    """What is drawn of a scenario: the box, and which obstacles move.
+    """The drawn parts of a scenario: the box, and the obstacles that move.
 
     Attributes:
         low, high: (d,) [m] of the box that is drawn. moving: indices of the obstacles that move.

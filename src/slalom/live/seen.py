@@ -167,12 +167,8 @@ def decisions(scenario: Scenario, method: Method, steps: Sequence[Step]) -> Iter
     """
     if len(scenario.robots) > 1:
         raise InvalidInput(f"scenario: expected one robot, found {len(scenario.robots)}")
-    decider, d = SingleRobotDecider(scenario, method), scenario.dimension
-    for k, step in enumerate(steps):
+    decider = SingleRobotDecider(scenario, method)
+    for k in range(len(steps)):
         if k % scenario.steps_per_decision == 0:
-            states, state = decider.states, state_at(steps, k, 0)
-            states.position[0, :d], states.velocity[0, :d] = step.positions[0], step.velocities[0]
-            states.acceleration[0, :d] = state.acceleration
-            decider.decide((0,), scenario.start + scenario.dt * k)
-        assert decider.decision is not None
-        yield decider.decision
+            decision = decider.decide_in(state_at(steps, k, 0), scenario.start + scenario.dt * k)
+        yield decision

@@ -206,7 +206,7 @@ class Session:
             raise InvalidInput(str(error)) from error
 
     def _probe(self, k: int, to: Any, answers: int, slot: int) -> list[bytes]:
-        """What a control would do: its path, and the first obstacle that it hits."""
+        """Message with the path of a control, and with the first obstacle that it hits."""
         seen = self._seen(k)
         if seen is None:
             return []

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, flag, has, listing, not_negative
+from slalom.checks import UNCERTAINTY, Array, flag, has, listing, not_negative
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import DecisionInputs, completed, made
@@ -69,7 +69,7 @@ class ExpectedLoss:
         shares = tuple(not_negative(share, f"shares[{k}]") for k, share in enumerate(self.shares))
         if len(shares) != len(margins) or max(shares) > 1.0:
             raise InvalidInput(f"shares: expected {len(margins)} numbers from 0 to 1, found {list(shares)}")
-        has(self.spread, ("radius",), "an uncertainty, such as BoundedError(0.1)", "spread")
+        has(self.spread, *UNCERTAINTY, "spread")
         flag(self.deviates, "deviates")
         for name, value in (("margins", margins), ("shares", shares), ("loss", not_negative(self.loss, "loss"))):
             object.__setattr__(self, name, value)

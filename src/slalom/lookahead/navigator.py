@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slalom.checks import duration, has, not_negative, number, positive
+from slalom.checks import duration, has, not_negative, number, or_infinite, positive
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, made, state_to_decide_from
 from slalom.decision.futures import Level, least_given_up, levels
@@ -77,7 +77,7 @@ class LookAhead:
         # As floats: kernels would be compiled once more for whole numbers.
         for name, value in (
             ("time_horizon", duration(self.time_horizon, "time_horizon")),
-            ("deadline", np.inf if self.deadline is np.inf else number(self.deadline, "deadline")),
+            ("deadline", or_infinite(self.deadline, "deadline", number)),
             ("budget", positive(self.budget, "budget")),
             ("improvement_budget", not_negative(self.improvement_budget, "improvement_budget")),
         ):

@@ -20,7 +20,7 @@ from slalom.state import State
 from slalom.uncertainty import Scaled
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SequenceDecision(Decision):
     """Decision for a whole sequence of accelerations.
 

@@ -6,7 +6,8 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import Array, not_negative, positive
+from slalom.checks import Array, NotNegative, Positive, mapping, positive
+from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.obstacle.obstacle import Obstacle
 from slalom.state import State
@@ -28,12 +29,13 @@ class HorizonByName:
     """seconds[name] for named obstacles, `otherwise` [s] for all others."""
 
     seconds: Mapping[str, float]
-    otherwise: float
+    otherwise: Positive
 
     def __post_init__(self) -> None:
+        mapping(self.seconds, "numbers by name", "seconds")
         for name, value in self.seconds.items():
             positive(value, f"seconds[{name!r}]")
-        positive(self.otherwise, "otherwise")
+        check_fields(self)
 
     def __call__(self, state: State, obstacles: Sequence[Obstacle], limits: Limits, now: float) -> Array:
         return np.array([self.seconds.get(obstacle.name, self.otherwise) for obstacle in obstacles])
@@ -50,10 +52,10 @@ class SafeTime:
     inevitable collision states. For a robot that brakes straight this is the time to stop.
     """
 
-    extra: float = 1.0
+    extra: NotNegative = 1.0
 
     def __post_init__(self) -> None:
-        not_negative(self.extra, "extra")
+        check_fields(self)
 
     def __call__(self, state: State, obstacles: Sequence[Obstacle], limits: Limits, now: float) -> Array:
         times = []

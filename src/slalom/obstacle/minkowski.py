@@ -4,15 +4,12 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
+from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle.obstacle import Obstacle
 from slalom.shape import Part, Shape
-
-Indices = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
 
 
 class MinkowskiSum(NamedTuple):

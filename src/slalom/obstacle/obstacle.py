@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import SHAPE, Array, flag, has, known, number, probability, text
+from slalom.checks import SHAPE, TRAJECTORY, UNCERTAINTY, Array, flag, has, known, number, probability, text
 from slalom.errors import InvalidInput
 from slalom.path import Path
 from slalom.shape import Disc, Shape
@@ -32,7 +32,6 @@ class Obstacle:
         after_end: what follows the end of the trajectory. "unknown": a decision before the end takes the obstacle to
             continue at its last velocity, and a decision after the end is refused. "continues": it continues at its
             last velocity at every time, and its uncertainty grows from the end on. "leaves": it exists no more.
-
         contact_at_rest: whether a contact counts while the robot is at rest. False for what a robot must never run into
             but may be touched by after it has stopped (passive safety, see `Sight`). Such an obstacle may stand for
             another one of its name in any motion: a robot for which nothing is safe relies on it alone.
@@ -59,26 +58,24 @@ class Obstacle:
     def __post_init__(self) -> None:
         prefix = f"obstacle {text(self.name, 'name')!r}: "
         has(self.shape, *SHAPE, f"{prefix}shape")
-        trajectory = "a trajectory, such as Stationary((x, y))"
-        has(self.trajectory, ("position", "span"), trajectory, f"{prefix}trajectory")
+        has(self.trajectory, *TRAJECTORY, f"{prefix}trajectory")
         if self.shape.dimension != self.trajectory.dimension:
             raise InvalidInput(
                 f"{prefix}expected shape and trajectory of one dimension, "
                 f"found {self.shape.dimension} and {self.trajectory.dimension}"
             )
         if self.uncertainty is not None:
-            has(self.uncertainty, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"{prefix}uncertainty")
+            has(self.uncertainty, *UNCERTAINTY, f"{prefix}uncertainty")
         if isinstance(self.heading, str):
             if self.heading != MOTION:
                 raise InvalidInput(f"heading: expected an angle [rad] or {MOTION!r}, found {self.heading!r}")
         else:
             object.__setattr__(self, "heading", number(self.heading, "heading"))
         known(self.after_end, "after_end", AFTER_END)
-        flag(self.contact_at_rest, "contact_at_rest")
-        if self.probability != 1.0:
-            object.__setattr__(self, "probability", probability(self.probability, f"{prefix}probability"))
-            if not text(self.owner, f"{prefix}owner") and not self.name:
-                raise InvalidInput(f"{prefix}expected a name or an owner with a probability below 1, found neither")
+        object.__setattr__(self, "contact_at_rest", flag(self.contact_at_rest, "contact_at_rest"))
+        object.__setattr__(self, "probability", probability(self.probability, f"{prefix}probability"))
+        if self.probability < 1.0 and not text(self.owner, f"{prefix}owner") and not self.name:
+            raise InvalidInput(f"{prefix}expected a name or an owner with a probability below 1, found neither")
         if self.dimension == 3 and self.heading != 0.0:
             raise InvalidInput(f"heading: expected 0 in space, where orientation is constant, found {self.heading!r}")
 

@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, listing, number
+from slalom.checks import Array, listing, number, or_infinite
 from slalom.errors import InvalidInput
 from slalom.forecast import Forecast, predicted
 from slalom.kernels.arrays import Indices
@@ -31,10 +31,7 @@ def checked_period(period: Period, dimension: int, wide: float, name: str) -> Pe
     away, so it need not avoid them unless it starts within one.
     """
     listing(period, f"{dimension} lengths", name)
-    lengths = tuple(
-        np.inf if isinstance(length, float) and length == np.inf else number(length, f"{name}[{k}]")
-        for k, length in enumerate(period)
-    )
+    lengths = tuple(or_infinite(length, f"{name}[{k}]", number) for k, length in enumerate(period))
     if len(lengths) != dimension or not all(length > 0.0 for length in lengths):
         found = ", ".join(f"{length:g}" for length in lengths)
         raise InvalidInput(
@@ -73,14 +70,6 @@ def between(low: Array, high: Array, period: Period) -> Array:
         for a, b, length in zip(low, high, period, strict=True)
     ]
     return np.array(list(product(*axes))).reshape(-1, len(period))
-
-
-def images_within(displacement: Array, distance: float, period: Period | None) -> Array:
-    """Multiples of the period (m, d) [m] that make a displacement (d,) [m] at most `distance` [m] long when added."""
-    shifts = np.zeros((1, len(displacement)))
-    if period is not None:
-        shifts = between(-distance - displacement, distance - displacement, period)
-    return np.asarray(shifts[np.linalg.norm(displacement + shifts, axis=1) <= distance])
 
 
 def images_about(k: int, positions: Array, distances: Array, period: Period) -> tuple[Indices, Array]:

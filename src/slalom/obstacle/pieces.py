@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.checks import Array
-from slalom.kernels.arrays import Corners, Flags, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
+from slalom.kernels.arrays import Flags, Hulls, Indices, MaybeHulls, Pieces
 from slalom.obstacle.minkowski import MinkowskiSum, minkowski_sum
 from slalom.obstacle.obstacle import Obstacle
 from slalom.path import Path
@@ -43,11 +43,6 @@ class Bodies(NamedTuple):
     at_rest: Flags  # (b,) whether a contact with its obstacle counts while the robot is at rest
     heads: Indices  # rows with which bodies begin that exist when the window begins
     has_hulls: bool  # whether any of them is more than a point
-
-    @property
-    def maybe_corners(self) -> MaybeCorners:
-        """The corners of the hulls; empty where all bodies are points."""
-        return Corners(self.corners, self.first, self.unordered) if self.has_hulls else ()
 
     @property
     def hulls(self) -> MaybeHulls:
@@ -253,23 +248,20 @@ NO_TURNS = np.empty((0, 4, 2))
 
 def no_bodies(d: int) -> Bodies:
     """No bodies, in dimension d."""
-    none, no = np.empty(0), np.empty(0, np.int64)
-    pieces = Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no)
-    first = np.zeros(1, np.int64)
+    none, no, never = np.empty(0), np.empty(0, np.int64), np.empty(0, np.bool_)
     return Bodies(
-        *(
-            pieces,
-            np.empty((0, 4)),
-            False,
-            no,
-            none,
-            none,
-            no,
-            np.empty((0, 5)),
-            first,
-            np.empty(0, np.bool_),
-            np.empty(0, np.bool_),
-            np.empty(0, np.bool_),
-        ),
-        *(no, False),
+        Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no),
+        balls=np.empty((0, 4)),
+        turning=False,
+        owner=no,
+        radius=none,
+        hull_radius=none,
+        hull=no,
+        corners=np.empty((0, 5)),
+        first=np.zeros(1, np.int64),
+        unordered=never,
+        uncertain=never,
+        at_rest=never,
+        heads=no,
+        has_hulls=False,
     )

@@ -24,7 +24,8 @@ class ObstacleTable:
     make one table for each part, and a new table for a part that changes.
 
     The pieces are made for each shape of a robot and each stretch of STRETCH_HORIZONS horizons, when first needed.
-    Stretches begin at multiples of their length, so a decision does not depend on earlier ones.
+    Stretches begin at multiples of their length, so a decision does not depend on earlier ones. Decisions in several
+    threads may share a table.
 
     Attributes:
         given: the obstacles as they were given. obstacles: the same, continued (see `Obstacle.after_end`).
@@ -49,6 +50,9 @@ class ObstacleTable:
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in self.obstacles)
         self._bodies: dict[tuple[Shape, int, float], _Stretch] = {}
         self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
+
+    def __repr__(self) -> str:
+        return f"<ObstacleTable, obstacles: {len(self)}>"
 
     def __len__(self) -> int:
         return len(self.obstacles)
@@ -103,11 +107,13 @@ class ObstacleTable:
         # Rounding of the quotient.
         stretch -= stretch * length > start
         key = (robot, stretch, horizon)
-        if key not in self._bodies:
-            # Earlier stretches are over.
-            self._bodies = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
-            self._bodies[key] = self._made(robot, stretch * length, (stretch + 1) * length + horizon)
-        bodies, first, body_balls, some = self._bodies[key]
+        made = self._bodies.get(key)
+        if made is None:
+            made = self._made(robot, stretch * length, (stretch + 1) * length + horizon)
+            # Earlier stretches are over. A new dictionary: other threads may go through the former one.
+            kept = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
+            self._bodies = {**kept, key: made}
+        bodies, first, body_balls, some = made
         if reach is not None:
             some = kernels.balls_near(body_balls, reach.position, reach.distance + reach.clearance)
         owner = bodies.owner if len(some) == len(body_balls) else bodies.owner[some]

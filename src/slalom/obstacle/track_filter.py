@@ -5,8 +5,8 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import Array, not_negative, number, positive
-from slalom.errors import InvalidInput
+from slalom.checks import Array, Fraction, NotNegative, Positive
+from slalom.fields import check_fields
 from slalom.forecast import AtConstantVelocity, Forecast
 from slalom.uncertainty import KalmanError, Uncertainty
 
@@ -77,19 +77,15 @@ class ConstantVelocityFilter:
         probability: with which an obstacle is outside the radius at any one time.
     """
 
-    acceleration: float = 0.2
-    position: float = 0.1
-    velocity: float = 0.2
-    first_velocity: float = 1.0
-    probability: float = 0.05
+    acceleration: NotNegative = 0.2
+    position: Positive = 0.1
+    velocity: Positive = 0.2
+    first_velocity: Positive = 1.0
+    probability: Fraction = 0.05
     forecast: Forecast = field(default=AtConstantVelocity(), init=False)
 
     def __post_init__(self) -> None:
-        not_negative(self.acceleration, "acceleration")
-        for name in ("position", "velocity", "first_velocity"):
-            positive(getattr(self, name), name)
-        if not 0.0 < number(self.probability, "probability") < 1.0:
-            raise InvalidInput(f"probability: expected a number between 0 and 1, found {self.probability:g}")
+        check_fields(self)
 
     def begin(self, seen: Measurement) -> Gaussian:
         values, covariance = self._measured(seen)

@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import SHAPE, Array, array, has, number, positive, shown, vector
+from slalom.checks import SHAPE, Array, Positive, array, has, not_before, number, shown, vector
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.track_filter import ConstantVelocityFilter, Estimate, Filter, Measurement
 from slalom.obstacle.tracks import Tracks
-from slalom.shape import Disc, Shape
+from slalom.shape import Disc, Shape, is_round
 from slalom.tolerances import SYMMETRY
 from slalom.trajectory import ConstantAcceleration
 
@@ -29,7 +30,7 @@ class _Step(NamedTuple):
     heading: float | None
 
 
-@dataclass
+@dataclass(eq=False)
 class Tracker:
     """Obstacles followed by their ids, for decisions in a loop.
 
@@ -50,14 +51,14 @@ class Tracker:
 
     shape: Shape = field(default_factory=lambda: Disc(0.3))
     filter: Filter = field(default_factory=ConstantVelocityFilter)
-    max_age: float = 1.0
+    max_age: Positive = 1.0
     _steps: dict[Hashable, list[_Step]] = field(default_factory=dict, init=False, repr=False)
     _now: float = field(default=-np.inf, init=False, repr=False)
 
     def __post_init__(self) -> None:
         has(self.shape, *SHAPE, "shape")
         has(self.filter, ("begin", "predict", "correct", "estimate"), "a filter", "filter")
-        positive(self.max_age, "max_age")
+        check_fields(self)
 
     def update(
         self,
@@ -101,18 +102,14 @@ class Tracker:
         Raises:
             InvalidInput: a time before that of the last call.
         """
-        if number(now, "now") < self._now:
-            raise InvalidInput(
-                f"now: expected a time that does not run backwards, found {now:g} s after a call at {self._now:g} s"
-            )
-        self._now = now
+        self._now = now = not_before(now, self._now, "now", "a call")
         found: list[tuple[Hashable, _Step, Estimate]] = []
         for id in list(self._steps):
             known = self._known(id)
             if known is not None:
                 belief = self.filter.predict(known.belief, now - known.seen.t)
                 found.append((id, known, self.filter.estimate(belief)))
-        round_ones = [one for one in found if one[1].heading is None or _is_round(one[1].shape)]
+        round_ones = [one for one in found if one[1].heading is None or is_round(one[1].shape)]
         others = [self._obstacle(id, step, estimate) for id, step, estimate in found if _turned(step)]
         return (*self._tracks(round_ones), *others)
 
@@ -211,13 +208,8 @@ class Tracker:
         return self._steps[id][-1].shape if id in self._steps else self.shape
 
 
-def _is_round(shape: Shape) -> bool:
-    """Whether a shape is a disc or ball about its reference point."""
-    return len(shape.parts) == 1 and shape.parts[0].radius == shape.bounding_radius
-
-
 def _turned(step: _Step) -> bool:
-    return step.heading is not None and not _is_round(step.shape)
+    return step.heading is not None and not is_round(step.shape)
 
 
 def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) -> Array:

@@ -8,7 +8,19 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, array, array_of, has, listing, not_huge, number, probability, whole_numbers
+from slalom.checks import (
+    FORECAST,
+    UNCERTAINTY,
+    Array,
+    array,
+    array_of,
+    has,
+    listing,
+    not_huge,
+    number,
+    probability,
+    whole_numbers,
+)
 from slalom.errors import InvalidInput
 from slalom.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.kernels.arrays import Indices, Pieces
@@ -85,7 +97,7 @@ class Tracks:
             self.uncertainties = tuple(uncertainty)
         for k, one in enumerate(self.uncertainties):
             if one is not None:
-                has(one, ("radius",), "an uncertainty, such as BoundedError(0.1)", f"uncertainty[{k}]")
+                has(one, *UNCERTAINTY, f"uncertainty[{k}]")
         if len(self.uncertainties) != n:
             raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
@@ -97,6 +109,9 @@ class Tracks:
         self.forecast: Forecast = _usable(usual if forecast is None else forecast)
 
     is_passive = False
+
+    def __repr__(self) -> str:
+        return f"<Tracks at {self.t:g} s, number: {len(self)}, dimension: {self.dimension}>"
 
     def __len__(self) -> int:
         return len(self.states)
@@ -245,7 +260,7 @@ _COLUMNS = ("positions", "velocities", "accelerations")
 
 
 def _usable(forecast: Forecast) -> Forecast:
-    has(forecast, ("includes_future",), "a forecast, such as AtConstantVelocity()", "forecast")
+    has(forecast, *FORECAST, "forecast")
     if isinstance(forecast, OBSERVING) or forecast.includes_future:
         raise InvalidInput(f"tracks: expected a forecast from what is observed at one time, found {forecast}")
     return forecast

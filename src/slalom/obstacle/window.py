@@ -33,7 +33,7 @@ class _Source(Protocol):
 
     @property
     def obstacles(self) -> Sequence[Obstacle]:
-        """They, one by one."""
+        """The obstacles of the source, one by one."""
 
     @property
     def is_passive(self) -> bool:
@@ -115,6 +115,9 @@ class ObstacleWindow:
         for first, absent in unknown:
             window.until[first : first + len(absent)][absent] = 0.0
         return window
+
+    def __repr__(self) -> str:
+        return f"<ObstacleWindow from {self.start:g} s for {self.horizon:g} s, obstacles: {len(self)}>"
 
     def __len__(self) -> int:
         return sum(self._counts)

@@ -1,11 +1,13 @@
 """Responses to an acceleration: held without end, or held and followed by constant velocity."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import Array, positive
+from slalom.checks import Array, Positive
+from slalom.fields import check_fields
 from slalom.response.protocol import ramp, with_break
 from slalom.response.time_invariant import Coefficients, TimeInvariant
 from slalom.state import State
@@ -15,13 +17,8 @@ from slalom.state import State
 class Acceleration(TimeInvariant):
     """u is an acceleration [m/s^2], held without end: gain t^2 / 2 (Stern and Shiller 2025, AO and NAO)."""
 
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return True
+    interpolation_error: ClassVar[float] = 0.0
+    restartable: ClassVar[bool] = True
 
     def position_coefficients(self, time: Array) -> Coefficients:
         return time, 0.5 * time * time
@@ -52,18 +49,12 @@ class AccelerateThenCoast(TimeInvariant):
     Gain t^2 / 2, then hold (t - hold / 2). The speed stays bounded, as that of a vehicle does.
     """
 
-    hold: float
+    interpolation_error: ClassVar[float] = 0.0
+    restartable: ClassVar[bool] = False
+    hold: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hold", positive(self.hold, "hold"))
-
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return False
+        check_fields(self)
 
     def position_coefficients(self, time: Array) -> Coefficients:
         return time, ramp(time, self.hold)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,13 +17,8 @@ from slalom.state import State
 class Jerk:
     """u is a jerk [m/s^3], held without end from the present acceleration: gain t^3 / 6."""
 
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return True
+    interpolation_error: ClassVar[float] = 0.0
+    restartable: ClassVar[bool] = True
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
         time, column = times_of(t)

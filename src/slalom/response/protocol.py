@@ -1,6 +1,6 @@
 """Protocol of responses, and the motion under a response."""
 
-from typing import Protocol, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -62,6 +62,21 @@ class Response(Protocol):
 
         It stays below a limit, as long as for `speed_peaks`, if all images have norms below the limit.
         """
+
+
+class Unsteered:
+    """Members shared by responses on which the control has no effect."""
+
+    restartable: ClassVar[bool] = False
+
+    def settled(self, horizon: float) -> float:
+        return 0.0
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return ()
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return ()
 
 
 def advance(response: Response, state: State, control: Array, duration: float) -> State:

@@ -1,13 +1,15 @@
 """Response that continues with a fixed sequence of accelerations."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.affine import Affine
-from slalom.checks import Array, positive, vector
+from slalom.checks import Array, Positive, listing, pair, positive, vector
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.response.protocol import affine, ramp, times_of
 from slalom.state import State
 
@@ -20,30 +22,26 @@ class AccelerationSequence:
     each with its duration: ((seconds, (ax, ay)), ...).
     """
 
-    hold: float
+    interpolation_error: ClassVar[float] = 0.0
+    restartable: ClassVar[bool] = False
+    hold: Positive
     then: tuple[tuple[float, tuple[float, ...]], ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hold", positive(self.hold, "hold"))
-        dimensions = {len(acceleration) for _, acceleration in self.then}
+        check_fields(self)
+        listing(self.then, "durations and accelerations", "then")
+        pairs = [pair(one, "a duration and an acceleration", f"then[{k}]") for k, one in enumerate(self.then)]
+        then = tuple(
+            (positive(seconds, f"then[{k}]"), tuple(vector(acceleration, f"then[{k}]").tolist()))
+            for k, (seconds, acceleration) in enumerate(pairs)
+        )
+        dimensions = {len(acceleration) for _, acceleration in then}
         if len(dimensions) > 1:
             raise InvalidInput(f"then: expected accelerations of one dimension, found {sorted(dimensions)}")
-        then = tuple(
-            (positive(seconds, f"then[{k}]"), tuple(float(x) for x in vector(acceleration, f"then[{k}]")))
-            for k, (seconds, acceleration) in enumerate(self.then)
-        )
         object.__setattr__(self, "then", then)
 
     def __repr__(self) -> str:
         return f"AccelerationSequence(hold={self.hold:g}, then={len(self.then)} more)"
-
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return False
 
     @property
     def ends(self) -> Array:

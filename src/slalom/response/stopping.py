@@ -2,11 +2,13 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import Array, positive
+from slalom.checks import Array, Positive, positive
+from slalom.fields import check_fields
 from slalom.response.time_invariant import Coefficients, TimeInvariant
 from slalom.state import State
 
@@ -14,19 +16,13 @@ from slalom.state import State
 class _Stopping(TimeInvariant):
     """Acceleration held for `hold` seconds, then braking proportional to the velocity at the start of braking."""
 
+    interpolation_error: ClassVar[float] = 0.0
+    restartable: ClassVar[bool] = False
     hold: float
 
     @abstractmethod
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
         """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
-
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
-
-    @property
-    def restartable(self) -> bool:
-        return False
 
     def position_coefficients(self, time: Array) -> Coefficients:
         held, (distance, _, _) = np.minimum(time, self.hold), self._braking(time)
@@ -64,14 +60,12 @@ class AccelerateThenStop(_Stopping):
         period: [s] > 0.
     """
 
-    hold: float
-    rate: float
-    period: float
+    hold: Positive
+    rate: Positive
+    period: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hold", positive(self.hold, "hold"))
-        object.__setattr__(self, "rate", positive(self.rate, "rate"))
-        object.__setattr__(self, "period", positive(self.period, "period"))
+        check_fields(self)
         if self.rate * self.period >= 1.0:
             positive(1.0 - self.rate * self.period, "1 - rate * period")
 
@@ -102,12 +96,11 @@ class AccelerateThenBrake(_Stopping):
     other robots can avoid it for all time. Braking is within a limit a while |w| <= a brake.
     """
 
-    hold: float
-    brake: float
+    hold: Positive
+    brake: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hold", positive(self.hold, "hold"))
-        object.__setattr__(self, "brake", positive(self.brake, "brake"))
+        check_fields(self)
 
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
         """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""

@@ -1,11 +1,13 @@
 """Responses to a velocity: reached at once, by a ramp, or with a lag."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from slalom.affine import Affine
-from slalom.checks import Array, not_negative, positive
+from slalom.checks import Array, NotNegative, Positive
+from slalom.fields import check_fields
 from slalom.path import hermite_step
 from slalom.response.protocol import affine, ramp, with_break
 from slalom.response.time_invariant import Coefficients, TimeInvariant
@@ -22,14 +24,11 @@ class Velocity(TimeInvariant):
     then agree, and |u - v| <= max_acceleration * ramp are the velocities reachable in one period.
     """
 
-    ramp: float = 0.0
+    interpolation_error: ClassVar[float] = 0.0
+    ramp: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ramp", not_negative(self.ramp, "ramp"))
-
-    @property
-    def interpolation_error(self) -> float:
-        return 0.0
+        check_fields(self)
 
     @property
     def restartable(self) -> bool:
@@ -67,18 +66,12 @@ class LaggedVelocity(TimeInvariant):
     Gain t - lag (1 - e^(-t/lag)) (van den Berg, Snape, Guy and Manocha 2011, the AVO).
     """
 
-    lag: float
+    interpolation_error: ClassVar[float] = INTERPOLATION
+    restartable: ClassVar[bool] = True
+    lag: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "lag", positive(self.lag, "lag"))
-
-    @property
-    def interpolation_error(self) -> float:
-        return INTERPOLATION
-
-    @property
-    def restartable(self) -> bool:
-        return True
+        check_fields(self)
 
     def position_coefficients(self, time: Array) -> Coefficients:
         x = time / self.lag

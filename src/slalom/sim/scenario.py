@@ -10,17 +10,18 @@ from slalom.checks import (
     GOAL,
     LIMITS,
     METHOD,
+    OBJECTIVE,
     SHAPE,
     STATE,
     Array,
     array_of,
     has,
     listing,
+    mapping,
     not_negative,
     number,
     positive,
     share,
-    shown,
     text,
 )
 from slalom.decision.navigator import Navigator
@@ -75,7 +76,7 @@ class Robot:
             has(self.method, *METHOD, f"{self.name}.method")
         positive(self.priority, f"{self.name}.priority")
         if self.objective is not None:
-            has(self.objective, ("aims", "cost"), "an objective, such as Arrive()", f"{self.name}.objective")
+            has(self.objective, *OBJECTIVE, f"{self.name}.objective")
         if self.margin is not None:
             not_negative(self.margin, f"{self.name}.margin")
         for part, dimension in (("shape", self.shape.dimension), ("goal", self.goal.trajectory.dimension)):
@@ -85,7 +86,7 @@ class Robot:
                 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scenario:
     """Robots among obstacles, and the settings of their navigators.
 
@@ -150,8 +151,7 @@ class Scenario:
             listing(getattr(self, name), expected, name)
             for k, one in enumerate(getattr(self, name)):
                 has(one, members, expected, f"{name}[{k}]")
-        if not isinstance(self.parameters, Mapping):
-            raise InvalidInput(f"parameters: expected numbers by name, found {shown(self.parameters)}")
+        mapping(self.parameters, "numbers by name", "parameters")
         dimensions = sorted({robot.state.dimension for robot in self.robots})
         if len(dimensions) != 1:
             raise InvalidInput(f"robots: expected one or more of one dimension, found dimensions {dimensions}")
@@ -193,6 +193,9 @@ class Scenario:
             for robot in self.robots:
                 self._refuse_hidden_goal(obstacle, robot)
 
+    def __repr__(self) -> str:
+        return f"<Scenario {self.name}, robots: {len(self.robots)}, obstacles: {len(self.obstacles)}>"
+
     def _refuse_hidden_goal(self, obstacle: Obstacle, robot: Robot) -> None:
         """Raise InvalidInput for a goal at rest that an obstacle at rest covers for all time."""
         goal = robot.goal
@@ -209,7 +212,7 @@ class Scenario:
 
     @property
     def sight(self) -> Sight | None:
-        """What limits the sight of every robot; None: nothing."""
+        """The limited sight of every robot; None: not limited."""
         return sight_of({name: getattr(self, name) for name in SIGHT})
 
     def margin_of(self, robot: int) -> float:

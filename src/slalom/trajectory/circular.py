@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, OptionalVector, Positive, number, positive, unit, vector
+from slalom.checks import Array, Checked, Direction, Number, Positive, vector
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.path import Path, even_knots, hermite, hermite_step
 from slalom.tolerances import INTERPOLATION
 from slalom.trajectory.protocol import Endless
@@ -25,19 +26,16 @@ class Circular(Endless):
 
     center: Checked = Checked(vector)
     radius: Positive  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
-    speed: float  # type: ignore[misc]
-    phase: float = 0.0
-    normal: OptionalVector = None
+    speed: Number  # type: ignore[misc]  # the same
+    phase: Number = 0.0
+    normal: Direction = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive(self.radius, "radius"))
-        object.__setattr__(self, "speed", number(self.speed, "speed"))
-        object.__setattr__(self, "phase", number(self.phase, "phase"))
+        check_fields(self)
         if self.normal is not None:
             if self.center.size == 2:
                 raise InvalidInput("normal: expected none for a circle in the plane, found one")
-            normal, _ = unit(vector(self.normal, "normal", 3), "normal")
-            object.__setattr__(self, "normal", normal)
+            vector(self.normal, "normal", 3)
 
     @property
     def dimension(self) -> int:

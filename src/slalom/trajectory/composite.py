@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, array, not_negative, positive
+from slalom.checks import TRAJECTORY, Array, NotNegative, Number, Positive, array, has, listing, positive
 from slalom.errors import InvalidInput, OutsideSpan
+from slalom.fields import check_fields
 from slalom.path import Path, even_knots, hermite_pieces
 from slalom.tolerances import JUMP
 from slalom.trajectory.direction import moving_direction
@@ -29,6 +30,10 @@ class Composite:
     switches: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        listing(self.parts, "trajectories", "parts")
+        listing(self.switches, "times", "switches")
+        for k, part in enumerate(self.parts):
+            has(part, *TRAJECTORY, f"parts[{k}]")
         if len(self.parts) != len(self.switches) + 1 or not self.switches:
             raise InvalidInput(
                 f"switches: expected one between two parts each, found {len(self.switches)} for {len(self.parts)} parts"
@@ -118,16 +123,15 @@ class Function:
     """
 
     function: Callable[[float], npt.ArrayLike]
-    max_speed: float
-    max_acceleration: float
-    first: float
-    last: float
-    tolerance: float = 1e-3
+    max_speed: NotNegative
+    max_acceleration: NotNegative
+    first: Number
+    last: Number
+    tolerance: Positive = 1e-3
 
     def __post_init__(self) -> None:
-        not_negative(self.max_speed, "max_speed")
-        not_negative(self.max_acceleration, "max_acceleration")
-        positive(self.tolerance, "tolerance")
+        has(self.function, ("__call__",), "a function of a time", "function")
+        check_fields(self)
         positive(self.last - self.first, "last - first")
         position = np.asarray(self.function(self.first), dtype=np.float64)
         if position.shape not in ((2,), (3,)) or not np.all(np.isfinite(position)):

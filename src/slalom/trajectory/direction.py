@@ -87,7 +87,7 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
     a, b, v = times[:-1][moving], times[1:][moving], _without_rest_at_ends(velocities[moving])
     accepted = []
     while len(a):
-        pieces, error = _hermite_directions(b - a, v)
+        pieces, error = _hermite_directions(v)
         done = error <= tolerance
         too_short = ~done & (b - a < STANDING)
         pieces[too_short], error[too_short] = 0.0, 1.0
@@ -125,10 +125,10 @@ def _without_rest_at_ends(v: Array) -> Array:
     return v
 
 
-def _hermite_directions(h: Array, v: Array) -> tuple[Array, Array]:
+def _hermite_directions(v: Array) -> tuple[Array, Array]:
     """Cubic pieces (n, 4, 2) and their certified errors (n,).
 
-    `v` (n, m + 1, 2) are control points of polynomial velocities, `h` (n,) [s] their durations.
+    `v` (n, m + 1, 2) are control points of polynomial velocities.
     """
     degree = v.shape[1] - 1
     ends = v[:, [0, -1]]
@@ -159,7 +159,7 @@ def _dot(p: Array, q: Array) -> Array:
     return np.asarray((p * q).sum(axis=-1))
 
 
-def _product(p: Array, q: Array, multiply: object) -> Array:
+def _product(p: Array, q: Array, multiply: Callable[[Array, Array], Array]) -> Array:
     """Bernstein coefficients (n, k + m + 1) of the product of two polynomials.
 
     Their control points are (n, k + 1, 2) and (n, m + 1, 2).
@@ -169,7 +169,7 @@ def _product(p: Array, q: Array, multiply: object) -> Array:
     for i in range(k + 1):
         for j in range(m + 1):
             weight = comb(k, i) * comb(m, j) / comb(k + m, i + j)
-            result[:, i + j] += weight * multiply(p[:, i], q[:, j])  # type: ignore[operator]
+            result[:, i + j] += weight * multiply(p[:, i], q[:, j])
     return result
 
 

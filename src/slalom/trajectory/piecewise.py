@@ -9,8 +9,9 @@ from math import comb
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, array, number
+from slalom.checks import Array, Checked, Number, array
 from slalom.errors import InvalidInput, OutsideSpan
+from slalom.fields import check_fields
 from slalom.path import Path, even_knots, hermite_step
 from slalom.tolerances import INTERPOLATION, JUMP
 from slalom.trajectory.direction import direction_pieces
@@ -32,10 +33,10 @@ class PiecewisePolynomial:
 
     durations: Checked = Checked(array, "n")
     coefficients: Checked = Checked(array, "n n d")
-    start: float = 0.0
+    start: Number = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", number(self.start, "start"))
+        check_fields(self)
         shape = self.coefficients.shape
         if (
             self.durations.ndim != 1
@@ -50,21 +51,19 @@ class PiecewisePolynomial:
         if np.any(self.durations <= 0):
             k = int(np.argmin(self.durations))
             raise InvalidInput(f"durations: expected times above 0, found {self.durations[k]:g} at index {k}")
-        ends = _values(self.coefficients, self.durations)[:-1]
-        jumps = np.linalg.norm(self.coefficients[1:, 0] - ends, axis=1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            ends = _values(self.coefficients, self.durations)[:-1]
+            jumps = np.nan_to_num(np.linalg.norm(self.coefficients[1:, 0] - ends, axis=1), nan=np.inf, posinf=np.inf)
         if np.any(jumps > JUMP):
             k = int(np.argmax(jumps))
             raise InvalidInput(
                 f"coefficients: expected pieces that meet, found a jump of {jumps[k]:g} m after piece {k}"
             )
-        # Not a field, because it follows from the others.
-        object.__setattr__(self, "_times", self.start + np.concatenate([[0.0], np.cumsum(self.durations)]))
 
-    @property
+    @cached_property
     def times(self) -> Array:
         """Start times of the pieces, and the end: (n + 1,) [s]."""
-        times: Array = self._times  # type: ignore[attr-defined]
-        return times
+        return np.asarray(self.start + np.concatenate([[0.0], np.cumsum(self.durations)]))
 
     @property
     def dimension(self) -> int:

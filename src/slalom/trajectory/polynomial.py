@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, number, vector
+from slalom.checks import Array, Checked, Number, vector
+from slalom.fields import check_fields
 from slalom.path import Path
 from slalom.trajectory.protocol import Endless, Trajectory
 
@@ -47,11 +48,11 @@ class ConstantVelocity(Endless):
 
     initial_position: Checked = Checked(vector, key="position")
     initial_velocity: Checked = Checked(vector, key="velocity")
-    at: float = 0.0
+    at: Number = 0.0
 
     def __post_init__(self) -> None:
         vector(self.initial_velocity, "initial_velocity", self.initial_position.size)
-        object.__setattr__(self, "at", number(self.at, "at"))
+        check_fields(self)
 
     @property
     def dimension(self) -> int:
@@ -86,12 +87,12 @@ class ConstantAcceleration(Endless):
     initial_position: Checked = Checked(vector, key="position")
     initial_velocity: Checked = Checked(vector, key="velocity")
     initial_acceleration: Checked = Checked(vector, key="acceleration")
-    at: float = 0.0
+    at: Number = 0.0
 
     def __post_init__(self) -> None:
         vector(self.initial_velocity, "initial_velocity", self.initial_position.size)
         vector(self.initial_acceleration, "initial_acceleration", self.initial_position.size)
-        object.__setattr__(self, "at", number(self.at, "at"))
+        check_fields(self)
 
     @property
     def dimension(self) -> int:

@@ -1,13 +1,15 @@
 """Trajectories through time-stamped positions."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, Checked, array, known, short, vectors
+from slalom.checks import Array, Checked, array, short, vectors
 from slalom.errors import InvalidInput, OutsideSpan
+from slalom.fields import check_fields
 from slalom.path import Path, hermite, hermite_pieces
 
 INTERPOLATIONS: Final = ("linear", "smooth")
@@ -34,6 +36,7 @@ class Sampled:
     interpolation: Annotated[str, INTERPOLATIONS] = "smooth"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         times, positions = self.times, self.positions
         if times.ndim != 1 or positions.shape[:-1] != times.shape:
             raise InvalidInput(f"positions: expected one for each time, found {positions.shape} for {times.shape}")
@@ -44,16 +47,15 @@ class Sampled:
             raise InvalidInput(
                 f"times: expected increasing times, found {times[k]:g} followed by {times[k + 1]:g} at index {k + 1}"
             )
-        known(self.interpolation, "interpolation", INTERPOLATIONS)
         with np.errstate(over="ignore", invalid="ignore"):
-            slopes = self._stamp_velocities(times, positions)
+            slopes = self._slopes
         if not np.isfinite(slopes).all():
             raise InvalidInput(f"positions: expected finite velocities between samples, found {short(slopes)}")
-        object.__setattr__(self, "_slopes", slopes)
 
-    @staticmethod
-    def _stamp_velocities(times: Array, positions: Array) -> Array:
+    @cached_property
+    def _slopes(self) -> Array:
         """Velocities (n, d) [m/s] at the stamps, of the parabola through each stamp and its neighbours."""
+        times, positions = self.times, self.positions
         h = np.diff(times)[:, None]
         chord = np.diff(positions, axis=0) / h
         slopes = np.empty_like(positions)
@@ -85,9 +87,8 @@ class Sampled:
         p0, p3 = self.positions[k], self.positions[k + 1]
         if self.interpolation == "linear":
             return np.stack([p0, (2 * p0 + p3) / 3, (p0 + 2 * p3) / 3, p3], axis=-2)
-        slopes: Array = self._slopes  # type: ignore[attr-defined]
         third = ((self.times[k + 1] - self.times[k]) / 3)[..., None]
-        return np.stack([p0, p0 + third * slopes[k], p3 - third * slopes[k + 1], p3], axis=-2)
+        return np.stack([p0, p0 + third * self._slopes[k], p3 - third * self._slopes[k + 1], p3], axis=-2)
 
     def position(self, t: npt.ArrayLike) -> Array:
         points, _, s = self._local(t)

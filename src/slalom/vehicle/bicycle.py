@@ -10,12 +10,14 @@ See docs/vehicles.md for the bound.
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan, atan2, cos, hypot, pi, sin, sqrt, tan
+from typing import Annotated
 
 import numpy as np
 
 from slalom.bounds import HeadingCone, TurningRadius
-from slalom.checks import Array, not_negative, positive
+from slalom.checks import Array, NotNegative, Positive, positive
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.path_goal import PathGoal
@@ -50,21 +52,17 @@ class Bicycle(Vehicle):
         InvalidInput: a value that is not above 0; a steering angle of a right angle or more.
     """
 
-    wheelbase: float
-    max_steering: float
-    max_steering_rate: float
-    max_speed: float
-    max_acceleration: float
-    ahead: float | None = None
-    period: float = 0.1
-    disturbance: float = 0.0
+    wheelbase: Positive
+    max_steering: Positive
+    max_steering_rate: Positive
+    max_speed: Positive
+    max_acceleration: Positive
+    ahead: Annotated[float | None, positive] = None
+    period: Positive = 0.1
+    disturbance: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("wheelbase", "max_steering", "max_steering_rate", "max_speed", "max_acceleration", "period"):
-            object.__setattr__(self, name, positive(getattr(self, name), name))
-        if self.ahead is not None:
-            object.__setattr__(self, "ahead", positive(self.ahead, "ahead"))
-        object.__setattr__(self, "disturbance", not_negative(self.disturbance, "disturbance"))
+        check_fields(self)
         if self.max_steering >= 0.5 * pi:
             raise InvalidInput(f"max_steering: expected less than pi / 2, found {self.max_steering:g}")
 

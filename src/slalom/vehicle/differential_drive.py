@@ -8,12 +8,13 @@ drive stands still, turns in place and starts from rest in every direction. docs
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, hypot, sin, sqrt
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, not_negative, positive
+from slalom.checks import Array, NotNegative, Positive, positive
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.tolerances import FEEDBACK_SHARE, SPEED_STEP, TURN_STEPS
 from slalom.vehicle.motion import Motion, Turning
@@ -53,22 +54,17 @@ class DifferentialDrive(Vehicle):
             speed.
     """
 
-    track: float
-    max_wheel_speed: float
-    max_wheel_acceleration: float
-    ahead: float | None = None
-    period: float = 0.1
-    max_speed: float | None = None
-    max_acceleration: float | None = None
-    disturbance: float = 0.0
+    track: Positive
+    max_wheel_speed: Positive
+    max_wheel_acceleration: Positive
+    ahead: Annotated[float | None, positive] = None
+    period: Positive = 0.1
+    max_speed: Annotated[float | None, positive] = None
+    max_acceleration: Annotated[float | None, positive] = None
+    disturbance: NotNegative = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("track", "max_wheel_speed", "max_wheel_acceleration", "period"):
-            object.__setattr__(self, name, positive(getattr(self, name), name))
-        for name in ("ahead", "max_speed", "max_acceleration"):
-            given = getattr(self, name)
-            object.__setattr__(self, name, None if given is None else positive(given, name))
-        object.__setattr__(self, "disturbance", not_negative(self.disturbance, "disturbance"))
+        check_fields(self)
         slow = self._available if self.max_acceleration is None else min(self._available, self.max_acceleration)
         # The displacement of the slowest point, in proportion to its speed.
         longest = sqrt(4.0 * FEEDBACK_SHARE * self.lever / slow)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from slalom.affine import Affine
 from slalom.checks import Array
 from slalom.path import Path, hermite
+from slalom.response.protocol import Unsteered
 from slalom.state import State
 from slalom.tolerances import QUADRATURE_STAGES
 
@@ -64,7 +65,7 @@ def driven(
     return Motion(x, y, heading, speed, turn)
 
 
-class BodyMotion:
+class BodyMotion(Unsteered):
     """Response whose motion is that of a point of a vehicle, whatever the control: gain 0.
 
     With it a `ControlObstacle` judges the motion of a vehicle as that of a robot.
@@ -75,16 +76,8 @@ class BodyMotion:
     """
 
     def __init__(self, times: Array, path: Array, velocities: Array, error: float) -> None:
-        self.times, self._error = times, error
+        self.times, self.interpolation_error = times, error
         self._pieces: Path = hermite(times, path, velocities)
-
-    @property
-    def restartable(self) -> bool:
-        return False
-
-    @property
-    def interpolation_error(self) -> float:
-        return self._error
 
     def _affine(self, t: npt.ArrayLike, derivative: int) -> Affine:
         time = np.asarray(t, dtype=np.float64)
@@ -117,15 +110,6 @@ class BodyMotion:
     def knots(self, horizon: float, speed_bound: float) -> Array:
         inner = self.times[(self.times > 0.0) & (self.times < horizon - 1e-9)]
         return np.concatenate([[0.0], inner, [horizon]])
-
-    def settled(self, horizon: float) -> float:
-        return 0.0
-
-    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return ()
-
-    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return ()
 
 
 def hermite_error(speeds: Array, turning: Turning, offset: float, step: float) -> float:

@@ -6,7 +6,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.checks import GOAL, Array, Checked, has, number, vector
+from slalom.checks import GOAL, Array, Checked, Number, has, vector
+from slalom.fields import check_fields
 from slalom.goal import Goal
 from slalom.obstacle.periodic import moved
 from slalom.path_goal import PathGoal
@@ -26,14 +27,13 @@ class Pose:
     """
 
     position: Checked = Checked(vector)
-    heading: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
-    speed: float = 0.0
-    turn: float = 0.0
+    heading: Number  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+    speed: Number = 0.0
+    turn: Number = 0.0
 
     def __post_init__(self) -> None:
         vector(self.position, "position", 2)
-        for name in ("heading", "speed", "turn"):
-            object.__setattr__(self, name, number(getattr(self, name), name))
+        check_fields(self)
 
     @property
     def direction(self) -> Array:

@@ -7,7 +7,7 @@ from math import cos, hypot, sin
 
 import numpy as np
 
-from slalom.checks import Array, has, not_negative, number, positive
+from slalom.checks import DECISION, Array, has, not_negative, number, positive
 from slalom.decision import Decision
 from slalom.goal import Goal
 from slalom.limits import Limits
@@ -15,7 +15,7 @@ from slalom.manoeuvre import Manoeuvre
 from slalom.shape import Disc
 from slalom.state import State
 from slalom.vehicle.motion import Motion, Turning, driven
-from slalom.vehicle.pose import Command, Pose, goal_of_point
+from slalom.vehicle.pose import POSE, Command, Pose, goal_of_point
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Vehicle(ABC):
 
     def point(self, pose: Pose) -> tuple[Array, Array]:
         """Position (2,) [m] and velocity (2,) [m/s] of the point ahead of the axle."""
-        has(pose, ("position", "heading", "speed", "turn"), "a Pose", "pose")
+        has(pose, *POSE, "pose")
         e, sideways = pose.direction, self.lever * self.turn_rate(pose.speed, pose.turn)
         return pose.position + self.lever * e, pose.speed * e + sideways * np.array([-e[1], e[0]])
 
@@ -104,7 +104,7 @@ class Vehicle(ABC):
         """
         position, velocity = self.point(pose)
         if decision is not None:
-            has(decision, ("manoeuvre",), "a Decision", "decision")
+            has(decision, *DECISION, "decision")
             plan = decision.manoeuvre
             planned = State(plan.position(now), plan.velocity(now), plan.acceleration(now), self._course(pose))
             off, drift = position - planned.position, velocity - planned.velocity
@@ -126,8 +126,8 @@ class Vehicle(ABC):
         It obeys all limits of the vehicle from every pose that obeys them. If the plan needs more, the command goes as
         far towards it as they permit.
         """
-        has(pose, ("position", "heading", "speed", "turn"), "a Pose", "pose")
-        has(decision, ("manoeuvre",), "a Decision", "decision")
+        has(pose, *POSE, "pose")
+        has(decision, *DECISION, "decision")
         plan = decision.manoeuvre
         times = number(now, "now") + self.period * np.arange(2)
         planned = np.concatenate([plan.position(times), plan.velocity(times)], axis=1).tolist()

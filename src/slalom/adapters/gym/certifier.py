@@ -19,7 +19,7 @@ Tables = MutableMapping[int, ObstacleTable]
 
 
 class Filtered(NamedTuple):
-    """What a filter makes of one action."""
+    """Result of a filter for one action."""
 
     wanted: Array  # (d,) [m/s^2]
     applied: Array  # (d,) [m/s^2]

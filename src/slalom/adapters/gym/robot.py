@@ -38,7 +38,7 @@ class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
         InvalidInput: a scenario of several robots; see also `Worlds` and `Motion`.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012  # the type of gymnasium
 
     def __init__(
         self,

@@ -26,7 +26,7 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Any]):
     next one at the next step, with a reward of 0 (`AutoresetMode.NEXT_STEP`).
     """
 
-    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}  # noqa: RUF012
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}  # noqa: RUF012  # the type of gymnasium
 
     def __init__(
         self,

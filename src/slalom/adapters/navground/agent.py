@@ -19,7 +19,7 @@ TWO_WHEELS = "2WDiff"
 
 
 class Agent(Protocol):
-    """What is used of a behaviour of navground with the properties of `SlalomFleet`."""
+    """The used members of a behaviour of navground with the properties of `SlalomFleet`."""
 
     method: str
     max_acceleration: float
@@ -39,7 +39,7 @@ class Agent(Protocol):
     values: dict[str, Any]
 
     def get_environment_state(self) -> Any:
-        """What the agent observes."""
+        """The observed surroundings of the agent."""
 
     def feasible_twist(self, twist: core.Twist2) -> core.Twist2:
         """The twist nearest to `twist` that the kinematics permit."""
@@ -55,7 +55,7 @@ class Agent(Protocol):
 
 
 class Motion(NamedTuple):
-    """What an agent can do. One that decides about its point ahead of the axle is larger by the distance."""
+    """Limits of the motion of an agent, for its centre or for a point ahead, about which it is larger."""
 
     lead: float  # [m] of the controlled point ahead of the centre
     limits: Limits  # of the point
@@ -69,7 +69,7 @@ def speed_of(member: Agent) -> float:
 
 
 def motion_of(member: Agent, period: float) -> Motion:
-    """What an agent can do, with decisions every `period` [s].
+    """Limits of the motion of an agent, with decisions every `period` [s].
 
     The body is grown by the lead, by the error of following, and by the distance within a period between the plan,
     with constant acceleration, and the motion by a constant twist.

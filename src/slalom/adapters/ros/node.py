@@ -46,7 +46,7 @@ KINDS: Final = {
 """Messages that a node takes, and the fields by which it recognises them, in this order."""
 
 
-@dataclass
+@dataclass(eq=False)
 class Node:
     """A robot that decides at odometry messages, at most once in each period of `navigator`.
 

@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from slalom.checks import Array, Checked, NotNegative, Positive, not_negative, number, positive, vector, whole
+from slalom.checks import Array, Checked, NotNegative, Number, Positive, vector, whole
 from slalom.errors import InvalidInput
+from slalom.fields import check_fields
 from slalom.sim.placement import on_circle, random_positions
 
 
@@ -36,17 +37,16 @@ class Layout(Goals):
         return self.points(len(positions), "goals")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CircleLayout(Layout):
     """Evenly on a circle in the first two axes, counter-clockwise from the angle `phase` [rad]."""
 
     center: Checked = Checked(vector)
     radius: Positive  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
-    phase: float = 0.0
+    phase: Number = 0.0
 
     def __post_init__(self) -> None:
-        positive(self.radius, "radius")
-        number(self.phase, "phase")
+        check_fields(self)
 
     def points(self, count: int, key: str) -> Array:
         found = np.tile(self.center, (count, 1))
@@ -54,7 +54,7 @@ class CircleLayout(Layout):
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LineLayout(Layout):
     """Evenly from `first` to `last` [m], both included; a single robot is at `first`."""
 
@@ -68,7 +68,7 @@ class LineLayout(Layout):
         return np.linspace(self.first, self.last, count)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GridLayout(Layout):
     """Rows of `columns` robots along x, upwards along y from `corner` [m], `spacing` [m] apart."""
 
@@ -77,7 +77,7 @@ class GridLayout(Layout):
     columns: int  # type: ignore[misc]  # the same
 
     def __post_init__(self) -> None:
-        positive(self.spacing, "spacing")
+        check_fields(self)
         whole(self.columns, "columns", 1)
 
     def points(self, count: int, key: str) -> Array:
@@ -87,7 +87,7 @@ class GridLayout(Layout):
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BoxLayout(Layout):
     """At random, uniform in the box from `low` to `high` [m], at least `min_distance` [m] apart; the seed decides."""
 
@@ -98,14 +98,14 @@ class BoxLayout(Layout):
 
     def __post_init__(self) -> None:
         vector(self.high, "high", len(self.low))
-        not_negative(self.min_distance, "min_distance")
+        check_fields(self)
         whole(self.seed, "seed")
 
     def points(self, count: int, key: str) -> Array:
         return random_positions(count, self.low, self.high, self.min_distance, generator(self.seed, key), key)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OppositeGoals(Goals):
     """The start, mirrored at `center` [m]: antipodal on a circle about it."""
 
@@ -125,7 +125,7 @@ class SwapGoals(Goals):
         return positions[::-1].copy()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DisplacedGoals(Goals):
     """The start, displaced by the vector `by` [m]: all robots drive in one direction."""
 

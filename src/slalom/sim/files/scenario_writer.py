@@ -17,9 +17,9 @@ from slalom.part_keys import file_keys, kind_of
 from slalom.path_goal import PathGoal
 from slalom.shape import SHAPES
 from slalom.sim.limited_sight import SIGHT
-from slalom.sim.measure.hdf5_parts import as_polynomial
+from slalom.sim.measure.hdf5_parts import in_files
 from slalom.sim.scenario import Robot, Scenario
-from slalom.trajectory import TRAJECTORIES, Stationary, Trajectory
+from slalom.trajectory import TRAJECTORIES, Stationary
 from slalom.uncertainty import UNCERTAINTIES
 
 NOT_IN_FILES = ("guided", "message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
@@ -100,26 +100,19 @@ def _goal(goal: Goal, start: float, end: float) -> dict[str, Any]:
         return {"path": path, **shared}
     if isinstance(goal.trajectory, Stationary):
         return {"position": _plain(goal.trajectory.initial_position), **shared}
-    return {"trajectory": _part(_in_files(goal.trajectory, start, end), TRAJECTORIES), **shared}
+    return {"trajectory": _part(in_files(goal.trajectory, start, end), TRAJECTORIES), **shared}
 
 
 def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:
     if not obstacle.contact_at_rest:
         raise InvalidInput(f"obstacle {obstacle.name!r}: expected contact_at_rest True in a file, found False")
     found: dict[str, Any] = {"name": obstacle.name, "shape": _part(obstacle.shape, SHAPES)}
-    found["trajectory"] = _part(_in_files(obstacle.trajectory, start, end), TRAJECTORIES)
+    found["trajectory"] = _part(in_files(obstacle.trajectory, start, end), TRAJECTORIES)
     if obstacle.heading != 0.0:
         found["heading"] = obstacle.heading
     if obstacle.uncertainty is not None:
         found["uncertainty"] = _part(obstacle.uncertainty, UNCERTAINTIES)
     return found
-
-
-def _in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
-    if type(trajectory) in TRAJECTORIES.values():
-        return trajectory
-    first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
-    return as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
 
 
 def _part(part: Any, kinds: Mapping[str, type]) -> dict[str, Any]:

@@ -253,8 +253,9 @@ def there_in(found: Recorded, window: Sequence[float] | None, horizon: float) ->
 
 def _valid_vector(raw: object) -> list[float] | None:
     """Return two or three numbers; None for anything else."""
-    valid = isinstance(raw, list) and len(raw) in (2, 3) and all(isinstance(x, int | float) for x in raw)
-    return raw if valid else None  # type: ignore[return-value]
+    if isinstance(raw, list) and len(raw) in (2, 3) and all(isinstance(x, int | float) for x in raw):
+        return raw
+    return None
 
 
 def _valid(model: type[M], raw: object) -> M | None:

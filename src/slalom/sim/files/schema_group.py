@@ -97,7 +97,7 @@ class GroupSpec(RobotKeys):
     positions: Annotated[PartModel, OfAnyKind(LAYOUTS)]
     goals: Annotated[PartModel, OfAnyKind(GOALS)]
     goal: GroupGoalSpec = Field(default_factory=GroupGoalSpec)
-    overrides: list[OverrideSpec] = Field(default_factory=list)  # type: ignore[valid-type]
+    overrides: list[OverrideSpec] = Field(default_factory=list)  # type: ignore[valid-type]  # made at run time
 
 
 @dataclass(frozen=True, eq=False)

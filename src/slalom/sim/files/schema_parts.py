@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, FiniteFloat, GetCoreSchemaHandler, 
 from pydantic_core import PydanticKnownError, core_schema
 
 from slalom.bounds import BOUNDS, Bound
-from slalom.checks import Checked, not_negative, positive, vector
+from slalom.checks import Checked, direction, fraction, not_negative, number, positive
 from slalom.errors import InvalidInput
 from slalom.objective import OBJECTIVES, Objective
 from slalom.part_keys import file_keys
@@ -23,7 +23,13 @@ from slalom.sim.files.schema_base import Built, ModelByContent, NotNegative, Pos
 from slalom.trajectory import TRAJECTORIES, Trajectory
 from slalom.uncertainty import UNCERTAINTIES, Uncertainty
 
-NUMBERS: Final[Mapping[Any, Any]] = {positive: Positive, not_negative: NotNegative, vector: Vector | None}
+NUMBERS: Final[Mapping[Any, Any]] = {
+    number: FiniteFloat,
+    positive: Positive,
+    not_negative: NotNegative,
+    fraction: Positive,
+    direction: Vector | None,
+}
 """Types in files, by the check in the annotation of a field."""
 
 

@@ -9,17 +9,15 @@ DEPTH_RESOLUTION seconds.
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom.checks import Array
+from slalom.kernels.arrays import Indices
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import between, displaced, neighbours, to_nearest
 from slalom.sim.measure.recording import Recording
 from slalom.sim.shape_distance import Pair, differences, lowest, pairs, segment_distance, signed
 from slalom.tolerances import BLOCK_STEPS, DEPTH_RESOLUTION, METRIC
 from slalom.trajectory import PiecewisePolynomial
-
-Indices = npt.NDArray[np.int64]
 
 
 class ClosestApproach(NamedTuple):

@@ -22,6 +22,8 @@ _WHOLE = re.compile(r"0|-?[1-9]\d{0,17}")
 
 
 class _Body(NamedTuple):
+    """A robot or an obstacle as an agent of a recording."""
+
     name: str
     shape: Shape
     motion: Trajectory

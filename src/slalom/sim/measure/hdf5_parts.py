@@ -35,10 +35,15 @@ def save_trajectory(group: Any, trajectory: Trajectory, start: float, end: float
     A kind that is not in TRAJECTORIES (a composite, a Python function, a user's class) is saved as cubic pieces over
     the run. They are within the error of its path.
     """
-    if type(trajectory) not in TRAJECTORIES.values():
-        first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
-        trajectory = as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
-    save_part(group, trajectory, TRAJECTORIES)
+    save_part(group, in_files(trajectory, start, end), TRAJECTORIES)
+
+
+def in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
+    """The trajectory; its cubic pieces from start to end [s] if it is of a kind that files do not have."""
+    if type(trajectory) in TRAJECTORIES.values():
+        return trajectory
+    first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
+    return as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
 
 
 def save_part(group: Any, part: Any, kinds: Mapping[str, type]) -> None:

@@ -6,17 +6,15 @@ Each measure is a pure function of a recording and one robot, see `robot_metrics
 from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from slalom.checks import Array
 from slalom.decision import Outcome
+from slalom.kernels.arrays import Indices
 from slalom.obstacle.periodic import between
 from slalom.sim.measure.closest_approach import nearest_images
 from slalom.sim.measure.recording import Recording, Which
 from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.tolerances import MOVING_SHARE
-
-Counts = npt.NDArray[np.int64]
 
 
 class Passing(NamedTuple):
@@ -39,7 +37,7 @@ class Passing(NamedTuple):
 PASSING: Final = Passing()
 
 
-def passing_sides(position: Array, velocity: Array, contact_distance: float, rule: Passing = PASSING) -> Counts:
+def passing_sides(position: Array, velocity: Array, contact_distance: float, rule: Passing = PASSING) -> Indices:
     """Return the side (T,) on which a robot would pass another one at each step, in the plane.
 
     Args:
@@ -61,7 +59,7 @@ def passing_sides(position: Array, velocity: Array, contact_distance: float, rul
     return np.where(approach & decided, np.sign(cross_product), 0.0).astype(np.int64)
 
 
-def _flips(sides: Counts) -> int:
+def _flips(sides: Indices) -> int:
     """Count the changes between -1 and 1 in `sides` (T,), ignoring zeros."""
     return int(np.count_nonzero(np.diff(sides[sides != 0])))
 
@@ -88,7 +86,7 @@ def side_flips(recording: Recording, robot: Which = None) -> float:
     return float(total)
 
 
-def flips_between(recording: Recording, rule: Passing = PASSING) -> tuple[Counts, Counts]:
+def flips_between(recording: Recording, rule: Passing = PASSING) -> tuple[Indices, Indices]:
     """Return side flips of each pair of robots, and the number of steps before a passing: both (N, N), symmetric."""
     n = recording.positions.shape[1]
     flips, steps = np.zeros((n, n), np.int64), np.zeros((n, n), np.int64)

@@ -46,7 +46,7 @@ NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """A run of N robots over T steps.
 
@@ -94,6 +94,10 @@ class Recording:
     def __post_init__(self) -> None:
         if not self.names:
             object.__setattr__(self, "names", tuple(f"robot {k}" for k in range(len(self.shapes))))
+
+    def __repr__(self) -> str:
+        size = f"robots: {len(self.names)}, steps: {len(self.accelerations)}"
+        return f"<Recording of {self.scenario} by {self.method}, seed: {self.seed}, {size}>"
 
     @classmethod
     def of(cls, log: RunLog) -> "Recording":

@@ -28,7 +28,7 @@ class Step(NamedTuple):
     decision_times: Array
 
 
-@dataclass
+@dataclass(eq=False)
 class RunLog:
     """Log of one run, from which `Recording.of` and `RunSummary.of` are built.
 

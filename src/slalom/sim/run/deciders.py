@@ -14,6 +14,7 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
+from slalom.state import State
 
 
 class Decisions(NamedTuple):
@@ -69,6 +70,15 @@ class SingleRobotDecider:
             obstacles = self._table or self.scenario.around(state, now, self.method)
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)
         return Decisions({0: self.decision.outcome.name}, {0: perf_counter() - before})
+
+    def decide_in(self, state: State, now: float) -> Decision:
+        """The decision at `now` [s] of the robot in `state`; the next one continues it."""
+        states, d = self.states, state.dimension
+        states.position[0, :d], states.velocity[0, :d] = state.position, state.velocity
+        states.acceleration[0, :d] = state.acceleration
+        self.decide((0,), now)
+        assert self.decision is not None
+        return self.decision
 
     def accelerations(self, now: float, duration: float) -> Array:
         assert self.decision is not None

@@ -20,7 +20,7 @@ from typing import Literal, overload
 
 import numpy as np
 
-from slalom.checks import Array, flag, has, whole
+from slalom.checks import OBJECTIVE, Array, flag, has, whole
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Indices
@@ -36,6 +36,7 @@ from slalom.sim.run.guidance import Guidance
 from slalom.sim.run.peer_decider import PeerDecider
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
+from slalom.state import State
 
 
 @overload
@@ -138,7 +139,7 @@ class Run:
         if threads is not None:
             whole(threads, "threads", 1)
         if objective is not None:
-            has(objective, ("aims", "cost"), "an objective, such as Arrive()", "objective")
+            has(objective, *OBJECTIVE, "objective")
             robots = (replace(robot, objective=robot.objective or objective) for robot in scenario.robots)
             scenario = replace(scenario, robots=tuple(robots))
         self.decider, self._rows = _decider_and_rows(scenario, method, seed, threads)
@@ -236,11 +237,8 @@ def _step(decider: Decider, acceleration: Array, made: Decisions, rows: Indices,
 
 def decision_at(recording: Recording, scenario: Scenario, method: Method, step: int) -> Decision:
     """The decision in force at `step` of a recorded run of one robot, made again from the recorded states."""
-    decider, d = SingleRobotDecider(scenario, method), scenario.dimension
-    states = decider.states
+    decider = SingleRobotDecider(scenario, method)
     for k in range(0, step + 1, scenario.steps_per_decision):
-        states.position[0, :d], states.velocity[0, :d] = recording.positions[k, 0], recording.velocities[k, 0]
-        states.acceleration[0, :d] = recording.acceleration_before(k)
-        decider.decide((0,), float(recording.times[k]))
-    assert decider.decision is not None
-    return decider.decision
+        state = State(recording.positions[k, 0], recording.velocities[k, 0], recording.acceleration_before(k))
+        decision = decider.decide_in(state, float(recording.times[k]))
+    return decision

@@ -6,7 +6,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from slalom.checks import flag, has, listing, number, shown, text, whole
+from slalom.checks import flag, has, listing, mapping, number, shown, text, whole
 from slalom.errors import InvalidInput
 from slalom.io.cadrl import read_cases
 from slalom.methods import Method
@@ -165,8 +165,7 @@ def _refuse_kinds(
 ) -> None:
     """Raise InvalidInput for arguments of other kinds."""
     for row in rows:
-        if not isinstance(row.settings, Mapping):
-            raise InvalidInput(f"settings: expected numbers by name, found {shown(row.settings)}")
+        mapping(row.settings, "numbers by name", "settings")
         listing(row.methods, "methods or their names", "methods")
         listing(row.metrics, "metrics or their names", "metrics")
         whole(row.seeds, "seeds", 1)
