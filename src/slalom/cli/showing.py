@@ -13,9 +13,9 @@ from slalom.cli.console import (
     resolved,
     writable,
 )
-from slalom.cli.drawing import Look, drawable
+from slalom.cli.drawing import Look, drawable, refuse_without
 from slalom.cli.report import run_text
-from slalom.cli.running import RunFigure, print_notes
+from slalom.cli.running import RunFigure, print_notes, refuse_run
 
 
 def show(
@@ -50,6 +50,7 @@ def show(
     from slalom.sim.measure.metrics import summary
 
     drawable(figure)
+    refuse_without(figure, look, figure_at=figure_at, names=names, uncertainty=uncertainty)
     recording = Recording.load(run)
     result = summary(recording)
     if figure is not None:
@@ -79,5 +80,6 @@ def export_scenario(scenario: str, /, *, settings: Settings = None, seed: Whole 
     from slalom.sim import load
     from slalom.sim.files.scenario_writer import scenario_text
 
+    refuse_run(scenario)
     print_line(scenario_text(load(resolved(scenario), parse_settings(settings), seed=seed)).rstrip("\n"))
     return DONE

@@ -81,6 +81,9 @@ class Fleet(CommittedFleet):
             in space, in several worlds, in a world that repeats, or with a hidden speed.
     """
 
+    def __repr__(self) -> str:
+        return f"<Fleet: {len(self.members.shapes)} robots, period {self.period:g} s>"
+
     def step(
         self,
         now: float,

@@ -53,6 +53,9 @@ class ObstacleTable:
     def __len__(self) -> int:
         return len(self.obstacles)
 
+    def __repr__(self) -> str:
+        return f"<ObstacleTable: {len(self)} obstacles>"
+
     def __iter__(self) -> Iterator[Obstacle]:
         return iter(self.obstacles)
 

@@ -36,6 +36,8 @@ def read_scenario(path: Path | str) -> Scenario:
     """
     path = Path(path)
     root, content = compose(path)
+    if isinstance(content, dict) and "scenarios" in content and not {"robot", "robots"} & content.keys():
+        raise InvalidFile([f"{path}: expected a scenario, found a study, which `slalom compare` runs"])
     mistakes = messages(path, root, content, ScenarioSpec)
     parts = _Parts(path, root)
     scenario = parts.assemble(content) if isinstance(content, dict) else None

@@ -110,7 +110,8 @@ def _results(
     work: Callable[[Item], Result], items: Mapping[str, Item], jobs: int, marks: Path | None
 ) -> Iterator[tuple[str, Result]]:
     unordered = get_active_backend()[0].supports_return_generator
-    parallel = Parallel(n_jobs=jobs, return_as="generator_unordered" if unordered else "list")
+    # joblib starts all processes at once, also those for which there is no item.
+    parallel = Parallel(n_jobs=min(jobs, len(items)), return_as="generator_unordered" if unordered else "list")
     yield from parallel(delayed(_marked)(work, marks, key, item) for key, item in items.items())
 
 
