@@ -699,6 +699,7 @@ BAD = [
     ("compare empty --metrics sucess", r"found 'sucess'; did you mean 'success'\?$"),
     ("run empty --method=", r"method: expected one of .*; found ''$"),
     ("decide empty --method=", r"method: expected one of .*; found ''$"),
+    ("view empty --no-browser --at 3", r"--at: expected only with a recording, found it with 'empty'$"),
     ("view empty --no-browser --method=", r"method: expected one of .*; found ''$"),
     ("run circle --set robots=1e9", r"robots: expected at most 100000, found 1e\+09$"),
     ("run corridor --set people=1e9", r"people: expected at most 100000, found 1e\+09$"),
@@ -876,6 +877,15 @@ def test_a_full_disk_is_one_clear_line() -> None:
         done = subprocess.run(program, stdout=target, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr == "stdout: expected output that can be written, found no space left\n"
+
+
+@pytest.mark.parametrize("options", ["--at 3", "--start 0,0 --goal 1,1", "--agents a"])
+def test_the_view_of_a_run_has_no_options_of_recordings(options: str, say: Say) -> None:
+    """They would change nothing."""
+    assert say("run", "empty", "--set", "duration=0.1", "--out", "run.h5").code == 1
+    said = say("view", "run.h5", "--no-browser", *options.split())
+    assert said.code == 2
+    assert said.err == f"{options.split()[0]}: expected only with a recording, found it with 'run.h5'\n"
 
 
 @pytest.mark.parametrize("command", ["show", "export-scenario", "compare", "decide", "run"])

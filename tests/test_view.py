@@ -322,6 +322,20 @@ def test_an_overlap_and_an_empty_world_are_drawn_too() -> None:
         assert len(by_gid(figure.axes[1], "blocked")) == len(seen)
 
 
+@pytest.mark.parametrize(
+    ("obstacles", "label"), [(True, "blocked by an obstacle"), (False, "no control is blocked here")]
+)
+def test_the_legend_names_blocked_controls_where_there_are_some(obstacles: bool, label: str) -> None:
+    """Its colour without a region of that colour would be looked for in vain."""
+    state, scene, goal = scene_in_plane()
+    robot = navigator("nao", 2)
+    decision = robot.decide(state, scene if obstacles else [], goal, now=0.0)
+    (panel,) = (ax for ax in view.decision(decision, robot, goal).axes if by_gid(ax, "admissible"))
+    assert bool(by_gid(panel, "blocked")) is obstacles
+    texts = legend_texts(panel)
+    assert [text for text in texts if "blocked" in text] == [label]
+
+
 def test_a_small_admissible_set_is_enlarged() -> None:
     decision, robot, goal = decide("vo", 2)
     right = view.decision(decision, robot, goal, resolution=41).axes[1]

@@ -182,6 +182,9 @@ def _sessions(
     replayable, tracks = Path(name).suffix in RUNS and Path(name).is_file(), False
     if not replayable:
         tracks = is_recording(name, reading, crossing)
+    only_recorded = [*(["at"] if at is not None else []), *given_options(crossing), *given_options(reading)]
+    if only_recorded and not tracks:
+        raise InvalidInput(f"--{only_recorded[0]}: expected only with a recording, found it with {name!r}")
     alone = tracks and not [option for option in given_options(crossing) if option != "agent-radius"]
     if agent is not None and not alone:
         raise InvalidInput(f"--agent: expected only with a recording without --start and --goal, found {agent!r}")
