@@ -19,7 +19,8 @@ from matplotlib.path import Path as Ring
 
 import slalom
 from slalom import view
-from slalom.sim import gallery, simulate
+from slalom.io.tracks import sample_data
+from slalom.sim import gallery, load, simulate
 from slalom.view.regions import admissible_region
 from slalom.view.style import NEUTRAL, time_levels, time_scale
 
@@ -443,6 +444,18 @@ def test_a_fleet_is_drawn_alike(tmp_path: Path) -> None:
     assert boxes[0].y1 <= figure.bbox.y1
     assert not view.fleet(run, title="").axes[0].texts
     assert view.fleet(run, title="").texts[0].get_text() == ""
+
+
+def test_names_of_robots_side_by_side_cover_no_other_name() -> None:
+    """Four robots 2 m apart with names of more than 2 m; a robot without neighbours has its name above it."""
+    run = simulate(load(str(sample_data("fleet.yaml")), {"duration": 0.1}), slalom.method("nao_shared"))
+    (ax,) = view.fleet(run, names=True).axes
+    boxes = {text.get_text(): text.get_window_extent() for text in ax.texts}
+    assert len(boxes) == len(run.names)
+    for one, other in itertools.combinations(boxes.values(), 2):
+        assert not one.overlaps(other)
+    alone = run.names.index("courier 2")
+    assert boxes["courier 2"].y0 > ax.transData.transform(run.positions[0, alone])[1]
 
 
 def wide(figure: Figure) -> np.ndarray:

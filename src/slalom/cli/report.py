@@ -45,9 +45,9 @@ def formatted(value: Any) -> str:
     """Format a value for reading: four digits, vectors in parentheses."""
     if isinstance(value, float):
         return f"{value:.4g}"
-    if isinstance(value, list):
+    if isinstance(value, list) and value:
         return "(" + ", ".join(formatted(x) for x in value) + ")"
-    return "none" if value is None else str(value)
+    return "none" if value is None or value == [] else str(value)
 
 
 def counted(number: int, noun: str) -> str:
