@@ -2422,6 +2422,24 @@ CASES = [
         command("run", "empty", "--names"),
     ),
     Case(
+        "refuse_unfit",
+        InvalidInput,
+        r"--names: expected a run of several robots, found one",
+        command("run", "empty", "--names", "--figure", "{}/a.svg"),
+    ),
+    Case(
+        "refuse_unfit",
+        InvalidInput,
+        r"--figure-at: expected a figure of a decision, found one of the tracks of 3 robots",
+        command("run", "circle", "--set", "robots=3", "--figure", "{}/a.svg", "--figure-at", "1"),
+    ),
+    Case(
+        "_sessions",
+        InvalidInput,
+        r"--at: expected only with a recording, found it with 'empty'",
+        command("view", "empty", "--no-browser", "--at", "3"),
+    ),
+    Case(
         "new_markdown",
         InvalidInput,
         r"--page: expected a file that ends in \.md, found .*a\.pdf",
@@ -2537,7 +2555,7 @@ CASES = [
         command("decide", "empty", "--figure", "{}/a.svg", "--figure-width", "4"),
     ),
     Case(
-        "refuse_tracks",
+        "refuse_unfit",
         InvalidInput,
         r"--uncertainty: expected a figure of a decision, found one of the tracks of 4 robots",
         command("run", "circle", "--figure", "{}/a.svg", "--uncertainty"),

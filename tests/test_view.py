@@ -324,7 +324,7 @@ def test_an_overlap_and_an_empty_world_are_drawn_too() -> None:
 
 
 @pytest.mark.parametrize(
-    ("obstacles", "label"), [(True, "blocked by an obstacle"), (False, "no control is blocked here")]
+    ("obstacles", "label"), [(True, "blocked by an obstacle"), (False, "no control blocked")]
 )
 def test_the_legend_names_blocked_controls_where_there_are_some(obstacles: bool, label: str) -> None:
     """Its colour without a region of that colour would be looked for in vain."""

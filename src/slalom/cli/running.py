@@ -50,10 +50,10 @@ class RunFigure:
         if self.at is not None and not 0.0 <= self.at <= scenario.duration:
             lasts = f"from 0 to at most {scenario.duration:g} s"
             raise InvalidInput(f"--figure-at: expected a time of the run, {lasts}, found {self.at:g} s")
-        if self.uncertainty:
-            from slalom.view.replay import refuse_tracks
+        if self.file is not None:
+            from slalom.view.replay import refuse_unfit
 
-            refuse_tracks(len(scenario.robots), contender)
+            refuse_unfit(len(scenario.robots), contender, self.at, self.names, self.uncertainty)
 
     def draw(self, recording: "Recording", scenario: "Scenario", method: str) -> None:
         """Draw the figure, if there is a file for it."""
