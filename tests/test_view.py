@@ -323,9 +323,7 @@ def test_an_overlap_and_an_empty_world_are_drawn_too() -> None:
         assert len(by_gid(figure.axes[1], "blocked")) == len(seen)
 
 
-@pytest.mark.parametrize(
-    ("obstacles", "label"), [(True, "blocked by an obstacle"), (False, "no control blocked")]
-)
+@pytest.mark.parametrize(("obstacles", "label"), [(True, "blocked by an obstacle"), (False, "no control blocked")])
 def test_the_legend_names_blocked_controls_where_there_are_some(obstacles: bool, label: str) -> None:
     """Its colour without a region of that colour would be looked for in vain."""
     state, scene, goal = scene_in_plane()
