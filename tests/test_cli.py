@@ -752,6 +752,21 @@ def test_every_mistake_of_a_file_is_a_line(command: str, say: Say) -> None:
     assert any("did you mean 'max_speed'?" in line for line in lines)
 
 
+@pytest.mark.parametrize("option", ["--out", "--figure"])
+def test_files_that_cannot_be_written_are_refused_before_the_run(
+    option: str, say: Say, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A long run would be lost."""
+    monkeypatch.setattr("slalom.sim.simulate", lambda *_, **__: pytest.fail("it ran"))
+    name = {"--out": "a.h5", "--figure": "a.svg"}[option]
+    Path(name).mkdir()
+    assert say("run", "empty", option, name).err == f"{name}: expected a file that can be written, found a folder\n"
+    monkeypatch.setattr("os.access", lambda *_: False)
+    said = say("run", "empty", option, f"new/{name}")
+    assert (said.code, said.out) == (2, "")
+    assert said.err == f"new/{name}: expected a file that can be written, found no permission\n"
+
+
 def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
     said = say("run", "empty", "--set", "duration=0.1", "--out", "/proc/slalom.h5")
     assert said.code == 2

@@ -322,6 +322,12 @@ def on_a_full_disk(folder: Path) -> None:
         console.print_line("1")
 
 
+def without_permission(folder: Path) -> None:
+    """A run whose file must not be written."""
+    with patch("os.access", return_value=False):
+        command("run", "empty", "--out", "{}/a.h5")(folder)
+
+
 def moved() -> Manoeuvre:
     """A manoeuvre from rest."""
     return Manoeuvre(Acceleration(), State((0, 0), (0, 0)), np.array([1.0, 0.0]), 0.0)
@@ -2705,6 +2711,12 @@ CASES = [
         InvalidInput,
         r"width: expected at most 200 inch, found 1e\+09",
         lambda _: view.resized(Figure(), width=1e9),
+    ),
+    Case(
+        "writing",
+        InvalidFile,
+        r"a\.h5: expected a file that can be written, found no permission",
+        without_permission,
     ),
     Case(
         "print_line", InvalidFile, r"stdout: expected output that can be written, found no space left", on_a_full_disk

@@ -1,5 +1,6 @@
 """Shared parts of the commands: exit codes, settings, checks of output files, progress bar, printing."""
 
+import errno
 import os
 import sys
 import time
@@ -46,11 +47,19 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
 
 
 def writable(*paths: Path | None) -> None:
-    """Make the folders of the files to write; called after all checks of input and before the computation."""
+    """Make the folders of the files to write; called after all checks of input and before the computation.
+
+    Raises:
+        InvalidFile: a file that cannot be written, before the computation whose result would be lost.
+    """
     for path in paths:
         if path is not None:
             with writing(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
+                if path.is_dir():
+                    raise IsADirectoryError(errno.EISDIR, "")
+                if not os.access(path if path.exists() else path.parent, os.W_OK):
+                    raise PermissionError(errno.EACCES, "")
 
 
 def new_page(page: Path | None, force: bool, option: str = "--page") -> None:
