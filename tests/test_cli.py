@@ -711,6 +711,7 @@ BAD = [
     ("run empty --names", r"--names: expected only with --figure, found it without$"),
     ("run empty --resolution 50", r"--resolution: expected only with --figure, found it without$"),
     ("show run.h5 --uncertainty", r"--uncertainty: expected only with --figure, found it without$"),
+    ("ros replay none --resolution 9", r"--resolution: expected only with --figure, found it without$"),
     ("decide empty --font-scale 2", r"--font-scale: expected only with --figure, found it without$"),
     ("decide empty --figure a.png --resolution 1e9", r"--resolution: expected at most \d+ dots .*, found 1e\+09$"),
     ("decide empty --figure a.svg --figure-width 1e9", r"--figure-width: expected at most 200 inch, found 1e\+09$"),
