@@ -1,6 +1,7 @@
 """Interface of the command line (design, section 6): commands, outputs, exit codes, one clear line per mistake."""
 
 import json
+import os
 import re
 import shlex
 import shutil
@@ -914,6 +915,31 @@ def test_a_run_in_the_wrong_place_says_what_it_is(command: str, say: Say) -> Non
     else:
         assert said.code == 2
         assert said.err.startswith("scenario: expected a scenario or recorded tracks, found the run 'run.h5'")
+
+
+def test_a_scenario_is_exported_with_its_name_in_any_encoding(say: Say) -> None:
+    """Stdout may be ASCII; the file is read as UTF-8."""
+    Path("own.yaml").write_text(f"name: Käfig ↔\n{SCENE}", encoding="utf-8")
+    said = process("export-scenario", "own.yaml", env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert (said.code, said.err) == (0, "")
+    assert said.out.isascii()
+    Path("again.yaml").write_text(said.out)
+    assert load("again.yaml").name == load("own.yaml").name == "Käfig ↔"
+    assert say("export-scenario", "own.yaml").out.startswith("name: Käfig ↔\n")
+
+
+def test_names_of_files_may_be_no_text(say: Say) -> None:
+    """Bytes that are no UTF-8, as of a file from another system, end no command."""
+    name = os.fsdecode(b"\xfc.yaml")
+    try:
+        Path(name).write_text(SCENE)
+    except OSError:
+        pytest.skip("the file system takes no such name")
+    assert say("run", name, "--set", "duration=0.2", "--out", "run.h5").code == 1
+    assert Recording.load(Path("run.h5")).scenario == "\ufffd"
+    said = say("compare", name, "--methods", "nao", "--seeds", "1", "--store", "kept", "--page", "page.md")
+    assert said.code == 0
+    assert b"\xfc.yaml" in Path("page.md").read_bytes()
 
 
 def test_options_of_figures_say_how_they_look(say: Say) -> None:

@@ -1,26 +1,14 @@
 """Robots that follow their decisions inexactly: with too little gain, with noise, with a lag of the acceleration."""
 
 from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
 from draws import draws
 
-from slalom import (
-    METHODS,
-    AccelerationLag,
-    Disc,
-    Goal,
-    InvalidInput,
-    Limits,
-    Navigator,
-    Obstacle,
-    ObstacleTable,
-    Polyline,
-    State,
-    Stationary,
-    Tracks,
-)
+from slalom import METHODS, AccelerationLag, InvalidInput, Limits, ObstacleTable, State
 from slalom.sim import gallery
 
 PARTS = 10
@@ -144,40 +132,11 @@ def test_a_lag_is_above_zero() -> None:
         AccelerationLag(0.0)
 
 
-def drive_by_velocities(lag: float, planned: bool) -> tuple[float, float]:
-    """Time of arrival and least clearance [m] of a robot in a corridor that approaches commanded velocities with a lag.
-
-    The command is the velocity of the manoeuvre at the end of the period, or the measured one and its acceleration.
-    """
-    dt, goal = 0.1, Goal(Stationary((20, 0)), tolerance=0.2, stop=True)
-    robot = Navigator(METHODS["nao"], Disc(0.3), Limits(1.2, 1.5), period=dt, margin=0.1)
-    walls = ObstacleTable([Obstacle(Polyline([(-2, y), (22, y)]), Stationary((0, 0))) for y in (-2, 2)])
-    people, walks = (
-        np.array([(8.0, 0.3), (12.0, -0.5), (18.0, 0.4)]),
-        np.array([(-0.8, 0.0), (-0.6, 0.05), (-1.0, 0.0)]),
-    )
-    state, decision, least = State((0, 0), (0, 0)), None, np.inf
-    for step in range(400):
-        now = step * dt
-        if goal.reached(state.position, state.velocity, now):
-            return now, least
-        seen = Tracks(people + now * walks, walks, 0.3, now)
-        decision = robot.decide(state, [walls, seen], goal, now=now, previous=decision)
-        manoeuvre = decision.manoeuvre
-        command = state.velocity + dt * manoeuvre.mean_acceleration(now, dt)
-        command = manoeuvre.velocity(now + dt) if planned else command
-        for part in np.arange(1, PARTS + 1) * dt / PARTS:
-            left, h = np.exp(-dt / PARTS / lag), dt / PARTS
-            more = state.velocity - command
-            state = State(state.position + h * command + lag * (1.0 - left) * more, command + left * more)
-            gaps = np.linalg.norm(people + (now + part) * walks - state.position, axis=1) - 0.6
-            least = min(least, float(gaps.min()), 1.7 - abs(float(state.position[1])))
-    return np.inf, least
-
-
 @pytest.mark.parametrize("lag", [0.1, 0.2, 0.4])
-def test_planned_velocities_make_up_for_a_lag_of_the_velocity(lag: float) -> None:
+def test_planned_velocities_make_up_for_a_lag_of_the_velocity(lag: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """The robot keeps clear of people and walls with both commands, and arrives earlier by the planned velocity."""
-    (planned, clear), (measured, also_clear) = drive_by_velocities(lag, True), drive_by_velocities(lag, False)
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "benchmarks"))
+    benchmark = import_module("velocity_commands")
+    (planned, clear), (measured, also_clear) = benchmark.drive(lag, True), benchmark.drive(lag, False)
     assert min(clear, also_clear) > 0.0
     assert planned < measured < 40.0

@@ -174,8 +174,10 @@ def _write_page(page: Path, study: "Study", tables: Sequence[dict[str, Any]], co
     from slalom.sim.sweep.case import versions
 
     made_with = versions(contender(name) for row in study.rows for name in row.methods)
+    text = page_text(tables, study.title, study.text, command, made_with, study.missing)
     with writing(page):
-        page.write_text(page_text(tables, study.title, study.text, command, made_with, study.missing))
+        # A name of a file that the encoding of the system does not have is written as its bytes.
+        page.write_text(text, encoding="utf-8", errors="surrogateescape")
 
 
 def _command(

@@ -1,5 +1,7 @@
 """`slalom show` and `slalom export-scenario`."""
 
+import codecs
+import sys
 from pathlib import Path
 
 from slalom.cli.console import (
@@ -81,5 +83,8 @@ def export_scenario(scenario: str, /, *, settings: Settings = None, seed: Whole 
     from slalom.sim.files.scenario_writer import scenario_text
 
     refuse_run(scenario)
-    print_line(scenario_text(load(resolved(scenario), parse_settings(settings), seed=seed)).rstrip("\n"))
+    loaded = load(resolved(scenario), parse_settings(settings), seed=seed)
+    # Files of scenarios are UTF-8: what stdout writes in another encoding would be read as other characters.
+    escaped = codecs.lookup(sys.stdout.encoding or "utf-8").name != "utf-8"
+    print_line(scenario_text(loaded, ascii_only=escaped).rstrip("\n"))
     return DONE

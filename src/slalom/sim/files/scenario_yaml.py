@@ -53,6 +53,11 @@ def files_of(path: Path) -> list[Path]:
     return [path] if recording is None else [path, *formats.files_of(path.parent / recording["file"])]
 
 
+def _stem(path: Path) -> str:
+    """Return the name of a file as text: bytes that are no UTF-8 would end the writing of every result."""
+    return path.stem.encode(errors="surrogateescape").decode(errors="replace")
+
+
 class _Parts(Mistakes):
     """Assembles the valid parts of a file, and notes parts that contradict each other.
 
@@ -91,7 +96,7 @@ class _Parts(Mistakes):
         # The only remaining refusal of a scenario is a goal under an obstacle.
         return self.attempt(
             written[0].at("goal"),
-            lambda: Scenario(spec.name or self.path.stem, whole, some, holds=tuple(spec.holds), **settings),
+            lambda: Scenario(spec.name or _stem(self.path), whole, some, holds=tuple(spec.holds), **settings),
         )
 
     def written_robots(self, content: dict[str, Any]) -> list[WrittenRobot]:
