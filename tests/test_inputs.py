@@ -2713,6 +2713,12 @@ CASES = [
         lambda _: view.resized(Figure(), width=1e9),
     ),
     Case(
+        "Recording.save",
+        InvalidFile,
+        r"none.a\.h5: expected a file that can be written, found no such file or folder",
+        lambda folder: simulate(build("empty", {"duration": 0.1}), METHODS["nao"]).save(folder / "none" / "a.h5"),
+    ),
+    Case(
         "writing",
         InvalidFile,
         r"a\.h5: expected a file that can be written, found no permission",

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from slalom.checks import known
+from slalom.checks import known, number
 from slalom.errors import InvalidInput
 from slalom.registry import Kind, Registry
 from slalom.sim.gallery import open_space, rooms, single_robot
@@ -237,8 +237,8 @@ def build(name: str | Entry, settings: Mapping[str, float] | None = None, *, see
     changed = dict(settings or {})
     for key in changed:
         known(key, f"parameter of {entry.name}", [*entry.parameters, *SETTINGS])
-    for key in COUNTS & changed.keys():
-        if changed[key] > MOST:
+    for key in sorted(COUNTS & changed.keys()):
+        if number(changed[key], key) > MOST:
             raise InvalidInput(f"{key}: expected at most {MOST}, found {changed[key]:g}")
     parameters = {**entry.parameters, **{k: v for k, v in changed.items() if k in entry.parameters}}
     scenario = entry.build({**parameters, "seed": seed}, np.random.default_rng(seed))
