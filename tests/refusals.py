@@ -442,6 +442,8 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Film.__init__", r"recording: expected a run with at least one step", lambda _: Film(no_steps())),
     ("Film.__init__", r"width: expected an even number from 320", lambda _: Film(run(), width=321)),
     ("Film.__init__", r"fps: expected at most 60, found 100", lambda _: Film(run(), fps=100.0)),
+    ("Film.__init__", r"fps: expected at least 0\.1, found 0\.001", lambda _: Film(run(), fps=0.001)),
+    ("Film.__init__", r"speed: expected at least .* 1000000 pictures, found 1e-09", lambda _: Film(run(), speed=1e-9)),
     ("checked", r"path: expected a name ending in \.mp4 or \.gif", lambda tmp: checked(tmp / "run.avi")),
     ("_library", r"animate: .*slalom\[video\]", without_video),
     ("widget", r"method: expected one with a scenario", lambda _: widget(SCENE)),

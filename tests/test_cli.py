@@ -1,6 +1,7 @@
 """Interface of the command line (design, section 6): commands, outputs, exit codes, one clear line per mistake."""
 
 import json
+import os
 import re
 import shlex
 import shutil
@@ -117,7 +118,7 @@ def test_run_fails_when_something_is_hit(say: Say) -> None:
     assert said.code == 1
     assert said.json["collisions"] == 1
     assert said.json["min_clearance"] < -0.001
-    assert "1 obstacles hit" in say("run", "wall.yaml").out
+    assert ", 1 collision\n" in say("run", "wall.yaml").out
 
 
 def test_run_method_defaults_to_nao_and_seed_to_0(say: Say) -> None:
@@ -591,7 +592,7 @@ BAD = [
     ("run empty --seed 1.5", r"slalom: Invalid value for --seed: expected a whole number, found '1\.5'$"),
     ("compare empty --seeds 2.7", r"Invalid value for --seeds: expected a whole number, found '2\.7'$"),
     ("run empty circle", r"slalom: expected no further words, found 'circle'$"),
-    ("run empty --set duration=0.1 --figure a.svg --figure-at -1", r"--figure-at: .*, from 0 to 0\.1 s, found -1 s$"),
+    ("run empty --set duration=0.1 --figure a.svg --figure-at -1", r"--figure-at: .*, from 0 to .*0\.1 s, found -1 s$"),
     ("run empty --method nao@seen", r"foresight: expected one of recorded, present, .*; found 'seen'"),
     ("run empty --method nao@", r"foresight: expected one of recorded, .*; found ''"),
     ("run empty --foresight seen", r"foresight: expected one of recorded, .*; found 'seen'"),
@@ -656,6 +657,38 @@ BAD = [
     ("compare empty --data folder", r"data: expected only with a study file, found it with empty"),
     ("compare empty --page scene.yaml/a.md", r"scene\.yaml/a\.md: expected a file that can be written"),
     ("compare empty --seeds 1 --store scene.yaml", r"store: expected a folder that exists or can be made, found "),
+    ("run empyt", r"found 'empyt'; did you mean 'empty'\?$"),
+    ("run Roundabout-crossing", r"; did you mean 'roundabout_crossing'\?$"),
+    ("run empty --method noa", r"found 'noa'; did you mean 'nao'\?$"),
+    ("run empty --method nao@observd", r"found 'observd'; did you mean 'observed'\?$"),
+    ("run empty --set distence=3", r"found 'distence'; did you mean 'distance'\?$"),
+    ("run scene.yaml --set dulation=3", r"found 'dulation'; did you mean 'duration'\?$"),
+    ("run sample:crosing.yaml", r"found 'crosing\.yaml'; did you mean 'crossing\.yaml'\?$"),
+    ("compare empty --metrics sucess", r"found 'sucess'; did you mean 'success'\?$"),
+    ("run empty --method=", r"method: expected one of .*; found ''$"),
+    ("decide empty --method=", r"method: expected one of .*; found ''$"),
+    ("view empty --no-browser --at 3", r"--at: expected only with a recording, found it with 'empty'$"),
+    ("view empty --no-browser --method=", r"method: expected one of .*; found ''$"),
+    ("run circle --set robots=1e9", r"robots: expected at most 100000, found 1e\+09$"),
+    ("run corridor --set people=1e9", r"people: expected at most 100000, found 1e\+09$"),
+    ("run doorway --set both=2", r"both: expected True or False, found 2$"),
+    ("run recorded_roundabout --set random=2", r"random: expected True or False, found 2$"),
+    ("run empty --figure a.svg --figure-at nan", r"--figure-at: expected a time of the run, from 0 .*, found nan s$"),
+    ("run empty --figure-at 1", r"--figure-at: expected only with --figure, found it without$"),
+    ("run empty --at 1", r"--at: expected only with --figure, found it without$"),
+    ("run empty --names", r"--names: expected only with --figure, found it without$"),
+    ("run empty --resolution 50", r"--resolution: expected only with --figure, found it without$"),
+    ("show run.h5 --uncertainty", r"--uncertainty: expected only with --figure, found it without$"),
+    ("ros replay none --resolution 9", r"--resolution: expected only with --figure, found it without$"),
+    ("decide empty --font-scale 2", r"--font-scale: expected only with --figure, found it without$"),
+    ("decide empty --figure a.png --resolution 1e9", r"--resolution: expected at most \d+ dots .*, found 1e\+09$"),
+    ("decide empty --figure a.svg --figure-width 1e9", r"--figure-width: expected at most 200 inch, found 1e\+09$"),
+    ("decide empty --figure a.svg --figure-width 0.1", r"--figure-width: expected at least .* inch .*, found 0\.1$"),
+    ("compare empty --page a.pdf", r"--page: expected a file that ends in \.md, found 'a\.pdf'$"),
+    ("reproduce moving_obstacle --page a.html", r"--page: expected a file that ends in \.md, found 'a\.html'$"),
+    ("run sample:study.yaml", r"study\.yaml: expected a scenario, found a study, which `slalom compare` runs$"),
+    ("decide sample:roundabout_ring_11.csv", r"expected .* or a name of the gallery, found .*, of another kind$"),
+    ("convert sample:roundabout_ring_11.csv a.ndjson --out-frame-rate 0", r"--out-frame-rate: .* above 0, found 0$"),
     ("fly empty", r"fly"),
     ("--fly", r"--fly"),
 ]  # fmt: skip
@@ -686,6 +719,21 @@ def test_every_mistake_of_a_file_is_a_line(command: str, say: Say) -> None:
     assert len(lines) == 3
     assert all(re.match(r"bad\.yaml:1:\d+: robot\.\w+: expected .*found ", line) for line in lines)
     assert any("did you mean 'max_speed'?" in line for line in lines)
+
+
+@pytest.mark.parametrize("option", ["--out", "--figure"])
+def test_files_that_cannot_be_written_are_refused_before_the_run(
+    option: str, say: Say, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A long run would be lost."""
+    monkeypatch.setattr("slalom.sim.simulate", lambda *_, **__: pytest.fail("it ran"))
+    name = {"--out": "a.h5", "--figure": "a.svg"}[option]
+    Path(name).mkdir()
+    assert say("run", "empty", option, name).err == f"{name}: expected a file that can be written, found a folder\n"
+    monkeypatch.setattr("os.access", lambda *_: False)
+    said = say("run", "empty", option, f"new/{name}")
+    assert (said.code, said.out) == (2, "")
+    assert said.err == f"new/{name}: expected a file that can be written, found no permission\n"
 
 
 def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
@@ -803,6 +851,64 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
         assert running.stderr is not None
         running.stdout.close()
         assert "Traceback" not in running.stderr.read()
+
+
+def test_a_full_disk_is_one_clear_line() -> None:
+    """The result goes to stdout, which cannot be written: no traceback, also not at exit."""
+    full = Path("/dev/full")
+    if not full.exists():
+        pytest.skip("no device that is always full")
+    with full.open("w") as target:
+        program = [sys.executable, "-m", "slalom", "list", "--json"]
+        done = subprocess.run(program, stdout=target, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "stdout: expected output that can be written, found no space left\n"
+
+
+@pytest.mark.parametrize("options", ["--at 3", "--start 0,0 --goal 1,1", "--agents a"])
+def test_the_view_of_a_run_has_no_options_of_recordings(options: str, say: Say) -> None:
+    """They would change nothing."""
+    assert say("run", "empty", "--set", "duration=0.1", "--out", "run.h5").code == 1
+    said = say("view", "run.h5", "--no-browser", *options.split())
+    assert said.code == 2
+    assert said.err == f"{options.split()[0]}: expected only with a recording, found it with 'run.h5'\n"
+
+
+@pytest.mark.parametrize("command", ["show", "export-scenario", "compare", "decide", "run"])
+def test_a_run_in_the_wrong_place_says_what_it_is(command: str, say: Say) -> None:
+    """Also for commands that take scenarios; `show` prints it, without a unit for the clearance that it has not."""
+    assert say("run", "empty", "--set", "duration=0.1", "--out", "run.h5").code == 1
+    said = say(command, "run.h5")
+    if command == "show":
+        assert "least clearance    none\n" in said.out
+    else:
+        assert said.code == 2
+        assert said.err.startswith("scenario: expected a scenario or recorded tracks, found the run 'run.h5'")
+
+
+def test_a_scenario_is_exported_with_its_name_in_any_encoding(say: Say) -> None:
+    """Stdout may be ASCII; the file is read as UTF-8."""
+    Path("own.yaml").write_text(f"name: Käfig ↔\n{SCENE}", encoding="utf-8")
+    said = process("export-scenario", "own.yaml", env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert (said.code, said.err) == (0, "")
+    assert said.out.isascii()
+    Path("again.yaml").write_text(said.out)
+    assert load("again.yaml").name == load("own.yaml").name == "Käfig ↔"
+    assert say("export-scenario", "own.yaml").out.startswith("name: Käfig ↔\n")
+
+
+def test_names_of_files_may_be_no_text(say: Say) -> None:
+    """Bytes that are no UTF-8, as of a file from another system, end no command."""
+    name = os.fsdecode(b"\xfc.yaml")
+    try:
+        Path(name).write_text(SCENE)
+    except OSError:
+        pytest.skip("the file system takes no such name")
+    assert say("run", name, "--set", "duration=0.2", "--out", "run.h5").code == 1
+    assert Recording.load(Path("run.h5")).scenario == "\ufffd"
+    said = say("compare", name, "--methods", "nao", "--seeds", "1", "--store", "kept", "--page", "page.md")
+    assert said.code == 0
+    assert b"\xfc.yaml" in Path("page.md").read_bytes()
 
 
 def test_options_of_figures_say_how_they_look(say: Say) -> None:

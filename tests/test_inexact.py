@@ -1,6 +1,8 @@
 """Robots that follow their decisions inexactly: with too little gain, with noise, with a lag of the acceleration."""
 
 from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -128,3 +130,13 @@ def test_the_robot_follows_its_reference(lag: float) -> None:
 def test_a_lag_is_above_zero() -> None:
     with pytest.raises(InvalidInput, match="lag: expected"):
         AccelerationLag(0.0)
+
+
+@pytest.mark.parametrize("lag", [0.1, 0.2, 0.4])
+def test_planned_velocities_make_up_for_a_lag_of_the_velocity(lag: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The robot keeps clear of people and walls with both commands, and arrives earlier by the planned velocity."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "benchmarks"))
+    benchmark = import_module("velocity_commands")
+    (planned, clear), (measured, also_clear) = benchmark.drive(lag, True), benchmark.drive(lag, False)
+    assert min(clear, also_clear) > 0.0
+    assert planned < measured < 40.0

@@ -313,6 +313,27 @@ def command(*tokens: str) -> Callable[[Path], object]:
     return lambda folder: cli.app([t.format(folder) for t in tokens], exit_on_error=False, print_error=False)
 
 
+def on_a_full_disk(folder: Path) -> None:
+    """A line of output that does not fit."""
+    with (
+        (folder / "out").open("w") as out,
+        patch("sys.stdout", out),
+        patch.object(out, "write", side_effect=OSError(28, "")),
+    ):
+        console.print_line("1")
+
+
+def without_permission(folder: Path) -> None:
+    """A run whose file must not be written."""
+    with patch("os.access", return_value=False):
+        command("run", "empty", "--out", "{}/a.h5")(folder)
+
+
+def moved() -> Manoeuvre:
+    """A manoeuvre from rest."""
+    return Manoeuvre(Acceleration(), State((0, 0), (0, 0)), np.array([1.0, 0.0]), 0.0)
+
+
 def on_recording(*tokens: str) -> Callable[[Path], object]:
     """The same with a recording a.csv in the folder."""
     write, call = written("a.csv", "t,id,x,y\n2,1,0,0\n3,1,1,0\n"), command(*tokens)
@@ -1815,19 +1836,19 @@ CASES = [
         lambda _: replace(scenario(), obstacles=(Obstacle(Disc(3), Stationary((20, 0.5)), "lid"),)),
     ),
     Case(
-        "Scenario.with_settings",
+        "known",
         InvalidInput,
         r"setting: expected one of start, duration, .*; found 'speed'",
         lambda _: scenario().with_settings({"speed": 1}),
     ),
     Case(
-        "build",
+        "known",
         InvalidInput,
         r"parameter of head_on: expected one of speed, offset, start, .*; found 'robots'",
         lambda _: build("head_on", {"robots": 3}),
     ),
     Case(
-        "load",
+        "known",
         InvalidInput,
         r"scenario: expected a \.yaml file or one of empty, .*; found 'full'",
         lambda _: load("full"),
@@ -1947,7 +1968,7 @@ CASES = [
         reading(lambda path: drawn(str(path), seed=1), "a.csv", CADRL),
     ),
     Case(
-        "case_of",
+        "known",
         InvalidInput,
         r"parameter of a\.csv: expected one of max_acceleration, start, .*; found 'people'",
         reading(lambda path: drawn(str(path), {"people": 3.0}), "a.csv", CADRL),
@@ -2417,16 +2438,76 @@ CASES = [
         command("run", "empty", "--seed", "1.5"),
     ),
     Case(
-        "replay",
+        "RunFigure.refuse",
         InvalidInput,
-        r"--figure-at: expected a time of the run, from 0 to 0\.2 s, found -3 s",
+        r"--figure-at: expected a time of the run, from 0 to at most 0\.2 s, found -3 s",
         command("run", "empty", "--set", "duration=0.2", "--figure", "{}/a.svg", "--figure-at", "-3"),
     ),
     Case(
         "replay",
         InvalidInput,
-        r"--figure-at: expected a time of the run, from 0 to 0\.2 s, found 1 s",
-        command("run", "empty", "--set", "duration=0.2", "--figure", "{}/a.svg", "--figure-at", "1"),
+        r"--figure-at: expected a time of the run, from 0 to \d\.\d s, found 30 s",
+        command("run", "empty", "--set", "distance=2", "--figure", "{}/a.svg", "--figure-at", "30"),
+    ),
+    Case(
+        "refuse_without",
+        InvalidInput,
+        r"--names: expected only with --figure, found it without",
+        command("run", "empty", "--names"),
+    ),
+    Case(
+        "refuse_unfit",
+        InvalidInput,
+        r"--names: expected a run of several robots, found one",
+        command("run", "empty", "--names", "--figure", "{}/a.svg"),
+    ),
+    Case(
+        "refuse_unfit",
+        InvalidInput,
+        r"--figure-at: expected a figure of a decision, found one of the tracks of 3 robots",
+        command("run", "circle", "--set", "robots=3", "--figure", "{}/a.svg", "--figure-at", "1"),
+    ),
+    Case(
+        "_sessions",
+        InvalidInput,
+        r"--at: expected only with a recording, found it with 'empty'",
+        command("view", "empty", "--no-browser", "--at", "3"),
+    ),
+    Case(
+        "new_markdown",
+        InvalidInput,
+        r"--page: expected a file that ends in \.md, found .*a\.pdf",
+        command("compare", "empty", "--page", "{}/a.pdf"),
+    ),
+    Case(
+        "read_scenario",
+        InvalidFile,
+        r"a\.yaml: expected a scenario, found a study, which `slalom compare` runs",
+        reading(read_scenario, "a.yaml", "scenarios: [{scenario: empty}]\n"),
+    ),
+    Case(
+        "build",
+        InvalidInput,
+        r"robots: expected at most 100000, found 1e\+09",
+        lambda _: build("ring", {"robots": 1e9}),
+    ),
+    Case(
+        "load",
+        InvalidInput,
+        r"scenario: expected a \.yaml file or a name of the gallery, found .*a\.csv', of another kind",
+        reading(lambda path: load(str(path)), "a.csv", CADRL),
+    ),
+    Case(
+        "positive",
+        InvalidInput,
+        r"duration: expected a number above 0, found 0",
+        lambda _: moved().mean_acceleration(0, 0),
+    ),
+    Case(
+        "Tracks.__init__",
+        InvalidInput,
+        r"positions: expected .*, found shape \(0,\); np\.empty\(\(0, 2\)\) has no track",
+        lambda _: seen(positions=[], velocities=[]),
     ),
     Case(
         "_with_settings",
@@ -2508,7 +2589,7 @@ CASES = [
         command("decide", "empty", "--figure", "{}/a.svg", "--figure-width", "4"),
     ),
     Case(
-        "refuse_tracks",
+        "refuse_unfit",
         InvalidInput,
         r"--uncertainty: expected a figure of a decision, found one of the tracks of 4 robots",
         command("run", "circle", "--figure", "{}/a.svg", "--uncertainty"),
@@ -2646,6 +2727,33 @@ CASES = [
         InvalidInput,
         r"path: expected a name ending in .*; found '\.jpg'",
         lambda folder: view.save(Figure(), folder / "a.jpg"),
+    ),
+    Case(
+        "save",
+        InvalidInput,
+        r"resolution: expected at most \d+ dots per inch at this size, found 1e\+09",
+        lambda folder: view.save(Figure(), folder / "a.png", resolution=1e9),
+    ),
+    Case(
+        "resized",
+        InvalidInput,
+        r"width: expected at most 200 inch, found 1e\+09",
+        lambda _: view.resized(Figure(), width=1e9),
+    ),
+    Case(
+        "Recording.save",
+        InvalidFile,
+        r"none.a\.h5: expected a file that can be written, found no such file or folder",
+        lambda folder: simulate(build("empty", {"duration": 0.1}), METHODS["nao"]).save(folder / "none" / "a.h5"),
+    ),
+    Case(
+        "writing",
+        InvalidFile,
+        r"a\.h5: expected a file that can be written, found no permission",
+        without_permission,
+    ),
+    Case(
+        "print_line", InvalidFile, r"stdout: expected output that can be written, found no space left", on_a_full_disk
     ),
 ]
 CASES += [Case(where, InvalidInput, message, call) for where, message, call in REFUSALS]

@@ -4,10 +4,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from joblib import parallel_config
+from joblib import Parallel, parallel_config
 from killers import Job, begun, kept, recalled, work
 
 from slalom import InvalidInput
+from slalom.sim.sweep import pool
 from slalom.sim.sweep.case import Failure
 from slalom.sim.sweep.pool import KILLS, map_surviving_kills, working_with
 
@@ -33,6 +34,23 @@ def test_every_item_is_worked_on_once(count: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("count", "items", "processes"), [(64, 3, 3), (64, 1, 2), (2, 8, 2), (1, 8, 1), (-1, 3, -1)])
+def test_no_more_processes_start_than_there_are_items(
+    count: int, items: int, processes: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But two for one item, which would end this process when it is killed."""
+    started = []
+
+    class Noted(Parallel):
+        def __init__(self, n_jobs: int, **settings: object) -> None:
+            started.append(n_jobs)
+            super().__init__(n_jobs=1, **settings)
+
+    monkeypatch.setattr(pool, "Parallel", Noted)
+    assert len(list(map_surviving_kills(work, jobs(tmp_path, items), jobs=count, recall=nothing))) == items
+    assert started == [processes]
+
+
 def test_a_killed_process_costs_what_it_was_at(tmp_path: Path) -> None:
     """Other items at work are begun again too, as loky ends all processes; kept results are not made again."""
     items = jobs(tmp_path, 12, e=(1, 0.0))

@@ -451,7 +451,7 @@ def test_mistakes_in_a_list_of_robots(tmp_path: Path) -> None:
         tmp_path,
         f"robots:\n- {{{one}, method: @novo}}\n- {{name: robot 0, margin: @-1, {one}}}\n".replace("name: r", "name: @r")
         + "- {position: @[0, 0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {position: [2, 0, 0]}}\n",
-        f"robots.0.method: expected one of {', '.join(METHODS)}; found 'novo'",
+        f"robots.0.method: expected one of {', '.join(METHODS)}; found 'novo'; did you mean 'nlvo'?",
         "robots.1.name: expected a name for each robot, found 'robot 0' again",
         "robots.1.margin: expected 0 or more, found -1",
         "robots.2.position: expected 2 numbers, found [0, 0, 0] of shape (3,)",

@@ -334,6 +334,8 @@ INVALID = {
     "heading: expected none in space, found 1": lambda: State((0, 0, 0), (0, 0, 0), heading=1.0),
     "heading: expected finite numbers, found .nan": lambda: Pose((0, 0), np.nan),
     "pose: expected a Pose, found": lambda: DRIVES["quick"].state((0, 0)),
+    "pose: expected a Pose, found .0, 0.": lambda: DRIVES["quick"].drive((0, 0), Command(1.0, 0.0)),
+    "command: expected a Command, found .1, 0.": lambda: DRIVES["quick"].drive(Pose((0, 0), 0), (1, 0)),
     "decision: expected a Decision, found": lambda: DRIVES["quick"].command(Pose((0, 0), 0), 1, 0.0),
     "goal: expected a Goal, found": lambda: DRIVES["quick"].goal(Pose((0, 0), 0), (1, 1)),
     "body: expected a Disc or a Rectangle, found Polyline": lambda: VehicleNavigator(

@@ -19,7 +19,8 @@ from matplotlib.path import Path as Ring
 
 import slalom
 from slalom import view
-from slalom.sim import gallery, simulate
+from slalom.io.tracks import sample_data
+from slalom.sim import gallery, load, simulate
 from slalom.view.regions import admissible_region
 from slalom.view.style import NEUTRAL, time_levels, time_scale
 
@@ -322,6 +323,18 @@ def test_an_overlap_and_an_empty_world_are_drawn_too() -> None:
         assert len(by_gid(figure.axes[1], "blocked")) == len(seen)
 
 
+@pytest.mark.parametrize(("obstacles", "label"), [(True, "blocked by an obstacle"), (False, "no control blocked")])
+def test_the_legend_names_blocked_controls_where_there_are_some(obstacles: bool, label: str) -> None:
+    """Its colour without a region of that colour would be looked for in vain."""
+    state, scene, goal = scene_in_plane()
+    robot = navigator("nao", 2)
+    decision = robot.decide(state, scene if obstacles else [], goal, now=0.0)
+    (panel,) = (ax for ax in view.decision(decision, robot, goal).axes if by_gid(ax, "admissible"))
+    assert bool(by_gid(panel, "blocked")) is obstacles
+    texts = legend_texts(panel)
+    assert [text for text in texts if "blocked" in text] == [label]
+
+
 def test_a_small_admissible_set_is_enlarged() -> None:
     decision, robot, goal = decide("vo", 2)
     right = view.decision(decision, robot, goal, resolution=41).axes[1]
@@ -429,6 +442,18 @@ def test_a_fleet_is_drawn_alike(tmp_path: Path) -> None:
     assert boxes[0].y1 <= figure.bbox.y1
     assert not view.fleet(run, title="").axes[0].texts
     assert view.fleet(run, title="").texts[0].get_text() == ""
+
+
+def test_names_of_robots_side_by_side_cover_no_other_name() -> None:
+    """Four robots 2 m apart with names of more than 2 m; a robot without neighbours has its name above it."""
+    run = simulate(load(str(sample_data("fleet.yaml")), {"duration": 0.1}), slalom.method("nao_shared"))
+    (ax,) = view.fleet(run, names=True).axes
+    boxes = {text.get_text(): text.get_window_extent() for text in ax.texts}
+    assert len(boxes) == len(run.names)
+    for one, other in itertools.combinations(boxes.values(), 2):
+        assert not one.overlaps(other)
+    alone = run.names.index("courier 2")
+    assert boxes["courier 2"].y0 > ax.transData.transform(run.positions[0, alone])[1]
 
 
 def wide(figure: Figure) -> np.ndarray:

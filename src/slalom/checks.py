@@ -245,11 +245,24 @@ def text(value: object, name: str) -> str:
     return value
 
 
-def known(name: str, what: str, names: Sequence[str]) -> str:
-    """Return `name` if it is one of `names`; otherwise raise InvalidInput with all of them."""
+def known(name: str, what: str, names: Sequence[str], others: str = "") -> str:
+    """Return `name` if it is one of `names`; otherwise raise InvalidInput with all of them, and the nearest.
+
+    Args:
+        others: what else is accepted, for the message: "a .yaml file or ".
+    """
     if not isinstance(name, str) or name not in names:
-        raise InvalidInput(f"{what}: expected one of {', '.join(names)}; found {shown(name)}")
+        hint = did_you_mean(name, names)
+        raise InvalidInput(f"{what}: expected {others}one of {', '.join(names)}; found {shown(name)}{hint}")
     return name
+
+
+def did_you_mean(name: object, names: Sequence[str]) -> str:
+    """End of a message about an unknown name: the nearest of `names`, or nothing if none is near."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name.lower(), names, n=1) if isinstance(name, str) else []
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def unit(value: npt.ArrayLike, name: str) -> tuple[Array, float]:

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.affine import Affine
-from slalom.checks import RESPONSE, STATE, Array, Checked, Number, has, vector
+from slalom.checks import RESPONSE, STATE, Array, Checked, Number, has, positive, vector
 from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.path import Path, hermite
@@ -86,9 +86,12 @@ class Manoeuvre:
 
         It is the input of a robot with piecewise constant acceleration, and equals the acceleration of the manoeuvre
         where that is constant within `duration`.
+
+        Raises:
+            InvalidInput: a duration that is not above 0.
         """
         change = self.velocity(now + duration) - self.velocity(now)
-        return np.asarray(change / duration)
+        return np.asarray(change / positive(duration, "duration"))
 
     def settled_time(self, period: float, horizon: float) -> float:
         """Absolute time [s] at which the control has settled, at the earliest one period after the start."""

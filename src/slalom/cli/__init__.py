@@ -6,7 +6,6 @@ Each module holds one or two commands. Heavy imports are inside the commands, so
 """
 
 import io
-import os
 import sys
 from collections.abc import Sequence
 
@@ -15,7 +14,7 @@ from cyclopts import App, CycloptsError, UnusedCliTokensError
 from slalom import __version__, kernels
 from slalom.cli.comparing import compare
 from slalom.cli.compiling import compile_
-from slalom.cli.console import BAD_INPUT, DONE, FAILED, print_message
+from slalom.cli.console import BAD_INPUT, DONE, FAILED, discard_output, print_message
 from slalom.cli.converting import convert
 from slalom.cli.deciding import decide
 from slalom.cli.listing import list_
@@ -75,7 +74,10 @@ def call(tokens: Sequence[str] | None = None) -> int:
         print_message(str(error))
         return BAD_INPUT
     except BrokenPipeError:
-        # The reader of stdout (head, less) has closed it: stop without output, and without a traceback at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # The reader of stdout (head, less) has closed it: stop without output.
+        discard_output()
         return FAILED
+    except MemoryError:
+        print_message("slalom: expected a task that fits into the memory, found one that does not")
+        return BAD_INPUT
     return code if isinstance(code, int) else DONE

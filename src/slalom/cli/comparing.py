@@ -15,7 +15,7 @@ from slalom.cli.console import (
     Names,
     Settings,
     Whole,
-    new_page,
+    new_markdown,
     parse_settings,
     print_message,
     print_result,
@@ -25,6 +25,7 @@ from slalom.cli.console import (
     writing,
 )
 from slalom.cli.report import page_text, table_text
+from slalom.cli.running import refuse_run
 from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -121,11 +122,13 @@ def compare(
 
     chosen, measured, changed = _listed(methods), _listed(metrics), parse_settings(settings)
     files = [resolved(name) for name in scenarios]
+    for file in files:
+        refuse_run(file)
     study = named(files, settings=changed, methods=chosen, seeds=seeds, metrics=measured, only=only, data=data)
     options = (work or Work()).settings()
     if options["shard"] is not None and page is not None:
         raise InvalidInput(f"--page: expected without --shard, which has a part of the runs; found {str(page)!r}")
-    new_page(page, force)
+    new_markdown(page, force)
     writable(page)
     _print_notes(study)
     with progress("comparing") as advance:
@@ -171,8 +174,10 @@ def _write_page(page: Path, study: "Study", tables: Sequence[dict[str, Any]], co
     from slalom.sim.sweep.case import versions
 
     made_with = versions(contender(name) for row in study.rows for name in row.methods)
+    text = page_text(tables, study.title, study.text, command, made_with, study.missing)
     with writing(page):
-        page.write_text(page_text(tables, study.title, study.text, command, made_with, study.missing))
+        # A name of a file that the encoding of the system does not have is written as its bytes.
+        page.write_text(text, encoding="utf-8", errors="surrogateescape")
 
 
 def _command(

@@ -1,5 +1,7 @@
 """Shared parts of the commands: exit codes, settings, checks of output files, progress bar, printing."""
 
+import errno
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -45,11 +47,19 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
 
 
 def writable(*paths: Path | None) -> None:
-    """Make the folders of the files to write; called after all checks of input and before the computation."""
+    """Make the folders of the files to write; called after all checks of input and before the computation.
+
+    Raises:
+        InvalidFile: a file that cannot be written, before the computation whose result would be lost.
+    """
     for path in paths:
         if path is not None:
             with writing(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
+                if path.is_dir():
+                    raise IsADirectoryError(errno.EISDIR, "")
+                if not os.access(path if path.exists() else path.parent, os.W_OK):
+                    raise PermissionError(errno.EACCES, "")
 
 
 def new_page(page: Path | None, force: bool, option: str = "--page") -> None:
@@ -58,6 +68,13 @@ def new_page(page: Path | None, force: bool, option: str = "--page") -> None:
         raise InvalidInput(
             f"{option}: expected a new file, or --force to replace it; found {str(page)!r}, which exists"
         )
+
+
+def new_markdown(page: Path | None, force: bool) -> None:
+    """Raise InvalidInput for a page of --page that exists, as `new_page`, or that is no Markdown file."""
+    new_page(page, force)
+    if page is not None and page.suffix != ".md":
+        raise InvalidInput(f"--page: expected a file that ends in .md, found {str(page)!r}")
 
 
 def resolved(name: str) -> str:
@@ -140,12 +157,26 @@ def print_result(result: dict[str, Any], as_json: bool, text: Callable[[], str])
     """Print the result on stdout: one JSON object, or text."""
     from json import dumps
 
-    print(dumps(result, allow_nan=False) if as_json else text())
+    print_line(dumps(result, allow_nan=False) if as_json else text())
 
 
 def print_line(text: str) -> None:
-    """Print a line on stdout at once, for a program that reads it while the command runs."""
-    print(text, flush=True)
+    """Print text on stdout at once, for a program that reads it while the command runs.
+
+    Raises:
+        InvalidFile: stdout cannot be written, for example on a full disk. BrokenPipeError: its reader has closed it.
+    """
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        discard_output()
+        full = InvalidFile([f"stdout: expected output that can be written, found {reason(error)}"])
+        raise error if isinstance(error, BrokenPipeError) else full from None
+
+
+def discard_output() -> None:
+    """Send the rest of stdout to nowhere: what its buffer holds would fail again at exit, with a traceback."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def print_message(message: str) -> None:

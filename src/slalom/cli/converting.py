@@ -4,6 +4,7 @@ from pathlib import Path
 
 from slalom.cli.console import DONE, Flag, print_message, print_result, resolved, writable
 from slalom.cli.recorded import Reading, given_options
+from slalom.cli.report import counted
 from slalom.cli.running import RUNS
 from slalom.errors import InvalidInput
 
@@ -36,6 +37,7 @@ def convert(
     """
     import numpy as np
 
+    from slalom.checks import positive
     from slalom.io.formats import format_of_suffix, read_recording, write_recording, writer_settings
     from slalom.sim.files.recorded_traffic import chosen
     from slalom.sim.measure.export_tracks import with_numeric_ids
@@ -55,8 +57,10 @@ def convert(
         raise InvalidInput(f"--out-frame-rate: expected only with a format with frame numbers, found it with {name}")
     tracks = chosen(read_recording(source, **read.settings()), read.agent_selection(), source.name)
     writable(target)
+    if out_frame_rate is not None:
+        positive(out_frame_rate, "--out-frame-rate")
     steps = np.concatenate([np.diff(agent.trajectory.times) for agent in tracks.agents.values()])
-    rate = out_frame_rate or round(1.0 / float(np.median(steps)), 4)
+    rate = round(1.0 / float(np.median(steps)), 4) if out_frame_rate is None else out_frame_rate
     if framed:
         tracks = with_numeric_ids(tracks)
     write_recording(target, tracks, name, **({"frame_rate": rate} if framed else {}))
@@ -71,7 +75,8 @@ def convert(
         "frame_rate": rate if framed else None,
         "notes": list(tracks.notes),
     }
-    print_result(result, json, lambda: f"{source} ({tracks.format}), {len(tracks.agents)} agents -> {target} ({name})")
+    count = counted(len(tracks.agents), "agent")
+    print_result(result, json, lambda: f"{source} ({tracks.format}), {count} -> {target} ({name})")
     return DONE
 
 
@@ -92,6 +97,6 @@ def _convert_run(source: Path, target: Path, rate: float | None, reading: Readin
     write_table(recording, target)
     robots, rows = recording.positions.shape[1], recording.times.size * recording.positions.shape[1]
     result = {"source": str(source), "target": str(target), "robots": robots, "rows": rows}
-    count = "1 robot" if robots == 1 else f"{robots} robots"
-    print_result(result, json, lambda: f"{source} (run), {count} -> {target}, {rows} rows")
+    text = f"{source} (run), {counted(robots, 'robot')} -> {target}, {rows} rows"
+    print_result(result, json, lambda: text)
     return DONE

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slalom.cli.console import DONE, FAILED, Flag, print_message, print_result, resolved, writable
-from slalom.cli.drawing import Look, drawable
+from slalom.cli.drawing import Look, drawable, refuse_without
 from slalom.cli.report import formatted
 from slalom.cli.running import DEFAULT_METHOD, method_name, print_notes, refuse_run
 from slalom.errors import InvalidInput
@@ -66,6 +66,7 @@ def decide(
         Draw the regions that hold obstacles with an uncertainty into the figure.
     """
     scene, drawn = resolved(scene), DecisionFigure(figure, uncertainty, look or Look())
+    refuse_without(figure, look, uncertainty=uncertainty)
     if scene.endswith(".json"):
         if method or foresight:
             raise InvalidInput(f"--method: expected none with the file of a decision, found {method or foresight!r}")
@@ -74,7 +75,7 @@ def decide(
     from slalom.methods import method as method_of
     from slalom.sim import load
 
-    chosen, loaded = method_of(method_name(method or DEFAULT_METHOD, foresight)), load(scene)
+    chosen, loaded = method_of(method_name(DEFAULT_METHOD if method is None else method, foresight)), load(scene)
     if len(loaded.robots) > 1:
         found = f"{len(loaded.robots)} robots; `slalom run` runs them"
         raise InvalidInput(f"scenario: expected one with one robot to decide for, found {found}")

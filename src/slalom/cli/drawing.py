@@ -1,6 +1,6 @@
 """Options of the commands that draw."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,8 @@ from slalom.errors import InvalidInput
 
 GROUP = Group("How figures look", sort_key=2)
 FORMATS = (".svg", ".pdf", ".png")
+OPTIONS = {"width": "--figure-width", "resolution": "--resolution"}
+"""Options of the arguments of the functions that size and write figures, for messages."""
 
 
 @Parameter(name="*", group=GROUP)
@@ -43,12 +45,26 @@ class Look:
         """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `writing`."""
         from slalom import view
 
-        shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
-        with writing(path):
-            return view.save(shown, path, resolution=self.resolution)
+        try:
+            shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
+            with writing(path):
+                return view.save(shown, path, resolution=self.resolution)
+        except InvalidInput as error:
+            name, _, text = str(error).partition(":")
+            raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None
 
 
 def drawable(figure: Path | None) -> None:
     """Raise InvalidInput for a figure file of a format that cannot be drawn."""
     if figure is not None and figure.suffix not in FORMATS:
         raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
+
+
+def refuse_without(figure: Path | None, look: Look | None, **options: object) -> None:
+    """Raise InvalidInput for options of a figure that is not drawn: those that are not None or False."""
+    if figure is not None:
+        return
+    looks = [] if look is None else [item.name for item in fields(look) if getattr(look, item.name) != item.default]
+    given = [name for name, value in options.items() if value is not None and value is not False]
+    for name in [*given, *looks]:
+        raise InvalidInput(f"--{name.replace('_', '-')}: expected only with --figure, found it without")

@@ -45,9 +45,14 @@ def formatted(value: Any) -> str:
     """Format a value for reading: four digits, vectors in parentheses."""
     if isinstance(value, float):
         return f"{value:.4g}"
-    if isinstance(value, list):
+    if isinstance(value, list) and value:
         return "(" + ", ".join(formatted(x) for x in value) + ")"
-    return "none" if value is None else str(value)
+    return "none" if value is None or value == [] else str(value)
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun: 1 robot, 2 robots."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def milliseconds(microseconds: float) -> str:
@@ -63,7 +68,8 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
     each = [recording.only(k) for k in range(len(recording.names))]
     paths = [path_length(one) for one in each]
     arrived = "arrived" if result["arrived"] == result["robots"] else "did not arrive"
-    collisions = "no collision" if not result["collisions"] else f"{result['collisions']} obstacles hit"
+    collisions = counted(result["collisions"], "collision") if result["collisions"] else "no collision"
+    clearance = result["min_clearance"]
     decision_time, statuses = (
         result["decision_us"],
         ", ".join(f"{k.lower()} {v}" for k, v in result["statuses"].items()),
@@ -72,7 +78,7 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
         f"{result['scenario']} with {result['method']}, seed {result['seed']}: {arrived}, {collisions}",
         f"  foresight          {_foresight(result)}",
         f"  time               {result['time']:.1f} s",
-        f"  least clearance    {formatted(result['min_clearance'])} m",
+        f"  least clearance    {'none' if clearance is None else f'{formatted(clearance)} m'}",
         f"  adjustments        {result['adjustments']}",
         f"  path length        {sum(paths) / len(paths):.1f} m{' (mean of the robots)' if len(paths) > 1 else ''}",
         f"  largest speed      {max(max_speed(one) for one in each):.2f} m/s",
@@ -217,7 +223,7 @@ def _number(value: float | None, digits: int) -> str:
 
 def _runs_text(table: dict[str, Any]) -> str:
     """Return the number of seeds, or that all give the same run."""
-    return "deterministic: 1 run" if table["deterministic"] else f"{table['seeds']} seeds"
+    return "deterministic: 1 run" if table["deterministic"] else counted(table["seeds"], "seed")
 
 
 def _runs_of(table: dict[str, Any], row: dict[str, Any]) -> str:

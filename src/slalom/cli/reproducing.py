@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from slalom.cli.console import DONE, Flag, Whole, new_page, print_result, progress, writable, writing
+from slalom.cli.console import DONE, Flag, Whole, new_markdown, print_result, progress, writable, writing
 from slalom.cli.drawing import Look
 from slalom.cli.report import files_text
 
@@ -42,7 +42,7 @@ def reproduce(
     from slalom.paper import work
 
     chosen, effort = work.names_of(names), work.Effort(seeds, jobs, quick)
-    new_page(page, force)
+    new_markdown(page, force)
     writable(page)
     with progress("reproducing") as advance, writing(out):
         written = work.make(chosen, out, effort, page_path=page, save=(look or Look()).save, progress=advance)

@@ -17,7 +17,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.drawing import Look, drawable
+from slalom.cli.drawing import Look, drawable, refuse_without
 from slalom.cli.recorded import SignedText
 from slalom.cli.viewing import NEEDED
 from slalom.errors import InvalidInput
@@ -61,6 +61,7 @@ def replay(
         Print one JSON object.
     """
     drawable(figure)
+    refuse_without(figure, look)
     made = node.node()
     if goal is not None:
         from slalom import Goal, Stationary

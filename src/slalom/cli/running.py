@@ -19,7 +19,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.drawing import Look, drawable
+from slalom.cli.drawing import Look, drawable, refuse_without
 from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
 from slalom.cli.report import run_text
 from slalom.errors import InvalidInput
@@ -45,12 +45,15 @@ class RunFigure:
     uncertainty: bool
     look: Look
 
-    def refuse(self, robots: int, contender: "Method | Peer") -> None:
-        """Raise InvalidInput for options that the figure of this run does not have."""
-        if self.uncertainty:
-            from slalom.view.replay import refuse_tracks
+    def refuse(self, scenario: "Scenario", contender: "Method | Peer") -> None:
+        """Raise InvalidInput for options that the figure of no run of this scenario has."""
+        if self.at is not None and not 0.0 <= self.at <= scenario.duration:
+            lasts = f"from 0 to at most {scenario.duration:g} s"
+            raise InvalidInput(f"--figure-at: expected a time of the run, {lasts}, found {self.at:g} s")
+        if self.file is not None:
+            from slalom.view.replay import refuse_unfit
 
-            refuse_tracks(robots, contender)
+            refuse_unfit(len(scenario.robots), contender, self.at, self.names, self.uncertainty)
 
     def draw(self, recording: "Recording", scenario: "Scenario", method: str) -> None:
         """Draw the figure, if there is a file for it."""
@@ -117,9 +120,11 @@ def run(
     scenario = resolved(scenario)
     refuse_run(scenario)
     recorded = is_recording(scenario, reading, crossing)
-    name = method_name(method or (RECORDING_METHOD if recorded else DEFAULT_METHOD), foresight)
+    name = method_name((RECORDING_METHOD if recorded else DEFAULT_METHOD) if method is None else method, foresight)
     figure_time = figure_at if recorded else _figure_time(at, figure_at)
     drawable(figure)
+    begin = {} if recorded else {"at": at}
+    refuse_without(figure, look, figure_at=figure_at, names=names, uncertainty=uncertainty, **begin)
     changed = parse_settings(settings)
     if recorded:
         loaded = _with_settings(scenario_of(scenario, reading, crossing, at), changed)
@@ -146,7 +151,7 @@ def _run(
 
     chosen = contender(name)
     _output_format(out, loaded.dimension)
-    drawn.refuse(len(loaded.robots), chosen)
+    drawn.refuse(loaded, chosen)
     writable(out, drawn.file)
     print_notes(loaded.notes)
     with progress("running") as advance:

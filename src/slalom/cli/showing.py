@@ -1,5 +1,7 @@
 """`slalom show` and `slalom export-scenario`."""
 
+import codecs
+import sys
 from pathlib import Path
 
 from slalom.cli.console import (
@@ -13,9 +15,9 @@ from slalom.cli.console import (
     resolved,
     writable,
 )
-from slalom.cli.drawing import Look, drawable
+from slalom.cli.drawing import Look, drawable, refuse_without
 from slalom.cli.report import run_text
-from slalom.cli.running import RunFigure, print_notes
+from slalom.cli.running import RunFigure, print_notes, refuse_run
 
 
 def show(
@@ -50,6 +52,7 @@ def show(
     from slalom.sim.measure.metrics import summary
 
     drawable(figure)
+    refuse_without(figure, look, figure_at=figure_at, names=names, uncertainty=uncertainty)
     recording = Recording.load(run)
     result = summary(recording)
     if figure is not None:
@@ -79,5 +82,9 @@ def export_scenario(scenario: str, /, *, settings: Settings = None, seed: Whole 
     from slalom.sim import load
     from slalom.sim.files.scenario_writer import scenario_text
 
-    print_line(scenario_text(load(resolved(scenario), parse_settings(settings), seed=seed)).rstrip("\n"))
+    refuse_run(scenario)
+    loaded = load(resolved(scenario), parse_settings(settings), seed=seed)
+    # Files of scenarios are UTF-8: what stdout writes in another encoding would be read as other characters.
+    escaped = codecs.lookup(sys.stdout.encoding or "utf-8").name != "utf-8"
+    print_line(scenario_text(loaded, ascii_only=escaped).rstrip("\n"))
     return DONE

@@ -24,6 +24,7 @@ from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.live.session import Session
+    from slalom.methods import Method
     from slalom.sim import Recording
 
 NEEDED = "expected the packages of `pip install slalom[{extra}]`, found no {name}"
@@ -174,10 +175,16 @@ def _sessions(
     from slalom.live.session import Session
     from slalom.methods import method as method_of
 
+    def chosen_or(default: str) -> "Method":
+        return method_of(default if method is None else method)
+
     at, agent = start
     replayable, tracks = Path(name).suffix in RUNS and Path(name).is_file(), False
     if not replayable:
         tracks = is_recording(name, reading, crossing)
+    only_recorded = [*(["at"] if at is not None else []), *given_options(crossing), *given_options(reading)]
+    if only_recorded and not tracks:
+        raise InvalidInput(f"--{only_recorded[0]}: expected only with a recording, found it with {name!r}")
     alone = tracks and not [option for option in given_options(crossing) if option != "agent-radius"]
     if agent is not None and not alone:
         raise InvalidInput(f"--agent: expected only with a recording without --start and --goal, found {agent!r}")
@@ -186,7 +193,7 @@ def _sessions(
             raise InvalidInput(f"--set: expected --start and --goal with a recording, found {next(iter(settings))!r}")
         from slalom.live.agents import as_recorded
 
-        replayed = as_recorded(tracks_of(name, reading, crossing), method_of(method or DEFAULT_METHOD), agent, at)
+        replayed = as_recorded(tracks_of(name, reading, crossing), chosen_or(DEFAULT_METHOD), agent, at)
         return lambda: Session.of(replayed, method_of(DEFAULT_METHOD))
     if replayable:
         from slalom.live.recorded import recorded
@@ -195,12 +202,12 @@ def _sessions(
         if method is None and not settings:
             return lambda: Session.of(found, method_of(DEFAULT_METHOD))
         own = DEFAULT_METHOD if found.method is None else found.method.name
-        loaded, chosen = found.scenario.with_settings(settings), method_of(method or own)
+        loaded, chosen = found.scenario.with_settings(settings), chosen_or(own)
     elif tracks:
         loaded = scenario_of(name, reading, crossing, at).with_settings(settings)
-        chosen = method_of(method or RECORDING_METHOD)
+        chosen = chosen_or(RECORDING_METHOD)
     else:
         from slalom.sim import load
 
-        loaded, chosen = load(name, settings, seed=seed), method_of(method or DEFAULT_METHOD)
+        loaded, chosen = load(name, settings, seed=seed), chosen_or(DEFAULT_METHOD)
     return lambda: Session(loaded, chosen)

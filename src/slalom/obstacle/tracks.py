@@ -76,7 +76,9 @@ class Tracks:
     ) -> None:
         places = array(positions, "positions")
         if places.ndim != 2 or places.shape[1] not in (2, 3):
-            raise InvalidInput(f"positions: expected an array of shape (n, 2) or (n, 3), found shape {places.shape}")
+            none = "; np.empty((0, 2)) has no track" if places.shape == (0,) else ""
+            found = f"found shape {places.shape}{none}"
+            raise InvalidInput(f"positions: expected an array of shape (n, 2) or (n, 3), {found}")
         n, self.dimension = places.shape
         given = (places, velocities, np.zeros(places.shape) if accelerations is None else accelerations)
         self.states = np.stack(

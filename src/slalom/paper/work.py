@@ -62,7 +62,7 @@ def make(
         if entry.measure is not None:
             target = out / f"{entry.name}.json"
             text = json.dumps(entry.measure(effort, advance), indent=1, allow_nan=False)
-            target.write_text(text + "\n")
+            target.write_text(text + "\n", encoding="utf-8")
             results[entry.name] = json.loads(text)
             written.append(target)
             if entry.plot is not None:
@@ -70,7 +70,7 @@ def make(
         done += entry.weight
         progress(done / total)
     paper = page_path or out / "paper.md"
-    paper.write_text(page(names, results, effort.quick, links_from(paper, out)))
+    paper.write_text(page(names, results, effort.quick, links_from(paper, out)), encoding="utf-8")
     return [*written, paper]
 
 

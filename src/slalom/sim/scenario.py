@@ -16,6 +16,7 @@ from slalom.checks import (
     Array,
     array_of,
     has,
+    known,
     listing,
     mapping,
     not_negative,
@@ -254,9 +255,8 @@ class Scenario:
 
     def with_settings(self, settings: Mapping[str, float]) -> "Scenario":
         """The scenario with other settings. Raises InvalidInput for a name that is not a setting."""
-        unknown = [name for name in settings if name not in SETTINGS]
-        if unknown:
-            raise InvalidInput(f"setting: expected one of {', '.join(SETTINGS)}; found {unknown[0]!r}")
+        for name in settings:
+            known(name, "setting", SETTINGS)
         changed: dict[str, Any] = dict(settings)
         return replace(self, **changed)
 

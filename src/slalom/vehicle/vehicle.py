@@ -143,7 +143,13 @@ class Vehicle(ABC):
         return self.within_limits(motion, self._reaching(motion, there[2] - share * x, there[3] - share * y))
 
     def drive(self, pose: Pose, command: Command, duration: float | None = None) -> Pose:
-        """Pose after `duration` [s], by default the period, on the way to a command: exact to rounding."""
+        """Pose after `duration` [s], by default the period, on the way to a command: exact to rounding.
+
+        Raises:
+            InvalidInput: something else than a Pose and a Command, or a duration below 0.
+        """
+        has(pose, *POSE, "pose")
+        has(command, ("speed", "turn"), "a Command", "command")
         h = self.period if duration is None else not_negative(duration, "duration")
         speed = pose.speed + h / self.period * (command.speed - pose.speed)
         turn = pose.turn + h / self.period * (command.turn - pose.turn)

@@ -266,7 +266,9 @@ def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles:
     entries: list[Any] = [
         *handles,
         Line2D([], [], color=INK, linewidth=1.3, label="admissible set"),
-        Patch(facecolor="#35b779", edgecolor=INK, linewidth=0.45, label="blocked by an obstacle"),
+        Patch(facecolor="#35b779", edgecolor=INK, linewidth=0.45, label="blocked by an obstacle")
+        if any(str(patch.get_gid()).startswith("blocked") for patch in ax.patches)
+        else Patch(fill=False, linewidth=0.0, label="no control blocked"),
     ]
     legend_below(ax, entries, 2)
     colour_bar(time_scale(blocked.horizon), ax, "time to collision [s]")

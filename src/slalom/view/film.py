@@ -38,8 +38,10 @@ NARROWEST, WIDEST = 320, 3840
 """[pixel] Limits of the width of a picture."""
 FLATTEST, TALLEST = 0.4, 1.0
 """[1] Limits of the height of a panel, as a share of its width."""
-FASTEST: Final = 60.0
-"""[1/s] Most pictures in a second of video."""
+SLOWEST, FASTEST = 0.1, 60.0
+"""[1/s] Limits of the pictures in a second of video."""
+MOST_PICTURES: Final = 1_000_000
+"""[1] Most pictures of a video: more than four hours at 60 a second."""
 CROWD: Final = 60
 """[1] Number of robots above which neither velocities nor goals are drawn."""
 VIEWS: Final = {2: ((0, 1, "x [m]", "y [m]"),), 3: ((0, 1, "x [m]", "y [m]"), (0, 2, "x [m]", "z [m]"))}
@@ -73,8 +75,13 @@ class Film(Sequence[Pixels]):
             raise InvalidInput(f"width: expected an even number from {NARROWEST} to {WIDEST}, found {width}")
         if positive(fps, "fps") > FASTEST:
             raise InvalidInput(f"fps: expected at most {FASTEST:g}, found {fps:g}")
+        if fps < SLOWEST:
+            raise InvalidInput(f"fps: expected at least {SLOWEST:g}, found {fps:g}")
         self.trail = not_negative(trail, "trail")
         start, end = float(recording.times[0]), float(recording.times[-1])
+        if (end - start) * fps > MOST_PICTURES * positive(speed, "speed"):
+            least = (end - start) * fps / MOST_PICTURES
+            raise InvalidInput(f"speed: expected at least {least:.2g} for {MOST_PICTURES} pictures, found {speed:g}")
         self.times = np.append(np.arange(start, end - 1e-9, positive(speed, "speed") / fps), end)
         self.recording, self.width = recording, width
         with style():

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 
 from slalom.checks import Array
 from slalom.sim import Recording
@@ -22,6 +23,14 @@ from slalom.view.workspace import label_axes, padded_extent
 
 _HEAD: Final = 0.45
 """[inch] Height of the title and the legend of a fleet."""
+
+SIDES: Final = (
+    ((0, 1), "center", "bottom"),
+    ((0, -1), "center", "top"),
+    ((1, 0), "left", "center"),
+    ((-1, 0), "right", "center"),
+)
+"""Sides of a robot for its name, in order: direction, and the alignment of the text."""
 
 _CROSS: Final[dict[str, Any]] = {
     "marker": "x",
@@ -59,10 +68,10 @@ def fleet(recording: Recording, *, names: bool = False, title: str | None = None
             _robot(ax, recording, k, scale)
         for k, goal in enumerate(goals):
             ax.plot(*goal.position(float(times[-1]))[:2], **_CROSS, gid=f"goal-{k}", zorder=4.5)
-        if names:
-            _names(ax, recording, positions[0])
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
+        if names:
+            _names(ax, recording, positions[0])
         label_axes(ax, "   (seen along z)" if positions.shape[2] == 3 else "")
         colour_bar(scale, ax, "time [s]", MaxNLocator(6, steps=[1, 2, 5, 10]))
         _legend(ax, recording, bool(len(goals)))
@@ -85,12 +94,18 @@ def _robot(ax: Axes, recording: Recording, k: int, scale: ScalarMappable) -> Non
 
 
 def _names(ax: Axes, recording: Recording, starts: Array) -> None:
-    """Write the name of each robot above its start."""
+    """Write the name of each robot beside its start: above it, or on the first side where it covers no other name."""
+    ax.apply_aspect()
+    taken: list[Bbox] = []
     for k, (name, start, shape) in enumerate(zip(recording.names, starts, recording.shapes, strict=True)):
-        place = (start[0], start[1] + shape.bounding_radius)
-        text = ax.annotate(
-            name, place, (0, 1), textcoords="offset points", ha="center", va="bottom", fontsize=5, zorder=8
-        )
+        text = ax.annotate(name, start[:2], (0, 0), textcoords="offset points", fontsize=5, zorder=8)
+        for (x, y), across, up in [*SIDES, SIDES[0]]:
+            text.xy = (start[0] + x * shape.bounding_radius, start[1] + y * shape.bounding_radius)
+            text.set(position=(x, y), ha=across, va=up)
+            box = text.get_window_extent()
+            if not box.count_overlaps(taken):
+                break
+        taken.append(box)
         text.set_path_effects(halo(1.6))
         text.set_gid(f"name-{k}")
 

@@ -28,7 +28,8 @@ def replay(
     With `uncertainty`, the figure of a decision has the regions that hold obstacles with an uncertainty.
 
     Raises:
-        InvalidInput: a run without a step; a time at which it does not run; uncertainty in a figure of tracks.
+        InvalidInput: a run without a step; a time at which it does not run; a time or uncertainty in a figure of
+            tracks; names in one of a decision.
     """
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
@@ -36,8 +37,7 @@ def replay(
     if at is not None and not 0.0 <= at <= lasts:
         raise InvalidInput(f"--figure-at: expected a time of the run, from 0 to {lasts:g} s, found {at:g} s")
     contender = contender_named(method)
-    if uncertainty:
-        refuse_tracks(len(recording.shapes), contender)
+    refuse_unfit(len(recording.shapes), contender, at, names, uncertainty)
     if len(recording.shapes) > 1:
         return fleet(recording, names=names)
     if not isinstance(contender, Method):
@@ -74,8 +74,12 @@ def replay(
     )
 
 
-def refuse_tracks(robots: int, contender: Method | Peer) -> None:
-    """Raise InvalidInput for runs whose figures show tracks, not the decision that uncertainty belongs to."""
+def refuse_unfit(robots: int, contender: Method | Peer, at: float | None, names: bool, uncertainty: bool) -> None:
+    """Raise InvalidInput for what the figure of a run does not have: a time or uncertainty of tracks, names of one."""
+    if names and robots == 1:
+        raise InvalidInput("--names: expected a run of several robots, found one")
+    given = {"--figure-at": at is not None, "--uncertainty": uncertainty}
     if robots > 1 or not isinstance(contender, Method):
         found = f"{robots} robots" if robots > 1 else f"a robot with {contender.name}"
-        raise InvalidInput(f"--uncertainty: expected a figure of a decision, found one of the tracks of {found}")
+        for option in (name for name, yes in given.items() if yes):
+            raise InvalidInput(f"{option}: expected a figure of a decision, found one of the tracks of {found}")

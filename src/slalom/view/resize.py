@@ -12,7 +12,7 @@ from matplotlib.text import Text
 
 from slalom.checks import Array, positive
 from slalom.errors import InvalidInput
-from slalom.view.style import LEAST_PANEL, style
+from slalom.view.style import LEAST_PANEL, WIDEST, style
 
 
 def resized(figure: Figure, *, width: float | None = None, font_scale: float = 1.0) -> Figure:
@@ -24,11 +24,14 @@ def resized(figure: Figure, *, width: float | None = None, font_scale: float = 1
         width: of the figure [inch]; by default as it is. font_scale: factor of all sizes of text.
 
     Raises:
-        InvalidInput: numbers that are not positive; a width that leaves no space for the panels or legends.
+        InvalidInput: numbers that are not positive; a width that leaves no space for the panels or legends, or above
+            WIDEST.
     """
     scale = positive(font_scale, "font_scale")
     old_width, old_height = (float(side) for side in figure.get_size_inches())
     wanted = old_width if width is None else positive(width, "width")
+    if wanted > WIDEST:
+        raise InvalidInput(f"width: expected at most {WIDEST:g} inch, found {wanted:g}")
     if wanted == old_width and scale == 1.0:
         return figure
     with style():

@@ -31,6 +31,12 @@ LEAST_PANEL: Final = 0.8
 RESOLUTION: Final = 300
 """[dots per inch] of bitmaps."""
 
+WIDEST: Final = 200.0
+"""[inch] Largest width of a figure, that of a page of PDF."""
+
+MOST_DOTS: Final = 1e8
+"""[1] Most dots of a bitmap; each takes four bytes of memory."""
+
 ROBOT: Final = "#d55e00"
 """Colour of the robot and its choice: vermilion, in neither viridis nor grey, and distinct for the colour-blind."""
 
@@ -169,7 +175,7 @@ def save(figure: Figure | Axes, path: str | Path, *, resolution: float = RESOLUT
         resolution: of a .png [dots per inch].
 
     Raises:
-        InvalidInput: another suffix; a resolution that is not positive.
+        InvalidInput: another suffix; a resolution that is not positive, or gives more than MOST_DOTS.
     """
     dots = positive(resolution, "resolution")
     target = Path(path)
@@ -179,6 +185,10 @@ def save(figure: Figure | Axes, path: str | Path, *, resolution: float = RESOLUT
         raise InvalidInput(f"path: expected a name ending in {', '.join(FORMATS)}; found {found} in {str(path)!r}")
     whole = figure.get_figure(root=True) if isinstance(figure, Axes) else figure
     assert whole is not None
+    width, height = whole.get_size_inches()
+    if suffix == ".png" and width * height * dots**2 > MOST_DOTS:
+        most = np.sqrt(MOST_DOTS / (width * height))
+        raise InvalidInput(f"resolution: expected at most {most:.0f} dots per inch at this size, found {dots:g}")
     with style():
         whole.savefig(target, format=suffix[1:], dpi=dots if suffix == ".png" else "figure", **FORMATS[suffix])
     return target

@@ -101,7 +101,7 @@ def _numbers(twist: Any) -> bytes:
 
 def write_table(commands: Iterable[Command], file: Path) -> None:
     """Write commands as comma-separated values, with all digits."""
-    with file.open("w", newline="") as stream:
+    with file.open("w", newline="", encoding="utf-8") as stream:
         table = writer(stream)
         table.writerow(COLUMNS)
         for each in commands:

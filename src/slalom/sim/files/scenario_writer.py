@@ -31,8 +31,8 @@ def write_scenario(scenario: Scenario, path: Path | str) -> None:
     Path(path).write_text(scenario_text(scenario), encoding="utf-8")
 
 
-def scenario_text(scenario: Scenario) -> str:
-    """Return a scenario as YAML.
+def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
+    """Return a scenario as YAML; with `ascii_only` other characters are escape sequences in double quotes.
 
     A trajectory that files cannot hold (a composite, a Python function) is written as cubic pieces over the run and one
     horizon. They are within the error of its path.
@@ -59,6 +59,7 @@ def scenario_text(scenario: Scenario) -> str:
     if scenario.obstacles:
         content["obstacles"] = [_obstacle(obstacle, scenario.start, end) for obstacle in scenario.obstacles]
     yaml, stream = YAML(), io.StringIO()
+    yaml.allow_unicode = not ascii_only
     yaml.default_flow_style = None
     yaml.width = 4096
     yaml.dump(content, stream)

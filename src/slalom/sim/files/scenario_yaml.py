@@ -36,6 +36,8 @@ def read_scenario(path: Path | str) -> Scenario:
     """
     path = Path(path)
     root, content = compose(path)
+    if isinstance(content, dict) and "scenarios" in content and not {"robot", "robots"} & content.keys():
+        raise InvalidFile([f"{path}: expected a scenario, found a study, which `slalom compare` runs"])
     mistakes = messages(path, root, content, ScenarioSpec)
     parts = _Parts(path, root)
     scenario = parts.assemble(content) if isinstance(content, dict) else None
@@ -49,6 +51,11 @@ def files_of(path: Path) -> list[Path]:
     """Return a valid scenario file and the files of the recording that it names, if any."""
     recording = compose(path)[1].get("recording")
     return [path] if recording is None else [path, *formats.files_of(path.parent / recording["file"])]
+
+
+def _stem(path: Path) -> str:
+    """Return the name of a file as text: bytes that are no UTF-8 would end the writing of every result."""
+    return path.stem.encode(errors="surrogateescape").decode(errors="replace")
 
 
 class _Parts(Mistakes):
@@ -89,7 +96,7 @@ class _Parts(Mistakes):
         # The only remaining refusal of a scenario is a goal under an obstacle.
         return self.attempt(
             written[0].at("goal"),
-            lambda: Scenario(spec.name or self.path.stem, whole, some, holds=tuple(spec.holds), **settings),
+            lambda: Scenario(spec.name or _stem(self.path), whole, some, holds=tuple(spec.holds), **settings),
         )
 
     def written_robots(self, content: dict[str, Any]) -> list[WrittenRobot]:

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, FiniteFloat, field_validator
 
+from slalom.checks import did_you_mean
 from slalom.errors import InvalidInput
 from slalom.io.formats import FORMATS
 from slalom.sim.files.schema_base import Model, NotNegative, Positive, Text, Vector
@@ -39,7 +40,8 @@ class RecordingSpec(Model):
     @classmethod
     def _known(cls, name: str | None) -> str | None:
         if name is not None and name not in FORMATS:
-            raise InvalidInput(f"expected one of {', '.join(FORMATS)}; found {name!r}")
+            hint = did_you_mean(name, list(FORMATS))
+            raise InvalidInput(f"expected one of {', '.join(FORMATS)}; found {name!r}{hint}")
         return name
 
     @field_validator("window")

@@ -1,7 +1,6 @@
 """Mistakes in a YAML file as `file:line:column: KEY: expected ..., found ...`."""
 
 from collections.abc import Callable, Iterator
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -12,7 +11,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import CollectionEndEvent, CollectionStartEvent
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from slalom.checks import shown
+from slalom.checks import did_you_mean, shown
 from slalom.errors import InvalidFile, SlalomError
 from slalom.io.input_file import text_of
 from slalom.io.recorded import first_of
@@ -174,8 +173,7 @@ def _message(path: Path, root: Node | None, content: Any, model: type[Model], mi
     kind, found, place = mistake["type"], mistake.get("input"), tuple(mistake["loc"])
     if kind == "extra_forbidden":
         allowed = keys_at(model, content, place[:-1])
-        near = get_close_matches(str(place[-1]).lower(), allowed, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = did_you_mean(str(place[-1]), allowed)
         text = f"expected one of {', '.join(allowed)}; found {place[-1]!r}{hint}"
         return f"{where(path, root, place, at_key=True)}: {dotted(place)}{text}"
     template = _EXPECTED.get(kind)

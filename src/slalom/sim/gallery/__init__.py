@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from slalom.checks import known, number
 from slalom.errors import InvalidInput
 from slalom.registry import Kind, Registry
 from slalom.sim.gallery import open_space, rooms, single_robot
@@ -218,6 +219,11 @@ GALLERY: Final = Registry[Entry](
 )
 """Scenarios by name; packages add to them by entry points of the group slalom.scenarios."""
 
+COUNTS: Final = frozenset({"robots", "people", "drones", "lanes"})
+"""Parameters that count robots or obstacles."""
+MOST: Final = 100_000
+"""[1] Largest count: each robot takes some kilobytes, so that 1e9 of them would end the process without a message."""
+
 
 def build(name: str | Entry, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
     """Build a scenario of the gallery, or of an entry, with changed parameters of its own or settings of all scenarios.
@@ -229,10 +235,11 @@ def build(name: str | Entry, settings: Mapping[str, float] | None = None, *, see
     if seed < 0:
         raise InvalidInput(f"seed: expected 0 or more, found {seed}")
     changed = dict(settings or {})
-    unknown = [key for key in changed if key not in entry.parameters and key not in SETTINGS]
-    if unknown:
-        names = ", ".join([*entry.parameters, *SETTINGS])
-        raise InvalidInput(f"parameter of {entry.name}: expected one of {names}; found {unknown[0]!r}")
+    for key in changed:
+        known(key, f"parameter of {entry.name}", [*entry.parameters, *SETTINGS])
+    for key in sorted(COUNTS & changed.keys()):
+        if number(changed[key], key) > MOST:
+            raise InvalidInput(f"{key}: expected at most {MOST}, found {changed[key]:g}")
     parameters = {**entry.parameters, **{k: v for k, v in changed.items() if k in entry.parameters}}
     scenario = entry.build({**parameters, "seed": seed}, np.random.default_rng(seed))
     scenario = scenario.with_settings({k: v for k, v in changed.items() if k not in entry.parameters})

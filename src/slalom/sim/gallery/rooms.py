@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from slalom.checks import positive, whole
+from slalom.checks import flag, positive, whole
 from slalom.errors import InvalidInput
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
@@ -71,7 +71,7 @@ def doorway(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     low, high = np.array([edge - room, edge - 0.5 * room]), np.array([-door - shape.radius, 0.5 * room - edge])
     left_positions = random_positions(count, low, high, min_distance, rng)
     right_positions = random_positions(count, low, high, min_distance, rng) * (-1.0, 1.0)
-    swap = (np.arange(count) % 2 == 1)[:, None] & bool(p["both"])
+    swap = (np.arange(count) % 2 == 1)[:, None] & flag(p["both"], "both")
     robots = equal_robots(
         np.where(swap, right_positions, left_positions),
         np.where(swap, left_positions, right_positions),

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slalom.checks import not_negative, positive, whole
+from slalom.checks import flag, not_negative, positive, whole
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.io.tracks import read_tracks, sample_data
@@ -203,7 +203,7 @@ def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Sce
     """Build a recorded roundabout: 30 cars, which yield to each other but not to the robot."""
     tracks = read_tracks(sample_data("roundabout_ring_11.csv"))
     cars = tuple(Obstacle(Disc(2.4), track, f"car {agent}") for agent, track in tracks.items())
-    angle = rng.uniform(0.0, 2.0 * np.pi) if p["random"] else 0.0
+    angle = rng.uniform(0.0, 2.0 * np.pi) if flag(p["random"], "random") else 0.0
     start_position = 58.0 * np.array([np.cos(angle), np.sin(angle)])
     robot = Robot(
         Disc(1.0), Limits(12.0, 4.0), State(start_position, np.zeros(2)), Goal(Stationary(-start_position), 1.5)

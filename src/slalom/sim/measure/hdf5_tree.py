@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.errors import InvalidFile
+from slalom.errors import InvalidFile, reason
 from slalom.io.input_file import file_size
 from slalom.tolerances import HDF5_CONTENT, HDF5_DEPTH, HDF5_MEMORY, HDF5_RATE, HDF5_SECONDS, HDF5_WAIT
 
@@ -147,7 +147,7 @@ def read_tree(path: Path) -> Group:
     """
     reply, arrays = READER.read(path, file_size(path, KIND))
     if "mistake" in reply:
-        raise InvalidFile([f"{path}: expected an {KIND}, found {reply['mistake']}"])
+        raise InvalidFile([f"{path}: expected an {KIND}, found {reason(OSError(reply['mistake']))}"])
     return _group(reply["tree"], arrays)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slalom.checks import Array, array, array_of, positive, short, shown, whole
-from slalom.errors import InvalidFile, InvalidInput, SlalomError
+from slalom.errors import InvalidFile, InvalidInput, SlalomError, reason
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.obstacle import Obstacle
@@ -211,8 +211,14 @@ class Recording:
 
         `poses` holds the position and, last, the heading of the velocity [rad]; `twists` the velocity and, last, 0.
         Every array has the attribute `units`, see `hdf5_units`.
+
+        Raises:
+            InvalidFile: a file that cannot be written.
         """
-        save_run(self, path)
+        try:
+            save_run(self, path)
+        except OSError as error:
+            raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
 
     @classmethod
     def load(cls, path: FilePath | str) -> "Recording":

@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from slalom.checks import shown
+from slalom.checks import known, shown
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.io import cadrl
 from slalom.methods import METHODS, Method
@@ -108,9 +108,9 @@ def load(name: Source, settings: Mapping[str, float] | None = None, *, seed: int
         raise InvalidInput(f"scenario: expected a name, an Entry or a Scenario, found {shown(name)}")
     if is_file(name):
         return read_scenario(name).with_settings(settings or {})
-    if name not in GALLERY:
-        raise InvalidInput(f"scenario: expected a .yaml file or one of {', '.join(GALLERY)}; found {name!r}")
-    return build_gallery(name, settings, seed=seed)
+    if name not in GALLERY and Path(name).is_file():
+        raise InvalidInput(f"scenario: expected a .yaml file or a name of the gallery, found {name!r}, of another kind")
+    return build_gallery(known(name, "scenario", list(GALLERY), "a .yaml file or "), settings, seed=seed)
 
 
 def drawn(name: Source, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from slalom.checks import known
 from slalom.errors import InvalidInput
 from slalom.io.cadrl import Case
 from slalom.sim.gallery.open_space import cadrl
@@ -24,10 +25,8 @@ def case_of(name: str, cases: Sequence[Case], settings: Mapping[str, float], see
     Raises:
         InvalidInput: no such case or setting; robots that overlap at the start.
     """
-    unknown = [key for key in settings if key != "max_acceleration" and key not in SETTINGS]
-    if unknown:
-        names = ", ".join(["max_acceleration", *SETTINGS])
-        raise InvalidInput(f"parameter of {Path(name).name}: expected one of {names}; found {unknown[0]!r}")
+    for key in settings:
+        known(key, f"parameter of {Path(name).name}", ["max_acceleration", *SETTINGS])
     if not 0 <= seed < len(cases):
         raise InvalidInput(f"seed: expected 0 to {len(cases) - 1}, the cases of {name}; found {seed}")
     limits = {key: value for key, value in settings.items() if key == "max_acceleration"}

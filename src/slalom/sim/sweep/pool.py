@@ -110,7 +110,10 @@ def _results(
     work: Callable[[Item], Result], items: Mapping[str, Item], jobs: int, marks: Path | None
 ) -> Iterator[tuple[str, Result]]:
     unordered = get_active_backend()[0].supports_return_generator
-    parallel = Parallel(n_jobs=jobs, return_as="generator_unordered" if unordered else "list")
+    # joblib starts all processes at once, also those for which there is no item. With one it works in this process,
+    # which a kill would end.
+    processes = min(jobs, max(len(items), 2)) if jobs > 1 else jobs
+    parallel = Parallel(n_jobs=processes, return_as="generator_unordered" if unordered else "list")
     yield from parallel(delayed(_marked)(work, marks, key, item) for key, item in items.items())
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from pydantic import Field, FiniteFloat
 from ruamel.yaml.nodes import Node
 
-from slalom.checks import known
+from slalom.checks import did_you_mean, known
 from slalom.errors import InvalidFile, InvalidInput
 from slalom.io.cadrl import read_cases
 from slalom.io.recorded import first_of
@@ -98,8 +98,8 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
     mistakes += _unknown(path, root, ("methods",), spec.methods)
     for k, name in enumerate(spec.metrics):
         if name not in METRICS:
-            at, expected = ("metrics", k), ", ".join(METRICS)
-            mistakes.append(f"{where(path, root, at)}: {dotted(at)}expected one of {expected}; found {name!r}")
+            at, expected, hint = ("metrics", k), ", ".join(METRICS), did_you_mean(name, list(METRICS))
+            mistakes.append(f"{where(path, root, at)}: {dotted(at)}expected one of {expected}; found {name!r}{hint}")
     for k, one in enumerate(spec.scenarios):
         mistakes += _unknown(path, root, ("scenarios", k, "methods"), one.methods or ())
     if mistakes:
