@@ -31,6 +31,8 @@ MOVING, SHOWN = {"width": 1000, "height": 560}, (720, 404)
 HIDDEN = (
     ".slalom header, .slalom .transport, .slalom .charts { display: none !important } .slalom .why { height: 64px }"
 )
+AHEAD = 5.9
+"""[s] Time ahead in tour_ahead.png: the manoeuvre passes a car with the margin then."""
 RATE = 8.0
 """[Hz] Pictures in a second of the moving picture."""
 
@@ -83,7 +85,7 @@ def still(browser: Any, run: Path, turning: int) -> None:
     with served(str(run)) as address, page_of(browser, address, SIZE) as page:
         seek(page, turning)
         shot(page, "tour_turn.png")
-        page.evaluate(f"{APP}.setElement(1.0)")
+        page.evaluate(f"{APP}.setElement({AHEAD})")
         shot(page, "tour_ahead.png")
         page.evaluate(f"{APP}.setElement(0)")
         x, y = page.evaluate(
