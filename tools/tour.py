@@ -130,9 +130,10 @@ def space_and_fleet(browser: Any) -> None:
         page.keyboard.press("2")
         shot(page, "view_space.png")
     with served("doorway", "--set", "duration=8") as address, page_of(browser, address, SIZE) as page:
-        seek(page, 60)
-        page.evaluate(f"{APP}.select(3)")
-        page.wait_for_function(f"{APP}.model.control()?.robot === 3 && {APP}.model.control()?.step === 60")
+        seek(page, 40)
+        # The target of this robot is not its goal.
+        page.evaluate(f"{APP}.select(10)")
+        page.wait_for_function(f"{APP}.model.control()?.robot === 10 && {APP}.model.control()?.step === 40")
         page.locator("select[aria-label^=colour]").select_option("outcome")
         shot(page, "view_fleet.png")
 
