@@ -469,7 +469,7 @@ def metrics() -> str:
     for name, function in METRICS.items():
         of = "one robot" if "robot" in inspect.signature(function).parameters else "all robots"
         sentence = " ".join((inspect.getdoc(function) or "").split("\n\n")[0].split())
-        rows.append((f"`{name}`", of, FORMULAS[name], sentence))
+        rows.append((f"`{name}`", of, sentence, FORMULAS[name]))
     text = (
         "`slalom.sim.metrics` has one function for each, and `METRICS` the table. Those of one robot take the name or\n"
         "number of the robot of a fleet. Clearances are between surfaces and in continuous time, unless they are\n"
@@ -478,7 +478,7 @@ def metrics() -> str:
     constants = [(f"`{name}`", f"{getattr(tolerances, name):g} {unit}") for name, unit in CONSTANTS.items()]
     return "\n".join(
         [
-            *("# Metrics", "", text, "", table(["metric", "of", "formula", "meaning"], rows), ""),
+            *("# Metrics", "", text, "", table(["metric", "of", "meaning", "formula"], rows), ""),
             *("Constants of the formulas:", "", table(["constant", "value"], constants), ""),
         ]
     )
