@@ -1,4 +1,4 @@
-"""Limited sight: the visible region and obstacles of a robot in the plane, and places of hidden agents."""
+"""Limited sight: what a robot sees of the plane, and where hidden agents may come from."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -29,12 +29,12 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 @dataclass(frozen=True, eq=False)
 class Visibility:
-    """Visible obstacles and region of a robot at `time` [s], see `Sight.look`.
+    """What a robot sees at `time` [s], see `Sight.look`.
 
     Attributes:
         position: (2,) [m] of the sensor. heading: [rad] of the field of view.
-        visible: (n,) whether each obstacle is visible.
-        seen: the obstacles at rest, which are a known map, and the visible ones.
+        visible: (n,) whether each obstacle is seen.
+        seen: the obstacles at rest, which are a known map, and those that are seen.
         region: the visible region, a shapely polygon. It is inside the true one.
         clear: the region that holds no hidden agent: what is visible, and what was and cannot have been reached since.
             None without a hidden speed.
@@ -55,7 +55,7 @@ class Visibility:
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """Obstacles for a decision: `seen` and `hidden`."""
+        """What a decision takes into account: `seen` and `hidden`."""
         return (*self.seen, *self.hidden)
 
 
@@ -64,7 +64,7 @@ class Sight:
     """Sensor with a limited range, a field of view and occlusion, in the plane.
 
     Attributes:
-        range: [m] of the sensor.
+        range: [m] up to which the sensor sees.
         field_of_view: [rad] full angle about the heading: that of the state, else the direction of motion, else the
             heading before.
         near: [m] up to which everything around the robot is sensed, outside of the field of view as well.
@@ -74,7 +74,7 @@ class Sight:
             They never pass through obstacles at rest. A contact with a robot at rest does not count: it keeps a
             manoeuvre that ends at rest before anything hidden can reach it (passive safety: Macek, Vasquez, Fraichard
             and Siegwart, 2008; Bouraine, Fraichard and Salhi, Autonomous Robots 32, 2012).
-        any_motion: whether visible agents, too, may move in any way at up to the hidden speed. False: as predicted.
+        any_motion: whether seen agents, too, may move in any way at up to the hidden speed. False: as predicted.
 
     Raises:
         InvalidInput: a value out of its range; a hidden speed with an infinite range.
@@ -104,11 +104,11 @@ class Sight:
     def look(
         self, state: State, obstacles: Obstacles, now: float = 0.0, previous: Visibility | None = None
     ) -> Visibility:
-        """Visibility of `obstacles` at `now` [s] for a robot in `state`.
+        """What a robot in `state` sees at `now` [s] of `obstacles`.
 
         Args:
-            previous: the visibility before. Regions that were visible count as empty until a hidden agent can have
-                reached them. None: only the region that is visible now counts.
+            previous: what it saw before. Regions that were seen stay known to be empty until something hidden can have
+                reached them. None: only what is visible now is known.
 
         Raises:
             InvalidInput: a state or obstacles in space; a time before that of `previous`.
@@ -234,7 +234,7 @@ def _shows(region: Any, body: Any) -> bool:
 
 
 def _shows_beside(region: Any, k: int, bodies: list[Any], shadows: list[Any]) -> bool:
-    """Whether body k is visible in a region, in which the shadows of the other bodies occlude it."""
+    """Whether body k is seen in a region, in which the shadows of the other bodies hide it."""
     if not _shows(region, bodies[k]):
         return False
     for other, shadow in enumerate(shadows):
@@ -258,7 +258,7 @@ def _edge(points: Array, growth: BoundedError) -> Obstacle:
 
 
 def _anywhere(obstacle: Obstacle, now: float, growth: BoundedError) -> Obstacle:
-    """Region that a visible obstacle can reach in any motion."""
+    """Where an obstacle that is seen can come to in any motion."""
     heading = 0.0
     if obstacle.turns or not isinstance(obstacle.heading, str):
         forward = obstacle.direction(now)

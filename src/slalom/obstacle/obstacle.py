@@ -32,9 +32,10 @@ class Obstacle:
         after_end: what follows the end of the trajectory. "unknown": a decision before the end takes the obstacle to
             continue at its last velocity, and a decision after the end is refused. "continues": it continues at its
             last velocity at every time, and its uncertainty grows from the end on. "leaves": it exists no more.
-        contact_at_rest: whether a contact counts while the robot is at rest. False for obstacles that may touch the
-            robot after it has stopped (passive safety, see `Sight`). Such an obstacle may stand for another one of its
-            name in any motion: if no manoeuvre is safe, only the former counts.
+
+        contact_at_rest: whether a contact counts while the robot is at rest. False for what a robot must never run into
+            but may be touched by after it has stopped (passive safety, see `Sight`). Such an obstacle may stand for
+            another one of its name in any motion: a robot for which nothing is safe relies on it alone.
         probability: [1] with which it moves so, above 0. Below 1 it is one of several futures: pass the others as
             obstacles with the same `owner`. What the sum leaves to 1 is the probability that there is no obstacle.
         owner: text that the futures of one obstacle have in common, and no other obstacle has; "": its name.
