@@ -5,6 +5,7 @@ usage: python benchmarks/crowdnavpp_curve.py [RUNS.json] [--out PICTURE.png]
 RUNS.json lists runs of benchmarks/crowdnavpp.py with the verdicts of the judge: for each the people ("random" or
 "fixed"), the robot, the loss of a contact [s], the number of cases, the share of successes at the steps, and the mean
 time of the successes [s]. Runs of one robot are joined in the order of the loss. Bars are 95 % intervals (Wilson).
+The vertical axis is cut, and the dotted corner is the aim.
 """
 
 import argparse
@@ -14,18 +15,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
 RUNS = HERE / "results" / "crowdnavpp.json"
 PICTURE = HERE.parent / "docs" / "images" / "crowdnavpp.png"
 COLOURS = ("#1b6ca8", "#d95d39", "#6a994e", "#7d5ba6")
+MARKERS = ("o", "D", "^", "v")
 PUBLISHED = {
     "random": {"GST": (0.88, 14.14), "ORCA": (0.69, 14.77), "GenSafeNav (own draw)": (0.972, 17.69)},
     "fixed": {"GST": (0.92, 15.42), "social force": (0.34, 19.95)},
 }
-"""Success and mean time [s], counted from the published logs: the 250 cases of the published test."""
+"""Share of successes and mean time [s], counted from the published logs: the 250 cases of the published test."""
 TARGETS = {"random": (0.99, 13.5), "fixed": (0.995, 13.0)}
+"""Share of successes and mean time [s] of the dotted corner."""
+SPANS = ((0.865, 1.008), (0.3, 0.75))
+"""Shares of the upper and of the lower panel."""
 TITLES = {"random": "random people", "fixed": "people all alike"}
 
 
@@ -46,33 +52,49 @@ def interval(share: float, cases: int) -> tuple[float, float]:
 
 
 def picture(runs: Sequence[dict[str, Any]]) -> Figure:
-    """One panel for each kind of people."""
-    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    """One column for each kind of people; its lower panel holds the methods with few successes."""
+    figure = Figure(figsize=(9.4, 5.2), layout="constrained")
     robots = list(dict.fromkeys(run["robot"] for run in runs))
-    for axes, (people, published) in zip(figure.subplots(1, 2), PUBLISHED.items()):
-        for name, (success, time) in published.items():
+    times = [run["time"] for run in runs] + [time for table in PUBLISHED.values() for _, time in table.values()]
+    left, right = min(times) - 0.5, max(times) + 1.0
+    panels = figure.subplots(2, 2, sharex="col", gridspec_kw={"height_ratios": (3.2, 1.0), "hspace": 0.04})
+    for people, column in zip(PUBLISHED, panels.T):
+        for axes, (low, high) in zip(column, SPANS):
+            axes.set_ylim(low, high)
+            methods(axes, PUBLISHED[people])
+            axes.spines[["top", "right"]].set_visible(False)
+            for robot, colour, marker in zip(robots, COLOURS, MARKERS):
+                here = [run for run in runs if run["people"] == people and run["robot"] == robot]
+                curve(axes, sorted(here, key=lambda run: run["loss"]), robot, colour, marker)
+        success, time = TARGETS[people]
+        column[0].plot([left, time, time], [success, success, 1.0], ":", color="#333333", linewidth=1, zorder=1)
+        column[0].set(title=TITLES[people], xlim=(left, right), ylabel="share of successes")
+        column[0].tick_params(bottom=False)
+        column[0].spines["bottom"].set_visible(False)
+        column[1].set_xlabel("mean time of successes [s]")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
+    return figure
+
+
+def methods(axes: Axes, published: dict[str, tuple[float, float]]) -> None:
+    """Squares of published methods whose share lies in the span of the panel."""
+    low, high = axes.get_ylim()
+    for name, (success, time) in published.items():
+        if low <= success <= high:
             axes.plot(time, success, "s", color="#8a8a8a")
             axes.annotate(name, (time, success), xytext=(0, 6), textcoords="offset points", ha="center", fontsize=8)
-        for robot, colour, aside in zip(robots, COLOURS, ((4, -22), (4, 5), (4, -12), (4, 14))):
-            here = sorted((r for r in runs if r["people"] == people and r["robot"] == robot), key=lambda r: r["loss"])
-            if not here:
-                continue
-            times, shares = np.array([(run["time"], run["success"]) for run in here]).T
-            low, high = np.array([interval(run["success"], run["cases"]) for run in here]).T
-            bars = np.maximum([shares - low, high - shares], 0.0)
-            axes.errorbar(
-                times, shares, bars, fmt="o-", color=colour, label=robot, markersize=4, linewidth=1, capsize=2
-            )
-            for run in here:
-                where = {"xytext": aside, "textcoords": "offset points", "fontsize": 7, "color": colour}
-                axes.annotate(f"{run['loss']:g} s", (run["time"], run["success"]), **where)
-        axes.margins(x=0.15, y=0.08)
-        success, time = TARGETS[people]
-        axes.plot([axes.get_xlim()[0], time, time], [success, success, 1.0], ":", color="#333333", linewidth=1)
-        axes.set(title=TITLES[people], xlabel="mean time of successes [s]", ylabel="share of successes")
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.45), fontsize=8, frameon=False)
-    return figure
+
+
+def curve(axes: Axes, runs: Sequence[dict[str, Any]], robot: str, colour: str, marker: str) -> None:
+    """Runs of one robot, joined in the order of the loss of a contact: more loss, more time."""
+    if not runs:
+        return
+    times, shares = np.array([(run["time"], run["success"]) for run in runs]).T
+    low, high = np.array([interval(run["success"], run["cases"]) for run in runs]).T
+    bars = np.maximum([shares - low, high - shares], 0.0)
+    name = f"{robot}; loss " + " and ".join(f"{run['loss']:g}" for run in runs) + " s"
+    axes.errorbar(times, shares, bars, fmt=f"{marker}-", color=colour, label=name, markersize=5, linewidth=1, capsize=2)
 
 
 if __name__ == "__main__":

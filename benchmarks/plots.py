@@ -9,6 +9,8 @@ from program import shown
 
 OURS, THEIRS, PALE = "#1b6ca8", "#8a8a8a", "#c9c9c9"
 PARTS = ("#1b6ca8", "#5fa8d3", "#f0a202", "#d95d39", "#6a994e", "#7d5ba6", "#bbbbbb")
+SHORT_AXIS = 500.0
+"""Ratio of the ends of a logarithmic axis below which 1, 2 and 5 of each decade are labelled."""
 Results = dict[str, dict[str, Any]]
 
 
@@ -47,7 +49,7 @@ def _bars(axes: Any, values: dict[str, float], unit: str, title: str) -> None:
     axes.set_xscale("log")
     axes.set_xlim(0.4 * min(values.values()), 8.0 * max(values.values()))
     axes.set_title(title, fontsize=10)
-    axes.set_xlabel(unit)
+    axes.set_xlabel(f"time [{unit}]")
     axes.tick_params(labelsize=8)
     axes.spines[["top", "right"]].set_visible(False)
 
@@ -64,7 +66,7 @@ def stages(results: Results) -> Figure:
         widths = np.array([max(family["median_us"][name], 0.0) for family in families.values()])
         axes.barh(list(families), widths, left=before, color=color, label=name)
         before = before + widths
-    axes.set_xlabel("us")
+    axes.set_xlabel("time [us]")
     axes.tick_params(labelsize=9)
     axes.spines[["top", "right"]].set_visible(False)
     figure.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False)
@@ -85,11 +87,14 @@ def scaling(results: Results) -> Figure:
             lowest = min(lowest, curve[unit][0])
         sizes = np.array([curve["sizes"][0], max(curve["sizes"])], dtype=float)
         axes.loglog(sizes, lowest * sizes / sizes[0], ":", color=THEIRS)
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.yaxis.set_minor_formatter(NullFormatter())
-        axes.set_xlabel(what)
-        axes.set_ylabel("s for a step" if unit == "s" else "us for a decision")
-        axes.legend(fontsize=8, frameon=False)
+        for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+            if high < SHORT_AXIS * low:
+                axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
+        axes.set_xlabel(f"number of {what}")
+        axes.set_ylabel("time of a step [s]" if unit == "s" else "time of a decision [us]")
+        axes.legend(fontsize=8, frameon=False, title="exponent", title_fontsize=8)
         axes.tick_params(labelsize=8)
         axes.spines[["top", "right"]].set_visible(False)
     return figure
@@ -109,7 +114,7 @@ def boundaries(results: Results) -> Figure:
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel("ms for 30 obstacles")
+    axes.set_xlabel("time for 30 obstacles [ms]")
     axes.set_ylabel("share of wrong controls")
     axes.margins(0.15)
     axes.legend(fontsize=8, frameon=False, loc="center", bbox_to_anchor=(0.5, 0.5))
@@ -140,7 +145,7 @@ def memory(results: Results) -> Figure:
     middle.plot(
         at, at * told["robots"] * kept["held_per_robot"] / 2**20, ":", color=THEIRS, label="size of the recording"
     )
-    left.set_ylabel("MiB more")
+    left.set_ylabel("growth of the memory [MiB]")
     for axes in (left, middle, right):
         axes.tick_params(labelsize=8)
         axes.spines[["top", "right"]].set_visible(False)

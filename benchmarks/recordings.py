@@ -43,7 +43,8 @@ def main() -> None:
     for name in arguments.method:
         chosen = method(name)
         for at in arguments.at:
-            there = sum(obstacle.exists(at) for obstacle in recorded.obstacles)
+            spans = [obstacle.trajectory.span for obstacle in recorded.obstacles]
+            there = sum(first <= at <= last for first, last in spans)
             scenario = crossing(recorded, start, goal, at=at)
             simulate(scenario.with_settings({"duration": scenario.dt}), chosen)
             spent_us = simulate(scenario, chosen).decision_times[:DECISIONS, 0] * 1e6

@@ -435,7 +435,7 @@ def test_the_verdict_follows_the_numbers(swaps: dict) -> None:
     assert "The claim holds. " in verdict({"greedy": 8.0, "both": 0.0}, {"greedy": 8.0, "both": 0.5})
     few = verdict({"greedy": 8.0, "both": 0.0}, {"greedy": 8.0, "both": 4.0})
     assert f"The claim holds with fewer than {swaps['many']} robots. " in few
-    assert "Consistent selection leaves 50 % of the side flips" in few
+    assert f"variation, with {swaps['many']} robots 50 % and " in few
 
 
 def test_the_figure_of_the_study_shows_its_numbers(swaps: dict) -> None:

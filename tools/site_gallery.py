@@ -31,8 +31,9 @@ def page(picture: Callable[[str], tuple[str, str]]) -> str:
     """
     lines = [
         "# Gallery of scenarios",
-        f"Every scenario that slalom brings, run with `{METHOD}` and seed 0. The pictures are made while the site is "
-        "built. With one robot they show the decision before the closest approach, with several the tracks of all.",
+        f"This page shows every scenario of the gallery, run with `{METHOD}` and seed 0. The pictures are made while "
+        "the site is built. With one robot they show the decision before the closest approach, with several the tracks "
+        "of all.",
     ]
     for name, entry in GALLERY.items():
         address, sentence = picture(name)

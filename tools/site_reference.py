@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 import slalom
-from slalom import Outcome, Status
+from slalom import Outcome, Status, tolerances
 from slalom.bounds import BOUNDS
 from slalom.cli import app
 from slalom.cli.report import FORESIGHT_SENTENCES
@@ -174,20 +174,20 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "robots": "several robots or groups of robots, in place of `robot`",
         "obstacles": "keys below",
         "recording": "recorded agents as obstacles: keys below",
-        "start": "[s] absolute time of the begin",
+        "start": "[s] absolute time of the start",
         "duration": "[s] after which a robot that has not arrived has failed",
         "dt": "[s] between steps",
         "replan": "[s] between decisions, a multiple of dt; 0: dt",
         "horizon": "[s] within which collisions count",
         "margin": "[m] required clearance",
-        "patience": "[s] gain of arrival time for which a safe manoeuvre is changed",
+        "patience": "[s] predicted loss of arrival time up to which a safe manoeuvre is kept",
         "holds": "[s] durations for which an acceleration may be held",
-        "sight_range": "[m] up to which robots see; 0: not limited",
+        "sight_range": "[m] range of the sensors; 0: not limited",
         "field_of_view": "[rad] full angle about the direction of motion; 0: a full turn",
-        "sight_near": "[m] up to which robots sense in all directions",
-        "occlusion": "1: obstacles at rest hide what is behind them, 2: all do, 0: none does",
-        "hidden_speed": "[m/s] of hidden agents, with passive_safety",
-        "passive_safety": "1: hidden agents meet the robot at rest only, 2: seen ones as well, 0: neither",
+        "sight_near": "[m] radius that is sensed in all directions",
+        "occlusion": "1: obstacles at rest occlude others, 2: all obstacles do, 0: none does",
+        "hidden_speed": "[m/s] largest speed of hidden agents, with passive_safety",
+        "passive_safety": "1: hidden agents touch the robot at rest only, 2: visible ones as well, 0: neither",
         "period": "[m] after which the world repeats along each axis, .inf where it does not",
     },
     "RobotSpec": {
@@ -246,7 +246,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "radius": "[m] of agents without one in the file",
         "agents": "ids of the only agents to read",
         "without": "ids of agents to leave out",
-        "window": "[s] begin and end, in the time of the recording",
+        "window": "[s] start and end, in the time of the recording",
         "interpolation": "between rows",
         "gap": "[s] above which a track is split",
         "jump_speed": "[m/s] above which an agent is refused",
@@ -355,7 +355,7 @@ def scenario_files() -> str:
     lines = [
         "# Scenario and study files",
         "",
-        "Every key, from the schema that reads the files. SI units and radians.",
+        "This page lists every key, from the schema that reads the files. Units are SI units and radians.",
         "",
     ]
     titled = {
@@ -465,6 +465,14 @@ FORMULAS: Final[Mapping[str, str]] = {
     "changed_choices": "`#{decisions that changed the manoeuvre} / #{decisions}`",
 }
 """Formula of each metric; `metrics` refuses one without. t_k: arrival of robot k; x, v, a: at the steps i."""
+CONSTANTS: Final = {
+    "ADJUSTMENT": "m/s^2",
+    "STALLED_SPEED": "m/s",
+    "PROGRESS_DISTANCE": "m",
+    "PROGRESS_TIME": "s",
+    "PERSONAL_SPACE": "m",
+}
+"""Units of the constants in these formulas and in the docstrings of metrics."""
 
 
 def metrics() -> str:
@@ -473,13 +481,19 @@ def metrics() -> str:
     for name, function in METRICS.items():
         of = "one robot" if "robot" in inspect.signature(function).parameters else "all robots"
         sentence = " ".join((inspect.getdoc(function) or "").split("\n\n")[0].split())
-        rows.append((f"`{name}`", of, FORMULAS[name], sentence))
+        rows.append((f"`{name}`", of, sentence, FORMULAS[name]))
     text = (
         "`slalom.sim.metrics` has one function for each, and `METRICS` the table. Those of one robot take the name or\n"
         "number of the robot of a fleet. Clearances are between surfaces and in continuous time, unless they are\n"
         "at the steps `i`. `t_k` is the arrival of robot k; x, v and a are position, velocity and acceleration."
     )
-    return "\n".join(["# Metrics", "", text, "", table(["metric", "of", "formula", "meaning"], rows), ""])
+    constants = [(f"`{name}`", f"{getattr(tolerances, name):g} {unit}") for name, unit in CONSTANTS.items()]
+    return "\n".join(
+        [
+            *("# Metrics", "", text, "", table(["metric", "of", "meaning", "formula"], rows), ""),
+            *("Constants of the formulas:", "", table(["constant", "value"], constants), ""),
+        ]
+    )
 
 
 def outcomes() -> str:
@@ -493,7 +507,7 @@ def outcomes() -> str:
             "## Outcomes of decisions",
             "",
             "`Decision.outcome`, from best to worst. Safe: collision-free up to the horizon if the forecasts hold.",
-            "Recordings of peers have CHOSEN, a velocity was returned, and UNANSWERED.",
+            "Recordings of peers have CHOSEN, if the peer returned a velocity, or UNANSWERED.",
             "",
             table(["outcome", "safe", "sentence"], decided),
             "",

@@ -31,6 +31,8 @@ MOVING, SHOWN = {"width": 1000, "height": 560}, (720, 404)
 HIDDEN = (
     ".slalom header, .slalom .transport, .slalom .charts { display: none !important } .slalom .why { height: 64px }"
 )
+AHEAD = 5.9
+"""[s] Time ahead in tour_ahead.png: the manoeuvre passes a car with the margin then."""
 RATE = 8.0
 """[Hz] Pictures in a second of the moving picture."""
 
@@ -83,7 +85,7 @@ def still(browser: Any, run: Path, turning: int) -> None:
     with served(str(run)) as address, page_of(browser, address, SIZE) as page:
         seek(page, turning)
         shot(page, "tour_turn.png")
-        page.evaluate(f"{APP}.setElement(1.0)")
+        page.evaluate(f"{APP}.setElement({AHEAD})")
         shot(page, "tour_ahead.png")
         page.evaluate(f"{APP}.setElement(0)")
         x, y = page.evaluate(
@@ -128,9 +130,10 @@ def space_and_fleet(browser: Any) -> None:
         page.keyboard.press("2")
         shot(page, "view_space.png")
     with served("doorway", "--set", "duration=8") as address, page_of(browser, address, SIZE) as page:
-        seek(page, 60)
-        page.evaluate(f"{APP}.select(3)")
-        page.wait_for_function(f"{APP}.model.control()?.robot === 3 && {APP}.model.control()?.step === 60")
+        seek(page, 40)
+        # The target of this robot is not its goal.
+        page.evaluate(f"{APP}.select(10)")
+        page.wait_for_function(f"{APP}.model.control()?.robot === 10 && {APP}.model.control()?.step === 40")
         page.locator("select[aria-label^=colour]").select_option("outcome")
         shot(page, "view_fleet.png")
 

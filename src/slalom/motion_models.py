@@ -79,7 +79,7 @@ class FromModels:
     An obstacle that appears at this moment is predicted at rest, since only one position is known. So is one that did
     not move for MODEL_LEAD spacings.
 
-    With more than one of `futures` the models form up to so many groups, each a future with the sum of their weights
+    With more than one of `futures` the models form up to so many groups. Each is a future, with the sum of the weights
     as its probability. Groups are apart by more than the error above at that time, and none is less probable than
     LEAST_FUTURE. Models are joined as by Ward (Journal of the American Statistical Association 58, 1963): always the
     two groups whose union adds the least weighted square of distances.

@@ -79,7 +79,7 @@ class _Steps:
 
 @dataclass(eq=False)
 class AvoidingCrowd:
-    """Forecast of discs in the plane that avoid each other, and do not see the robot.
+    """Forecast of discs in the plane that avoid each other, and not the robot.
 
     Each agent takes in each period the velocity nearest its preferred one that makes its half of the avoidance of all
     others (ORCA: van den Berg, Guy, Lin and Manocha, 2011). The model simulates all agents together for `steps`

@@ -29,15 +29,15 @@ class Reciprocity:
 
     Two discs are in conflict if they would touch within `horizon` [s] at constant velocities. The conflict is the least
     change of their relative velocity [m/s] that avoids this: the distance from the edge of the velocity obstacle (van
-    den Berg, Guy, Lin and Manocha, 2011, call that change u). From one observation to the next, an agent has done what
-    its change of velocity alone takes off the conflict. Due is the whole conflict within `response` [s]. The share is
-    what was done over what was due, both forgotten with the time constant `memory` [s], and at most 0.5. An agent that
-    was in no conflict yet has the share 0: it counts as an obstacle.
+    den Berg, Guy, Lin and Manocha, 2011, call that change u). From one observation to the next, the part of the
+    conflict that the agent's own change of velocity removes counts as done. The whole conflict counts as due within
+    `response` [s]. The share is done over due, both forgotten with the time constant `memory` [s], and at most 0.5. An
+    agent that was in no conflict yet has the share 0: it counts as an obstacle.
 
     Attributes:
         radius: [m] of the robot, with the margin that agents can be expected to keep.
         horizon: [s] of conflicts. response: [s] in which an agent that yields resolves one. memory: [s].
-        doubt: [m/s] >= 0 that count as due from the begin. Larger: more must be seen before an agent is relied on.
+        doubt: [m/s] >= 0 that count as due from the start. Larger: the share grows later.
 
     Raises:
         InvalidInput: a value out of its range.

@@ -50,7 +50,7 @@ class GaussianError:
     `position` [m] and `velocity` [m/s] are the standard deviations per axis. The obstacle leaves the radius, at any
     time, with a probability of at most `probability`.
 
-    Let e and f be the two errors, and k^2 the chi-square quantile of that probability, with d degrees of freedom for
+    Let e and f be the two errors, and k^2 the chi-square quantile of that probability. It has d degrees of freedom for
     each deviation above 0. In all other cases |e|^2 / position^2 + |f|^2 / velocity^2 <= k^2. Then, by Cauchy and
     Schwarz, |e + f t| <= k sqrt(position^2 + velocity^2 t^2) at all times at once. A robot that stays outside this
     radius collides with the obstacle with at most that probability over the whole horizon. The ellipsoid is the usual

@@ -116,7 +116,7 @@ export function legends(app: App): void {
       ...(space
         ? [entry("dash", "where the slice is", theme.goal), entry("blank", "uncoloured in 1, 2, 3: a safe control exists")]
         : [entry("thin", "control obstacle of each obstacle", theme.ink)]),
-      ...(!space && model.deciding && control?.binding.length ? [entry("dash", "elements that decided", theme.robot)] : []),
+      ...(!space && model.deciding && control?.binding.length ? [entry("dash", "deciding elements", theme.robot)] : []),
       ...(!space && model.element > 0 ? [entry("thin", "elements at the time ahead", theme.ink)] : []),
     ]);
   }

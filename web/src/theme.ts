@@ -63,7 +63,7 @@ export function css([r, g, b]: readonly number[], opacity = 1): string {
   return `rgba(${r},${g},${b},${opacity})`;
 }
 
-/** Colours of outcomes in fleets, from undisturbed to in trouble (Okabe and Ito). */
+/** Colours of outcomes in fleets, from undisturbed to fallbacks (Okabe and Ito). */
 export const OUTCOMES: Record<string, { colour: string; label: string }> = {
   CLEAR: { colour: "#56b4e9", label: "as preferred" },
   KEPT: { colour: "#0072b2", label: "manoeuvre kept" },
@@ -72,15 +72,15 @@ export const OUTCOMES: Record<string, { colour: string; label: string }> = {
   INTERRUPTED: { colour: "#cc79a7", label: "continued" },
   WAITING: { colour: "#cc79a7", label: "continued" },
   BEGUN: { colour: "#cc79a7", label: "continued" },
-  SQUEEZED: { colour: "#d55e00", label: "in trouble" },
-  LIKELY: { colour: "#d55e00", label: "in trouble" },
+  SQUEEZED: { colour: "#d55e00", label: "fallback" },
+  LIKELY: { colour: "#d55e00", label: "fallback" },
   DEVIATING: { colour: "#e69f00", label: "avoiding" },
-  STOPPING: { colour: "#d55e00", label: "in trouble" },
-  DELAYED: { colour: "#d55e00", label: "in trouble" },
-  BRAKING: { colour: "#d55e00", label: "in trouble" },
-  IMPACT: { colour: "#d55e00", label: "in trouble" },
-  INADMISSIBLE: { colour: "#d55e00", label: "in trouble" },
-  ESCAPING: { colour: "#d55e00", label: "in trouble" },
+  STOPPING: { colour: "#d55e00", label: "fallback" },
+  DELAYED: { colour: "#d55e00", label: "fallback" },
+  BRAKING: { colour: "#d55e00", label: "fallback" },
+  IMPACT: { colour: "#d55e00", label: "fallback" },
+  INADMISSIBLE: { colour: "#d55e00", label: "fallback" },
+  ESCAPING: { colour: "#d55e00", label: "fallback" },
   CHOSEN: { colour: "#56b4e9", label: "as preferred" },
-  UNANSWERED: { colour: "#d55e00", label: "in trouble" },
+  UNANSWERED: { colour: "#d55e00", label: "fallback" },
 };

@@ -1,6 +1,6 @@
 """Behaviour `slalom` of ir-sim, for the kinematics `omni`, `diff` and `acker`; importing this module registers it.
 
-ir-sim holds a commanded velocity for one step and moves by it from the heading at the begin of the step. Robots that
+ir-sim holds a commanded velocity for one step and moves by it from the heading at the start of the step. Robots that
 move in every direction therefore get the mean velocity of the decision over the step. Robots on wheels decide with
 `VehicleNavigator`, from their measured poses. ir-sim bounds the speed and the turn rate of a differential drive
 separately. The drive decides with wheels so far apart that both bounds hold.

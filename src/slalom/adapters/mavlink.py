@@ -102,7 +102,7 @@ class Drone:
         """State from which to decide at `now` [s]: of the plan if the drone is on it, else of a message.
 
         Args:
-            message: LOCAL_POSITION_NED. decision: the last one; None at the begin.
+            message: LOCAL_POSITION_NED. decision: the last one; None at the start.
         """
         if decision is not None and self.off(message, decision, now) <= self.error:
             plan = decision.manoeuvre

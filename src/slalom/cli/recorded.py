@@ -107,9 +107,9 @@ class Crossing:
     robot_radius
         Radius [m] of the robot, a disc or, in space, a ball; by default 0.3.
     speed
-        Largest speed [m/s] of the robot; by default 1.6.
+        Maximum speed [m/s] of the robot; by default 1.6.
     acceleration
-        Largest acceleration [m/s^2] of the robot; by default 1.5.
+        Maximum acceleration [m/s^2] of the robot; by default 1.5.
     agent_radius
         Radius [m] of agents without a radius in the file. By default half the diagonal of length and width, else that
         of their kind: 0.25 pedestrians, 0.95 bicycles, 1.2 motorcycles, 2.4 cars, 3 vans, 6.2 trucks and buses, 50

@@ -309,7 +309,7 @@ class CommittedFleet:
     def begin(self, k: int, state: State, now: float) -> None:
         """Commit the robot in row k to its first manoeuvre."""
         self.commit(k, first_manoeuvre(state, self.members.limits[k], self.period, now), now)
-        # A shared manoeuvre commits a robot from the begin; an observed robot is free to change its first one.
+        # A shared manoeuvre commits a robot from the start; an observed robot is free to change its first one.
         self.table.regret[k] = 0.0 if self.members.methods[k].shared else np.inf
 
     def committed_responses(self) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ MAX_UNDO: Final = 100
 class Session:
     """A scenario that runs and can be changed.
 
-    A change at a step makes the states of that step the begin of a new scenario. The run is made again from there.
+    A change at a step makes the states of that step the start of a new scenario. The run is made again from there.
 
     Attributes:
         scenario, method: what runs. recorded: what is replayed, until a change; None: nothing.

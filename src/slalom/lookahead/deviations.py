@@ -30,8 +30,8 @@ class Deviations(NamedTuple):
     def of(cls, plan: Manoeuvre, state: State, limits: Limits, stage: float, now: float) -> "Deviations":
         """All pairs of velocities that the robot can take in time.
 
-        The velocities are those in DEVIATION_DIRECTIONS directions at the maximum speed, in every other direction at a
-        half of it, rest, the present one, and those of the plan after each stage.
+        The velocities are those in DEVIATION_DIRECTIONS directions at the maximum speed, and in every other direction
+        at a half of it. Further ones are rest, the present one, and those of the plan after each stage.
         """
         speed, largest = limits.max_speed, limits.max_acceleration
         ways = _ways(state.dimension)

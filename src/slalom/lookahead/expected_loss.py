@@ -30,14 +30,14 @@ class ExpectedLoss:
 
     A large margin tolerates errors of the forecast and costs time. No margin suits all scenes, so `robot` plans with
     each, and with a share of the uncertainty of the obstacles. The cost of a plan is its time to arrival, and `loss`
-    times the expected number of contacts. Then all deviations are tried that take two other velocities, each for a
-    stage of the time from rest to the maximum speed in whole periods. A deviation costs the time of the plan and the
+    times the expected number of contacts. Then deviations are tried that take two other velocities, each for one stage.
+    A stage is the time from rest to the maximum speed in whole periods. A deviation costs the time of the plan and the
     way back to the plan at the maximum speed. It is taken if its cost is lower by DEVIATION_GAIN.
 
-    Errors of the forecast are small most of the time and large at times. At a distance c from an obstacle, the
-    probability that the error in its direction exceeds c is taken to be 1 / (2 (1 + c / spread)^2). The expected number
-    of contacts is the sum over obstacles and LOSS_TIMES moments, with less weight for later moments. A future of an
-    obstacle counts with its probability.
+    Errors of the forecast are small most of the time and large at times. Let c be the distance from an
+    obstacle. The probability that the error in its direction exceeds c is taken to be 1 / (2 (1 + c / spread)^2). The
+    expected number of contacts is the sum over obstacles and LOSS_TIMES moments, with less weight for later moments.
+    A future of an obstacle counts with its probability.
 
     Law: a plan is a decision of `robot` with one of the margins, so it has the guarantee of `LookAhead` with that
     margin. Without deviations and with one margin the decision is that of `LookAhead`. A deviation has the outcome

@@ -196,7 +196,7 @@ def rows_of(
 ) -> Pieces:
     """The pieces of an obstacle's bodies from begin to end, all absolute [s], foreseen at `decided`.
 
-    Body after body, each in the order of time; none if the end is not after the begin.
+    Body after body, each in the order of time; none if the end is not after the start.
 
     Args:
         known: the path, of an uncertain obstacle cut at `_uncertain_knots`; None: not made yet.

@@ -121,7 +121,7 @@ class Tracker:
     def _known(self, id: Hashable) -> _Step | None:
         """The last step of an obstacle up to now; older steps are dropped. None for one that is not there."""
         steps, oldest = self._steps[id], self._now - self.max_age
-        # One step from before is kept as the begin of a replay.
+        # One step from before is kept as the start of a replay.
         steps[: max(sum(step.seen.t < oldest for step in steps) - 1, 0)] = []
         if steps[-1].seen.t < oldest:
             del self._steps[id]

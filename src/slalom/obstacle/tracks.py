@@ -55,8 +55,8 @@ class Tracks:
             of one obstacle, see `Obstacle.probability`; None: all move as predicted.
 
     Raises:
-        InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius, ids or
-            uncertainties of another number, a forecast that needs the past or the future, a probability out of range.
+        InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius; ids or
+            uncertainties of another number; a forecast that needs the past or the future; a probability out of range.
     """
 
     def __init__(

@@ -144,8 +144,8 @@ _FIGURES: Final = (
         road.curved_road,
         "Four vehicles on a curved road. The VO of the car in the middle lane contains the robot's velocity, its "
         "NLVO does not.",
-        "Scenario `curved_road`: the robot (vermilion, 8 m/s) in the outer lane of 38 m, car 1 (10.4 m/s) behind it "
-        "in the middle lane, cars 2 and 3 ahead; circles are the cars after 1 s and 2 s. Right: velocities that "
+        "Scenario `curved_road`: the robot (vermilion, 8 m/s) in the outer lane of 38 m. Car 1 (10.4 m/s) is behind it "
+        "in the middle lane, cars 2 and 3 are ahead. Circles are the cars after 1 s and 2 s. Right: velocities that "
         "collide within 6 s, coloured by time to collision, and the robot's maximum speed (circle). Numbers identify "
         "the cars.",
         2.0,

@@ -30,10 +30,11 @@ def curves(result: Result) -> list[str]:
     radii = [f"{r:g} m" for r in result["radii"]]
     return [
         paragraph(
-            f"Robot (radius {result['robot_radius']:g} m) on a circle of {', '.join(radii)} at "
-            f"{', '.join(f'{v:g}' for v in result['speeds'])} m/s; one car (radius {result['car_radius']:g} m) in the "
-            f"next lane, {result['lane']:g} m farther in or out, at {', '.join(f'{q:g}' for q in result['ratios'])} "
-            f"times the robot's speed and {min(result['ahead']):g} to {max(result['ahead']):g} m ahead."
+            f"The robot (radius {result['robot_radius']:g} m) drives on a circle of {', '.join(radii)}. Its speed is "
+            f"{', '.join(f'{v:g}' for v in result['speeds'])} m/s. One car (radius {result['car_radius']:g} m) drives "
+            f"in the next lane, {result['lane']:g} m farther in or out. Its speed is "
+            f"{', '.join(f'{q:g}' for q in result['ratios'])} times that of the robot, and it is "
+            f"{min(result['ahead']):g} to {max(result['ahead']):g} m ahead."
         ),
         table(head, rows),
         "Alarms for a car in the inner lane, by the radius of the robot's lane (VO and AO; NLVO and NAO in "
@@ -88,9 +89,9 @@ def crossing(result: Result) -> list[str]:
     return [
         paragraph(
             f"30 cars on circles of 12, 16 and 20 m at 5, 6.5 and 8 m/s times the lane speed, {seeds} random starts; "
-            "robot from (-26 m, 0) towards the centre. An acceleration crosses under three conditions: the robot "
-            "enters the circle of 26 m at once, leaves it within 45 degrees of straight ahead, and is free of "
-            f"collisions for {result['horizon']:g} s. The search uses a grid of {result['step']:g} m/s². "
+            "robot from (-26 m, 0) towards the centre. An acceleration crosses under three conditions. The robot "
+            "enters the circle of 26 m at once, leaves it within 45 degrees of straight ahead, and has no collision "
+            f"for {result['horizon']:g} s. The search uses a grid of {result['step']:g} m/s². "
             "If the grid contains none, "
             "exact selection nearest to crossings 1 m/s² apart is added. The counts are lower bounds. Starts for "
             "which one was found, by the acceleration limit:"

@@ -110,15 +110,17 @@ def _verdict(result: Result) -> str:
             f"heading variation {_listed(turns, '.1f')} rad."
         )
         holds.append(flips["both"] <= MAX_REMAINING_SHARE * flips["greedy"] and turns["both"] < turns["greedy"])
-        size = f"with {result['many']} robots" if many else f"with fewer than {result['many']} robots"
+        shares = _remaining_share(flips, "both"), _remaining_share(turns, "both")
         remaining.append(
-            f"{_remaining_share(flips, 'both')} of the side flips and {_remaining_share(turns, 'both')} of the "
-            f"heading variation {size}"
+            f"with {result['many']} robots {shares[0]} and {shares[1]}"
+            if many
+            else f"With fewer than {result['many']} robots consistent selection leaves {shares[0]} of the side flips "
+            f"and {shares[1]} of the heading variation"
         )
     flips, turns, changed = (_means(result, name) for name in ("side_flips", "heading_variation", "changed"))
     few = f"The claim holds with fewer than {result['many']} robots" if holds[0] else "The claim does not hold"
     sentences.append(f"{'The claim holds' if all(holds) else few}.")
-    sentences += [f"Consistent selection leaves {each}." for each in remaining]
+    sentences.append(f"{', '.join(remaining)}.")
     if "kept" in flips:
         sentences.append(
             "**Correction:** the effect comes from agreement between robots, not from the commitment of each robot. "

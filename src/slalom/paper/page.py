@@ -8,11 +8,13 @@ from slalom.paper.findings import CLAIMS
 from slalom.paper.prose import Result, paragraph
 
 _HEAD: Final = (
-    "All figures of the paper and all claims that can be measured, produced by one command:",
+    "This page is for readers of the paper. It has all figures of the paper and all claims that can be measured, "
+    "produced by one command:",
     "The paper (Stern and Shiller, *From NLVO to NAO*, arXiv:2506.06255v1, 2025) gives no radii, speeds, limits, "
-    "intervals, horizons or counts for its examples. All parameters here are ours and are stated with each result. "
-    "Seeds are 0, 1, 2 and so on. The same command gives the same numbers and figures for any number of processes. "
-    "Symbols, and the errata by number, are defined on the theory page of the documentation (`docs/theory.md`).",
+    "intervals, horizons or counts for its examples. All parameters are choices of this project and are stated with "
+    "each result. Seeds are 0, 1, 2 and so on. The same command gives the same numbers and figures for any number of "
+    "processes. Symbols, and the errata by number, are defined on the theory page of the documentation "
+    "(`docs/theory.md`).",
 )
 _QUICK: Final = "**Made with `--quick`: coarse grids and short runs, for tests only.**"
 

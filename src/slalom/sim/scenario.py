@@ -94,7 +94,7 @@ class Scenario:
     Attributes:
         name: of the gallery or the file. robots: one robot, or several that meet each other.
         obstacles: each exists as long as its trajectory lasts, except those that continue (see `Obstacle.after_end`).
-        start: [s] absolute time of the begin. duration: [s] after which a robot that has not arrived has failed.
+        start: [s] absolute time of the start. duration: [s] after which a robot that has not arrived has failed.
         dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
             multiple of dt. horizon [s], margin [m], patience [s], holds [s]: see `Navigator`.
         guided: 1, or 0 for robots whose targets are their goals (see `Guidance`), to measure the effect of guidance. A

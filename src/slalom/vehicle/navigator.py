@@ -34,8 +34,8 @@ class VehicleDecision:
         command: for the period from now on.
         manoeuvre: the plan of the point, which the commands follow.
         outcome: how it was chosen.
-        motions: (k, 5) position [m], heading [rad], speed [m/s] and turn of the vehicle at the ends of all periods up
-            to the horizon, as commands lead to them.
+        motions: (k, 5) position [m], heading [rad], speed [m/s] and turn of the vehicle under the commands, at the ends
+            of all periods up to the horizon.
         collision: [s] from now of the first collision of the body on that motion; inf if there is none.
         plan: the decision of the point.
     """

@@ -22,8 +22,8 @@ from slalom.vehicle.pose import POSE, Command, Pose, goal_of_point
 class Vehicle(ABC):
     """A vehicle that reaches a commanded speed and turn at the end of each `period` [s], at constant rates.
 
-    Let v, f be the velocity of the point at the begin of a period and at the end. p(t) and q(t) are position and
-    velocity of the plan, e and d the errors of position and velocity at the begin. The command is the one with
+    Let v, f be the velocity of the point at the start of a period and at the end. p(t) and q(t) are position and
+    velocity of the plan, e and d the errors of position and velocity at the start. The command is the one with
     f = q(t + h) - e / h - d / 2, which is deadbeat: without limits an error is gone after two periods.
     """
 

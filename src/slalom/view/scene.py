@@ -21,7 +21,7 @@ SIDE, DOTS = 4.8, 100
 
 
 class Picture:
-    """Picture of a scenario, drawn anew for each time; the axes hold what is there at the begin.
+    """Picture of a scenario, drawn anew for each time; the axes hold what is there at the start.
 
     Args:
         window: whether to open a window of matplotlib. A backend without windows draws and shows nothing.

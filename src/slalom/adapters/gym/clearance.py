@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Moved(NamedTuple):
-    """States (W, R, d) at the begin of a step, and the accelerations during it."""
+    """States (W, R, d) at the start of a step, and the accelerations during it."""
 
     position: Array
     velocity: Array

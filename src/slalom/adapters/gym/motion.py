@@ -47,7 +47,7 @@ class Motion:
         self._keep = keep
 
     def at(self, step: int) -> tuple[Array, Array, Flags]:
-        """Positions (n, d) [m], velocities (n, d) [m/s] and existence (n,) at the begin of a step."""
+        """Positions (n, d) [m], velocities (n, d) [m/s] and existence (n,) at the start of a step."""
         block, k = self._block(step), step % GYM_BLOCK
         return block.positions[k], block.velocities[k], block.there[k]
 

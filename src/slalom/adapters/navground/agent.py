@@ -71,8 +71,8 @@ def speed_of(member: Agent) -> float:
 def motion_of(member: Agent, period: float) -> Motion:
     """Limits of the motion of an agent, with decisions every `period` [s].
 
-    The body is grown by the lead, by the error of following, and by the distance within a period between the plan,
-    with constant acceleration, and the motion by a constant twist.
+    The body is grown by the lead, by the error of following, and by the error of the motion within a period. That is
+    the distance between the plan, with constant acceleration, and the motion by a constant twist.
 
     Raises:
         InvalidInput: kinematics that are neither omnidirectional nor of two driven wheels.

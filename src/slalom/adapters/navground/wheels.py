@@ -22,8 +22,8 @@ class PointAhead:
 
     Wheels `track` [m] apart that reach `max_wheel_speed` [m/s] permit |v_x| + k |v_y| <= max_wheel_speed, x ahead, with
     k = track / (2 lead). While the point keeps a velocity, the body turns until x is along it. The left side is largest
-    where k is the tangent of the angle between both. So a velocity of the right half of the disc about 0 with the
-    radius max_wheel_speed / hypot(1, k) can be kept, and one of the hull of this disc and the largest velocity ahead.
+    where k is the tangent of the angle between both. A velocity can thus be kept if it is in the hull of two sets: the
+    right half of the disc about 0 with the radius max_wheel_speed / hypot(1, k), and the largest velocity ahead.
     Backwards there is none. Wheels may be planned OVERSPEED times as fast, see `tracking_error`. Two chords replace the
     arcs.
 

@@ -140,7 +140,7 @@ def navground_cross_torus(p: Mapping[str, float], rng: np.random.Generator) -> S
     """Build the experiment CrossTorus of navground: robots that move east, north, west and south in a periodic square.
 
     All sizes are those of navground 0.7.0 (cross_torus.yaml). They are 20 robots of 0.08 m with a preferred speed of
-    0.12 m/s, a side of 4 m, initial gaps of 0.12 m, and 1000 steps of 0.1 s. Its robots have two wheels, no
+    0.12 m/s, and a side of 4 m. Initial gaps are 0.12 m; a run has 1000 steps of 0.1 s. Its robots have two wheels, no
     acceleration limit and a horizon of 5 s; here the horizon is that of the other two experiments. No robot arrives:
     see `robots_without_arrival`.
     """

@@ -39,8 +39,8 @@ def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scen
     """Build the experiment Corridor of navground: robots move alternately east and west in a periodic corridor.
 
     All sizes are those of navground 0.7.0 (corridor.yaml). They are 20 robots of 0.08 m with a preferred speed of 0.12
-    m/s, 8 m x 0.6 m, initial gaps of 0.12 m, and 1000 steps of 0.1 s. Its robots have two wheels, no acceleration limit
-    and a horizon of 5 s. No robot arrives: see `open_space.robots_without_arrival`.
+    m/s, and 8 m x 0.6 m. Initial gaps are 0.12 m; a run has 1000 steps of 0.1 s. Its robots have two wheels, no
+    acceleration limit and a horizon of 5 s. No robot arrives: see `open_space.robots_without_arrival`.
     """
     count, length = whole(p["robots"], "robots", 1), positive(p["length"], "length")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])

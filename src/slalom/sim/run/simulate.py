@@ -80,7 +80,7 @@ def simulate(
     A robot is a double integrator: its acceleration is constant during a step, so a step is the exact motion that was
     predicted. With a peer see `peer_decider.PeerDecider`.
 
-    All robots decide from the same past, the states at the begin of the step. Each observes the others as
+    All robots decide from the same past, the states at the start of the step. Each observes the others as
     `method.robot_forecast` says. With a `shared` method they decide one after the other, in the order of their names,
     which begins with another robot at each step. Each then receives the manoeuvres to which all others are committed at
     that moment (docs/theory.md, 16).
