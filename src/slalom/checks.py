@@ -11,7 +11,6 @@ from slalom.tolerances import LARGEST, MAX_HORIZON, SHOWN, UNIT
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-
 _NOT_NUMBERS = "cSUMmV"
 """Kinds of arrays of complex numbers, bytes, texts, times, durations and records."""
 
