@@ -14,6 +14,7 @@ from slalom import (
     ConstantAcceleration,
     ConstantVelocity,
     ControlObstacle,
+    Headings,
     Obstacle,
     ObstacleWindow,
     PiecewisePolynomial,
@@ -159,12 +160,16 @@ def faces_its_motion(track: Trajectory) -> bool:
 
 
 @st.composite
-def headings(draw: DrawFn, track: Trajectory) -> float | str:
-    """An angle or, of what moves in the plane, where it goes; in space 0."""
+def headings(draw: DrawFn, track: Trajectory) -> float | str | Headings:
+    """An angle, angles over time or, of what moves in the plane, where it goes; in space 0."""
     if track.dimension == 3:
         return 0.0
-    turns = draw(st.booleans()) and faces_its_motion(track)
-    return "motion" if turns else draw(numbers(-4.0, 4.0))
+    kind = draw(st.sampled_from(["angle", "motion", "angles"]))
+    if kind == "motion" and faces_its_motion(track):
+        return "motion"
+    if kind == "angles":
+        return Headings([-1.0, 1.0, 1.5, 4.0], draw(st.lists(numbers(-1.5, 1.5), min_size=4, max_size=4)))
+    return draw(numbers(-4.0, 4.0))
 
 
 @st.composite

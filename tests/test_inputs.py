@@ -59,6 +59,7 @@ from slalom import (
     Goal,
     HalfSpace,
     HeadingCone,
+    Headings,
     InvalidFile,
     InvalidInput,
     Jerk,
@@ -747,7 +748,7 @@ CASES = [
     Case(
         "Obstacle.__post_init__",
         InvalidInput,
-        r"heading: expected an angle \[rad\] or 'motion', found 'north'",
+        r"heading: expected an angle \[rad\], Headings or 'motion', found 'north'",
         lambda _: Obstacle(Rectangle(2, 1), STILL, heading="north"),
     ),
     Case(
@@ -755,6 +756,24 @@ CASES = [
         InvalidInput,
         r"heading: expected 0 in space, .* found 'motion'",
         lambda _: Obstacle(Ball(1), Stationary((0, 0, 0)), heading="motion"),
+    ),
+    Case(
+        "Obstacle.__post_init__",
+        InvalidInput,
+        r"heading: expected 0 in space, .* found Headings",
+        lambda _: Obstacle(Ball(1), Stationary((0, 0, 0)), heading=Headings([0.0], [0.0])),
+    ),
+    Case(
+        "Headings.__post_init__",
+        InvalidInput,
+        r"angles: expected one for each time, .* found shape \(1,\) for times of shape \(2,\)",
+        lambda _: Headings([0.0, 1.0], [0.3]),
+    ),
+    Case(
+        "Headings.__post_init__",
+        InvalidInput,
+        r"times: expected increasing times, found \[0, 0\]",
+        lambda _: Headings([0.0, 0.0], [0.3, 0.4]),
     ),
     Case(
         "Obstacle._last_direction",

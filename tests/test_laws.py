@@ -42,6 +42,7 @@ from slalom import (
     AtConstantVelocity,
     ControlObstacle,
     Disc,
+    Headings,
     Jerk,
     LaggedVelocity,
     LeastSpeed,
@@ -403,6 +404,9 @@ def facing(obstacle: Obstacle, times: np.ndarray) -> np.ndarray:
     if obstacle.heading == "motion":
         velocity = obstacle.trajectory.velocity(times)[:, :2]
         return velocity / np.linalg.norm(velocity, axis=1)[:, None]
+    if isinstance(obstacle.heading, Headings):
+        angles = np.interp(times, obstacle.heading.times, obstacle.heading.angles)
+        return np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return np.tile([np.cos(obstacle.heading), np.sin(obstacle.heading)], (len(times), 1))
 
 
@@ -615,12 +619,20 @@ def box(response: Response, state: State, limits: Limits, horizon: float):
     return limits.admissible(response, state, horizon)
 
 
-def moved_heading(heading: float | str, turn: np.ndarray) -> float | str:
+def moved_heading(heading: float | str | Headings, turn: np.ndarray) -> float | str | Headings:
     """The heading of a turned or mirrored body; that along its motion turns with the motion."""
     if heading == "motion" or len(turn) == 3:
         return heading
+    if isinstance(heading, Headings):
+        ahead = turn @ np.stack([np.cos(heading.angles), np.sin(heading.angles)])
+        return Headings(heading.times, np.arctan2(ahead[1], ahead[0]))
     x, y = turn @ (np.cos(heading), np.sin(heading))
     return float(np.arctan2(y, x))
+
+
+def slowed_heading(heading: float | str | Headings, time: float) -> float | str | Headings:
+    """The heading of a body in a world whose times are `time` as long."""
+    return Headings(heading.times * time, heading.angles) if isinstance(heading, Headings) else heading
 
 
 def moved_scene(scene: Scene, turn: np.ndarray, shift: np.ndarray) -> Scene:
@@ -689,7 +701,12 @@ def test_change_of_units_changes_nothing(response: Response, data: st.DataObject
         state,
         mapped(scene.robot, scaling),
         tuple(
-            replace(o, shape=mapped(o.shape, scaling), trajectory=Moved(o.trajectory, length=length, time=time))
+            replace(
+                o,
+                shape=mapped(o.shape, scaling),
+                trajectory=Moved(o.trajectory, length=length, time=time),
+                heading=slowed_heading(o.heading, time),
+            )
             for o in scene.obstacles
         ),
         scene.start * time,

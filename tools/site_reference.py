@@ -47,7 +47,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
-        *("Obstacle", "ObstacleTable", "ObstacleWindow", "Tracks", "Tracker"),
+        *("Obstacle", "Headings", "ObstacleTable", "ObstacleWindow", "Tracks", "Tracker"),
         *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility", "Reciprocity"),
         "AvoidingCrowd",
     ),

@@ -81,7 +81,7 @@ from .objective import (
     Objective as Objective,
     preferred_control as preferred_control,
 )
-from .obstacle import Obstacle as Obstacle
+from .obstacle import Headings as Headings, Obstacle as Obstacle
 from .obstacle.horizon import (
     Horizon as Horizon,
     HorizonByName as HorizonByName,

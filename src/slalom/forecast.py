@@ -9,7 +9,7 @@ from slalom.checks import FORECAST, NotNegative, Positive, has
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
 from slalom.motion_models import FromModels as FromModels
-from slalom.obstacle import Obstacle
+from slalom.obstacle import Headings, Obstacle
 from slalom.tolerances import AT_REST, LONGEST_FORECAST, PAST_POSITIONS, REST, STRAIGHT_TURN_RATE
 from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import BoundedError
@@ -262,6 +262,8 @@ def _uncertain(obstacle: Obstacle, error: BoundedError) -> Obstacle:
 
 def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float) -> Obstacle:
     """The obstacle on a predicted trajectory."""
+    if isinstance(obstacle.heading, Headings):
+        return replace(obstacle, trajectory=trajectory, heading=float(obstacle.heading.angle(now)))
     rests = np.linalg.norm(trajectory.velocity(now)) <= AT_REST
     if obstacle.turns and rests and not np.any(trajectory.acceleration(now)):
         x, y = obstacle.direction(now)

@@ -133,22 +133,22 @@ class Sight:
             if dimension != 2:
                 raise InvalidInput(f"sight: expected a scene in the plane, found dimension {dimension}")
         sensor, heading = shapely.Point(state.position), _heading(state, previous)
-        fixed = tuple(o for o in given if isinstance(o.trajectory, Stationary) and o.contact_at_rest)
+        fixed = tuple(o for o in given if o.at_rest and o.contact_at_rest)
         parts, seam = _walls(fixed)
-        numbers = [k for k, o in enumerate(given) if not isinstance(o.trajectory, Stationary) and o.exists(now)]
+        numbers = [k for k, o in enumerate(given) if not o.at_rest and o.exists(now)]
         bodies = [_body(given[k], now) for k in numbers]
         region = self._field(state.position, heading)
         if self.occlusion != "none":
             region = region.difference(self._shadow(state.position, parts))
         shadows = [self._shadow(state.position, [body]) if self.occlusion == "all" else None for body in bodies]
         visible = np.zeros(len(given), np.bool_)
-        at_rest = [k for k, o in enumerate(given) if isinstance(o.trajectory, Stationary)]
+        at_rest = [k for k, o in enumerate(given) if o.at_rest]
         # The surface of a wall bounds the region.
         visible[at_rest] = shapely.distance([_body(given[k], now) for k in at_rest], region) <= SIGHT_ERROR
         visible[numbers] = [_shows_beside(region, k, bodies, shadows) for k in range(len(bodies))]
         if self.occlusion == "all":
             region = region.difference(shapely.union_all(shadows))
-        seen = tuple(o for k, o in enumerate(given) if visible[k] or isinstance(o.trajectory, Stationary))
+        seen = tuple(o for k, o in enumerate(given) if visible[k] or o.at_rest)
         shown = shapely.union_all([body for k, body in zip(numbers, bodies) if visible[k]])
         found = Visibility(now, state.position, heading, visible, seen, region, shown)
         if self.hidden_speed is None:
@@ -203,7 +203,7 @@ class Sight:
         growth = BoundedError(SIGHT_ERROR, self.hidden_speed)
         hidden = [_edge(line, growth) for line in _lines(frontier)]
         if self.any_motion:
-            hidden += [_anywhere(o, found.time, growth) for o in found.seen if not isinstance(o.trajectory, Stationary)]
+            hidden += [_anywhere(o, found.time, growth) for o in found.seen if not o.at_rest]
         return replace(found, clear=clear, frontier=frontier, hidden=tuple(hidden))
 
 
@@ -268,10 +268,9 @@ def _edge(points: Array, growth: BoundedError) -> Obstacle:
 
 def _anywhere(obstacle: Obstacle, now: float, growth: BoundedError) -> Obstacle:
     """Obstacle for all places that a visible obstacle can reach in any motion."""
-    heading = 0.0
-    if obstacle.turns or not isinstance(obstacle.heading, str):
-        forward = obstacle.direction(now)
-        heading = float(np.arctan2(forward[1], forward[0]))
+    heading = obstacle.angle
+    if heading is None:
+        heading = float(np.arctan2(*obstacle.direction(now)[::-1]))
     here = Stationary(obstacle.trajectory.position(now))
     more = 0.0 if obstacle.uncertainty is None else float(obstacle.uncertainty.radius(0.0, 2))
     unsure = replace(growth, position=growth.position + more)

@@ -17,7 +17,7 @@ from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.methods import method
 from slalom.objective import OBJECTIVES
-from slalom.obstacle import Obstacle
+from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.horizon import HORIZONS
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
@@ -167,7 +167,7 @@ def _obstacle(obstacle: Obstacle, where: str) -> dict[str, Any]:
     doubt = obstacle.uncertainty
     return {
         "name": obstacle.name,
-        "heading": obstacle.heading,
+        "heading": obstacle.heading.in_files if isinstance(obstacle.heading, Headings) else obstacle.heading,
         "after_end": obstacle.after_end,
         "contact_at_rest": obstacle.contact_at_rest,
         "shape": part(obstacle.shape, "shape", f"{where}.shape"),

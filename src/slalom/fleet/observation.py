@@ -16,7 +16,7 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles, each_of
 from slalom.sight import Sight, Visibility
 from slalom.state import State
-from slalom.trajectory import ConstantVelocity, Stationary
+from slalom.trajectory import ConstantVelocity
 
 if TYPE_CHECKING:
     from slalom.fleet.committed import CommittedFleet
@@ -33,7 +33,7 @@ class Observer:
         self.sight = sight
         self.last: Visibility | None = None
         self.robots_seen = np.zeros(0, np.bool_)
-        self._map = ObstacleTable(o for o in obstacles if isinstance(o.trajectory, Stationary))
+        self._map = ObstacleTable(o for o in obstacles if o.at_rest)
 
     def look(
         self, state: State, obstacles: Sequence[Obstacle], now: float, ahead: Array, robots: Sequence[Obstacle] = ()
@@ -50,7 +50,7 @@ class Observer:
             state = State(state.position, state.velocity, state.acceleration, float(np.arctan2(y, x)))
         self.last = self.sight.look(state, (*obstacles, *robots), now, self.last)
         there, self.robots_seen = np.split(self.last.visible, [len(obstacles)])
-        moving = [o for o, seen in zip(obstacles, there) if seen and not isinstance(o.trajectory, Stationary)]
+        moving = [o for o, seen in zip(obstacles, there) if seen and not o.at_rest]
         return [self._map, *moving, *self.last.hidden]
 
 

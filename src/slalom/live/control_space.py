@@ -102,7 +102,7 @@ def _predictions(seen: Seen, times: Array, told: Reasons, arrays: Arrays) -> lis
         there = (seen.time + times >= begin) & (seen.time + times <= end)
         if there.any():
             positions[there, column] = obstacle.trajectory.position(seen.time + times[there])
-            if seen.state.dimension == 2 and (obstacle.turns or obstacle.heading != 0.0):
+            if seen.state.dimension == 2 and obstacle.angle != 0.0:
                 directions[there, column] = np.arctan2(*obstacle.direction(seen.time + times[there]).T[::-1])
     flat = positions.reshape(-1, seen.state.dimension)
     finite = flat[np.isfinite(flat).all(axis=1)] if flat.size else flat

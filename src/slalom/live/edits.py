@@ -84,7 +84,7 @@ def _obstacle(obstacle: Obstacle, what: str, target: Array, now: float) -> Obsta
     if what == "obstacle":
         return replace(obstacle, trajectory=displaced_by(obstacle.trajectory, target - here))
     velocity = target - here
-    if obstacle.turns and not np.any(velocity):
+    if obstacle.turns and isinstance(obstacle.heading, str) and not np.any(velocity):
         x, y = obstacle.direction(now)
         return replace(obstacle, trajectory=Stationary(here), heading=float(np.arctan2(y, x)))
     return replace(obstacle, trajectory=ConstantVelocity(here, velocity, now))

@@ -31,7 +31,7 @@ class Scene:
 
     def __init__(self, scenario: Scenario, steps: Sequence[Step] = (), box: tuple[Array, Array] | None = None) -> None:
         self.scenario = scenario
-        self.moving = [k for k, o in enumerate(scenario.obstacles) if not isinstance(o.trajectory, Stationary)]
+        self.moving = [k for k, o in enumerate(scenario.obstacles) if not o.at_rest]
         self.low, self.high = box or _box(scenario, steps)
 
     def message(self, method: str, *, live: bool, notes: Sequence[str] = (), extra: dict[str, Any]) -> bytes:
@@ -58,7 +58,7 @@ class Scene:
                 "shape": shapes.index(obstacle.shape),
                 "radius": obstacle.shape.bounding_radius,
                 "turns": obstacle.turns,
-                "heading": 0.0 if isinstance(obstacle.heading, str) else obstacle.heading,
+                "heading": obstacle.angle or 0.0,
                 "position": None if k in set(self.moving) else obstacle.trajectory.position(scenario.start).tolist(),
             }
             for k, obstacle in enumerate(scenario.obstacles)

@@ -1,5 +1,6 @@
 """Obstacles: a shape on a trajectory; many of them as tables and tracks; all of them over the window of a decision."""
 
+from slalom.obstacle.headings import Headings
 from slalom.obstacle.obstacle import Obstacle
 
-__all__ = ["Obstacle"]
+__all__ = ["Headings", "Obstacle"]

@@ -31,8 +31,7 @@ def minkowski_sum(obstacle: Obstacle, robot: Shape) -> MinkowskiSum:
     Raises:
         InvalidInput: in space, neither robot nor obstacle is round.
     """
-    angle = None if obstacle.turns else 0.0 if isinstance(obstacle.heading, str) else obstacle.heading
-    result: MinkowskiSum = _minkowski_sum(obstacle.shape, robot, angle)  # type: ignore[arg-type]  # shapes are values
+    result: MinkowskiSum = _minkowski_sum(obstacle.shape, robot, obstacle.angle)  # type: ignore[arg-type]  # shapes are values
     return result
 
 
@@ -121,6 +120,6 @@ def outline_parts(obstacle: Obstacle, t: float) -> list[Part]:
     position = obstacle.trajectory.position(t)
     if obstacle.dimension == 3:
         return [Part(position + part.corners, part.radius) for part in obstacle.shape.parts]
-    e = obstacle.direction(t) if obstacle.turns or not isinstance(obstacle.heading, str) else np.array([1.0, 0.0])
+    e = obstacle.direction(t) if obstacle.angle is None else np.array([np.cos(obstacle.angle), np.sin(obstacle.angle)])
     turn = np.array([[e[0], -e[1]], [e[1], e[0]]])
     return [Part(position + part.corners @ turn.T, part.radius) for part in obstacle.shape.parts]

@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from slalom.checks import SHAPE, TRAJECTORY, UNCERTAINTY, Array, flag, has, known, number, probability, text
 from slalom.errors import InvalidInput
+from slalom.obstacle.headings import Headings
 from slalom.path import Path
 from slalom.shape import Disc, Shape
 from slalom.tolerances import AT_REST, LONGEST_FORECAST, LOOK_BACK
-from slalom.trajectory import Composite, ConstantVelocity, Trajectory
+from slalom.trajectory import Composite, ConstantVelocity, Stationary, Trajectory
 from slalom.trajectory.direction import direction_path
 from slalom.uncertainty import Aged, Uncertainty
 
@@ -26,7 +27,7 @@ class Obstacle:
 
     Attributes:
         heading: direction of the shape's x axis in the plane: an angle [rad], counter-clockwise from the world's x
-            axis, or "motion": along the velocity. At rest the last direction is kept.
+            axis; `Headings`: angles over time; or "motion": along the velocity. At rest the last direction is kept.
         uncertainty: bound on the distance from the trajectory as a function of the time since the decision; None:
             exact.
         after_end: what follows the end of the trajectory. "unknown": a decision before the end takes the obstacle to
@@ -48,7 +49,7 @@ class Obstacle:
     shape: Shape
     trajectory: Trajectory
     name: str = ""
-    heading: float | Literal["motion"] = 0.0
+    heading: float | Headings | Literal["motion"] = 0.0
     uncertainty: Uncertainty | None = None
     after_end: Literal["unknown", "continues", "leaves"] = "unknown"
     contact_at_rest: bool = True
@@ -68,8 +69,8 @@ class Obstacle:
             has(self.uncertainty, *UNCERTAINTY, f"{prefix}uncertainty")
         if isinstance(self.heading, str):
             if self.heading != MOTION:
-                raise InvalidInput(f"heading: expected an angle [rad] or {MOTION!r}, found {self.heading!r}")
-        else:
+                raise InvalidInput(f"heading: expected an angle [rad], Headings or {MOTION!r}, found {self.heading!r}")
+        elif not isinstance(self.heading, Headings):
             object.__setattr__(self, "heading", number(self.heading, "heading"))
         known(self.after_end, "after_end", AFTER_END)
         object.__setattr__(self, "contact_at_rest", flag(self.contact_at_rest, "contact_at_rest"))
@@ -87,12 +88,24 @@ class Obstacle:
     @property
     def turns(self) -> bool:
         """Whether the covered set turns: always False for a disc."""
-        return self.heading == MOTION and not isinstance(self.shape, Disc)
+        return isinstance(self.heading, str | Headings) and not isinstance(self.shape, Disc)
+
+    @property
+    def angle(self) -> float | None:
+        """Constant heading [rad] of the covered set; None: it turns."""
+        if self.turns:
+            return None
+        return 0.0 if isinstance(self.heading, str | Headings) else self.heading
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the covered set is always the same."""
+        return isinstance(self.trajectory, Stationary) and not (self.turns and isinstance(self.heading, Headings))
 
     @cached_property
     def has_first_direction(self) -> bool:
         """Whether the direction is known from the first: False for a body that turns and is at rest at first."""
-        if not self.turns:
+        if not self.turns or isinstance(self.heading, Headings):
             return True
         first = self.trajectory.span[0]
         if first == -np.inf:
@@ -106,6 +119,8 @@ class Obstacle:
             InvalidInput: the heading follows the motion, and the obstacle has not moved before t.
         """
         time = np.asarray(t, dtype=np.float64)
+        if isinstance(self.heading, Headings):
+            return self.heading.direction(time)
         if not isinstance(self.heading, str):
             return np.asarray(np.broadcast_to([np.cos(self.heading), np.sin(self.heading)], (*time.shape, 2)))
         velocity = self.trajectory.velocity(time)
@@ -129,6 +144,8 @@ class Obstacle:
 
     def directions(self, start: float, end: float, tolerance: float) -> Path:
         """`direction` from start to end [s] as cubic pieces, within `tolerance` [1] or with their own error."""
+        if isinstance(self.heading, Headings):
+            return self.heading.directions(start, end, tolerance)
         if self.heading != MOTION or self.trajectory.speed_bound(start, end) <= AT_REST:
             pieces = np.broadcast_to(self.direction(start), (1, 4, 2))
             return Path(np.array([start, end]), pieces, np.zeros(1))

@@ -14,7 +14,6 @@ from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Bodies, Reach, joined, no_bodies, rows_of
 from slalom.shape import Shape
 from slalom.tolerances import STRETCH_HORIZONS
-from slalom.trajectory import Stationary
 
 
 class ObstacleTable:
@@ -74,10 +73,7 @@ class ObstacleTable:
         `at_rest` all that move are among them as well: every forecast agrees on obstacles at rest.
         """
         if at_rest not in self._parts:
-            serves = [
-                o.uncertainty is None and (isinstance(o.trajectory, Stationary) if at_rest else o.has_first_direction)
-                for o in self.given
-            ]
+            serves = [o.uncertainty is None and (o.at_rest if at_rest else o.has_first_direction) for o in self.given]
             others = tuple(o for o, yes in zip(self.given, serves) if not yes)
             table = self if not others else ObstacleTable(o for o, yes in zip(self.given, serves) if yes)
             self._parts[at_rest] = table, others

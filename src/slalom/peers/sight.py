@@ -11,7 +11,6 @@ from slalom.obstacle import Obstacle
 from slalom.peers.crowd import Discs
 from slalom.shape import Part
 from slalom.tolerances import MITRE_LIMIT
-from slalom.trajectory import Stationary
 
 
 def outlines(obstacles: Iterable[Obstacle], *, walls: bool) -> tuple[Array, ...]:
@@ -24,7 +23,7 @@ def outlines(obstacles: Iterable[Obstacle], *, walls: bool) -> tuple[Array, ...]
     expected = "discs, and other shapes at rest" if walls else "discs"
     found: list[Array] = []
     for obstacle in obstacles:
-        at_rest = isinstance(obstacle.trajectory, Stationary)
+        at_rest = obstacle.at_rest
         polygonal = [part for part in obstacle.shape.parts if len(part.corners) > 1]
         if (polygonal and not (walls and at_rest)) or (obstacle.turns and not at_rest):
             kind = f"a {type(obstacle.shape).__name__.lower()} that {'is at rest' if at_rest else 'moves'}"

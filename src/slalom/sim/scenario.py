@@ -200,7 +200,7 @@ class Scenario:
     def _refuse_hidden_goal(self, obstacle: Obstacle, robot: Robot) -> None:
         """Raise InvalidInput for a goal at rest that an obstacle at rest covers for all time."""
         goal = robot.goal
-        if isinstance(goal.trajectory, Stationary) and isinstance(obstacle.trajectory, Stationary):
+        if isinstance(goal.trajectory, Stationary) and obstacle.at_rest:
             position, radius = goal.trajectory.initial_position, robot.shape.bounding_radius
             images = [obstacle] if self.period is None else self._images([obstacle], position, radius)
             each = [float(clearances(image, robot.shape, np.zeros(1), position[None])[0]) for image in images]

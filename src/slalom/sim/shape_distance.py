@@ -42,7 +42,7 @@ def differences(obstacle: Obstacle, pair: Pair, times: Array, positions: Array) 
     At absolute `times` (k,) [s] the robot is at `positions` (k, d) [m].
     """
     corners = np.broadcast_to(pair.obstacle.corners, (len(times), *pair.obstacle.corners.shape))
-    if obstacle.turns or obstacle.heading != 0.0:
+    if obstacle.angle != 0.0:
         e = obstacle.direction(times)[:, None]
         x, y = corners[..., :1], corners[..., 1:]
         corners = x * e + y * np.stack([-e[..., 1], e[..., 0]], axis=-1)

@@ -21,7 +21,6 @@ from slalom.manoeuvre import Manoeuvre
 from slalom.obstacle import Obstacle
 from slalom.obstacle.minkowski import outline_parts
 from slalom.shape import Shape
-from slalom.trajectory import Stationary
 from slalom.view.bodies import body, box_of, parts_at
 from slalom.view.control_space import Extent, control_space
 from slalom.view.drawn_controls import DrawnControls, drawn_controls
@@ -242,7 +241,7 @@ def obstacle_boxes(obstacles: Sequence[Obstacle], snapshot_times: Array) -> list
 def obstacle_paths(ax: Axes, obstacles: Sequence[Obstacle], snapshot_times: Array, scale: ScalarMappable) -> None:
     """Draw the paths of the obstacles, and their shapes at the times `snapshot_times` [s]."""
     for index, obstacle in enumerate(obstacles):
-        if isinstance(obstacle.trajectory, Stationary):
+        if obstacle.at_rest:
             parts = outline_parts(obstacle, float(snapshot_times[0]))
             body(ax, parts, f"obstacle-{index}", zorder=1.5, facecolor=NEUTRAL, edgecolor=INK, linewidth=0.5)
             continue

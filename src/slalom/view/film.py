@@ -20,7 +20,6 @@ from slalom.obstacle.minkowski import outline_parts
 from slalom.path_goal import PathGoal
 from slalom.shape import Part
 from slalom.sim import Recording
-from slalom.trajectory import Stationary
 from slalom.view.bodies import body, silhouette
 from slalom.view.extent import TIMES, drawn_box
 from slalom.view.style import GOAL, INK, NEUTRAL, ROBOT, style
@@ -163,8 +162,8 @@ class _Panel:
         ax.set(xlim=(middle[0] - half, middle[0] + half))
         ax.set(ylim=(middle[1] - ratio * half, middle[1] + ratio * half))
         self._scale = ax.bbox.width / (2.0 * half)
-        self._moving = [o for o in run.obstacles if not isinstance(o.trajectory, Stationary)]
-        still = [o for o in run.obstacles if isinstance(o.trajectory, Stationary)]
+        self._moving = [o for o in run.obstacles if not o.at_rest]
+        still = [o for o in run.obstacles if o.at_rest]
         n, start = len(run.shapes), float(run.times[0])
         colours = [COLOURS[k % len(COLOURS)] for k in range(n)]
         for number, obstacle in enumerate(still):

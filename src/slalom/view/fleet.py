@@ -15,7 +15,6 @@ from matplotlib.transforms import Bbox
 
 from slalom.checks import Array
 from slalom.sim import Recording
-from slalom.trajectory import Stationary
 from slalom.view.bodies import body, box_of, parts_at
 from slalom.view.figure import TIMES, column_axes, obstacle_boxes, obstacle_paths
 from slalom.view.style import GOAL, INK, NEUTRAL, colour_at, colour_bar, halo, style
@@ -121,7 +120,7 @@ def _legend(ax: Axes, recording: Recording, with_goals: bool) -> None:
     ]
     if with_goals:
         handles.append(Line2D([], [], **_CROSS, label="goal"))
-    if any(isinstance(obstacle.trajectory, Stationary) for obstacle in recording.obstacles):
+    if any(obstacle.at_rest for obstacle in recording.obstacles):
         handles.append(Patch(facecolor=NEUTRAL, edgecolor=INK, linewidth=0.5, label="obstacle"))
     ax.legend(
         handles=handles,

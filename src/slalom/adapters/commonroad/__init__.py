@@ -1,8 +1,8 @@
 """CommonRoad: planning problems solved among recorded traffic, and their solution files.
 
 `solve` needs commonroad-io. The car moves as a point mass, or by the kinematic single-track model. Borders of the road
-are walls. Recorded vehicles are rectangles that turn with their motion, and their future is known (`nao`). The target
-moves on the cubic that leaves the initial state and meets the goal at the middle of its time, with its speed and
+are walls. Recorded vehicles are rectangles with their recorded orientation, and their future is known (`nao`). The
+target moves on the cubic that leaves the initial state and meets the goal at the middle of its time, with its speed and
 orientation.
 """
 

@@ -5,7 +5,7 @@ from typing import Any
 import shapely
 
 from slalom.errors import InvalidInput
-from slalom.obstacle import Obstacle
+from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.shape import Disc, Polygon, Polyline, Rectangle, Shape
 from slalom.trajectory import Sampled, Stationary
@@ -41,7 +41,8 @@ def _moving(scenario: Any) -> list[Obstacle]:
         states = [o.initial_state, *o.prediction.trajectory.state_list]
         times, places = [dt * s.time_step for s in states], [s.position for s in states]
         path = Sampled(times, places)
-        found.append(Obstacle(_shape(o), path, str(o.obstacle_id), heading="motion", after_end="leaves"))
+        heading = Headings(times, [s.orientation for s in states])
+        found.append(Obstacle(_shape(o), path, str(o.obstacle_id), heading, after_end="leaves"))
     return found
 
 

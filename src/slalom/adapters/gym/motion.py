@@ -12,7 +12,6 @@ from slalom.shape import Ball, Disc
 from slalom.sim.scenario import Scenario
 from slalom.sim.shape_distance import segment_distance
 from slalom.tolerances import GYM_BLOCK
-from slalom.trajectory import Stationary
 
 
 class Motion:
@@ -101,7 +100,7 @@ class _Block(NamedTuple):
 def _segments(obstacle: Obstacle) -> list[tuple[Array, float]]:
     """Ends (2, d) [m] and radius [m] of each wall of an obstacle."""
     parts = obstacle.shape.parts
-    if not isinstance(obstacle.trajectory, Stationary) or any(len(part.corners) > 2 for part in parts):
+    if not obstacle.at_rest or any(len(part.corners) > 2 for part in parts):
         raise InvalidInput(
             f"obstacle {obstacle.name!r}: expected a disc, a ball or walls at rest (Polyline, Capsule), "
             f"found {type(obstacle.shape).__name__} on {type(obstacle.trajectory).__name__}"
@@ -110,7 +109,7 @@ def _segments(obstacle: Obstacle) -> list[tuple[Array, float]]:
     for corners, radius in parts:
         if corners.shape[1] == 2:
             corners = corners[:, :1] * axis + corners[:, 1:] * np.array([-axis[1], axis[0]])
-        ends = obstacle.trajectory.initial_position + corners
+        ends = obstacle.trajectory.position(0.0) + corners
         found.append((np.stack([ends[0], ends[-1]]), radius))
     return found
 

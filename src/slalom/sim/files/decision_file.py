@@ -36,6 +36,7 @@ from slalom.sim.files.schema_decision import (
     StateSpec,
     TracksSpec,
 )
+from slalom.sim.files.schema_robot import heading_of
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, messages
 from slalom.sim.scenario import too_long
 from slalom.state import State
@@ -158,7 +159,7 @@ def _obstacle(spec: ObstacleSpec) -> Obstacle:
         spec.shape.build(),
         spec.trajectory.build(),
         spec.name,
-        spec.heading,
+        heading_of(spec.heading),
         None if doubt is None else doubt.build(),
         spec.after_end,
         spec.contact_at_rest,

@@ -12,7 +12,7 @@ from slalom.bounds import BOUNDS
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.objective import OBJECTIVES
-from slalom.obstacle import Obstacle
+from slalom.obstacle import Headings, Obstacle
 from slalom.part_keys import file_keys, kind_of
 from slalom.path_goal import PathGoal
 from slalom.shape import SHAPES
@@ -110,7 +110,7 @@ def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:
     found: dict[str, Any] = {"name": obstacle.name, "shape": _part(obstacle.shape, SHAPES)}
     found["trajectory"] = _part(in_files(obstacle.trajectory, start, end), TRAJECTORIES)
     if obstacle.heading != 0.0:
-        found["heading"] = obstacle.heading
+        found["heading"] = obstacle.heading.in_files if isinstance(obstacle.heading, Headings) else obstacle.heading
     if obstacle.uncertainty is not None:
         found["uncertainty"] = _part(obstacle.uncertainty, UNCERTAINTIES)
     return found

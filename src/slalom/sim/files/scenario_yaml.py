@@ -20,7 +20,7 @@ from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.files.schema_base import Place
 from slalom.sim.files.schema_group import GroupSpec, WrittenRobot, is_group, robots_of
 from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_robot import HalfSpaceSpec, ObstacleSpec, RobotSpec
+from slalom.sim.files.schema_robot import HalfSpaceSpec, ObstacleSpec, RobotSpec, heading_of
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, messages
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, too_long, whole_periods
 from slalom.state import State
@@ -182,7 +182,7 @@ class _Parts(Mistakes):
         uncertainty = spec.uncertainty.build() if spec.uncertainty is not None else None
         return self.attempt(
             ("obstacles", k, "trajectory"),
-            lambda: Obstacle(shape, spec.trajectory.build(), name, spec.heading, uncertainty),
+            lambda: Obstacle(shape, spec.trajectory.build(), name, heading_of(spec.heading), uncertainty),
         )
 
     def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:

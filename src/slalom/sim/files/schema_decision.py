@@ -16,7 +16,7 @@ from slalom.sim.files.schema_parts import (
     TrajectoryModel,
     UncertaintyModel,
 )
-from slalom.sim.files.schema_robot import GoalSpec, HalfSpaceSpec, known_method
+from slalom.sim.files.schema_robot import GoalSpec, HalfSpaceSpec, HeadingModel, known_method
 
 Response = Annotated[PartModel, OfAnyKind(RESPONSE_KINDS)]
 
@@ -69,7 +69,7 @@ class ObstacleSpec(Model):
     """Keys of `Obstacle` in the file of a decision."""
 
     name: str
-    heading: FiniteFloat | Literal["motion"]
+    heading: HeadingModel
     after_end: Literal["unknown", "continues", "leaves"]
     shape: ShapeModel
     trajectory: TrajectoryModel

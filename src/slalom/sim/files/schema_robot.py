@@ -8,6 +8,7 @@ from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import HalfSpace
 from slalom.methods import method
+from slalom.obstacle import Headings
 from slalom.path_goal import PathGoal
 from slalom.shape import Shape, round_shape
 from slalom.sim.files.schema_base import Built, Model, NotNegative, Positive, Text, Vector
@@ -113,10 +114,29 @@ class RobotSpec(RobotKeys):
     goal: GoalSpec
 
 
+class HeadingsSpec(Built):
+    """Keys of `Headings`: angles [rad] at times [s]."""
+
+    times: Annotated[list[FiniteFloat], Field(min_length=1)]
+    angles: Annotated[list[FiniteFloat], Field(min_length=1)]
+
+    def build(self) -> Headings:
+        """Return the headings."""
+        return Headings(self.times, self.angles)
+
+
+HeadingModel = FiniteFloat | Literal["motion"] | HeadingsSpec
+
+
+def heading_of(spec: float | Literal["motion"] | HeadingsSpec) -> float | Literal["motion"] | Headings:
+    """The heading of an obstacle from its model."""
+    return spec.build() if isinstance(spec, HeadingsSpec) else spec
+
+
 class ObstacleSpec(Shaped):
     """A shape on a trajectory."""
 
     name: str = ""
-    heading: FiniteFloat | Literal["motion"] = 0.0
+    heading: HeadingModel = 0.0
     uncertainty: UncertaintyModel | None = None
     trajectory: TrajectoryModel

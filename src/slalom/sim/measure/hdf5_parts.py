@@ -12,7 +12,7 @@ from slalom.checks import array, array_of, number, positive, shown
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import HalfSpace, Limits
-from slalom.obstacle import Obstacle
+from slalom.obstacle import Headings, Obstacle
 from slalom.path import Path
 from slalom.shape import SHAPES, Shape, Union
 from slalom.sim.measure.hdf5_tree import Group, Texts, Value
@@ -114,14 +114,18 @@ def listed(group: Group, name: str) -> list[Group]:
 
 def load_obstacle(group: Group) -> Obstacle:
     """Return an obstacle of a scenario."""
-    doubt = group.groups.get("uncertainty")
+    doubt, over_time = group.groups.get("uncertainty"), group.groups.get("headings")
     return Obstacle(
         load_shape(member(group.groups, "shape")),
         load_part(member(group.groups, "trajectory"), TRAJECTORIES),
         text(group.attributes, "name"),
-        scalar(group.attributes, "heading"),
+        scalar(group.attributes, "heading") if over_time is None else _headings(over_time),
         None if doubt is None else load_part(doubt, UNCERTAINTIES),
     ).of_scenario()
+
+
+def _headings(group: Group) -> Headings:
+    return Headings(numbers(group.datasets, "times"), numbers(group.datasets, "angles"))
 
 
 def load_goal(group: Group) -> Goal:

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from slalom.bounds import BOUNDS
+from slalom.obstacle import Headings
 from slalom.sim.measure.hdf5_parts import HALF_SPACES, save_part, save_shape, save_trajectory
 from slalom.sim.measure.hdf5_units import add_units
 from slalom.uncertainty import UNCERTAINTIES
@@ -71,7 +72,12 @@ def _save_parts(run: Any, recording: "Recording") -> None:
         save_trajectory(group.create_group("goal"), goal.trajectory, *span)
     for k, obstacle in enumerate(recording.obstacles):
         group = run.create_group(f"obstacles/{k}")
-        group.attrs.update(name=obstacle.name, heading=obstacle.heading)
+        group.attrs["name"] = obstacle.name
+        if isinstance(obstacle.heading, Headings):
+            headings = group.create_group("headings")
+            headings["times"], headings["angles"] = obstacle.heading.times, obstacle.heading.angles
+        else:
+            group.attrs["heading"] = obstacle.heading
         save_shape(group.create_group("shape"), obstacle.shape)
         if obstacle.uncertainty is not None:
             save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)

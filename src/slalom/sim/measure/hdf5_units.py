@@ -22,6 +22,8 @@ ARRAYS: Final[Mapping[str, tuple[str, str]]] = {
     "robots/*/bounds/*/half_widths": ("m/s or m/s^2, as what is bounded", "of a box"),
     "robots/*/bounds/*/corners": ("m/s or m/s^2, as what is bounded", "of a polygon"),
     "robots/*/bounds/*/heading": ("1", "direction of the heading"),
+    "obstacles/*/headings/times": ("s", "of the angles of a heading"),
+    "obstacles/*/headings/angles": ("rad", "of the x axis of the shape"),
     "*/initial_position": ("m", "of a trajectory"),
     "*/initial_velocity": ("m/s", "of a trajectory"),
     "*/initial_acceleration": ("m/s^2", "of a trajectory"),

@@ -20,7 +20,6 @@ from slalom.tolerances import (
     PARKED_SPEED,
     WAYPOINT_INTERVAL,
 )
-from slalom.trajectory import Stationary
 
 
 class Guidance:
@@ -100,7 +99,7 @@ def _plane_period(scenario: Scenario) -> Array:
 
 def _grid(scenario: Scenario, guide: GuidanceState) -> Grid:
     """The clearance to obstacles at rest on a grid over all positions, goals and obstacles at rest."""
-    at_rest = [o for o in scenario.obstacles if isinstance(o.trajectory, Stationary)]
+    at_rest = [o for o in scenario.obstacles if o.at_rest]
     parts = [part for obstacle in at_rest for part in outline_parts(obstacle, scenario.start)]
     outlines = [(_outline(part.corners), part.radius) for part in parts]
     corners = [shapely.get_coordinates(outline) for outline, _ in outlines]
