@@ -11,8 +11,8 @@ where they leave are never read.
 People are predicted as a crowd whose agents avoid each other (`slalom.AvoidingCrowd`), with a radius that grows by
 GROWTH; later errors are corrected by later decisions. A robot that looks ahead (`nao_ahead`) plans with each of MARGINS
 and its share of the growth, tries short deviations, and takes what has the least expected loss of time
-(`slalom.ExpectedLoss`), where a contact is worth `loss` [s]. Its acceleration is bounded by ACCELERATION, which the
-test leaves open.
+(`slalom.ExpectedLoss`), where a contact is worth `loss` [s]. The scale of the errors follows those that were observed.
+Its acceleration is bounded by ACCELERATION, which the test leaves open.
 
 The program writes {case: {"t": [s], "p": [[x, y], ...]}} for an independent judge, anew after every case. The judge
 says what collided; this program prints how many arrive, and times of decisions.
@@ -61,6 +61,8 @@ MARGINS = (0.05, 0.1, 0.2, 0.3)
 """[m]"""
 SHARES = (0.0, 1.0, 1.0, 1.0)
 """Of the growth, one for each margin."""
+SPREAD = BoundedError(0.0075, 0.0, 0.12)
+"""[m] Scale of the errors of predictions, which `AvoidingCrowd.scales` adapts to what is observed."""
 LOSS = 120.0
 """[s] of time that a contact is worth."""
 
@@ -112,6 +114,7 @@ def main() -> None:
     print(f"decision: median {1e3 * np.median(slowest):.1f} ms, 99 % {1e3 * np.quantile(slowest, 0.99):.1f} ms")
     if arguments.out is not None:
         policy = {"acceleration": ACCELERATION, "growth": GROWTH, "margins": MARGINS, "shares": SHARES}
+        policy["spread"] = [SPREAD.position, SPREAD.velocity, SPREAD.acceleration]
         about = {**setting._asdict(), **policy, **describe()}
         arguments.out.with_suffix(".runs.json").write_text(json.dumps(about, indent=1))
 
@@ -137,14 +140,14 @@ def crossed(case: Case, setting: Setting) -> dict[str, Any]:
     """The samples of one case for the judge, and the times of its decisions [s]."""
     h, limits = setting.step, Limits(setting.speed, ACCELERATION)
     ahead = LookAhead(Navigator(method("nao_ahead"), Disc(setting.radius), limits, period=h, horizon=HORIZON))
-    robot = ExpectedLoss(ahead, MARGINS, SHARES, setting.loss)
+    robot = ExpectedLoss(ahead, MARGINS, SHARES, setting.loss, SPREAD)
     crowd = AvoidingCrowd(h, uncertainty=BoundedError(velocity=GROWTH))
     goal, state, decision = Goal(Stationary(case.goal), AIM * setting.arrived), State(case.start, np.zeros(2)), None
     times, places, spent = [0.0], [case.start.tolist()], []
     for k in range(len(case.positions) - 1):
         now, before = k * h, perf_counter()
         people = crowd.predict(seen(case, k, state.position, setting))
-        decision = robot.decide(state, people, goal, now=now, previous=decision)
+        decision = robot.decide(state, people, goal, now=now, previous=decision, scales=crowd.scales)
         spent.append(perf_counter() - before)
         ends = now + h * np.arange(1, SAMPLES + 1) / SAMPLES
         times += ends.tolist()

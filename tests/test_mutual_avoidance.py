@@ -117,6 +117,30 @@ def test_names_radii_and_uncertainty_are_those_of_the_tracks() -> None:
     assert AvoidingCrowd(PERIOD).predict(Tracks(np.empty((0, 2)), np.empty((0, 2)), 0.3)) == []
 
 
+def test_scales_follow_the_errors_that_were_observed() -> None:
+    """Of the crowd and of each agent, by the definition; an agent that was not predicted so far has the largest."""
+    assert AvoidingCrowd(PERIOD).scales == {}
+    crowd, rng = AvoidingCrowd(PERIOD), np.random.default_rng(3)
+    places = 50.0 * np.arange(6.0)[:, None] * np.ones(2)
+    velocities, squares, count, last = rng.normal(size=(6, 2)), 0.0, 0, np.zeros(6)
+    for k in range(40):
+        crowd.predict(Tracks(places, velocities, 0.3, PERIOD * k, ids=list("abcdef")))
+        # Agents so far apart keep their velocities; one observation is needed to predict and one to compare.
+        if k > 1:
+            squares, count = squares + float((np.minimum(last, 0.4) ** 2).sum()), count + 6
+        if k < 2:
+            assert crowd.scales == pytest.approx(dict.fromkeys("abcdef", 2.0))
+        else:
+            common = np.sqrt((squares + 100 * 0.072**2) / (count + 100)) / 0.072
+            expected = np.clip(common, 0.4, 2.0) * (0.6 + np.sqrt(last / 0.12))
+            assert crowd.scales == pytest.approx(dict(zip("abcdef", expected, strict=True)))
+        change = rng.normal(scale=[[0.0], [0.01], [0.03], [0.1], [0.2], [0.6]], size=(6, 2))
+        velocities, last = velocities + change, np.linalg.norm(change, axis=1)
+        places = places + PERIOD * velocities
+    crowd.predict(Tracks([places[0], [9.0, 9.0]], [velocities[0], [1.0, 0.0]], 0.3, 100.0, ids=["a", "new"]))
+    assert crowd.scales["new"] > 2.0 * crowd.scales["a"]
+
+
 def test_wrong_input_is_refused() -> None:
     for settings, said in (
         ({"period": 0.0}, "period: expected"),

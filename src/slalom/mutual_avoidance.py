@@ -15,7 +15,16 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
 from slalom.path import Path, hermite_pieces
 from slalom.shape import Disc
-from slalom.tolerances import CROWD_MEMORY
+from slalom.tolerances import (
+    CROWD_DOUBLING,
+    CROWD_ERROR,
+    CROWD_LARGEST_ERROR,
+    CROWD_LEAST,
+    CROWD_MEMORY,
+    CROWD_PRIOR,
+    CROWD_SCALES,
+    CROWD_UNKNOWN,
+)
 from slalom.uncertainty import Uncertainty
 
 
@@ -31,6 +40,7 @@ class _Agents:
     speeds: Array  # (n,) [m/s] the largest observed
     known: Flags  # (n,) whether they were observed before, so that their velocity is compared with the model
     errors: Array  # (n, 2) [m/s] of the model and of a constant velocity, with CROWD_MEMORY
+    last: Array  # (n,) [m/s] error of the last prediction, nan without one
 
 
 class _Steps:
@@ -106,6 +116,8 @@ class AvoidingCrowd:
     reach: Positive = 10.0
     steps: int = 12
     uncertainty: Uncertainty | None = None
+    _squares: float = field(default=0.0, init=False, repr=False)
+    _predicted: int = field(default=0, init=False, repr=False)
     _now: float = field(default=-np.inf, init=False, repr=False)
     _agents: _Agents | None = field(default=None, init=False, repr=False)
 
@@ -149,6 +161,23 @@ class AvoidingCrowd:
         agents = self._agents
         return {} if agents is None else {name: agents.preferred[k] for name, k in agents.rows.items()}
 
+    @property
+    def scales(self) -> dict[str, float]:
+        """How large the error of each agent is likely to be, relative to a typical one [1], by its name.
+
+        The product of two factors. One is the root mean square of the errors over one period of all agents so far, in
+        units of CROWD_ERROR. It begins at 1 and stays within CROWD_SCALES. The other grows with the last error of the
+        agent: large errors follow each other. Without a prediction so far it is CROWD_UNKNOWN.
+        """
+        agents = self._agents
+        if agents is None:
+            return {}
+        squares = self._squares + CROWD_PRIOR * CROWD_ERROR**2
+        common = float(np.clip(np.sqrt(squares / (self._predicted + CROWD_PRIOR)) / CROWD_ERROR, *CROWD_SCALES))
+        own = CROWD_LEAST + np.sqrt(agents.last / CROWD_DOUBLING)
+        own[np.isnan(own)] = CROWD_UNKNOWN
+        return {str(name): common * float(own[k]) for name, k in agents.rows.items()}
+
     def _chosen(self, agents: _Agents, positions: Array, velocities: Array) -> Array:
         """Velocities (n, 2) [m/s] that the model chooses."""
         return np.asarray(
@@ -168,29 +197,39 @@ class AvoidingCrowd:
             np.linalg.norm(velocities, axis=1),
             np.zeros(n, np.bool_),
             np.zeros((n, 2)),
+            np.full(n, np.nan),
         )
         if before is None or not before.rows:
             return now
         chosen = self._chosen(before, before.positions, before.velocities)
+        predicted = np.where(_explained(before), chosen, before.velocities)
         for name, k in now.rows.items():
             if name not in before.rows:
                 continue
             j = before.rows[name]
             now.known[k], now.speeds[k] = True, max(now.speeds[k], before.speeds[j])
             if before.known[j]:
+                now.last[k] = np.linalg.norm(velocities[k] - predicted[j])
                 missing = velocities[k] - chosen[j]
                 estimate = before.preferred[j] + missing
                 size = float(np.linalg.norm(estimate))
                 now.preferred[k] = estimate * min(1.0, now.speeds[k] / size) if size > 0.0 else estimate
                 change = velocities[k] - before.velocities[j]
                 now.errors[k] = CROWD_MEMORY * before.errors[j] + np.linalg.norm([missing, change], axis=1)
+        known = now.last[~np.isnan(now.last)].clip(max=CROWD_LARGEST_ERROR)
+        self._squares, self._predicted = self._squares + float(known @ known), self._predicted + len(known)
         return now
 
     def _simulated(self, agents: _Agents) -> Array:
         """Positions (steps + 1, n, 2) [m] at the ends of all periods from now on."""
-        explained = agents.errors[:, :1] <= agents.errors[:, 1:]
+        explained = _explained(agents)
         paths, velocities = [agents.positions], agents.velocities
         for _ in range(self.steps):
             velocities = np.where(explained, self._chosen(agents, paths[-1], velocities), velocities)
             paths.append(paths[-1] + self.period * velocities)
         return np.array(paths)
+
+
+def _explained(agents: _Agents) -> Flags:
+    """Whether the model has explained each agent at least as well as a constant velocity: (n, 1)."""
+    return np.asarray(agents.errors[:, :1] <= agents.errors[:, 1:])

@@ -1317,6 +1317,36 @@ DEVIATION_GAIN: Final = 0.02
 Larger: fewer changes of the motion. Smaller: deviations that gain nothing, and a new plan after each.
 """
 
+DEVIATION_PLANS: Final = 3
+"""[1] Deviations of a decision after which a plan is searched.
+
+More: slower decisions. Fewer: a deviation that only seems to be good hides a better one.
+"""
+
+CROWD_ERROR: Final = 0.072
+"""[m/s] Root mean square of the errors of predicted velocities over one period in a typical crowd.
+
+Larger: errors count as smaller than usual, and closeness costs less. It fits the spread of an expected loss.
+"""
+
+CROWD_PRIOR: Final = 100.0
+"""[1] Typical errors that count with those that were observed. More: a crowd is known later to differ."""
+
+CROWD_LARGEST_ERROR: Final = 0.4
+"""[m/s] Larger errors count as this. Larger: one sudden change outweighs many predictions."""
+
+CROWD_SCALES: Final = (0.4, 2.0)
+"""[1] Least and largest factor of the errors of a crowd. Further apart: more trust, or less, in what was observed."""
+
+CROWD_LEAST: Final = 0.6
+"""[1] Factor of the errors of an agent that was predicted exactly. Larger: more distance from steady agents."""
+
+CROWD_DOUBLING: Final = 0.12
+"""[m/s] Last error of an agent that adds 1 to its factor. Larger: less distance from agents that have just changed."""
+
+CROWD_UNKNOWN: Final = 2.0
+"""[1] Factor of the errors of an agent that was not predicted so far. Larger: more distance from new agents."""
+
 CROWD_MEMORY: Final = 0.7
 """[1] Weight of the errors of the forecast of an agent at one observation, relative to the next.
 

@@ -57,6 +57,15 @@ class Deviations(NamedTuple):
             found = found + (ramp * (since - 0.5 * ramp))[..., None] * self.accelerations[:, None, k]
         return np.asarray(found)
 
+    def best_first(self, costs: Array, highest: float, most: int) -> list[Manoeuvre]:
+        """Deviations of costs (s,) below `highest`, at most `most`, cheapest first: one for each first velocity."""
+        found: dict[bytes, int] = {}
+        for k in np.argsort(costs, kind="stable").tolist():
+            if costs[k] >= highest or len(found) == most:
+                break
+            found.setdefault(self.accelerations[k, 0].tobytes() + self.holds[k, 0].tobytes(), k)
+        return [self.manoeuvre(k) for k in found.values()]
+
     def manoeuvre(self, k: int) -> Manoeuvre:
         """Deviation k as one response to its first acceleration."""
         rest = np.zeros(self.state.dimension)

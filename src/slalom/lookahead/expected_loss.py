@@ -1,6 +1,6 @@
 """Robot that looks ahead with several margins and takes the decision of least expected loss of time."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -17,10 +17,18 @@ from slalom.kernels.arrays import Flags
 from slalom.lookahead.deviations import Deviations
 from slalom.lookahead.navigator import LookAhead, SequenceDecision
 from slalom.lookahead.scene import motions_of, rise_of
+from slalom.manoeuvre import Manoeuvre
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, listed
 from slalom.state import State
-from slalom.tolerances import DEVIATION_GAIN, LOSS_DISCOUNT, LOSS_STEPS, LOSS_TIMES, WHOLE_COUNT
+from slalom.tolerances import (
+    DEVIATION_GAIN,
+    DEVIATION_PLANS,
+    LOSS_DISCOUNT,
+    LOSS_STEPS,
+    LOSS_TIMES,
+    WHOLE_COUNT,
+)
 from slalom.uncertainty import BoundedError, Scaled, Uncertainty
 
 
@@ -31,13 +39,16 @@ class ExpectedLoss:
     A large margin tolerates errors of the forecast and costs time. No margin suits all scenes, so `robot` plans with
     each, and with a share of the uncertainty of the obstacles. The cost of a plan is its time to arrival, and `loss`
     times the expected number of contacts. Then deviations are tried that take two other velocities, each for one stage.
-    A stage is the time from rest to the maximum speed in whole periods. A deviation costs the time of the plan and the
-    way back to the plan at the maximum speed. It is taken if its cost is lower by DEVIATION_GAIN.
+    A stage is the time from rest to the maximum speed in whole periods. A rough cost of a deviation is that of the plan
+    with the way back to it at the maximum speed. For the DEVIATION_PLANS best first velocities the cost is that of a
+    plan with the first margin, which begins after the first stage. The best one is taken if its cost is lower by
+    DEVIATION_GAIN.
 
     Errors of the forecast are small most of the time and large at times. Let c be the distance from an
     obstacle. The probability that the error in its direction exceeds c is taken to be 1 / (2 (1 + c / spread)^2). The
     expected number of contacts is the sum over obstacles and LOSS_TIMES moments, with less weight for later moments.
-    A future of an obstacle counts with its probability.
+    A future of an obstacle counts with its probability. `decide` takes factors of the spread by the names of obstacles,
+    such as `AvoidingCrowd.scales`.
 
     Law: a plan is a decision of `robot` with one of the margins, so it has the guarantee of `LookAhead` with that
     margin. Without deviations and with one margin the decision is that of `LookAhead`. A deviation has the outcome
@@ -83,19 +94,18 @@ class ExpectedLoss:
         now: float = 0.0,
         previous: Decision | None = None,
         delay: float = 0.0,
+        scales: Mapping[str, float] | None = None,
     ) -> Decision:
-        """As `LookAhead.decide`, with the plan or the deviation of least cost; of equal costs the first plan."""
+        """As `LookAhead.decide`, with the plan or the deviation of least cost; of equal costs the first plan.
+
+        `scales` are factors of the spread by the names of obstacles; 1 for others. Raises InvalidInput for one below 0.
+        """
         one_by_one = each_of(obstacles)
         motions = self._motions(one_by_one, now)
-        ahead = self._ahead(motions, self._times(now), now)
+        ahead = self._ahead(motions, self._times(now), now, scales)
+        robots = self._robots(one_by_one, now)
         best: tuple[float, Decision] | None = None
-        scenes: dict[float, tuple[LookAhead, Sequence[Obstacle]]] = {}
-        for margin, share in zip(self.margins, self.shares, strict=True):
-            if share not in scenes:
-                around = [_with_share(obstacle, share) for obstacle in one_by_one] if share < 1.0 else one_by_one
-                scenes[share] = self.robot.prepared_for(around, now), around
-            shared, around = scenes[share]
-            robot = replace(shared, navigator=replace(shared.navigator, margin=margin))
+        for robot, around in robots:
             decision = robot.decide(state, around, goal, now=now, previous=previous, delay=delay)
             cost = self._cost(decision, ahead, goal, now)
             if best is None or cost < best[0]:
@@ -103,9 +113,33 @@ class ExpectedLoss:
         assert best is not None
         if not self.deviates or delay > 0.0:
             return best[1]
-        return self._deviation(best, state, obstacles, motions, ahead, goal, now, previous) or best[1]
+        moment = _Moment(state, obstacles, motions, ahead, goal, now, previous)
+        robot, around = robots[0]
+        # A trajectory may end within the first stage.
+        follower = robot, [obstacle.known_at(now) for obstacle in around]
+        return self._deviation(best, moment, follower) or best[1]
 
-    def cost(self, decision: Decision, obstacles: Obstacles, goal: Goal, now: float) -> float:
+    def _robots(self, obstacles: Sequence[Obstacle], now: float) -> list[tuple[LookAhead, Sequence[Obstacle]]]:
+        """The robot with each margin, and the obstacles with the share of that margin."""
+        scenes: dict[float, tuple[LookAhead, Sequence[Obstacle]]] = {}
+        for share in self.shares:
+            if share not in scenes:
+                around = [_with_share(obstacle, share) for obstacle in obstacles] if share < 1.0 else obstacles
+                scenes[share] = self.robot.prepared_for(around, now), around
+        found = []
+        for margin, share in zip(self.margins, self.shares, strict=True):
+            shared, around = scenes[share]
+            found.append((replace(shared, navigator=replace(shared.navigator, margin=margin)), around))
+        return found
+
+    def cost(
+        self,
+        decision: Decision,
+        obstacles: Obstacles,
+        goal: Goal,
+        now: float,
+        scales: Mapping[str, float] | None = None,
+    ) -> float:
         """Time [s] from `now` to the arrival, and `loss` for each expected contact.
 
         Without a known arrival the time is an estimate: three times the span of the moments, and the rest of the way at
@@ -113,12 +147,19 @@ class ExpectedLoss:
         a known arrival is preferred.
         """
         motions = self._motions(each_of(obstacles), now)
-        return self._cost(decision, self._ahead(motions, self._times(now), now), goal, now)
+        return self._cost(decision, self._ahead(motions, self._times(now), now, scales), goal, now)
 
-    def contacts(self, places: Array, obstacles: Obstacles, times: npt.ArrayLike, now: float) -> Array:
+    def contacts(
+        self,
+        places: Array,
+        obstacles: Obstacles,
+        times: npt.ArrayLike,
+        now: float,
+        scales: Mapping[str, float] | None = None,
+    ) -> Array:
         """Expected number of contacts (..., n) of robots at `places` (..., n, d) [m] at `times` (n,) [s]."""
         times = np.asarray(times, dtype=np.float64)
-        return _contacts(places, self._ahead(self._motions(each_of(obstacles), now), times, now))
+        return _contacts(places, self._ahead(self._motions(each_of(obstacles), now), times, now, scales))
 
     def _motions(self, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
         return motions_of(self.robot.navigator, [obstacle for obstacle in obstacles if obstacle.exists(now)], now)
@@ -148,8 +189,12 @@ class ExpectedLoss:
         left = float(np.linalg.norm(end - goal.trajectory.position(now))) / self.robot.navigator.limits.max_speed
         return 3.0 * float(self._times(0.0)[-1]) + left
 
-    def _ahead(self, motions: Sequence[Obstacle], times: Array, now: float) -> "_Ahead":
+    def _ahead(
+        self, motions: Sequence[Obstacle], times: Array, now: float, scales: Mapping[str, float] | None
+    ) -> "_Ahead":
         """The obstacles at `times` (m,) [s]."""
+        given = {} if scales is None else scales
+        factors = [not_negative(given.get(motion.name, 1.0), f"scales[{motion.name!r}]") for motion in motions]
         own, d = self.robot.navigator.robot.bounding_radius, self.robot.navigator.robot.dimension
         positions, present = np.zeros((len(motions), len(times), d)), np.ones((len(motions), len(times)), np.bool_)
         for k, motion in enumerate(motions):
@@ -158,36 +203,60 @@ class ExpectedLoss:
             positions[k, there] = motion.trajectory.position(times[there])
         radii = np.array([own + motion.shape.bounding_radius for motion in motions])
         weights = np.array([motion.probability for motion in motions])
-        return _Ahead(positions, present, radii, self.spread.radius(times - now, d).clip(1e-300), weights)
+        spread = np.outer(factors, self.spread.radius(times - now, d)).clip(1e-300)
+        return _Ahead(positions, present, radii, spread, weights)
 
     def _deviation(
-        self,
-        plan: tuple[float, Decision],
-        state: State,
-        obstacles: Obstacles,
-        motions: Sequence[Obstacle],
-        ahead: "_Ahead",
-        goal: Goal,
-        now: float,
-        previous: Decision | None,
+        self, plan: tuple[float, Decision], moment: "_Moment", follower: tuple[LookAhead, Sequence[Obstacle]]
     ) -> Decision | None:
         """The deviation of least cost; None if none costs less than the plan by DEVIATION_GAIN."""
-        navigator, times, motion = self.robot.navigator, self._times(now), plan[1].manoeuvre
-        others = Deviations.of(motion, state, navigator.limits, self._stage, now)
+        navigator, now, motion = self.robot.navigator, moment.now, plan[1].manoeuvre
+        times, highest = self._times(now), plan[0] - DEVIATION_GAIN
+        others = Deviations.of(motion, moment.state, navigator.limits, self._stage, now)
         places = others.positions(times)
         back = np.linalg.norm(places[:, 2 * LOSS_STEPS - 1] - motion.position(times[2 * LOSS_STEPS - 1]), axis=-1)
-        contacts = self._sum(_contacts(places, ahead))
-        costs = back / navigator.limits.max_speed + self.loss * contacts
-        costs += self._time(plan[1], goal, now, motion.position(times[-1]))
-        k = int(np.argmin(costs)) if len(costs) else -1
-        if k < 0 or costs[k] >= plan[0] - DEVIATION_GAIN:
+        costs = back / navigator.limits.max_speed + self.loss * self._sum(_contacts(places, moment.ahead))
+        costs += self._time(plan[1], moment.goal, now, motion.position(times[-1]))
+        promising = others.best_first(costs, highest, DEVIATION_PLANS)
+        cost, chosen = min(
+            ((self._cost_with_plan(one, moment, follower), k) for k, one in enumerate(promising)),
+            default=(np.inf, -1),
+        )
+        if cost >= highest:
             return None
-        chosen = others.manoeuvre(k)
-        table = ObstacleWindow(motions, now, navigator.horizon)
-        blocked = ControlObstacle(chosen.response, state, table, navigator.robot, 0.0)
-        decision = Decision(chosen, Outcome.DEVIATING, chosen.control, made(blocked))
-        inputs = DecisionInputs(navigator, state, tuple(listed(obstacles)), goal, None, now, None, None)
-        return completed(decision, inputs, previous, None, np.inf)
+        manoeuvre = promising[chosen]
+        table = ObstacleWindow(moment.motions, now, navigator.horizon)
+        blocked = ControlObstacle(manoeuvre.response, moment.state, table, navigator.robot, 0.0)
+        decision = Decision(manoeuvre, Outcome.DEVIATING, manoeuvre.control, made(blocked))
+        inputs = DecisionInputs(
+            navigator, moment.state, tuple(listed(moment.obstacles)), moment.goal, None, now, None, None
+        )
+        return completed(decision, inputs, moment.previous, None, np.inf)
+
+    def _cost_with_plan(
+        self, deviation: Manoeuvre, moment: "_Moment", follower: tuple[LookAhead, Sequence[Obstacle]]
+    ) -> float:
+        """Cost [s] of the first stage of a deviation and of the plan of `follower` after it."""
+        (robot, around), goal, times, then = follower, moment.goal, self._times(moment.now), moment.now + self._stage
+        places, state = deviation.position(times), State(deviation.position(then), deviation.velocity(then))
+        left = 0.0
+        if np.linalg.norm(state.position - goal.trajectory.position(then)) > goal.tolerance:
+            plan = robot.decide(state, around, goal, now=then)
+            places[LOSS_STEPS:] = plan.manoeuvre.position(times[LOSS_STEPS:])
+            left = self._time(plan, goal, then, plan.manoeuvre.position(times[-1] + self._stage))
+        return self._stage + left + self.loss * float(self._sum(_contacts(places, moment.ahead)))
+
+
+class _Moment(NamedTuple):
+    """What one decision is about."""
+
+    state: State
+    obstacles: Obstacles
+    motions: Sequence[Obstacle]  # predicted
+    ahead: "_Ahead"
+    goal: Goal
+    now: float  # [s]
+    previous: Decision | None
 
 
 class _Ahead(NamedTuple):
@@ -196,7 +265,7 @@ class _Ahead(NamedTuple):
     positions: Array  # (n, m, d) [m]
     present: Flags  # (n, m) whether they exist
     radii: Array  # (n,) [m] sum of bounding radii with the robot
-    spread: Array  # (m,) [m]
+    spread: Array  # (n, m) [m]
     weights: Array  # (n,) [1] probabilities
 
 
