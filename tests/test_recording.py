@@ -228,6 +228,19 @@ def test_more_than_ten_obstacles_keep_their_order(tmp_path: Path) -> None:
     assert len(names) == 30
 
 
+def test_a_file_keeps_that_contacts_at_rest_do_not_count(saved: tuple[Recording, Path], tmp_path: Path) -> None:
+    """For each obstacle; in a file that does not say it, all contacts count."""
+    recording = saved[0]
+    passive = tuple(replace(o, contact_at_rest=k % 2 == 0) for k, o in enumerate(recording.obstacles))
+    replace(recording, obstacles=passive).save(tmp_path / "run.h5")
+    found = [o.contact_at_rest for o in Recording.load(tmp_path / "run.h5").obstacles]
+    assert found == [o.contact_at_rest for o in passive]
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        for group in file["run_0/obstacles"].values():
+            del group.attrs["contact_at_rest"]
+    assert all(o.contact_at_rest for o in Recording.load(tmp_path / "run.h5").obstacles)
+
+
 def test_the_digest_sees_every_bit(saved: tuple[Recording, Path]) -> None:
     """Of everything but the wall clock."""
     recording = saved[0]

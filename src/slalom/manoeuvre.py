@@ -14,7 +14,7 @@ from slalom.path import Path, hermite
 from slalom.response import AccelerateThenBrake, Response, advance
 from slalom.response.protocol import Unsteered
 from slalom.state import State
-from slalom.tolerances import WHOLE_PERIODS
+from slalom.tolerances import BOUND_EXTRA, BOUND_SHARE, TIME, WHOLE_PERIODS
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Manoeuvre:
 
     def _knots(self, start: float, end: float) -> Array:
         speed_bound = float(np.linalg.norm(self.state.velocity) + np.linalg.norm(self.control)) + 1.0
-        knots = self.start + self.response.knots(max(end - self.start, 1e-9), speed_bound)
+        knots = self.start + self.response.knots(max(end - self.start, TIME), speed_bound)
         return np.concatenate([[start], knots[(knots > start) & (knots < end)], [end]])
 
     def breaks(self, start: float, end: float) -> Array:
@@ -66,12 +66,12 @@ class Manoeuvre:
     def speed_bound(self, start: float, end: float) -> float:
         path = self.path(start, end)
         velocities = 3.0 * np.diff(path.points, axis=1) / np.diff(path.times)[:, None, None]
-        return float(np.linalg.norm(velocities, axis=-1).max()) + 1e-3
+        return float(np.linalg.norm(velocities, axis=-1).max()) + BOUND_EXTRA
 
     def acceleration_bound(self, start: float, end: float) -> float:
         path = self.path(start, end)
         accelerations = 6.0 * np.diff(path.points, 2, axis=1) / (np.diff(path.times) ** 2)[:, None, None]
-        return 1.1 * float(np.linalg.norm(accelerations, axis=-1).max()) + 1e-3
+        return BOUND_SHARE * float(np.linalg.norm(accelerations, axis=-1).max()) + BOUND_EXTRA
 
     def path(self, start: float, end: float) -> Path:
         knots = self._knots(start, end)
@@ -135,7 +135,7 @@ class Continuation(Unsteered):
     def knots(self, horizon: float, speed_bound: float) -> Array:
         elapsed = self.now - self.manoeuvre.start
         knots = self.manoeuvre.response.knots(elapsed + horizon, speed_bound) - elapsed
-        return np.concatenate([[0.0], knots[(knots > 1e-9) & (knots < horizon - 1e-9)], [horizon]])
+        return np.concatenate([[0.0], knots[(knots > TIME) & (knots < horizon - TIME)], [horizon]])
 
 
 def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, now: float) -> State:

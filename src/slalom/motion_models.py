@@ -27,6 +27,7 @@ from slalom.tolerances import (
     PAST_SPACING,
     REST,
     SPACINGS,
+    WHOLE_COUNT,
 )
 from slalom.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Trajectory
 from slalom.uncertainty import BoundedError
@@ -135,7 +136,7 @@ def _ahead(trajectory: Trajectory, now: float, most: int, rise: float) -> _Ahead
     at_rest = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
     if spacing <= 0.0:
         return at_rest
-    count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + 1e-9)), FEWEST_PAST)))
+    count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + WHOLE_COUNT)), FEWEST_PAST)))
     positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
     if np.abs(positions[: MODEL_LEAD + 1] - position).max() <= REST * MODEL_LEAD * spacing:
         return at_rest

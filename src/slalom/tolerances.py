@@ -69,6 +69,27 @@ PARALLEL: Final = 1e-12
 The intersection of boundaries that meet at a smaller angle depends on rounding only.
 """
 
+LAST_DIRECTION: Final = 1e-3
+"""[1] Error of the direction that a body keeps which has come to rest. Larger: it stands at a wrong angle."""
+
+SMALLEST_EXTENT: Final = 1e-3
+"""[m] Largest distance of a corner below which a body that turns counts as this large.
+
+Larger: less exact directions of small bodies. Smaller: more pieces for bodies that are nearly points.
+"""
+
+BOUND_SHARE: Final = 1.1
+"""[1] Factor on the acceleration of the cubic pieces of a manoeuvre, as a bound on its true one.
+
+Larger: safe, and coarser. Smaller: what the pieces smooth is not bounded.
+"""
+
+BOUND_EXTRA: Final = 1e-3
+"""[m/s, m/s^2] Addition to the speed and the acceleration of these pieces, as BOUND_SHARE."""
+
+SHORTEST_HORIZON: Final = 1e-3
+"""[s] Least horizon for one obstacle. Larger: obstacles beside a robot at rest count longer. At 0: for no time."""
+
 STANDING: Final = 1e-3
 """[s] Turns of the heading within less time than this are not resolved: the body turns about on the spot.
 

@@ -24,7 +24,7 @@ from slalom import kernels
 from slalom.checks import Array
 from slalom.kernels.arrays import Flags, Indices
 from slalom.relative_motion import RelativeMotion
-from slalom.tolerances import CONTACT, DEPTH, JUMP, STILL
+from slalom.tolerances import BALL_ROUNDING, CONTACT, DEPTH, DIVISOR_FLOOR, JUMP, STILL
 
 
 class Window(NamedTuple):
@@ -130,7 +130,7 @@ def may_meet(control: Array, bounding_radius: Array, window: Window) -> Flags:
     third = (relative[3] - relative[0]) / 3.0
     bulge = np.maximum(length(relative[1] - relative[0] - third), length(relative[2] - relative[3] + third))
     distance = chord_distance(relative[0], relative[3], np.zeros_like(third)) - 0.75 * bulge
-    return np.asarray(distance <= (bounding_radius + window.radius * control[:, 2].max(axis=0)) * (1.0 + 1e-9))
+    return np.asarray(distance <= (bounding_radius + window.radius * control[:, 2].max(axis=0)) * (1.0 + BALL_ROUNDING))
 
 
 Meets = Callable[[Indices, Array], Flags]
@@ -202,7 +202,7 @@ def discs_bend(window: Window) -> Bends:
             distance = np.minimum(chord_distance(start, middle, here), chord_distance(middle, end, here))
             far = (distance > window.radius + 2.0 * rise) & (np.maximum(turns[0], turns[1]) < 0.5)
             bent |= (off > window.tolerance) & ~far
-        inverse = 1.0 / np.maximum(np.stack([disc.shrinking for disc in discs]), 1e-9)
+        inverse = 1.0 / np.maximum(np.stack([disc.shrinking for disc in discs]), DIVISOR_FLOOR)
         # Valid between the three times too: the reciprocal cosine is below 1 by more than its variation.
         nested = inverse.max(axis=0) * 2.0 - inverse.min(axis=0) < 1.0
         return bent & ~nested, still

@@ -11,6 +11,7 @@ from slalom.fields import check_fields
 from slalom.limits import Limits
 from slalom.obstacle.obstacle import Obstacle
 from slalom.state import State
+from slalom.tolerances import SHORTEST_HORIZON
 
 
 @runtime_checkable
@@ -63,7 +64,7 @@ class SafeTime:
             time = min(max(now, obstacle.trajectory.span[0]), obstacle.trajectory.span[1])
             relative = state.velocity - obstacle.trajectory.velocity(time)
             times.append(float(np.linalg.norm(relative)) / limits.braking + self.extra)
-        return np.maximum(np.array(times, dtype=np.float64), 1e-3)
+        return np.maximum(np.array(times, dtype=np.float64), SHORTEST_HORIZON)
 
 
 HORIZONS: Final[dict[str, type[Horizon]]] = {"horizon_by_name": HorizonByName, "safe_time": SafeTime}

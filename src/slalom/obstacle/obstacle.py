@@ -12,7 +12,7 @@ from slalom.errors import InvalidInput
 from slalom.obstacle.headings import Headings
 from slalom.path import Path
 from slalom.shape import Disc, Shape
-from slalom.tolerances import AT_REST, LONGEST_FORECAST, LOOK_BACK
+from slalom.tolerances import AT_REST, LAST_DIRECTION, LONGEST_FORECAST, LOOK_BACK
 from slalom.trajectory import Composite, ConstantVelocity, Stationary, Trajectory
 from slalom.trajectory.direction import direction_path
 from slalom.uncertainty import Aged, Uncertainty
@@ -138,7 +138,7 @@ class Obstacle:
                 f"heading of obstacle {self.name!r}: expected one that moved before {t:g} s, found it at rest since "
                 f"{earliest:g} s; give the heading as an angle"
             )
-        pieces = direction_path(self.trajectory, earliest, t, 1e-3).points[:, 3]
+        pieces = direction_path(self.trajectory, earliest, t, LAST_DIRECTION).points[:, 3]
         last = pieces[np.any(pieces != 0.0, axis=1)][-1]
         return np.asarray(last / np.linalg.norm(last))
 

@@ -13,7 +13,7 @@ from slalom.obstacle.minkowski import MinkowskiSum, minkowski_sum
 from slalom.obstacle.obstacle import Obstacle
 from slalom.path import Path
 from slalom.shape import Shape
-from slalom.tolerances import INTERPOLATION, UNCERTAINTY_PIECES
+from slalom.tolerances import INTERPOLATION, SMALLEST_EXTENT, UNCERTAINTY_PIECES
 from slalom.trajectory import PiecewisePolynomial
 from slalom.trajectory.piecewise import cubic_paths
 
@@ -211,7 +211,7 @@ def rows_of(
         widths = obstacle.uncertainty.radius(path.times - decided, obstacle.dimension)
         radius, growth = path.error + widths[:-1], np.diff(widths)
     if obstacle.turns:
-        largest = max(float(shape.hull_radius.max()), 1e-3)
+        largest = max(float(shape.hull_radius.max()), SMALLEST_EXTENT)
         course = obstacle.directions(begin, end, INTERPOLATION / largest)
         times = np.union1d(path.times, course.times)
         k = np.clip(np.searchsorted(path.times, times[:-1], side="right") - 1, 0, len(growth) - 1)

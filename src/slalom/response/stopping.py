@@ -11,6 +11,7 @@ from slalom.checks import Array, Positive, positive
 from slalom.fields import check_fields
 from slalom.response.time_invariant import Coefficients, TimeInvariant
 from slalom.state import State
+from slalom.tolerances import WHOLE_COUNT
 
 
 class _Stopping(TimeInvariant):
@@ -72,7 +73,7 @@ class AccelerateThenStop(_Stopping):
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
         """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
         elapsed = np.maximum(time - self.hold, 0.0)
-        k = np.floor(elapsed / self.period + 1e-9)
+        k = np.floor(elapsed / self.period + WHOLE_COUNT)
         in_period = np.maximum(elapsed - k * self.period, 0.0)
         factor = 1.0 - self.rate * self.period
         speed = factor**k
@@ -83,7 +84,7 @@ class AccelerateThenStop(_Stopping):
 
     def knots(self, horizon: float, speed_bound: float) -> Array:
         braking = np.arange(self.hold, horizon, self.period)
-        if braking.size and horizon - braking[-1] < 1e-9 * self.period:
+        if braking.size and horizon - braking[-1] < WHOLE_COUNT * self.period:
             braking = braking[:-1]
         return np.concatenate([[0.0], braking, [horizon]])
 

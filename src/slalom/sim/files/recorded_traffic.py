@@ -18,6 +18,7 @@ from slalom.obstacle import Obstacle
 from slalom.shape import round_shape
 from slalom.sim.scenario import Robot, Scenario
 from slalom.state import State
+from slalom.tolerances import WHOLE_COUNT
 from slalom.trajectory import Stationary
 
 DEFAULT_KINDS: Final[Mapping[int, str]] = {2: "pedestrian", 3: "drone"}
@@ -196,7 +197,7 @@ def crossing(
 
 def ends_before(scenario: Scenario, end: float) -> list[str]:
     """Return a note if a run of a scenario until `end` [s] outlasted the recording; else none."""
-    if scenario.recorded is None or end <= scenario.recorded[1] + 1e-9 * abs(end):
+    if scenario.recorded is None or end <= scenario.recorded[1] + WHOLE_COUNT * abs(end):
         return []
     last = scenario.recorded[1]
     return [

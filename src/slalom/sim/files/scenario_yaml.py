@@ -24,6 +24,7 @@ from slalom.sim.files.schema_robot import HalfSpaceSpec, ObstacleSpec, RobotSpec
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, messages
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, too_long, whole_periods
 from slalom.state import State
+from slalom.tolerances import WHOLE_COUNT
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -239,7 +240,7 @@ class _Parts(Mistakes):
         duration = spec.duration
         if window and "duration" not in spec.model_fields_set:
             duration = end - start
-        elif window and start + duration > end + 1e-9 * abs(end):
+        elif window and start + duration > end + WHOLE_COUNT * abs(end):
             self.note(("duration",), f"expected at most {end - start:g} s, until the window ends, found {duration:g}")
         return {"start": start, "duration": duration, "recorded": (begin, end)}
 

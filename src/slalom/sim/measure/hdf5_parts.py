@@ -115,12 +115,15 @@ def listed(group: Group, name: str) -> list[Group]:
 def load_obstacle(group: Group) -> Obstacle:
     """Return an obstacle of a scenario."""
     doubt, over_time = group.groups.get("uncertainty"), group.groups.get("headings")
+    # Files of older versions do not say it.
+    at_rest = scalar(group.attributes, "contact_at_rest") if "contact_at_rest" in group.attributes else True
     return Obstacle(
         load_shape(member(group.groups, "shape")),
         load_part(member(group.groups, "trajectory"), TRAJECTORIES),
         text(group.attributes, "name"),
         scalar(group.attributes, "heading") if over_time is None else _headings(over_time),
         None if doubt is None else load_part(doubt, UNCERTAINTIES),
+        contact_at_rest=at_rest,
     ).of_scenario()
 
 

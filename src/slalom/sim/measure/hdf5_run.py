@@ -72,7 +72,7 @@ def _save_parts(run: Any, recording: "Recording") -> None:
         save_trajectory(group.create_group("goal"), goal.trajectory, *span)
     for k, obstacle in enumerate(recording.obstacles):
         group = run.create_group(f"obstacles/{k}")
-        group.attrs["name"] = obstacle.name
+        group.attrs.update(name=obstacle.name, contact_at_rest=obstacle.contact_at_rest)
         if isinstance(obstacle.heading, Headings):
             headings = group.create_group("headings")
             headings["times"], headings["angles"] = obstacle.heading.times, obstacle.heading.angles
