@@ -97,15 +97,15 @@ _FIGURES: Final = (
         "linear_vo",
         obstacles.linear_vo,
         "B keeps its velocity. The velocities of A that lead to a collision form a cone with its apex at the "
-        "velocity of B; the union of the temporal elements fills the cone.",
+        "velocity of B. The union of the temporal elements fills the cone.",
         "Left: workspace. Right: velocities. The VO of the next 10 s is grey, with some of its elements coloured by "
         "time. The dashed lines bound the part that a longer horizon would add, up to the apex.",
     ),
     _figure(
         "temporal_element",
         obstacles.temporal_element,
-        "The velocities that lead into B at one time t are a copy of B(t), scaled by 1/t about A (erratum 2: the "
-        "paper prints the inverse ratio).",
+        "The velocities that lead into B at one time t are a copy of B(t), scaled by 1/t about A. Erratum 2: the "
+        "paper prints the inverse ratio.",
         "Obstacle at 2 s and at 6 s, and its two elements between the same tangents from A.",
     ),
     _figure(
@@ -126,7 +126,7 @@ _FIGURES: Final = (
         "ao_nao",
         obstacles.ao_nao,
         "Accelerations that lead to a collision with an obstacle that keeps its acceleration (AO) or follows a known "
-        "path (NAO): unions of elements whose size decreases with the square of time.",
+        "path (NAO). They are unions of elements whose size decreases with the square of time.",
         "Car on the inner lane of a curve (16 m, 9.2 m/s) beside the robot's lane (20 m, 8 m/s; dashed). The AO "
         "extrapolates the present acceleration to a parabola that enters the robot's lane (dashed blue); the NAO "
         "uses the lane. The acceleration that keeps the robot on its own lane is in the AO and not in the NAO.",
@@ -136,8 +136,8 @@ _FIGURES: Final = (
         obstacles.ao_cone,
         "The AO is a straight cone with its apex at the obstacle's acceleration if the relative velocity w is zero, "
         "and bent otherwise.",
-        "The same obstacle (at 7 m, 4 m, radius 1.6 m) for w = 0 and two other relative velocities, horizon 8 s; the "
-        "dashed lines extend the cone to its apex.",
+        "The same obstacle (at 7 m, 4 m, radius 1.6 m) for w = 0 and two other relative velocities, horizon 8 s. "
+        "The dashed lines extend the cone to its apex.",
     ),
     _figure(
         "curved_road",
@@ -163,8 +163,8 @@ _FIGURES: Final = (
     _figure(
         "roundabout_exit",
         roundabout.roundabout_exit,
-        "The robot enters on the left and leaves at the top; the acceleration is chosen again on the NAO map at "
-        "given intervals, without a collision.",
+        "The robot enters on the left and leaves at the top, without a collision. The acceleration is chosen again "
+        "on the NAO map at given intervals.",
         f"Seed {roundabout.EXIT_SEED}, a decision every {roundabout.REPLAN:g} s. Each decision takes the free "
         "acceleration (chosen) nearest to the preferred one (hollow). That one turns the velocity to 8 m/s towards the "
         "exit within 1 s. Cars are coloured by the time at which the preferred acceleration would hit them. Thin: "
@@ -193,7 +193,7 @@ _CLAIMS: Final = (
     _claim(
         "sweep",
         lambda effort, advance: sweep.measure(effort.seeds, effort.jobs, effort.quick, advance),
-        "With NAO the roundabout is crossed without collisions; with AO the robot keeps adjusting its acceleration "
+        "With NAO the roundabout is crossed without collisions. With AO the robot keeps adjusting its acceleration "
         "to avoid the nearest vehicles, and collides several times.",
         "The paper's controller: at every decision one constant acceleration, found exactly, outside the NAO or AO.",
         300.0,
@@ -203,7 +203,7 @@ _CLAIMS: Final = (
         lambda effort, advance: claims_smooth.measure(effort.full_runs, effort.jobs, effort.quick, advance),
         "AO and NAO account for the constraints of the robot's dynamics better than the NLVO can.",
         "Acceleration and jerk of slalom's navigator with each method in the same roundabout, all limited to 4 m/s² "
-        "and 8 m/s: is motion smoother if accelerations are chosen instead of velocities?",
+        "and 8 m/s. Is motion smoother if accelerations are chosen instead of velocities?",
         60.0,
     ),
     _claim(
@@ -218,7 +218,7 @@ _CLAIMS: Final = (
         lambda effort, advance: claims_oscillation.measure(effort.fleet_runs, effort.jobs, effort.quick, advance),
         "Oscillations between robots come from inconsistent selection, not from velocity obstacles themselves.",
         "Robots that all use the same method swap positions on a circle, with the same obstacles and four ways of "
-        "selection: how often do they change the passing side, the heading and the chosen manoeuvre?",
+        "selection. How often do they change the passing side, the heading and the chosen manoeuvre?",
         270.0,
         oscillation.figure,
     ),

@@ -304,10 +304,10 @@ def cone(result: Result) -> list[str]:
         ),
         table(["w, m/s", "accelerations", "in the AO", "in the cone", "judged differently"], rows),
         paragraph(
-            "The claim holds. The paper does not define the sign of the relative velocity (erratum 6: w = v_A - v_B; "
-            "the AO reaches the acceleration of the obstacle from the side of -w). Let w be parallel to the line to "
+            "The claim holds. The paper does not define the sign of the relative velocity. Erratum 6: w = v_A - v_B. "
+            "The AO reaches the acceleration of the obstacle from the side of -w. Let w be parallel to the line to "
             "the obstacle. The centres of the elements still lie on a ray, but the elements have no two common "
-            "tangents: the AO is straight, but not a cone."
+            "tangents. The AO is straight, but not a cone."
         ),
     ]
 
