@@ -18,6 +18,7 @@ from slalom import (
     Navigator,
     Obstacle,
     Outcome,
+    Polyline,
     Sampled,
     State,
     Stationary,
@@ -79,6 +80,18 @@ def test_the_expected_contacts_are_those_of_the_definition() -> None:
         tails = [0.5 / (1.0 + abs(gap) / (0.2 + 0.1 * t)) ** 2 for gap in gaps]
         expected = sum(1.0 - tail if gap < 0.0 else tail for gap, tail in zip(gaps, tails, strict=True))
         assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_decision_that_is_not_safe_costs_a_contact_after_the_last_moment() -> None:
+    """Between two walls that close in faster than the robot; the same motion that is safe costs only its closeness."""
+    wall = Polyline([(0.0, -9.0), (0.0, 9.0)], 0.05)
+    others = [Obstacle(wall, ConstantVelocity([2.0 * side, 0.0], [-2.0 * side, 0.0])) for side in (-1.0, 1.0)]
+    decision = ahead(0.0).decide(State([0.0, 0.0], [0.0, 0.0]), others, GOAL)
+    assert not decision.outcome.safe
+    robot = ExpectedLoss(ahead(), loss=50.0)
+    safe = replace(decision, outcome=Outcome.CONTINUED)
+    more = robot.cost(decision, others, GOAL, 0.0) - robot.cost(safe, others, GOAL, 0.0)
+    assert more == pytest.approx(50.0 * 0.6**4)
 
 
 def test_a_future_counts_with_its_probability() -> None:

@@ -144,7 +144,7 @@ class ExpectedLoss:
 
         Without a known arrival the time is an estimate: three times the span of the moments, and the rest of the way at
         the maximum speed. The rest begins at the position at the last moment. The first term exceeds the span, so that
-        a known arrival is preferred.
+        a known arrival is preferred. A decision that is not safe costs a contact in the stage after the last moment.
         """
         motions = self._motions(each_of(obstacles), now)
         return self._cost(decision, self._ahead(motions, self._times(now), now, scales), goal, now)
@@ -187,7 +187,9 @@ class ExpectedLoss:
         if isinstance(decision, SequenceDecision) and np.isfinite(decision.arrival):
             return decision.arrival - now
         left = float(np.linalg.norm(end - goal.trajectory.position(now))) / self.robot.navigator.limits.max_speed
-        return 3.0 * float(self._times(0.0)[-1]) + left
+        safe = decision.outcome.safe or decision.outcome is Outcome.LIKELY
+        later = 0.0 if safe else self.loss * LOSS_DISCOUNT ** (LOSS_TIMES // LOSS_STEPS)
+        return 3.0 * float(self._times(0.0)[-1]) + left + later
 
     def _ahead(
         self, motions: Sequence[Obstacle], times: Array, now: float, scales: Mapping[str, float] | None
