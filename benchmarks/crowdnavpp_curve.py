@@ -73,7 +73,7 @@ def picture(runs: Sequence[dict[str, Any]]) -> Figure:
         column[0].spines["bottom"].set_visible(False)
         column[1].set_xlabel("mean time of successes [s]")
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     return figure
 
 
