@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import UNCERTAINTY, Array, flag, has, listing, not_negative
+from slalom.checks import UNCERTAINTY, Array, flag, has, listing, mapping, not_negative
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import DecisionInputs, completed, made
@@ -208,7 +208,7 @@ class ExpectedLoss:
     ) -> "_Ahead":
         """The obstacles at `times` (m,) [s]."""
         given = {} if scales is None else scales
-        has(given, ("get", "keys"), "factors by names of obstacles", "scales")
+        mapping(given, "factors by names of obstacles", "scales")
         factors = [not_negative(given.get(motion.name, 1.0), f"scales[{motion.name!r}]") for motion in motions]
         own, d = self.robot.navigator.robot.bounding_radius, self.robot.navigator.robot.dimension
         positions, present = np.zeros((len(motions), len(times), d)), np.ones((len(motions), len(times)), np.bool_)
