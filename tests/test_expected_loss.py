@@ -1,6 +1,7 @@
 """Laws of the robot that weighs time against closeness."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from scipy.spatial.distance import cdist
 
 from slalom import (
     BoundedError,
+    Composite,
     ConstantVelocity,
     Disc,
     ExpectedLoss,
@@ -25,6 +27,7 @@ from slalom import (
     Tracks,
     method,
 )
+from slalom.forecast import AtConstantTurn, AtConstantVelocity, Forecast, FromPast, Present
 
 GOAL = Goal(Stationary([9.0, 0.0]), 0.3)
 START = State([0.0, 0.0], [1.0, 0.0])
@@ -190,6 +193,8 @@ def test_errors_that_are_larger_cost_more() -> None:
     assert narrow.cost(decision, [one, other], GOAL, 0.0, {"a": 9.0}) > narrow.cost(decision, [one, other], GOAL, 0.0)
     with pytest.raises(InvalidInput, match=r"scales\['a'\]: expected 0 or more, found -1"):
         narrow.decide(START, [one], GOAL, scales={"a": -1.0})
+    with pytest.raises(InvalidInput, match=r"scales: expected factors by names of obstacles, found \[1.0\]"):
+        narrow.decide(START, [one], GOAL, scales=[1.0])
 
 
 def test_an_obstacle_may_end_within_the_first_stage_of_a_deviation() -> None:
@@ -201,6 +206,49 @@ def test_an_obstacle_may_end_within_the_first_stage_of_a_deviation() -> None:
     long = robot.decide(START, [Obstacle(Disc(0.3), ConstantVelocity([-0.5, 0.68], [3.0, 0.0]))], GOAL)
     assert short.outcome is long.outcome is Outcome.DEVIATING
     np.testing.assert_allclose(motion(short), motion(long), atol=1e-6)
+
+
+@pytest.mark.parametrize("forecast", [AtConstantVelocity(), FromPast(AtConstantTurn()), Present()])
+def test_a_deviation_uses_nothing_that_comes_later(forecast: Forecast) -> None:
+    """Obstacles that turn off or appear after the decision, and within the first stage, change no bit of it."""
+    navigator = ahead(0.0).navigator
+    robot = LookAhead(replace(navigator, method=replace(navigator.method, forecast=forecast)))
+    weighing, outcomes = ExpectedLoss(robot, loss=200.0, spread=BoundedError(0.02, 0.0, 0.1)), set()
+    for seed in range(6):
+        rng, scenes = np.random.default_rng(seed), ([], [Obstacle(Disc(0.5), Sampled([0.1, 9.0], [[1.0, 0.0]] * 2))])
+        for place, velocity, turned in zip(rng.normal(size=(5, 2)), *rng.normal(size=(2, 5, 2)), strict=True):
+            place *= 2.0 + 0.6 / np.linalg.norm(place)
+            straight = ConstantVelocity(place, velocity)
+            corner = ConstantVelocity(straight.position(0.02), turned, 0.02)
+            later = straight if isinstance(forecast, Present) else Composite((straight, corner), (0.02,))
+            for scene, trajectory in zip(scenes, (straight, later), strict=True):
+                scene.append(Obstacle(Disc(0.3), trajectory))
+        first, second = (weighing.decide(START, scene, GOAL) for scene in scenes)
+        outcomes.add(first.outcome)
+        np.testing.assert_array_equal(motion(first), motion(second))
+    assert Outcome.DEVIATING in outcomes
+
+
+def test_without_a_spread_only_contacts_count() -> None:
+    """By a spread of 0 or a scale of 0: 1 for a contact, 1/2 for touching, 0 beyond, and no warning."""
+    others = [Obstacle(Disc(0.25), Stationary([x, 2.0]), "a") for x in (0.0, 0.75, 3.0)]
+    robot, times = replace(ahead(), navigator=replace(ahead().navigator, robot=Disc(0.5))), np.array([0.5])
+    for spread, scales in ((BoundedError(), None), (BoundedError(0.1), {"a": 0.0})):
+        weighing = ExpectedLoss(robot, spread=spread)
+        with np.errstate(all="raise", under="ignore"):
+            assert weighing.contacts(np.array([[0.0, 2.0]]), others, times, 0.0, scales) == pytest.approx(1.5)
+            assert weighing.contacts(np.array([[9.0, 9e6]]), others, times, 0.0, scales) == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("name", ["nao", "nao_ahead"])
+def test_a_decision_of_a_search_is_not_written(tmp_path: Path, name: str) -> None:
+    """A navigator alone would not repeat it; the file would say otherwise."""
+    robot = LookAhead(replace(ahead().navigator, method=method(name)))
+    others = [Obstacle(Disc(0.3), ConstantVelocity([-0.5, 0.68], [3.0, 0.0]))]
+    settings = {"margins": (0.0,), "shares": (1.0,), "loss": 200.0, "spread": BoundedError(0.02, 0.0, 0.1)}
+    for decision in (robot.decide(START, others, GOAL), ExpectedLoss(robot, **settings).decide(START, others, GOAL)):
+        with pytest.raises(InvalidInput, match=f"found one of a search with {name}, which goes on"):
+            decision.dump(tmp_path / "decision.json")
 
 
 def test_a_higher_loss_keeps_more_distance() -> None:

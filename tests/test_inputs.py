@@ -535,6 +535,12 @@ DECISIONS = [
         lambda folder: decision([CURVE]).dump(folder / "d.json"),
     ),
     Case(
+        "told_apart",
+        InvalidInput,
+        r"tracks\.ids: expected different ones, by which tracks are told apart; found a twice",
+        lambda _: slalom.Calibration().observe(Tracks(np.eye(2), np.eye(2), 0.3, ids=("a", "a"))),
+    ),
+    Case(
         "document",
         InvalidInput,
         r"decision: expected one that a navigator made, found one without inputs",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slalom import AvoidingCrowd, BoundedError, InvalidInput, Tracks
+from slalom import AvoidingCrowd, BoundedError, Calibration, InvalidInput, Reciprocity, State, Tracks
 
 PERIOD = 0.25
 
@@ -161,3 +161,16 @@ def test_wrong_input_is_refused() -> None:
     with pytest.raises(InvalidInput, match=r"tracks.t: expected a time after 1 s, that of the last; found 1"):
         crowd.predict(Tracks([[0.0, 0.0]], [[1.0, 0.0]], 0.3, 1.0))
     assert set(crowd.preferred) == {0}
+
+
+@pytest.mark.parametrize("ids", [("a", "a"), (1, "1")])
+def test_ids_that_are_equal_are_refused(ids: tuple[object, object]) -> None:
+    """Two tracks of one id would pass for one agent that jumps, and two of one name have one scale."""
+    tracks = Tracks([[0.0, 0.0], [5.0, 5.0]], [[1.0, 0.0], [0.0, 1.0]], 0.3, ids=ids)
+    for use in (
+        AvoidingCrowd(0.25).predict,
+        Calibration().observe,
+        lambda observed: Reciprocity(0.3).update(State([2.0, 2.0], [0.0, 0.0]), observed),
+    ):
+        with pytest.raises(InvalidInput, match=f"tracks.ids: expected different ones, .* found {ids[1]} twice"):
+            use(tracks)

@@ -10,7 +10,19 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import TRACKS, UNCERTAINTY, Array, Fraction, Positive, array_of, has, listing, number, positive
+from slalom.checks import (
+    TRACKS,
+    UNCERTAINTY,
+    Array,
+    Fraction,
+    Positive,
+    array_of,
+    has,
+    listing,
+    number,
+    positive,
+    told_apart,
+)
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
 from slalom.forecast import AtConstantVelocity, Forecast
@@ -107,9 +119,10 @@ class Calibration:
             tracks: the observation of one time, with ids that stay the same.
 
         Raises:
-            InvalidInput: a time that is not after that of the last call.
+            InvalidInput: a time that is not after that of the last call; two equal ids.
         """
         has(tracks, *TRACKS, "tracks")
+        told_apart(tracks.ids, "tracks.ids")
         if not tracks.t > self._now:
             raise InvalidInput(
                 f"tracks.t: expected a time after {self._now:g} s, that of the last call; found {tracks.t:g}"

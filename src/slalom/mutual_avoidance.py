@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import TRACKS, UNCERTAINTY, Array, NotNegative, Positive, has, whole
+from slalom.checks import TRACKS, UNCERTAINTY, Array, NotNegative, Positive, has, told_apart, whole
 from slalom.errors import InvalidInput, OutsideSpan
 from slalom.fields import check_fields
 from slalom.kernels.arrays import Flags, Indices
@@ -134,9 +134,10 @@ class AvoidingCrowd:
         with the model. An agent that is no longer observed is forgotten.
 
         Raises:
-            InvalidInput: something else than tracks, tracks in space, a time that is not after the last.
+            InvalidInput: something else than tracks, tracks in space, two equal ids, a time that is not after the last.
         """
         has(tracks, *TRACKS, "tracks")
+        told_apart(tracks.ids, "tracks.ids")
         if tracks.dimension != 2:
             raise InvalidInput(f"tracks: expected them in the plane, found dimension {tracks.dimension}")
         if not tracks.t > self._now:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slalom.checks import STATE, TRACKS, Array, NotNegative, Positive, has, not_before
+from slalom.checks import STATE, TRACKS, Array, NotNegative, Positive, has, not_before, told_apart
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
 from slalom.obstacle.tracks import Tracks
@@ -62,11 +62,12 @@ class Reciprocity:
         Agents are told apart by their ids; those that are no longer observed are forgotten.
 
         Raises:
-            InvalidInput: something else than a state and tracks, different dimensions, tracks that are older than the
-                last.
+            InvalidInput: something else than a state and tracks, different dimensions, two equal ids, tracks
+                that are older than the last.
         """
         has(state, *STATE, "state")
         has(tracks, *TRACKS, "tracks")
+        told_apart(tracks.ids, "tracks.ids")
         if tracks.dimension != state.dimension:
             raise InvalidInput(
                 f"tracks: expected dimension {state.dimension} as of the state, found {tracks.dimension}"

@@ -77,6 +77,7 @@ class DecisionInputs(NamedTuple):
     now: float
     budget: float | None
     previous: Commitment | None
+    searched: bool = False  # whether a search over sequences made the decision: the navigator alone does not repeat it
 
 
 @dataclass(frozen=True, eq=False, repr=False)

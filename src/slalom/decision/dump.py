@@ -64,9 +64,11 @@ def dump(decision: "Decision", file: FilePath) -> None:
 def document(decision: "Decision") -> dict[str, Any]:
     """The inputs and the result of a decision as texts, finite numbers and lists: floats are exact."""
     made = decision.inputs
-    if made is None or made.navigator.method.looks_ahead:
+    if made is None or made.searched or made.navigator.method.looks_ahead:
         found = (
-            "one without inputs" if made is None else f"one of {made.navigator.method.name}, which goes on searching"
+            "one without inputs"
+            if made is None
+            else f"one of a search with {made.navigator.method.name}, which goes on"
         )
         raise InvalidInput(f"decision: expected one that a navigator made, found {found}")
     return {

@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import UNCERTAINTY, Array, flag, has, listing, not_negative
+from slalom.checks import UNCERTAINTY, Array, flag, has, listing, mapping, not_negative
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import DecisionInputs, completed, made
 from slalom.errors import InvalidInput
+from slalom.forecast import EXACT, Present
 from slalom.goal import Goal
 from slalom.kernels.arrays import Flags
 from slalom.lookahead.deviations import Deviations
@@ -30,6 +31,9 @@ from slalom.tolerances import (
     WHOLE_COUNT,
 )
 from slalom.uncertainty import BoundedError, Scaled, Uncertainty
+
+_NO_SPREAD = 1e-100
+"""[m] In place of 0. A gap divided by it has a finite square."""
 
 
 @dataclass(frozen=True)
@@ -114,10 +118,20 @@ class ExpectedLoss:
         if not self.deviates or delay > 0.0:
             return best[1]
         moment = _Moment(state, obstacles, motions, ahead, goal, now, previous)
-        robot, around = robots[0]
-        # A trajectory may end within the first stage.
-        follower = robot, [obstacle.known_at(now) for obstacle in around]
-        return self._deviation(best, moment, follower) or best[1]
+        return self._deviation(best, moment, self._follower(*robots[0], now)) or best[1]
+
+    @staticmethod
+    def _follower(robot: LookAhead, around: Sequence[Obstacle], now: float) -> tuple[LookAhead, Sequence[Obstacle]]:
+        """The robot that plans from the end of a first stage on, and the obstacles as they are predicted at `now` [s].
+
+        A forecast made at the end of the stage would observe the obstacles then, which is not known yet.
+        """
+        navigator = robot.navigator
+        motions = motions_of(navigator, around, now)
+        if isinstance(navigator.method.forecast, EXACT):
+            return robot, motions
+        method = replace(navigator.method, forecast=Present())
+        return replace(robot, navigator=replace(navigator, method=method)), motions
 
     def _robots(self, obstacles: Sequence[Obstacle], now: float) -> list[tuple[LookAhead, Sequence[Obstacle]]]:
         """The robot with each margin, and the obstacles with the share of that margin."""
@@ -196,6 +210,7 @@ class ExpectedLoss:
     ) -> "_Ahead":
         """The obstacles at `times` (m,) [s]."""
         given = {} if scales is None else scales
+        mapping(given, "factors by names of obstacles", "scales")
         factors = [not_negative(given.get(motion.name, 1.0), f"scales[{motion.name!r}]") for motion in motions]
         own, d = self.robot.navigator.robot.bounding_radius, self.robot.navigator.robot.dimension
         positions, present = np.zeros((len(motions), len(times), d)), np.ones((len(motions), len(times)), np.bool_)
@@ -205,7 +220,7 @@ class ExpectedLoss:
             positions[k, there] = motion.trajectory.position(times[there])
         radii = np.array([own + motion.shape.bounding_radius for motion in motions])
         weights = np.array([motion.probability for motion in motions])
-        spread = np.outer(factors, self.spread.radius(times - now, d)).clip(1e-300)
+        spread = np.outer(factors, self.spread.radius(times - now, d)).clip(_NO_SPREAD)
         return _Ahead(positions, present, radii, spread, weights)
 
     def _deviation(
@@ -231,7 +246,8 @@ class ExpectedLoss:
         blocked = ControlObstacle(manoeuvre.response, moment.state, table, navigator.robot, 0.0)
         decision = Decision(manoeuvre, Outcome.DEVIATING, manoeuvre.control, made(blocked))
         inputs = DecisionInputs(
-            navigator, moment.state, tuple(listed(moment.obstacles)), moment.goal, None, now, None, None
+            *(navigator, moment.state, tuple(listed(moment.obstacles)), moment.goal, None, now, None, None),
+            searched=True,
         )
         return completed(decision, inputs, moment.previous, None, np.inf)
 

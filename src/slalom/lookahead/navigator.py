@@ -122,7 +122,9 @@ class LookAhead:
         planned = self._keep_or_improve(scene) or self._plan(scene)
         if not isinstance(planned, SequenceDecision):
             return planned
-        inputs = DecisionInputs(self.navigator, state, tuple(listed(obstacles)), goal, None, now, None, None)
+        inputs = DecisionInputs(
+            self.navigator, state, tuple(listed(obstacles)), goal, None, now, None, None, searched=True
+        )
         return completed(planned, inputs, previous, None, np.inf)
 
     def _prediction(
