@@ -24,6 +24,7 @@ from slalom import (
     ObstacleWindow,
     PiecewisePolynomial,
     Sampled,
+    Sight,
     State,
     Stationary,
 )
@@ -170,3 +171,20 @@ def test_what_continues_continues_in_a_scenario() -> None:
 def test_another_word_is_refused() -> None:
     with pytest.raises(InvalidInput, match=r"expected one of unknown, continues, leaves; found 'vanishes'"):
         Obstacle(PERSON, Stationary((0.0, 0.0)), after_end="vanishes")
+
+
+@pytest.mark.parametrize("any_motion", [False, True])
+def test_sight_sees_what_continues_and_refuses_what_is_unknown(any_motion: bool) -> None:
+    """A continued walker is seen where it is by then, and one that left is not."""
+    times = np.array([0.0, 0.5, 1.0])
+    walk = Sampled(times, [(2.0, t - 3.0) for t in times])
+    sight = Sight(range=4.0, hidden_speed=1.0, any_motion=any_motion)
+    for after_end, expected in (("continues", True), ("leaves", False)):
+        walker = Obstacle(PERSON, walk, "walker", after_end=after_end)
+        found = sight.look(State((0.0, 0.0), (1.0, 0.0)), [walker], 3.0)
+        assert found.visible.tolist() == [expected]
+        assert found.seen == ((walker,) if expected else ())
+        places = [np.round(o.trajectory.position(3.0), 9).tolist() for o in found.hidden if o.name == "walker"]
+        assert places == ([[2.0, 0.0]] if expected and any_motion else [])
+    with pytest.raises(InvalidInput, match="known at 3 s, found one that ended at 1 s"):
+        sight.look(State((0.0, 0.0), (1.0, 0.0)), [Obstacle(PERSON, walk, "walker")], 3.0)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 
 from slalom import (
     METHODS,
@@ -126,3 +126,15 @@ def test_files_hold_headings(tmp_path: Path) -> None:
         np.testing.assert_array_equal(found.heading.times, DOOR.heading.times)
         np.testing.assert_array_equal(found.heading.angles, DOOR.heading.angles)
     assert Recording.load(tmp_path / "door.h5").digest() == recording.digest()
+
+
+@given(st.floats(-1e4, 1e4), st.lists(st.integers(-3, 3), min_size=2, max_size=6))
+@example(-82.21287195074561, [0, 3, -3, 0])
+def test_headings_from_the_angles_of_others_are_the_same(first: float, halves: list[int]) -> None:
+    """To the bit, as files need it, also after half turns, for which rounding decides."""
+    angles = first + np.pi * np.array(halves)
+    headings = Headings(np.arange(len(angles)), angles)
+    again = Headings(headings.in_files["times"], headings.in_files["angles"])
+    times = np.linspace(-0.5, len(angles), 40)
+    np.testing.assert_array_equal(again.angle(times), headings.angle(times))
+    np.testing.assert_array_equal(headings.angles, angles)

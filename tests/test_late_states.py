@@ -16,6 +16,7 @@ from slalom import (
     Obstacle,
     State,
     Stationary,
+    TurningRadius,
     Velocity,
     method,
 )
@@ -124,6 +125,21 @@ def test_a_delay_without_a_commitment_keeps_the_velocity() -> None:
     late, prompt = (robot().decide(s, PEOPLE, GOAL, now=2.0, delay=age) for s, age in ((state, 0.3), (later, 0.0)))
     np.testing.assert_allclose(late.manoeuvre.state.position, later.position)
     np.testing.assert_allclose(late.manoeuvre.control, prompt.manoeuvre.control, atol=1e-9)
+
+
+def test_a_late_state_keeps_its_heading() -> None:
+    """A parked car leaves along its heading, whatever the age of its state."""
+    facing = 1.2
+    limits = Limits(2.0, 1.5, bounds=(TurningRadius(2.0),))
+    car = Navigator(method("nao"), Disc(0.3), limits)
+    parked = State((0.0, 0.0), (0.0, 0.0), heading=facing)
+    first = car.decide(parked, [], GOAL, now=0.0)
+    for previous, delay in ((None, 0.1), (None, 0.0), (first, 0.1)):
+        decision = car.decide(parked, [], GOAL, now=0.1, previous=previous, delay=delay)
+        assert decision.inputs.state.heading == facing
+        moved = decision.manoeuvre.position(0.4) - decision.manoeuvre.position(0.1)
+        assert np.linalg.norm(moved) > 0.01
+        assert abs(moved[0] * np.sin(facing) - moved[1] * np.cos(facing)) < 1e-6
 
 
 def test_the_commitments_of_a_search_are_kept_too() -> None:

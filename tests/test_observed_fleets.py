@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from draws import draws
 
-from slalom import METHODS, Disc, Fleet, Limits, Outcome
+from slalom import METHODS, ConstantVelocity, Disc, Fleet, Limits, Obstacle, Outcome, Sight
 from slalom.sim.run.robot_states import integrate
 
 DT, WORLDS, EACH = 0.1, 40, 3
@@ -62,3 +62,17 @@ def test_a_safe_decision_holds_for_one_period_whatever_the_others_do(seed: int) 
     assert tested > 1000
     assert nearest >= -1e-6
     assert nearest < margin
+
+
+@pytest.mark.parametrize("velocity", [0.0, 0.3])
+def test_robots_see_where_their_bodies_face(velocity: float) -> None:
+    """One that backs away from a car sees it only if it faces it."""
+    car = Obstacle(Disc(0.5), ConstantVelocity((3.0, 0.0), (-1.5, 0.0)), "car")
+    found = []
+    for facing, obstacles in ((0.0, [car]), (np.pi, [car]), (0.0, [])):
+        fleet = Fleet(METHODS["nao"], Disc(0.3), Limits(1.0, 1.0), robots=1, obstacles=obstacles, sight=Sight(9.0, 1.0))
+        decided = fleet.step(0.0, [(0.0, 0.0)], [(-velocity, 0.0)], [(-8.0, 0.0)], headings=[facing])
+        found.append(decided.accelerations[0])
+    seen, unseen, alone = found
+    assert np.linalg.norm(seen - alone) > 0.01
+    np.testing.assert_array_equal(unseen, alone)

@@ -136,6 +136,18 @@ def test_so_is_one_with_late_sight_or_messages(method, settings):
     assert np.allclose(other.positions - np.array(SHIFTS), one.positions, atol=1e-7)
 
 
+def test_a_robot_alone_meets_images_of_bodies_that_turn():
+    """A bar along its motion, three periods away."""
+    bar = Obstacle(Rectangle(2.4, 0.4), Circular((4.0, 2.0), 2.0, 1.0, 3.0), "bar", "motion")
+    plain = Scenario("alone", (robot(0, (0, 0), (9, 0)),), (bar,), duration=6.0, horizon=4.0)
+    one = simulate(plain, METHODS["nao"])
+    far = displaced(bar, np.array([48.0, 0.0]))
+    other = simulate(replace(plain, obstacles=(far,), period=(16.0, np.inf)), METHODS["nao"])
+    assert np.abs(one.positions[:, 0, 1]).max() > 0.1
+    # Choices at the border of a body that turns are known to about CONTACT only.
+    assert np.allclose(other.positions, one.positions, atol=1e-3)
+
+
 @pytest.mark.parametrize("method", ["nao", "vo"])
 def test_a_robot_alone_meets_images_of_obstacles(method):
     """A rock at rest a period away, and a car that drives three periods away."""

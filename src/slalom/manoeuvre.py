@@ -143,7 +143,7 @@ def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, 
 
     Each of the `manoeuvres`, in the order of their starts, lasts until the next one starts. The robot makes their
     changes of position and velocity; its deviation from them stays as it is. Before the first one it keeps its
-    velocity.
+    velocity. A heading of the state stays as it was measured.
     """
     position, velocity, acceleration, time = state.position, state.velocity, state.acceleration, measured
     starts = [*(manoeuvre.start for manoeuvre in manoeuvres), np.inf]
@@ -157,7 +157,7 @@ def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, 
             error = velocity - manoeuvre.velocity(time)
         position = position + manoeuvre.position(end) - manoeuvre.position(time) + (end - time) * error
         velocity, acceleration, time = manoeuvre.velocity(end) + error, manoeuvre.acceleration(end), end
-    return State(position + (now - time) * velocity, velocity, acceleration)
+    return State(position + (now - time) * velocity, velocity, acceleration, state.heading)
 
 
 def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> Manoeuvre:

@@ -121,7 +121,8 @@ class Sight:
                 have reached them. None: only the visible region is known.
 
         Raises:
-            InvalidInput: a state or obstacles in space; a time before that of `previous`.
+            InvalidInput: a state or obstacles in space; a time before that of `previous`; an obstacle whose trajectory
+                ended before, see `Obstacle.after_end`.
         """
         has(state, *STATE, "state")
         now = number(now, "now")
@@ -133,10 +134,12 @@ class Sight:
             if dimension != 2:
                 raise InvalidInput(f"sight: expected a scene in the plane, found dimension {dimension}")
         sensor, heading = shapely.Point(state.position), _heading(state, previous)
+        # After the end of their trajectories.
+        known_now = [o.known_at(now) for o in given]
         fixed = tuple(o for o in given if o.at_rest and o.contact_at_rest)
         parts, seam = _walls(fixed)
         numbers = [k for k, o in enumerate(given) if not o.at_rest and o.exists(now)]
-        bodies = [_body(given[k], now) for k in numbers]
+        bodies = [_body(known_now[k], now) for k in numbers]
         region = self._field(state.position, heading)
         if self.occlusion != "none":
             region = region.difference(self._shadow(state.position, parts))
@@ -203,7 +206,7 @@ class Sight:
         growth = BoundedError(SIGHT_ERROR, self.hidden_speed)
         hidden = [_edge(line, growth) for line in _lines(frontier)]
         if self.any_motion:
-            hidden += [_anywhere(o, found.time, growth) for o in found.seen if not o.at_rest]
+            hidden += [_anywhere(o.known_at(found.time), found.time, growth) for o in found.seen if not o.at_rest]
         return replace(found, clear=clear, frontier=frontier, hidden=tuple(hidden))
 
 

@@ -107,7 +107,8 @@ class Fleet(CommittedFleet):
             accelerations: (n, d) [m/s^2] applied up to now; None: those of the last decision.
             tolerances: (n,) or one number [m], see `Goal`. stop: (n,) or one, whether to stop at the target.
             present: (n,) whether a robot is in the scene; None: all. A robot joins at its first step in the scene.
-            headings: (n,) [rad] of the bodies, for bounds in their frames; None: along the velocities.
+            headings: (n,) [rad] of the bodies, for bounds in their frames and the field of view; None: along the
+                velocities.
             others: bodies that do not avoid this fleet: observed `Tracks`, or the `manoeuvres` of another fleet.
 
         Raises:

@@ -45,7 +45,7 @@ class Observer:
                 not in the result.
             ahead: (2,) [m] a point that a robot faces which has not moved yet.
         """
-        if self.last is None and not state.velocity.any():
+        if self.last is None and state.heading is None and not state.velocity.any():
             x, y = ahead - state.position
             state = State(state.position, state.velocity, state.acceleration, float(np.arctan2(y, x)))
         self.last = self.sight.look(state, (*obstacles, *robots), now, self.last)
@@ -79,7 +79,8 @@ def decide_by_sight(
     ]
     for k in some.tolist():
         others = [j for j in range(len(robots)) if j != k and table.present[j]]
-        state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d])
+        heading = None if fleet.headings is None else float(fleet.headings[k])
+        state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d], heading)
         seen = fleet.observers[k].look(state, obstacles, now, table.target[k, :d], [robots[j] for j in others])
         if not policy.method.shared:
             present = np.zeros(len(robots), np.bool_)

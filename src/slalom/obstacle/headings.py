@@ -1,6 +1,7 @@
 """Headings of bodies that are known by themselves, as recordings and trackers state them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from slalom.path import Path, even_knots, hermite, hermite_step
 class Headings:
     """Heading of a body at time stamps, linear between them; before the first and after the last it stays as it is.
 
-    A step of pi or more between stamps counts as the shorter turn.
+    A step of pi or more between stamps counts as the shorter turn. For one of pi rounding decides.
 
     Args:
         times: (n,) [s], increasing.
@@ -38,9 +39,11 @@ class Headings:
             )
         if np.any(np.diff(times) <= 0.0):
             raise InvalidInput(f"times: expected increasing times, found {short(times)}")
-        continuous = np.unwrap(angles)
-        continuous.setflags(write=False)
-        object.__setattr__(self, "angles", continuous)
+
+    @cached_property
+    def _continuous(self) -> Array:
+        """The angles (n,) [rad] without jumps. Files hold those that were given: after a half turn these may differ."""
+        return np.asarray(np.unwrap(self.angles))
 
     @property
     def in_files(self) -> dict[str, list[float]]:
@@ -49,7 +52,7 @@ class Headings:
 
     def angle(self, t: npt.ArrayLike) -> Array:
         """Angles (...) [rad] at times t (...) [s]."""
-        return np.asarray(np.interp(np.asarray(t, dtype=np.float64), self.times, self.angles))
+        return np.asarray(np.interp(np.asarray(t, dtype=np.float64), self.times, self._continuous))
 
     def direction(self, t: npt.ArrayLike) -> Array:
         """Unit vectors (..., 2) at times t (...) [s]."""

@@ -20,6 +20,7 @@ from slalom.obstacle.obstacle import Obstacle
 from slalom.path import Path
 from slalom.tolerances import IMAGES, INTERPOLATION
 from slalom.trajectory import Stationary, Trajectory
+from slalom.trajectory.direction import moving_direction
 
 Period = tuple[float, ...]
 
@@ -123,6 +124,10 @@ class Displaced:
 
     def acceleration_bound(self, start: float, end: float) -> float:
         return self.of.acceleration_bound(start, end)
+
+    def direction(self, start: float, end: float, tolerance: float) -> Path:
+        """Direction of the motion in certified pieces, see `direction.Directed`."""
+        return moving_direction(self.of, start, end, tolerance)
 
     def path(self, start: float, end: float) -> Path:
         path = self.of.path(start, end)
