@@ -206,17 +206,6 @@ def listing(value: object, expected: str, name: str) -> None:
         raise InvalidInput(f"{name}: expected {expected}, found {shown(value)}")
 
 
-def told_apart(ids: Sequence[object], name: str) -> None:
-    """Raise InvalidInput if two of the ids are equal, or are the same text."""
-    seen = set[str]()
-    for text_of_id in map(str, ids):
-        if text_of_id in seen:
-            raise InvalidInput(
-                f"{name}: expected different ones, by which tracks are told apart; found {text_of_id} twice"
-            )
-        seen.add(text_of_id)
-
-
 def pair(value: Any, expected: str, name: str) -> tuple[Any, Any]:
     """The two members of a `value` in order. Raises InvalidInput for something else."""
     listing(value, expected, name)

@@ -21,12 +21,11 @@ from slalom.checks import (
     listing,
     number,
     positive,
-    told_apart,
 )
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
 from slalom.forecast import AtConstantVelocity, Forecast
-from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.tracks import Tracks, told_apart
 from slalom.tolerances import CONFORMAL_ERRORS, CONFORMAL_FEW, CONFORMAL_RATE, FIT_SLACK, WHOLE_COUNT
 from slalom.trajectory import Trajectory
 from slalom.uncertainty import BoundedError, Uncertainty

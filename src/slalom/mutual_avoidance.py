@@ -7,12 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import TRACKS, UNCERTAINTY, Array, NotNegative, Positive, has, told_apart, whole
+from slalom.checks import TRACKS, UNCERTAINTY, Array, NotNegative, Positive, has, whole
 from slalom.errors import InvalidInput, OutsideSpan
 from slalom.fields import check_fields
 from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle import Obstacle
-from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.tracks import Tracks, told_apart
 from slalom.path import Path, hermite_pieces
 from slalom.shape import Disc
 from slalom.tolerances import (

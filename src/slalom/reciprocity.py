@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from slalom.checks import STATE, TRACKS, Array, NotNegative, Positive, has, not_before, told_apart
+from slalom.checks import STATE, TRACKS, Array, NotNegative, Positive, has, not_before
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
-from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.tracks import Tracks, told_apart
 from slalom.state import State
 
 

@@ -288,6 +288,17 @@ def _window(forecast: Hashable, since: float, horizon: float, parts: int) -> Lin
     return LinearForecast(path.times - since, path.points)
 
 
+def told_apart(ids: Sequence[object], name: str) -> None:
+    """Raise InvalidInput if two of the ids are equal, or are the same text."""
+    seen = set[str]()
+    for text_of_id in map(str, ids):
+        if text_of_id in seen:
+            raise InvalidInput(
+                f"{name}: expected different ones, by which tracks are told apart; found {text_of_id} twice"
+            )
+        seen.add(text_of_id)
+
+
 def _span(duration: float) -> float:
     """A power of 2 [s] of at least a duration [s] and 1 s."""
     return float(2.0 ** np.ceil(np.log2(max(duration, 1.0))))
