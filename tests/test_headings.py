@@ -15,6 +15,7 @@ from slalom import (
     Disc,
     Goal,
     Headings,
+    InvalidFile,
     Known,
     Limits,
     Navigator,
@@ -138,3 +139,22 @@ def test_headings_from_the_angles_of_others_are_the_same(first: float, halves: l
     times = np.linspace(-0.5, len(angles), 40)
     np.testing.assert_array_equal(again.angle(times), headings.angle(times))
     np.testing.assert_array_equal(headings.angles, angles)
+
+
+@pytest.mark.parametrize(
+    ("heading", "said"),
+    [
+        ("north", r"heading: expected an angle \[rad\], 'motion', or times and angles; found 'north'"),
+        ("[1, 2]", r"heading: expected an angle \[rad\], 'motion', or times and angles; found \[1, 2\]"),
+        ("{times: [0, 1], angles: [0]}", r"heading: angles: expected one for each time, .* shape \(1,\) for times"),
+        ("{times: [0], angle: [1]}", r"heading\.angle: expected one of times, angles; .* did you mean 'angles'\?"),
+        ("{times: [0, x], angles: [0, 1]}", r"heading\.times\.1: expected a number, found 'x'"),
+    ],
+)
+def test_a_wrong_heading_in_a_file_has_one_message(heading: str, said: str, tmp_path: Path) -> None:
+    robot = Robot(Disc(0.3), LIMITS, State((0.0, 0.0), (0.0, 0.0)), GOAL)
+    text = scenario_text(Scenario("door", (robot,), (replace(DOOR, heading=0.3),), duration=3.0))
+    assert text.count("heading: 0.3") == 1
+    (tmp_path / "door.yaml").write_text(text.replace("heading: 0.3", f"heading: {heading}"))
+    with pytest.raises(InvalidFile, match=said):
+        read_scenario(tmp_path / "door.yaml")

@@ -236,7 +236,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "shape": "kinds below; either this key or radius",
         "radius": "[m] of a disc, in space of a ball",
         "name": "in results",
-        "heading": "[rad] of the shape, or motion: along the velocity",
+        "heading": "[rad] of the shape; motion: along the velocity; or a mapping of times [s] and angles [rad]",
         "uncertainty": "of the position: kinds below",
         "trajectory": "kinds below",
     },
@@ -401,7 +401,7 @@ def run_files() -> str:
             "group `robots/K`",
             "`name`, `max_speed` [m/s], `max_acceleration` [m/s^2], `goal_tolerance` [m], `goal_stop`",
         ),
-        ("group `obstacles/K`", "`name`, `heading` [rad or motion]"),
+        ("group `obstacles/K`", "`name`, `heading` [rad or motion], or a group `headings`; `contact_at_rest`"),
         ("groups `shape`, `trajectory`, `goal`, `bounds/J`, `uncertainty`", "`kind` and fields, as in scenario files"),
     ]
     arrays = [(f"`{path}`", unit or "text", sentence) for path, (unit, sentence) in ARRAYS.items()]

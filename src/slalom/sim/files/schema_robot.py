@@ -1,9 +1,13 @@
 """Models of the robots and obstacles of scenario files: one for each mapping in them."""
 
-from typing import Annotated, Literal
+from dataclasses import dataclass
+from math import isfinite
+from typing import Annotated, Any, Literal, cast
 
-from pydantic import AfterValidator, Field, FiniteFloat, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, FiniteFloat, GetCoreSchemaHandler, ValidationInfo, field_validator
+from pydantic_core import core_schema
 
+from slalom.checks import shown
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.limits import HalfSpace
@@ -11,7 +15,7 @@ from slalom.methods import method
 from slalom.obstacle import Headings
 from slalom.path_goal import PathGoal
 from slalom.shape import Shape, round_shape
-from slalom.sim.files.schema_base import Built, Model, NotNegative, Positive, Text, Vector
+from slalom.sim.files.schema_base import Built, Model, ModelByContent, NotNegative, Positive, Text, Vector
 from slalom.sim.files.schema_parts import BoundModel, ObjectiveModel, ShapeModel, TrajectoryModel, UncertaintyModel
 from slalom.trajectory import Stationary
 
@@ -125,7 +129,27 @@ class HeadingsSpec(Built):
         return Headings(self.times, self.angles)
 
 
-HeadingModel = FiniteFloat | Literal["motion"] | HeadingsSpec
+@dataclass(frozen=True, eq=False)
+class HeadingOfContent(ModelByContent):
+    """Metadata of the heading of an obstacle: one message for a content that is none."""
+
+    def model_of(self, content: object) -> type[Model] | None:
+        """Return the model of angles over time for a mapping."""
+        return HeadingsSpec if isinstance(content, dict) else None
+
+    def validate(self, content: object) -> object:
+        """Return the validated heading. Raises the errors of pydantic, which collects them with the others."""
+        if isinstance(content, dict):
+            return HeadingsSpec.model_validate(content)
+        if content == "motion" or (type(content) in (int, float) and isfinite(cast(float, content))):
+            return content
+        raise InvalidInput(f"expected an angle [rad], 'motion', or times and angles; found {shown(content)}")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.validate)
+
+
+HeadingModel = Annotated[float | Literal["motion"] | HeadingsSpec, HeadingOfContent()]
 
 
 def heading_of(spec: float | Literal["motion"] | HeadingsSpec) -> float | Literal["motion"] | Headings:
