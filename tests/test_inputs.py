@@ -125,7 +125,7 @@ from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
 from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_robot import GoalSpec, Shaped, known_method
+from slalom.sim.files.schema_robot import GoalSpec, HeadingOfContent, Shaped, known_method
 from slalom.sim.gallery import build
 from slalom.sim.measure.hdf5_child import Refused
 from slalom.sim.measure.metrics import path_length
@@ -876,6 +876,12 @@ CASES = [
         InvalidInput,
         r"expected either this key or shape, found both",
         lambda _: Shaped._one_of_them(1.0, SimpleNamespace(data={"shape": DISC})),
+    ),
+    Case(
+        "HeadingOfContent.validate",
+        InvalidInput,
+        r"expected an angle \[rad\], 'motion', or times and angles; found 'north'",
+        lambda _: HeadingOfContent().validate("north"),
     ),
     Case("known_method", InvalidInput, r"expected one of vo, .*; found 'novo'", lambda _: known_method("novo")),
     Case(
