@@ -94,8 +94,8 @@ def last_decision(name: str, scenario: str, settings: dict[str, float]) -> tuple
     fleet = Watched(METHODS[name].among_robots(), guidance, threads=1)
     for step in range(8):
         now = step * built.dt
-        guidance.update(now, built.dt)
         fleet.sense(now)
+        fleet.guide(now)
         fleet.decide(range(len(built.robots)), now)
         if step < 7:
             guidance.states.integrate(fleet.accelerations(now, built.dt), built.dt)

@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from slalom import kernels
 from slalom.kernels.arrays import Pieces
 from slalom.kernels.decision.cell_list import robots_in_reach
-from slalom.kernels.decision.encounters import obstacle_pieces
+from slalom.kernels.decision.encounters import new_bodies, obstacle_pieces
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.manoeuvre_cost import new_scratch
 from slalom.kernels.decision.motion_clear import chord_distance, path_is_clear, preferred_is_free
@@ -43,10 +43,10 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
     begin = 5.0 + np.array([[0.0, 1.5, 4.0, 9.0], [0.0, 0.5, 9.0, 9.0]])
     points = np.zeros((2, 3, 4, 3))
     points[..., :d] = rng.uniform(-3.0, 3.0, (2, 3, 4, d))
-    none = np.full(3, -1)
-    return ObstaclePieces(
-        pieces, np.zeros((6, 2)), none, np.zeros(3), none, np.full((6, 4), np.inf), share, np.ones(3, np.bool_)
-    ), Paths(begin, points)
+    bodies = new_bodies(3)
+    bodies["share"] = share
+    rows = ObstaclePieces(pieces, np.zeros((6, 2)), np.full((6, 4), np.inf), bodies, np.full(3, -1))
+    return rows, Paths(begin, points)
 
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:
@@ -70,7 +70,7 @@ def test_clear_motions_keep_the_distance(d):
             for t in np.linspace(max(first, 0.0), min(last, horizon), 40):
                 x = (t - first) / (last - first)
                 body = [value(*pieces.points[s, :, axis], x) for axis in range(d)]
-                state_on_path(paths, int(rows.share[pieces.body[s]] < 1.0), now + t, position, velocity)
+                state_on_path(paths, int(rows.bodies["share"][pieces.body[s]] < 1.0), now + t, position, velocity)
                 assert np.linalg.norm(position[:d] - body) >= pieces.radius[s] + x * pieces.growth[s] - 1e-9
     assert 100 < passed < 380
 
@@ -82,19 +82,20 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
     rng = np.random.default_rng(2)
     some, tables = last_decision(name, scenario, parameters)
     robots, responses, terms = tables.robots, tables.responses, tables.settings
-    d, scratch = terms.dimension, new_scratch(robots.committed_points.shape[1], terms.dimension)
+    d, scratch = terms.dimension, new_scratch(robots.committed.points.shape[1], terms.dimension)
     scene = EncounterTables(robots, tables.bodies, terms)
     cells, found, free = kernels.build_cell_list(some, robots, responses, terms), 0, 0
-    centers, radii, each = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS), np.empty(len(robots.radius), np.int64)
+    kinds = robots.each["kind"]
+    centers, radii, each = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS), np.empty(len(robots.each), np.int64)
     for i in some:
         near = each[: robots_in_reach(i, cells, robots, terms, each)]
         reachable_balls(i, robots, responses, terms, centers, radii)
         met = reachable_neighbours(i, near, centers, radii, robots)
         rows, overlaps = obstacle_pieces(i, met, 0.0, centers, radii, terms.agrees, scene)
         assert not overlaps
-        for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
+        for r in range(responses.kinds[kinds[i]], responses.kinds[kinds[i] + 1]):
             controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
-            unchanged_control(i, r, robots, responses, controls.unchanged)
+            unchanged_control(robots.each[i], r, responses, controls.unchanged)
             limits = admissible_set(i, r, robots, responses, tables.bounds)
             controls.preferred[:d] = limits[0, 1 : 1 + d] + rng.uniform(-1.2, 1.2, d) * limits[0, 4]
             direct = preferred_is_free(i, r, controls, met, rows, tables, scratch)

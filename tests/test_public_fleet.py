@@ -174,7 +174,7 @@ def test_a_robot_among_moving_obstacles_has_the_bits_of_the_navigator() -> None:
     run = simulate(replace(scenario, obstacles=(car,)), METHODS["ao"])
     chosen = replace(METHODS["ao"], responses_among=None)
     fleet = Fleet(chosen, robot.shape, robot.limits, robots=1, obstacles=[car], horizon=scenario.horizon, detours=())
-    fleet.table.margin[:] = scenario.margin
+    fleet.table.each["margin"] = scenario.margin
     positions, velocities = robot.state.position[None], robot.state.velocity[None]
     for k in range(len(run.times) - 1):
         np.testing.assert_allclose(positions, run.positions[k], atol=1e-9)

@@ -197,8 +197,10 @@ class Decision:
             return ()
         changed = previous.manoeuvre is not self.manoeuvre
         before = (*previous.earlier, previous.manoeuvre) if changed else previous.earlier
-        ends = [manoeuvre.start for manoeuvre in (*before[1:], self.manoeuvre)]
-        return tuple(one for one, end in zip(before, ends) if end > oldest)
+        next_ones, first = (*before[1:], self.manoeuvre), 0
+        while first < len(before) and next_ones[first].start <= oldest:
+            first += 1
+        return before[first:]
 
     @cached_property
     def blocked(self) -> ControlObstacle:

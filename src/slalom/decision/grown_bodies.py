@@ -7,7 +7,8 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.kernels.arrays import Corners, Indices
-from slalom.kernels.decision.tables import EVERY_WORLD, GrownBodies
+from slalom.kernels.decision.tables import GrownBodies, ObstacleAtHorizon, RobotBody
+from slalom.kernels.records import Records, zero_records
 from slalom.obstacle.minkowski import sum_of_shapes
 from slalom.obstacle.pieces import Reach
 from slalom.obstacle.window import ObstacleWindow
@@ -64,33 +65,28 @@ class Skeletons:
         # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
         staying, worlds = obstacles.staying(end) if detours else ([], np.empty(0, np.int64))
         robots, corners = self._robots(kind), Corners(bodies.corners, bodies.first, bodies.unordered)
-        if len(robots.radius):
+        if len(robots.each):
             corners = Corners(
                 np.concatenate([bodies.corners, robots.corners.corners]),
                 np.concatenate([bodies.first, bodies.first[-1] + robots.corners.first[1:]]),
                 np.concatenate([bodies.unordered, robots.corners.unordered]),
             )
-        every_world = np.full(len(bodies.owner), EVERY_WORLD)
+        at_horizon = zero_records(ObstacleAtHorizon, len(staying))
+        for e, obstacle in enumerate(staying):
+            at_horizon["position"][e, :d] = obstacle.trajectory.position(end)
+            at_horizon["radius"][e], at_horizon["world"][e] = obstacle.shape.bounding_radius, worlds[e]
         return GrownBodies(
             pieces=bodies.pieces,
             balls=bodies.balls,
-            body_radius=bodies.radius,
-            hull_radius=bodies.hull_radius,
+            passive=bodies.each,
             hull=bodies.hull,
-            uncertain=bodies.uncertain,
-            at_rest=bodies.at_rest,
-            world=obstacles.worlds[bodies.owner] if obstacles.has_worlds else every_world,
             corners=corners if bodies.has_hulls or robots.has_hulls else (),
             heads=bodies.heads,
-            end_positions=np.array([o.trajectory.position(end) for o in staying]).reshape(-1, d),
-            end_radii=np.array([o.shape.bounding_radius for o in staying]),
-            end_world=worlds,
+            at_horizon=at_horizon,
             reach=np.inf if around is None else around.distance,
             robot_rounding=robots.rounding,
             robot_first=robots.first,
-            robot_offset=robots.offset,
-            robot_radius=robots.radius,
-            robot_hull_radius=robots.hull_radius,
+            robot_bodies=robots.each,
             robot_hull=np.where(robots.hull < 0, -1, len(bodies.unordered) + robots.hull),
         )
 
@@ -102,24 +98,22 @@ class Skeletons:
             met = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes if len(self.kind) > 1]
             sums = [sum_of_shapes(each, met[kind]) for each in met]
             counts = np.concatenate([np.empty(0, np.int64), *(each.counts for each in sums)])
-            hull_radius = np.concatenate([none, *(each.hull_radius for each in sums)])
-            offset = np.zeros((len(counts), 3))
-            offset[:, :d] = np.concatenate([np.empty((0, d)), *(each.offsets for each in sums)])
+            bodies = zero_records(RobotBody, len(counts))
+            bodies["offset"][:, :d] = np.concatenate([np.empty((0, d)), *(each.offsets for each in sums)])
+            bodies["radius"] = np.concatenate([none, *(each.radius for each in sums)])
+            bodies["hull_radius"] = np.concatenate([none, *(each.hull_radius for each in sums)])
             corners = Corners(
                 np.concatenate([np.empty((0, 5)), *(each.corners for each in sums)]),
                 np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)]),
                 np.concatenate([np.empty(0, np.bool_), *(each.unordered for each in sums)]),
             )
             first = np.cumsum([0, *(len(each.counts) for each in sums)])
-            radius, point = (
-                np.concatenate([none, *(each.radius for each in sums)]),
-                (counts == 1) & (hull_radius == 0.0),
-            )
+            point = (counts == 1) & (bodies["hull_radius"] == 0.0)
             hull = np.where(point, -1, np.arange(len(point)))
             shape = self.shapes[kind]
             rounding = float(shape.parts[0].radius if is_round(shape) else 0.0)
             has_hulls = not bool(point.all())
-            self._bodies[kind] = _RobotBodies(first, offset, radius, hull_radius, hull, corners, has_hulls, rounding)
+            self._bodies[kind] = _RobotBodies(first, bodies, hull, corners, has_hulls, rounding)
         return self._bodies[kind]
 
 
@@ -127,9 +121,7 @@ class _RobotBodies(NamedTuple):
     """The bodies of robots of all kinds, grown by one kind of skeleton, see `GrownBodies`."""
 
     first: Indices  # (s + 1,)
-    offset: Array  # (r, 3) [m]
-    radius: Array  # (r,) [m]
-    hull_radius: Array  # (r,) [m]
+    each: Records[RobotBody]  # (r,)
     hull: Indices  # (r,) its own number, or -1 if it is the origin
     corners: Corners
     has_hulls: bool  # whether any of them is more than the origin
@@ -138,7 +130,8 @@ class _RobotBodies(NamedTuple):
 
 def moved_bodies(bodies: GrownBodies, by: Array) -> GrownBodies:
     """The same bodies, the passive ones displaced by a vector (d,) [m]."""
-    balls = bodies.balls.copy()
+    balls, at_horizon = bodies.balls.copy(), bodies.at_horizon.copy()
     balls[:, : len(by)] += by
+    at_horizon["position"][:, : len(by)] += by
     pieces = bodies.pieces._replace(points=bodies.pieces.points + by)
-    return bodies._replace(pieces=pieces, balls=balls, end_positions=bodies.end_positions + by)
+    return bodies._replace(pieces=pieces, balls=balls, at_horizon=at_horizon)

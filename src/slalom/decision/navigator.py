@@ -217,12 +217,12 @@ class Navigator:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
         robots = policy.robots(others, path, np.inf if previous is None else previous.regret, now)
         if step is not None:
-            robots.max_speed[0], robots.final[0] = step.max_speed, step.final
+            robots.each["max_speed"][0], robots.each["final"][0] = step.max_speed, step.final
         kernels.decide_all(ROBOT, NO_CELLS, policy.decision(robots, obstacles, request))
-        d = state.dimension
-        number, regret, work = int(robots.outcome[0]), float(robots.regret[0]), 1e-6 * float(robots.work[0])
-        path, response = committed_path(robots, 0, d), policy.responses[int(robots.response[0])]
-        control, preferred = robots.control[0, :d].copy(), robots.preferred[0, :d].copy()
+        d, each = state.dimension, robots.each
+        number, regret, work = int(each["outcome"][0]), float(each["regret"][0]), 1e-6 * float(each["work"][0])
+        path, response = committed_path(robots, 0, d), policy.responses[int(each["response"][0])]
+        control, preferred = each["control"][0, :d].copy(), each["preferred"][0, :d].copy()
         policy.give_back(robots)
         if number == FALL_BACK:
             return None

@@ -66,7 +66,7 @@ class PolicyTables:
             detours=np.array(robot.detours, dtype=np.float64),
             budget=np.inf,
         )
-        self._clearance = robot.margin + CONTACT_SLACK + float(self._table.error.max())
+        self._clearance = robot.margin + CONTACT_SLACK + float(self._table.each["error"].max())
         self._spare: dict[tuple[int, int, int], RobotTable] = {}
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
         self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
@@ -74,14 +74,11 @@ class PolicyTables:
     def _filled(self, robots: RobotTable) -> RobotTable:
         """The table with the shape and the limits of the robot in row 0."""
         robot, limits = self.robot, self.robot.limits
-        robots.skeleton[1:] = self._skeletons.kind[-1]
-        robots.margin[0], robots.rounding[0] = self._margin, self._skeletons.rounding[0]
-        robots.radius[0], robots.braking[0] = robot.robot.bounding_radius, limits.braking
-        robots.max_speed[0], robots.max_acceleration[0], robots.final[0] = (
-            limits.max_speed,
-            limits.max_acceleration,
-            True,
-        )
+        robots.each["skeleton"][1:] = self._skeletons.kind[-1]
+        own = robots.each[:1]
+        own["margin"], own["rounding"] = self._margin, self._skeletons.rounding[0]
+        own["radius"], own["braking"] = robot.robot.bounding_radius, limits.braking
+        own["max_acceleration"] = limits.max_acceleration
         return robots
 
     def __getstate__(self) -> dict[str, Any]:
@@ -100,15 +97,16 @@ class PolicyTables:
         if others is not None and observed is not None:
             observe(robots, others, *observed)
         if path is None:
-            robots.committed_times[0], robots.committed_points[0] = 0.0, 0.0
+            robots.committed.times[0], robots.committed.points[0] = 0.0, 0.0
         else:
             commit_to(robots, 0, path)
-        robots.regret[0], robots.max_speed[0], robots.final[0] = regret, limits.max_speed, True
+        own = robots.each[:1]
+        own["regret"], own["max_speed"], own["final"] = regret, limits.max_speed, True
         return robots
 
     def give_back(self, robots: RobotTable) -> None:
         """Keep a table of `robots` for the next decision: 35 new arrays take longer than to fill these."""
-        (n, pieces), q = robots.committed_points.shape[:2], robots.observed_points.shape[1]
+        (n, pieces), q = robots.committed.points.shape[:2], robots.observed.points.shape[1]
         self._spare = {(n, pieces, q): robots}
 
     def decision(self, robots: RobotTable, obstacles: ObstacleWindow, request: Request) -> DecisionTables:
@@ -119,15 +117,16 @@ class PolicyTables:
         """
         d, limits = self.dimension, self.robot.limits
         others, state, goal, now = request.others, request.state, request.target, request.now
-        robots.position[0, :d], robots.velocity[0, :d] = state.position, state.velocity
-        robots.acceleration[0, :d] = state.acceleration
-        robots.objective[0], robots.wanted[0, :d] = _wanted(request.robot.objective, self._table, state)
-        robots.tolerance[0], robots.stop[0], robots.target[0, :d] = goal.tolerance, goal.stop, goal.position(now)
-        targets, robots.moving[0] = self._at_rest, False
+        own, target = robots.each[:1], goal.position(now)
+        own["position"][0, :d], own["velocity"][0, :d] = state.position, state.velocity
+        own["acceleration"][0, :d], own["target"][0, :d] = state.acceleration, target
+        own["objective"], own["wanted"][0, :d] = _wanted(request.robot.objective, self._table, state)
+        own["tolerance"], own["stop"] = goal.tolerance, goal.stop
+        targets, own["moving"] = self._at_rest, False
         if not isinstance(goal.trajectory, Stationary):
-            distance = float(np.linalg.norm(robots.target[0, :d] - state.position))
+            distance = float(np.linalg.norm(target - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
-            targets, robots.moving[:1] = target_paths([goal], now, now + self.robot.horizon + latest)
+            targets, own["moving"] = target_paths([goal], now, now + self.robot.horizon + latest)
         fastest = max(limits.max_speed, hypot(*state.velocity))
         around = Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, self._clearance)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours), around=around)
@@ -136,7 +135,7 @@ class PolicyTables:
         if others is not None and others.shares is not None and settings.share < 1.0:
             # The robot does the rest, see `reciprocity.share_of`.
             rest = (1.0 - others.shares) / others.shares
-            robots.priority[1:] = rest * (1.0 - settings.share) / settings.share
+            robots.each["priority"][1:] = rest * (1.0 - settings.share) / settings.share
             settings = settings._replace(least_share=min(settings.least_share, 0.5))
         return DecisionTables(robots, bodies, self._table, bounds, targets, settings)
 
@@ -146,7 +145,7 @@ def _wanted(objective: Objective, table: ResponseTable, state: State) -> tuple[i
     if isinstance(objective, FollowVelocity):
         return FOLLOW_VELOCITY, vector(objective.velocity, "velocity to follow", state.dimension)
     if isinstance(objective, (FollowAcceleration, KeepAcceleration)):
-        if not table.initial_acceleration[:, 2].all():
+        if not table.each["initial_acceleration"][:, 2].all():
             raise InvalidInput(
                 f"objective: expected one for responses that set no acceleration at once, found {objective!r}"
             )

@@ -6,7 +6,8 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.kernels.decision.tables import ResponseTable
+from slalom.kernels.decision.tables import ResponsePiece, ResponseTable, TabulatedResponse
+from slalom.kernels.records import zero_records
 from slalom.path import hermite, rest_from
 from slalom.response import Response
 from slalom.state import State
@@ -37,24 +38,24 @@ def response_table(
         points.append(path.points)
         settled_velocity.append(then[1, 0])
     whole = np.concatenate(points)
-    peaks = [_peaks(r, each, horizon, dimension) for r, each in enumerate(responses)]
+    pieces, each = zero_records(ResponsePiece, len(whole)), zero_records(TabulatedResponse, len(responses))
+    pieces["velocity_gain"], pieces["acceleration_gain"], pieces["gain"] = np.moveaxis(whole, 2, 0)
+    peaks = [_peaks(r, response, horizon, dimension) for r, response in enumerate(responses)]
+    for r, response in enumerate(responses):
+        each["error"][r], each["settled"][r] = response.interpolation_error, response.settled(horizon)
+        each["rest"][r], each["settled_velocity"][r] = rest_from(knots[r], points[r]), settled_velocity[r]
+        each["initial_acceleration"][r] = _initial_acceleration(response, dimension)
+        each["window_gains"][r] = _shares(response, windows, dimension)[0]
+        each["window_bends"][r] = _bends(response, windows, dimension)
+        each["ball_bends"][r] = _on_either_side(_bends(response, ball_windows, dimension))
     return ResponseTable(
+        each=each,
+        pieces=pieces,
         kinds=np.cumsum([0, *(len(kind) for kind in kinds)]),
-        first=np.cumsum([0, *(len(each) for each in points)]),
+        first=np.cumsum([0, *(len(cubics) for cubics in points)]),
         knots=np.concatenate(knots),
-        velocity_gain=whole[..., 0].copy(),
-        acceleration_gain=whole[..., 1].copy(),
-        gain=whole[..., 2].copy(),
-        error=np.array([response.interpolation_error for response in responses]),
-        settled=np.array([response.settled(horizon) for response in responses]),
-        rest=np.array([rest_from(times, each) for times, each in zip(knots, points)]),
-        settled_velocity=np.array(settled_velocity),
-        initial_acceleration=np.array([_initial_acceleration(response, dimension) for response in responses]),
-        first_peak=np.cumsum([0, *(len(each) for each in peaks)]),
-        peaks=np.array([peak for each in peaks for peak in each]),
-        window_gains=np.array([_shares(response, windows, dimension)[0] for response in responses]),
-        window_bends=np.array([_bends(response, windows, dimension) for response in responses]),
-        ball_bends=np.array([_on_either_side(_bends(response, ball_windows, dimension)) for response in responses]),
+        first_peak=np.cumsum([0, *(len(of_one) for of_one in peaks)]),
+        peaks=np.array([peak for of_one in peaks for peak in of_one]),
     )
 
 
@@ -88,7 +89,7 @@ def _shares(response: Response, times: Array, dimension: int) -> Array:
 
 
 def _bends(response: Response, windows: Array, dimension: int) -> Array:
-    """Rows (w, 3) of `ResponseTable.window_bends`, between the times `windows` (w + 1,) [s].
+    """Rows (w, 3) of `TabulatedResponse.window_bends`, between the times `windows` (w + 1,) [s].
 
     A chord of length h is missed by at most h^2 / 8 times the largest second derivative.
     """

@@ -6,13 +6,13 @@ import numpy as np
 
 from slalom.checks import Array, vector
 from slalom.goal import Goal
-from slalom.kernels.arrays import Flags
-from slalom.kernels.decision.tables import Bounds, RobotTable, TargetPaths
+from slalom.kernels.arrays import Flags, Indices
+from slalom.kernels.decision.tables import Bounds, Paths, Robot, RobotTable, TargetPaths
+from slalom.kernels.records import zero_records
 from slalom.limits import Limits
 from slalom.obstacle.tracks import Tracks
 from slalom.path import Path
 from slalom.state import State
-from slalom.tolerances import BALL_WINDOWS
 from slalom.trajectory import Stationary
 
 
@@ -66,42 +66,26 @@ def _rows(of: int, turns: int, normals: Array, offsets: Array) -> Array:
 
 def robot_table(n: int, committed: int, observed: int) -> RobotTable:
     """A table of n robots whose paths have up to that many pieces; all values 0, no robot committed."""
+    each = zero_records(Robot, n)
+    each["priority"], each["present"], each["regret"], each["response"] = 1.0, True, np.inf, -1
     return RobotTable(
-        position=np.zeros((n, 3)),
-        velocity=np.zeros((n, 3)),
-        acceleration=np.zeros((n, 3)),
-        kind=np.zeros(n, np.int64),
-        skeleton=np.zeros(n, np.int64),
-        rounding=np.zeros(n),
-        radius=np.zeros(n),
-        margin=np.zeros(n),
-        priority=np.ones(n),
-        world=np.zeros(n, np.int64),
-        max_speed=np.zeros(n),
-        max_acceleration=np.zeros(n),
-        braking=np.zeros(n),
-        target=np.zeros((n, 3)),
-        tolerance=np.zeros(n),
-        stop=np.zeros(n, np.bool_),
-        moving=np.zeros(n, np.bool_),
-        final=np.zeros(n, np.bool_),
-        objective=np.zeros(n, np.int64),
-        wanted=np.zeros((n, 3)),
-        present=np.ones(n, np.bool_),
-        committed_times=np.zeros((n, committed + 1)),
-        committed_points=np.zeros((n, committed, 4, 3)),
-        observed_times=np.zeros((n, observed + 1)),
-        observed_points=np.zeros((n, observed, 4, 3)),
-        ball_centers=np.zeros((n, BALL_WINDOWS, 3)),
-        ball_radii=np.zeros((n, BALL_WINDOWS)),
-        end_position=np.zeros((n, 3)),
-        regret=np.full(n, np.inf),
-        response=np.full(n, -1),
-        control=np.zeros((n, 3)),
-        preferred=np.zeros((n, 3)),
-        work=np.zeros(n),
-        outcome=np.zeros(n, np.int64),
+        each=each,
+        committed=Paths(np.zeros((n, committed + 1)), np.zeros((n, committed, 4, 3))),
+        observed=Paths(np.zeros((n, observed + 1)), np.zeros((n, observed, 4, 3))),
     )
+
+
+def some_robots(robots: RobotTable, rows: Indices) -> RobotTable:
+    """A table of the robots in `rows` (m,), as copies."""
+    committed, observed = (Paths(paths.times[rows], paths.points[rows]) for paths in robots[1:])
+    return RobotTable(robots.each[rows], committed, observed)
+
+
+def copy_robot(robots: RobotTable, k: int, into: RobotTable) -> None:
+    """Write the robot in row k into the same row of another table."""
+    into.each[k : k + 1] = robots.each[k : k + 1]
+    for paths, copied in zip(robots[1:], into[1:]):
+        copied.times[k], copied.points[k] = paths.times[k], paths.points[k]
 
 
 def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> None:
@@ -109,35 +93,33 @@ def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> 
 
     Nothing is known of their limits: they are taken to be as fast as any.
     """
-    d, states = others.dimension, others.states
-    robots.position[1:, :d], robots.velocity[1:, :d], robots.acceleration[1:, :d] = (
-        states[:, 0],
-        states[:, 1],
-        states[:, 2],
-    )
-    robots.rounding[1:], robots.radius[1:], robots.max_speed[1:] = others.radii, others.radii, np.inf
-    robots.observed_times[1:], robots.observed_points[1:, ..., :d], robots.priority[1:] = times, points, 1.0
+    d, states, each = others.dimension, others.states, robots.each[1:]
+    each["position"][:, :d], each["velocity"][:, :d] = states[:, 0], states[:, 1]
+    each["acceleration"][:, :d], each["priority"], each["max_speed"] = states[:, 2], 1.0, np.inf
+    each["rounding"] = each["radius"] = others.radii
+    robots.observed.times[1:], robots.observed.points[1:, ..., :d] = times, points
 
 
 def commit_to(robots: RobotTable, k: int, path: Path) -> None:
     """Commit the robot in row k to a path that has no more pieces than the table."""
     count, d = path.points.shape[0], path.points.shape[2]
-    robots.committed_times[k] = path.times[-1]
-    robots.committed_times[k, :count] = path.times[:-1]
-    robots.committed_points[k, :count, :, :d] = path.points
+    times, points = robots.committed
+    times[k] = path.times[-1]
+    times[k, :count] = path.times[:-1]
+    points[k, :count, :, :d] = path.points
 
 
 def publish(robots: RobotTable, k: int) -> None:
     """Let the others observe the committed path of the robot in row k."""
-    p = robots.committed_points.shape[1]
-    robots.observed_times[k] = robots.committed_times[k, -1]
-    robots.observed_times[k, : p + 1] = robots.committed_times[k]
-    robots.observed_points[k, :p] = robots.committed_points[k]
+    committed, observed = robots.committed, robots.observed
+    p = committed.points.shape[1]
+    observed.times[k] = committed.times[k, -1]
+    observed.times[k, : p + 1] = committed.times[k]
+    observed.points[k, :p] = committed.points[k]
 
 
 def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
     """The committed path of the robot in row k, as a copy."""
-    times = robots.committed_times[k]
+    times, points = robots.committed.times[k], robots.committed.points[k]
     count = int(np.count_nonzero(times[1:] > times[:-1]))
-    points = robots.committed_points[k, :count, :, :dimension]
-    return Path(times[: count + 1].copy(), points.copy(), np.zeros(count))
+    return Path(times[: count + 1].copy(), points[:count, :, :dimension].copy(), np.zeros(count))

@@ -132,14 +132,15 @@ class CommittedFleet:
         published = any(policy.published.any() for policy in self.policies)
         few = all(policy.tabulated for policy in self.policies) and not published
         table = robot_table(n, committed, predicted if few else max(predicted, committed))
-        table.kind[:], table.skeleton[:], table.rounding[:] = kind, self.skeletons.kind, self.skeletons.rounding
-        table.radius[:] = [shape.bounding_radius for shape in robots.shapes]
-        table.max_speed[:] = [limits.max_speed for limits in robots.limits]
-        table.max_acceleration[:] = [limits.max_acceleration for limits in robots.limits]
-        table.braking[:] = [limits.braking for limits in robots.limits]
-        table.priority[:], table.world[:] = robots.priorities, robots.worlds
+        each = table.each
+        each["kind"], each["skeleton"], each["rounding"] = kind, self.skeletons.kind, self.skeletons.rounding
+        each["radius"] = [shape.bounding_radius for shape in robots.shapes]
+        each["max_speed"] = [limits.max_speed for limits in robots.limits]
+        each["max_acceleration"] = [limits.max_acceleration for limits in robots.limits]
+        each["braking"] = [limits.braking for limits in robots.limits]
+        each["priority"], each["world"] = robots.priorities, robots.worlds
         most, time = max(each.max_acceleration for each in robots.limits), self.period + delay
-        table.margin[:] = [
+        each["margin"] = [
             margin_among(method, margin, most, time, noise)
             for method, margin in zip(robots.methods, robots.margins.tolist())
         ]
@@ -163,11 +164,11 @@ class CommittedFleet:
 
     def follow(self, paths: Mapping[int, PathGoal], window: ObstacleWindow) -> None:
         """Give the robots with paths, by row, the targets and maximum speeds of their next step on them."""
-        table, d = self.table, self.dimension
+        each, d = self.table.each, self.dimension
         for k, path in paths.items():
             limits, shape = self.members.limits[k], self.members.shapes[k]
             step = path.step(
-                table.position[k, :d],
+                each["position"][k, :d],
                 self.progress[k],
                 limits.max_speed,
                 PATH_BRAKING * limits.braking,
@@ -175,9 +176,9 @@ class CommittedFleet:
                 shape.bounding_radius,
                 partial(window.covers, robot=shape, margin=float(self.members.margins[k])),
             )
-            self.progress[k], table.max_speed[k], table.final[k] = step.progress, step.max_speed, step.final
-            table.target[k, :d] = step.goal.position(0.0)
-            table.tolerance[k], table.stop[k] = step.goal.tolerance, step.goal.stop
+            self.progress[k], each["max_speed"][k], each["final"][k] = step.progress, step.max_speed, step.final
+            each["target"][k, :d] = step.goal.position(0.0)
+            each["tolerance"][k], each["stop"][k] = step.goal.tolerance, step.goal.stop
 
     def settings(self, policy: Policy, now: float, period: float | None = None) -> DecisionSettings:
         """The settings of the decisions of a policy at `now` [s], until the next ones after `period` [s]."""
@@ -192,7 +193,7 @@ class CommittedFleet:
         for policy in self.policies:
             some = order[np.isin(order, policy.rows)] if len(self.policies) > 1 else order
             if policy.method.shared:
-                some = some[np.argsort(-self.table.priority[some], kind="stable")]
+                some = some[np.argsort(-self.table.each["priority"][some], kind="stable")]
             if len(some):
                 yield policy, some
 
@@ -227,13 +228,13 @@ class CommittedFleet:
         groups = [(order, bodies)] if self.images is None else self.images.about(self, order, bodies)
         for together, among in groups:
             fallen |= self._decide_together(together, settings, among, obstacles)
-        found = self.table.outcome.tolist()
+        found = self.table.each["outcome"].tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
 
     def _state(self, k: int) -> State:
         """The state of the robot in row k."""
-        table, d, heading = self.table, self.dimension, None if self.headings is None else float(self.headings[k])
-        return State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d], heading)
+        each, d, heading = self.table.each, self.dimension, None if self.headings is None else float(self.headings[k])
+        return State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d], heading)
 
     def _decide_together(
         self, order: Indices, settings: DecisionSettings, bodies: list[GrownBodies], obstacles: Obstacles
@@ -241,7 +242,7 @@ class CommittedFleet:
         """The outcomes of the robots in `order` that fell back; the others are in the table."""
         decide_all, fallen = one_by_one if settings.shared else at_once, dict[int, Outcome]()
         for some in self._by_skeleton(order, settings.shared):
-            own = bodies[self.table.skeleton[some[0]]]
+            own = bodies[self.table.each["skeleton"][some[0]]]
             tables = DecisionTables(self.table, own, self.responses, self._bounds, self.targets, settings)
             fall_back = partial(self.fall_back, obstacles=obstacles, now=settings.now)
             fallen |= decide_all(some, tables, fall_back, self.threads)
@@ -249,7 +250,7 @@ class CommittedFleet:
 
     def _by_skeleton(self, some: Indices, in_order: bool) -> Iterator[Indices]:
         """Robots with one kind of skeleton each; in their order where each avoids the decisions before its own."""
-        kinds = self.table.skeleton[some]
+        kinds = self.table.each["skeleton"][some]
         if not in_order:
             some = some[np.argsort(kinds, kind="stable")]
             kinds = np.sort(kinds)
@@ -259,8 +260,8 @@ class CommittedFleet:
 
     def fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
         """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
-        table, d, world = self.table, self.dimension, int(self.table.world[k])
-        number, method = np.arange(len(table.radius)), self.members.methods[k]
+        table, each, d = self.table, self.table.each, self.dimension
+        number, method, world = np.arange(len(each)), self.members.methods[k], int(each["world"][k])
         state = self._state(k)
         passive = [each.in_world(world) if isinstance(each, Tracks) else each for each in listed(obstacles)]
         if self.images is not None:
@@ -269,29 +270,28 @@ class CommittedFleet:
         others = [
             Obstacle(
                 self.members.shapes[number[j]],
-                piecewise_polynomial(table.observed_times[j], table.observed_points[j, ..., :d]),
+                piecewise_polynomial(table.observed.times[j], table.observed.points[j, ..., :d]),
             )
-            for j in np.flatnonzero(table.present & (table.world == world))
+            for j in np.flatnonzero(each["present"] & (each["world"] == world))
             if j != k
         ]
-        position = (
-            table.target[k, :d] if table.objective[k] == ARRIVE else state.position + self.horizon * table.wanted[k, :d]
-        )
-        goal = Goal(Stationary(position), float(max(table.tolerance[k], 1e-9)), bool(table.stop[k]))
+        arrives = each["objective"][k] == ARRIVE
+        position = each["target"][k, :d] if arrives else state.position + self.horizon * each["wanted"][k, :d]
+        goal = Goal(Stationary(position), float(max(each["tolerance"][k], 1e-9)), bool(each["stop"][k]))
         navigator = Navigator(
             method,
             self.members.shapes[k],
             self.members.limits[k],
             period=self.period,
             horizon=self.horizon,
-            margin=float(table.margin[k]),
+            margin=float(each["margin"][k]),
             holds=self.holds,
             patience=self.patience,
             detours=self.detours,
         )
         decision = navigator.fall_back(state, [*passive, *others], goal, now=now)
         self.commit(k, decision.manoeuvre, now)
-        table.outcome[k], table.regret[k] = FALL_BACK, 0.0
+        each["outcome"][k], each["regret"][k] = FALL_BACK, 0.0
         return decision.outcome
 
     def commit(self, k: int, manoeuvre: Manoeuvre, now: float) -> None:
@@ -300,30 +300,30 @@ class CommittedFleet:
         path = manoeuvre.path(now, now + self.span)
         commit_to(table, k, path)
         if isinstance(manoeuvre.response, AccelerateThenBrake):
-            table.committed_times[k, len(path.points) :] = now + REST_DURATION
+            table.committed.times[k, len(path.points) :] = now + REST_DURATION
         if self.members.methods[k].shared:
             publish(table, k)
-        table.response[k], self.other_texts[k] = -1, repr(manoeuvre.response)
-        table.control[k, :d] = manoeuvre.control
+        table.each["response"][k], self.other_texts[k] = -1, repr(manoeuvre.response)
+        table.each["control"][k, :d] = manoeuvre.control
 
     def begin(self, k: int, state: State, now: float) -> None:
         """Commit the robot in row k to its first manoeuvre."""
         self.commit(k, first_manoeuvre(state, self.members.limits[k], self.period, now), now)
         # A shared manoeuvre commits a robot from the start; an observed robot is free to change its first one.
-        self.table.regret[k] = 0.0 if self.members.methods[k].shared else np.inf
+        self.table.each["regret"][k] = 0.0 if self.members.methods[k].shared else np.inf
 
     def committed_responses(self) -> tuple[str, ...]:
         """The responses of the committed manoeuvres, as text."""
-        rows = self.table.response.tolist()
+        rows = self.table.each["response"].tolist()
         return tuple(self.texts[r] if r >= 0 else other for r, other in zip(rows, self.other_texts, strict=True))
 
     def planned(self, t: float) -> tuple[Array, Array]:
         """Velocities (n, 3) [m/s] and positions (n, 3) [m] at time t [s] on the committed paths."""
-        times, rows = self.table.committed_times, np.arange(len(self.table.committed_times))
-        piece = np.minimum((times[:, 1:] < t).sum(axis=1), self.table.committed_points.shape[1] - 1)
+        times, rows = self.table.committed.times, np.arange(len(self.table.committed.times))
+        piece = np.minimum((times[:, 1:] < t).sum(axis=1), self.table.committed.points.shape[1] - 1)
         begin = times[rows, piece]
         width = (times[rows, piece + 1] - begin)[:, None]
-        x, p = (t - begin)[:, None] / np.where(width > 0.0, width, 1.0), self.table.committed_points[rows, piece]
+        x, p = (t - begin)[:, None] / np.where(width > 0.0, width, 1.0), self.table.committed.points[rows, piece]
         p0, p1, p2, p3 = p[:, 0], p[:, 1], p[:, 2], p[:, 3]
         slope = (1 - x) ** 2 * (p1 - p0) + 2 * x * (1 - x) * (p2 - p1) + x * x * (p3 - p2)
         position = (1 - x) ** 3 * p0 + 3 * x * (1 - x) ** 2 * p1 + 3 * x * x * (1 - x) * p2 + x**3 * p3

@@ -117,20 +117,20 @@ class Fleet(CommittedFleet):
         """
         # As a float: kernels would be compiled once more for whole numbers.
         self._last = now = not_before(now, self._last, "now", "a step")
-        table, n, d = self.table, len(self.members.shapes), self.dimension
+        each, n, d = self.table.each, len(self.members.shapes), self.dimension
         there = np.ones(n, np.bool_) if present is None else flags(present, "present", n)
-        table.position[:, :d] = array_of(positions, "positions", (n, d))
-        table.velocity[:, :d] = array_of(velocities, "velocities", (n, d))
+        each["position"][:, :d] = array_of(positions, "positions", (n, d))
+        each["velocity"][:, :d] = array_of(velocities, "velocities", (n, d))
         if accelerations is not None:
-            table.acceleration[:, :d] = array_of(accelerations, "accelerations", (n, d))
-        table.tolerance[:], table.stop[:] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
-        table.present[:] = there
+            each["acceleration"][:, :d] = array_of(accelerations, "accelerations", (n, d))
+        each["tolerance"], each["stop"] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
+        each["present"] = there
         self.headings = None if headings is None else array_of(headings, "headings", (n,))
         around = [self.obstacles, *listed(others, "others")]
         self._head_for(targets, desired_velocities, paths, around, now)
         for k in np.flatnonzero(there & ~self._known):
-            table.acceleration[k] = 0.0
-            self.begin(int(k), State(table.position[k, :d], table.velocity[k, :d]), now)
+            each["acceleration"][k] = 0.0
+            self.begin(int(k), State(each["position"][k, :d], each["velocity"][k, :d]), now)
         self._known[:] = there
         order = _in_turn(self.members.worlds, self._steps)
         self._steps += 1
@@ -146,12 +146,12 @@ class Fleet(CommittedFleet):
 
     def _decision(self, there: Flags, outcomes: dict[int, Outcome], now: float) -> FleetDecision:
         """Commands for the robots until the next step."""
-        table, d = self.table, self.dimension
+        each, d = self.table.each, self.dimension
         velocity, position = self.planned(now + self.period)
-        acceleration = (velocity - table.velocity) / self.period
-        table.acceleration[:] = np.where(there[:, None], acceleration, 0.0)
+        acceleration = (velocity - each["velocity"]) / self.period
+        each["acceleration"] = np.where(there[:, None], acceleration, 0.0)
         acceleration, velocity, position = (
-            np.where(there[:, None], each, 0.0)[:, :d] for each in (acceleration, velocity, position)
+            np.where(there[:, None], one, 0.0)[:, :d] for one in (acceleration, velocity, position)
         )
         stalled = self._stalled(there, now)
         found = tuple(outcomes.get(k) for k in range(len(there)))
@@ -159,13 +159,13 @@ class Fleet(CommittedFleet):
 
     def _stalled(self, there: Flags, now: float) -> Array:
         """Time [s] since each robot last came nearer to its target, or on along its path: (n,)."""
-        table, d = self.table, self.dimension
-        targets, tolerances = table.target[:, :d].copy(), table.tolerance
-        left = np.maximum(np.linalg.norm(targets - table.position[:, :d], axis=1) - tolerances, 0.0)
+        each, d = self.table.each, self.dimension
+        targets, tolerances = each["target"][:, :d].copy(), each["tolerance"]
+        left = np.maximum(np.linalg.norm(targets - each["position"][:, :d], axis=1) - tolerances, 0.0)
         for k, path in enumerate(self._paths):
             targets[k], at = path.points[-1], self.progress[k]
             left[k] = max(path.length - (at or 0.0) - path.tolerance, 0.0)
-        left[~there | (table.objective != ARRIVE)] = np.nan
+        left[~there | (each["objective"] != ARRIVE)] = np.nan
         fastest = np.array([limits.max_speed for limits in self.members.limits])
         return self._approaches.stalled(left, targets, tolerances, fastest, now)
 
@@ -179,10 +179,9 @@ class Fleet(CommittedFleet):
         Raises:
             InvalidInput: a fleet with worlds; a robot that was not present in the last step.
         """
-        if self.table.world.any():
+        if self.table.each["world"].any():
             raise InvalidInput("worlds: expected one world to publish manoeuvres of, found several")
-        table, d = self.table, self.dimension
-        n = len(self.members.shapes)
+        committed, d, n = self.table.committed, self.dimension, len(self.members.shapes)
         if robots is None:
             rows = np.flatnonzero(self._known)
         else:
@@ -196,7 +195,7 @@ class Fleet(CommittedFleet):
         return tuple(
             Obstacle(
                 self.members.shapes[k],
-                piecewise_polynomial(table.committed_times[k], table.committed_points[k, ..., :d]),
+                piecewise_polynomial(committed.times[k], committed.points[k, ..., :d]),
                 self.members.names[k],
             )
             for k in rows
@@ -211,18 +210,18 @@ class Fleet(CommittedFleet):
         now: float,
     ) -> None:
         """Set targets, desired velocities or paths of the robots, see `step`."""
-        table, n, d = self.table, len(self.members.shapes), self.dimension
+        each, n, d = self.table.each, len(self.members.shapes), self.dimension
         given = {"targets": targets, "desired_velocities": desired_velocities, "paths": paths}
         found = [name for name, value in given.items() if value is not None]
         if len(found) != 1:
             raise InvalidInput(f"targets: expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
         self._paths = ()
-        table.objective[:] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY
-        table.max_speed[:] = [limits.max_speed for limits in self.members.limits]
+        each["objective"] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY
+        each["max_speed"] = [limits.max_speed for limits in self.members.limits]
         if targets is not None:
-            table.target[:, :d], table.final[:] = array_of(targets, "targets", (n, d)), True
+            each["target"][:, :d], each["final"] = array_of(targets, "targets", (n, d)), True
         elif desired_velocities is not None:
-            table.wanted[:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
+            each["wanted"][:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
         elif paths is not None:
             listing(paths, f"{n} paths", "paths")
             if len(paths) != n:
@@ -231,7 +230,7 @@ class Fleet(CommittedFleet):
                 has(path, ("lookahead", "step"), "a PathGoal", f"paths[{k}]")
             self._paths = tuple(paths)
             # A robot that comes back begins anew.
-            self.progress = [at if there else None for at, there in zip(self.progress, table.present)]
+            self.progress = [at if there else None for at, there in zip(self.progress, each["present"])]
             for policy in self.policies:
                 self.follow({k: paths[k] for k in policy.rows.tolist()}, self.window(policy, around, now))
 

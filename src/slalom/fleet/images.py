@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slalom.decision.grown_bodies import moved_bodies
+from slalom.decision.robot_tables import copy_robot, some_robots
 from slalom.forecast import Forecast
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import GrownBodies, RobotTable
@@ -26,10 +27,10 @@ class Images:
 
     def __init__(self, fleet: "CommittedFleet", period: Period) -> None:
         table = fleet.table
-        wide = 2.0 * float(table.radius.max()) + float(fleet.members.margins.max())
+        wide = 2.0 * float(table.each["radius"].max()) + float(fleet.members.margins.max())
         self.period = checked_period(period, fleet.dimension, wide, "world_period")
         self.horizon = fleet.horizon
-        self.robot_of = np.arange(len(table.radius))
+        self.robot_of = np.arange(len(table.each))
 
     def about(
         self, fleet: "CommittedFleet", some: Indices, bodies: list[GrownBodies]
@@ -40,35 +41,37 @@ class Images:
         be avoided by it.
         """
         whole, d = fleet.table, fleet.dimension
-        speed = np.maximum(whole.max_speed, np.linalg.norm(whole.velocity, axis=1))
-        reach = speed * self.horizon + whole.radius
+        each = whole.each
+        speed = np.maximum(each["max_speed"], np.linalg.norm(each["velocity"], axis=1))
+        reach = speed * self.horizon + each["radius"]
         for k in some:
-            within = reach + reach[k] + whole.margin[k]
-            self.robot_of, by = images_about(k, whole.position, within, self.period)
+            within = reach + reach[k] + each["margin"][k]
+            self.robot_of, by = images_about(k, each["position"], within, self.period)
             # Passive obstacles are those of the cell about the origin, into which `home` brings the robot.
-            home = to_nearest(whole.position[k], self.period)[:d]
-            fleet.table = own = RobotTable._make(column[self.robot_of] for column in whole)
-            own.position[:] += by
-            own.observed_points[:] += by[:, None, None]
+            home = to_nearest(each["position"][k], self.period)[:d]
+            fleet.table = own = some_robots(whole, self.robot_of)
+            own.each["position"] += by
+            own.observed.points[:] += by[:, None, None]
             yield np.array([k]), [moved_bodies(each, -home) for each in bodies]
-            for column, new in zip(whole, own, strict=True):
-                column[k] = new[k]
-            fleet.table, self.robot_of = whole, np.arange(len(whole.radius))
+            copy_robot(own, k, whole)
+            fleet.table, self.robot_of = whole, np.arange(len(whole.each))
 
     def window(self, table: RobotTable, obstacles: Obstacles, forecast: Forecast, now: float) -> ObstacleWindow:
         """The images of predicted obstacles that robots in the cell about the origin can meet."""
         # No response makes a robot faster that exceeds its maximum speed.
-        speed = max(table.max_speed.max(), np.linalg.norm(table.velocity, axis=1).max())
-        reach = 0.5 * np.array(self.period) + speed * self.horizon + table.radius.max() + table.margin.max()
-        each = images_met(each_of(obstacles), forecast, self.period, now, self.horizon, -reach, reach)
-        return ObstacleWindow([displaced(predicted, by) for _, predicted, by in each], now, self.horizon)
+        each = table.each
+        speed = max(each["max_speed"].max(), np.linalg.norm(each["velocity"], axis=1).max())
+        reach = 0.5 * np.array(self.period) + speed * self.horizon + each["radius"].max() + each["margin"].max()
+        images = images_met(each_of(obstacles), forecast, self.period, now, self.horizon, -reach, reach)
+        return ObstacleWindow([displaced(predicted, by) for _, predicted, by in images], now, self.horizon)
 
     def met(
         self, table: RobotTable, k: int, obstacles: Obstacles, forecast: Forecast, now: float, d: int
     ) -> list[Obstacle]:
         """The images of obstacles that robot k can meet."""
-        speed = max(table.max_speed[k], float(np.linalg.norm(table.velocity[k])))
-        reach, position = speed * self.horizon + table.radius[k] + table.margin[k], table.position[k, :d]
+        robot, position = table.each[k : k + 1], table.each["position"][k, :d]
+        speed = max(float(robot["max_speed"][0]), float(np.linalg.norm(robot["velocity"])))
+        reach = speed * self.horizon + float(robot["radius"][0] + robot["margin"][0])
         each = images_met(
             each_of(obstacles), forecast, self.period, now, self.horizon, position - reach, position + reach
         )

@@ -57,7 +57,7 @@ class Observer:
 def observers_of(fleet: "CommittedFleet", sight: Sight) -> list[Observer]:
     """The sight of each robot of a fleet. Raises InvalidInput as the fleet."""
     has(sight, ("look", "range"), "a Sight, or None", "sight")
-    if fleet.dimension != 2 or fleet.images is not None or fleet.table.world.any():
+    if fleet.dimension != 2 or fleet.images is not None or fleet.table.each["world"].any():
         raise InvalidInput("sight: expected none in space, in a periodic world or in several worlds, found one")
     if sight.hidden_speed is not None:
         raise InvalidInput(f"sight: expected no hidden speed in a fleet, found {sight.hidden_speed:g} m/s")
@@ -71,22 +71,21 @@ def decide_by_sight(
 
     Robots that share their manoeuvres know them of all robots.
     """
-    table, d, now, outcomes = fleet.table, fleet.dimension, settings.now, dict[int, Outcome]()
-    obstacles = each_of(around)
+    each, d, now, outcomes = fleet.table.each, fleet.dimension, settings.now, dict[int, Outcome]()
+    obstacles, present = each_of(around), each["present"].copy()
     robots = [
         Obstacle(shape, ConstantVelocity(position, velocity, now))
-        for shape, position, velocity in zip(fleet.members.shapes, table.position[:, :d], table.velocity[:, :d])
+        for shape, position, velocity in zip(fleet.members.shapes, each["position"][:, :d], each["velocity"][:, :d])
     ]
     for k in some.tolist():
-        others = [j for j in range(len(robots)) if j != k and table.present[j]]
+        others = [j for j in range(len(robots)) if j != k and each["present"][j]]
         heading = None if fleet.headings is None else float(fleet.headings[k])
-        state = State(table.position[k, :d], table.velocity[k, :d], table.acceleration[k, :d], heading)
-        seen = fleet.observers[k].look(state, obstacles, now, table.target[k, :d], [robots[j] for j in others])
+        state = State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d], heading)
+        seen = fleet.observers[k].look(state, obstacles, now, each["target"][k, :d], [robots[j] for j in others])
         if not policy.method.shared:
-            present = np.zeros(len(robots), np.bool_)
-            present[others], present[k] = fleet.observers[k].robots_seen, True
-            fleet.table = table._replace(present=present)
+            each["present"] = False
+            each["present"][others], each["present"][k] = fleet.observers[k].robots_seen, True
         bodies = fleet.grown_bodies(fleet.window(policy, seen, now))
         outcomes |= fleet.decide(some[some == k], settings, bodies, seen)
-        fleet.table = table
+        each["present"] = present
     return outcomes

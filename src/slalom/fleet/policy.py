@@ -39,7 +39,8 @@ class Policy:
         self, now: float, period: float, patience: float, detours: tuple[float, ...], table: RobotTable, dimension: int
     ) -> DecisionSettings:
         """The settings of the decisions at `now` [s], until the next ones after `period` [s]."""
-        method, own, lowest = self.method, table.priority[self.rows].max(), table.priority.min()
+        method, priority = self.method, table.each["priority"]
+        own, lowest = priority[self.rows].max(), priority.min()
         return DecisionSettings(
             dimension=dimension,
             now=float(now),
@@ -65,17 +66,17 @@ class Policy:
             # A new committed manoeuvre is observed at once.
             return
         if states is None:
-            states = np.stack([table.position, table.velocity, table.acceleration], axis=1)
+            states = np.stack([table.each[name] for name in ("position", "velocity", "acceleration")], axis=1)
         time = np.full(len(states), now) if times is None else times
         observed = np.flatnonzero(~self.published)
         rule = self._forecast
         if rule is not None and time.min() + rule.times[-1] >= now + self.horizon:
             q = len(rule.shares)
-            table.observed_times[observed, : q + 1] = time[observed, None] + rule.times
-            table.observed_times[observed, q + 1 :] = time[observed, None] + rule.times[-1]
-            table.observed_points[observed, :q] = rule.points(states[observed])
+            table.observed.times[observed, : q + 1] = time[observed, None] + rule.times
+            table.observed.times[observed, q + 1 :] = time[observed, None] + rule.times[-1]
+            table.observed.points[observed, :q] = rule.points(states[observed])
         else:
-            for k in observed[table.present[observed]]:
+            for k in observed[table.each["present"][observed]]:
                 self._predict(k, table, d, now, states[k, :, :d], float(time[k]))
         for k in np.flatnonzero(self.published).tolist():
             publish(table, k)
@@ -85,6 +86,6 @@ class Policy:
         observed = ConstantAcceleration(state[0], state[1], state[2], time)
         path = self.method.robot_forecast(observed, time).path(now, now + self.horizon)
         count = len(path.points)
-        table.observed_times[k] = path.times[-1]
-        table.observed_times[k, : count + 1] = path.times
-        table.observed_points[k, :count, :, :d] = path.points
+        table.observed.times[k] = path.times[-1]
+        table.observed.times[k, : count + 1] = path.times
+        table.observed.points[k, :count, :, :d] = path.points

@@ -9,6 +9,8 @@ import numpy as np
 from slalom import kernels
 from slalom.checks import Array
 from slalom.kernels.arrays import Flags, Hulls, Indices, MaybeHulls, Pieces
+from slalom.kernels.decision.tables import EVERY_WORLD, PassiveBody
+from slalom.kernels.records import Records, joined_records, zero_records
 from slalom.obstacle.minkowski import MinkowskiSum, minkowski_sum
 from slalom.obstacle.obstacle import Obstacle
 from slalom.path import Path
@@ -32,17 +34,38 @@ class Bodies(NamedTuple):
     pieces: Pieces  # times elapsed [s]; radius [m] to add to that of the body: errors and uncertainty
     balls: Array  # (n, 4) [m] see `kernels.piece_balls`
     turning: bool  # whether any body turns; if not, the pieces have no directions
-    owner: Indices  # (b,) the obstacle
-    radius: Array  # (b,) [m] of the body itself
-    hull_radius: Array  # (b,) [m]
+    each: Records[PassiveBody]  # (b,)
     hull: Indices  # (b,) number of its hull, or -1 for a point
     corners: Array  # (c, 5) see `kernels.arrays.Corners`
     first: Indices  # (h + 1,)
     unordered: Flags  # (h,)
-    uncertain: Flags  # (b,) whether its obstacle has an uncertainty
-    at_rest: Flags  # (b,) whether a contact with its obstacle counts while the robot is at rest
     heads: Indices  # rows with which bodies begin that exist when the window begins
     has_hulls: bool  # whether any of them is more than a point
+
+    @property
+    def owner(self) -> Indices:
+        """The obstacle of each body (b,)."""
+        return np.ascontiguousarray(self.each["owner"])
+
+    @property
+    def radius(self) -> Array:
+        """The radius (b,) [m] of each body, without uncertainty."""
+        return np.ascontiguousarray(self.each["radius"])
+
+    @property
+    def hull_radius(self) -> Array:
+        """The radius (b,) [m] of the ball about the origin of each body that holds its hull."""
+        return np.ascontiguousarray(self.each["hull_radius"])
+
+    @property
+    def uncertain(self) -> Flags:
+        """Whether the obstacle of each body has an uncertainty (b,)."""
+        return np.ascontiguousarray(self.each["uncertain"])
+
+    @property
+    def at_rest(self) -> Flags:
+        """Whether a contact with each body counts while the robot is at rest (b,)."""
+        return np.ascontiguousarray(self.each["at_rest"])
 
     @property
     def hulls(self) -> MaybeHulls:
@@ -55,6 +78,13 @@ class Bodies(NamedTuple):
         """The hulls of bodies by number (n,), without directions; empty where all bodies are points."""
         hulls = self.hulls
         return hulls._replace(hull=self.hull[rows]) if isinstance(hulls, Hulls) else ()
+
+
+def passive_bodies(count: int) -> Records[PassiveBody]:
+    """Bodies (b,) in every world, contact with which counts; the rest is 0."""
+    each = zero_records(PassiveBody, count)
+    each["world"], each["at_rest"] = EVERY_WORLD, True
+    return each
 
 
 def joined(
@@ -82,20 +112,19 @@ def joined(
     spread = np.concatenate([shape.hull_radius for shape in shapes])
     point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
     heads = np.flatnonzero(np.diff(pieces.body, prepend=-1))
-    hull = np.where(point, -1, np.arange(count))
+    hull, each = np.where(point, -1, np.arange(count)), passive_bodies(count)
+    each["owner"], each["hull_radius"], each["uncertain"] = owner, spread, ~np.repeat(plain, sizes)
+    each["radius"] = np.concatenate([shape.radius for shape in shapes])
+    each["at_rest"] = np.repeat([obstacles[index].contact_at_rest for index in indices], sizes)
     return Bodies(
         pieces,
         kernels.piece_balls(pieces),
         turning=turning,
-        owner=owner,
-        radius=np.concatenate([shape.radius for shape in shapes]),
-        hull_radius=spread,
+        each=each,
         hull=hull,
         corners=np.concatenate([shape.corners for shape in shapes]),
         first=np.concatenate([[0], np.cumsum(counts)]),
         unordered=np.concatenate([shape.unordered for shape in shapes]),
-        uncertain=~np.repeat(plain, sizes),
-        at_rest=np.repeat([obstacles[index].contact_at_rest for index in indices], sizes),
         heads=heads[pieces.times[heads, 0] <= 0.0],
         has_hulls=bool(hull.max(initial=-1) >= 0),
     )
@@ -158,7 +187,7 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
     """The bodies of several parts, with `counts` obstacles each, one part after the other."""
     if len(parts) == 1:
         return parts[0]
-    rows, bodies = [len(part.pieces.body) for part in parts], [len(part.owner) for part in parts]
+    rows, bodies = [len(part.pieces.body) for part in parts], [len(part.each) for part in parts]
     from_row, from_body = np.cumsum([0, *rows]), np.cumsum([0, *bodies])
     from_corner = np.cumsum([0, *(len(part.corners) for part in parts)])
     from_hull = np.cumsum([0, *(len(part.unordered) for part in parts)])
@@ -166,6 +195,8 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
     times, points, radius, growth, turns, body = columns
     if turning:
         turns = tuple(part.pieces.turns if part.turning else _ahead(n) for part, n in zip(parts, rows))
+    each = joined_records([part.each for part in parts])
+    each["owner"] += np.repeat(np.cumsum([0, *counts])[:-1], bodies)
     return Bodies(
         Pieces(
             np.concatenate(times),
@@ -177,15 +208,11 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
         ),
         np.concatenate([part.balls for part in parts]),
         turning=turning,
-        owner=np.concatenate([part.owner for part in parts]) + np.repeat(np.cumsum([0, *counts])[:-1], bodies),
-        radius=np.concatenate([part.radius for part in parts]),
-        hull_radius=np.concatenate([part.hull_radius for part in parts]),
+        each=each,
         hull=np.concatenate([np.where(p.hull < 0, -1, p.hull + k) for p, k in zip(parts, from_hull)]),
         corners=np.concatenate([part.corners for part in parts]),
         first=np.concatenate([[0], *(part.first[1:] + k for part, k in zip(parts, from_corner))]),
         unordered=np.concatenate([part.unordered for part in parts]),
-        uncertain=np.concatenate([part.uncertain for part in parts]),
-        at_rest=np.concatenate([part.at_rest for part in parts]),
         heads=np.concatenate([part.heads + k for part, k in zip(parts, from_row)]),
         has_hulls=any(part.has_hulls for part in parts),
     )
@@ -253,15 +280,11 @@ def no_bodies(d: int) -> Bodies:
         Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no),
         balls=np.empty((0, 4)),
         turning=False,
-        owner=no,
-        radius=none,
-        hull_radius=none,
+        each=passive_bodies(0),
         hull=no,
         corners=np.empty((0, 5)),
         first=np.zeros(1, np.int64),
         unordered=never,
-        uncertain=never,
-        at_rest=never,
         heads=no,
         has_hulls=False,
     )

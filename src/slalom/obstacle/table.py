@@ -29,6 +29,7 @@ class ObstacleTable:
     Attributes:
         given: the obstacles as they were given. obstacles: the same, continued (see `Obstacle.after_end`).
         is_passive: whether contacts with some of them do not count while the robot is at rest.
+        has_futures: whether some are futures with a probability below 1.
 
     Raises:
         InvalidInput: something else than obstacles, or obstacles of different dimensions.
@@ -47,6 +48,7 @@ class ObstacleTable:
         self._spans = np.array(spans, dtype=np.float64).reshape(-1, 2)
         self._uncertain = any(obstacle.uncertainty is not None for obstacle in self.obstacles)
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in self.obstacles)
+        self.has_futures = any(obstacle.probability < 1.0 for obstacle in self.obstacles)
         self._bodies: dict[tuple[Shape, int, float], _Stretch] = {}
         self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
 
@@ -112,19 +114,12 @@ class ObstacleTable:
         bodies, first, body_balls, some = made
         if reach is not None:
             some = kernels.balls_near(body_balls, reach.position, reach.distance + reach.clearance)
-        owner = bodies.owner if len(some) == len(body_balls) else bodies.owner[some]
-        pieces, balls, heads = kernels.pieces_within(bodies.pieces, bodies.balls, first, some, start, until[owner])
-        found = bodies._replace(pieces=pieces, balls=balls, heads=heads)
-        if len(some) == len(body_balls):
-            return found
-        return found._replace(
-            owner=owner,
-            radius=bodies.radius[some],
-            hull_radius=bodies.hull_radius[some],
-            hull=bodies.hull[some],
-            uncertain=bodies.uncertain[some],
-            at_rest=bodies.at_rest[some],
+        each = bodies.each if len(some) == len(body_balls) else bodies.each[some]
+        pieces, balls, heads = kernels.pieces_within(
+            bodies.pieces, bodies.balls, first, some, start, until[each["owner"]]
         )
+        found = bodies._replace(pieces=pieces, balls=balls, heads=heads)
+        return found if each is bodies.each else found._replace(each=each, hull=bodies.hull[some])
 
     def _made(self, robot: Shape, begin: float, end: float) -> "_Stretch":
         """All bodies from begin to end [s]."""
@@ -134,7 +129,7 @@ class ObstacleTable:
             for obstacle, shape, (first, last) in zip(self.obstacles, shapes, self._spans.tolist())
         ]
         bodies = joined(self.obstacles, range(len(shapes)), shapes, tables, 0.0)
-        every = np.arange(len(bodies.owner) + 1)
+        every = np.arange(len(bodies.each) + 1)
         first = np.searchsorted(bodies.pieces.body, every)
         balls = kernels.body_balls(bodies.balls, first, bodies.radius + bodies.hull_radius)
         return _Stretch(bodies, first, balls, every[:-1])

@@ -28,7 +28,7 @@ from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.linear_forecast import LinearForecast, linear_forecast
 from slalom.obstacle.minkowski import sum_of_shapes
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import NO_TURNS, Bodies, Reach, no_bodies, pieces_of_each
+from slalom.obstacle.pieces import NO_TURNS, Bodies, Reach, no_bodies, passive_bodies, pieces_of_each
 from slalom.path import Path
 from slalom.shape import Shape, round_shape
 from slalom.tolerances import UNCERTAINTY_PIECES
@@ -111,6 +111,11 @@ class Tracks:
         self.forecast: Forecast = _usable(usual if forecast is None else forecast)
 
     is_passive = False
+
+    @property
+    def has_futures(self) -> bool:
+        """Whether some tracks are futures with a probability below 1."""
+        return self.probabilities is not None
 
     def __repr__(self) -> str:
         return f"<Tracks at {self.t:g} s, number: {len(self)}, dimension: {self.dimension}>"
@@ -210,12 +215,15 @@ class Tracks:
         if not counts.all():
             some = np.flatnonzero(counts)
             found = self._some(some).bodies(robot, start, until[some], horizon)
-            return found._replace(owner=some[found.owner])
+            found.each["owner"] = some[found.owner]
+            return found
         exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
         cuts = 1 if exact.all() else UNCERTAINTY_PIECES
         window = _window(cast(Hashable, self.forecast), start - self.t, horizon, cuts)
         if window is None or np.any(until != horizon):
-            return pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
+            found = pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
+            found.each["world"] = self.worlds[found.each["owner"]]
+            return found
         shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(window.shares)
         b, d = len(shape.radius), self.dimension
         points = np.asarray(window.points(self.states)[:, None] + shape.offsets[:, None, None])
@@ -223,7 +231,12 @@ class Tracks:
         number = np.arange(total)
         widths = np.repeat(self._widths(window.times + (start - self.t)), b, axis=0)
         point = _each((shape.counts == 1) & (shape.hull_radius == 0.0), n) & np.repeat(exact, b)
-        hull = np.where(point, -1, number)
+        hull, each = np.where(point, -1, number), passive_bodies(total)
+        each["owner"], each["world"], each["uncertain"] = (
+            np.repeat(one, b) for one in (np.arange(n), self.worlds, ~exact)
+        )
+        each["radius"] = np.add.outer(self.radii, shape.radius).reshape(-1)
+        each["hull_radius"] = _each(shape.hull_radius, n)
         pieces = Pieces(
             _each(np.stack([window.times[:-1], window.times[1:]], axis=1), total),
             points.reshape(total * k, 4, d),
@@ -236,15 +249,11 @@ class Tracks:
             pieces,
             kernels.piece_balls(pieces),
             turning=False,
-            owner=np.repeat(np.arange(n), b),
-            radius=np.add.outer(self.radii, shape.radius).reshape(-1),
-            hull_radius=_each(shape.hull_radius, n),
+            each=each,
             hull=hull,
             corners=_each(shape.corners, n),
             first=np.append(0, np.cumsum(_each(shape.counts, n))),
             unordered=_each(shape.unordered, n),
-            uncertain=np.repeat(~exact, b),
-            at_rest=np.ones(total, np.bool_),
             heads=number * k,
             has_hulls=bool(hull.max() >= 0),
         )

@@ -39,6 +39,10 @@ class _Source(Protocol):
     def is_passive(self) -> bool:
         """Whether contacts with some of them do not count while the robot is at rest."""
 
+    @property
+    def has_futures(self) -> bool:
+        """Whether some are futures with a probability below 1."""
+
     def __len__(self) -> int: ...
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
@@ -52,6 +56,7 @@ class _Listed:
         self.obstacles = obstacles
         self.dimension = one_dimension(obstacle.dimension for obstacle in obstacles)
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in obstacles)
+        self.has_futures = any(obstacle.probability < 1.0 for obstacle in obstacles)
 
     def __len__(self) -> int:
         return len(self.obstacles)
@@ -146,13 +151,10 @@ class ObstacleWindow:
         each = [s.worlds if isinstance(s, Tracks) else np.full(len(s), EVERY_WORLD) for s in self._sources]
         return np.concatenate([np.empty(0, np.int64), *each])
 
-    @cached_property
+    @property
     def has_futures(self) -> bool:
         """Whether some obstacles are futures with a probability below 1."""
-        return any(
-            s.probabilities is not None if isinstance(s, Tracks) else any(o.probability < 1.0 for o in s.obstacles)
-            for s in self._sources
-        )
+        return any(s.has_futures for s in self._sources)
 
     def staying(self, t: float) -> tuple[list[Obstacle], Indices]:
         """The obstacles that are known and exist at time t [s], of one part; and their worlds (m,)."""
@@ -184,7 +186,7 @@ class ObstacleWindow:
         bodies = self.bodies(robot)
         near = np.flatnonzero(self._measure(robot, point)[0] < bodies.radius + margin)
         of_near = np.isin(bodies.pieces.body, near)
-        points, moves = bodies.pieces.points[of_near], np.zeros(len(bodies.owner), np.bool_)
+        points, moves = bodies.pieces.points[of_near], np.zeros(len(bodies.each), np.bool_)
         np.logical_or.at(moves, bodies.pieces.body[of_near], np.any(points != points[:, :1], axis=(1, 2)))
         return not moves[near].all()
 
@@ -222,7 +224,10 @@ class ObstacleWindow:
             parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon, reach))
             first += count
         bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
-        return bodies if self._at_rest else bodies._replace(at_rest=np.zeros_like(bodies.at_rest))
+        if not self._at_rest:
+            bodies = bodies._replace(each=bodies.each.copy())
+            bodies.each["at_rest"] = False
+        return bodies
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).

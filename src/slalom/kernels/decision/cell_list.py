@@ -9,7 +9,7 @@ import numpy as np
 from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.decision.neighbours import farthest_distance, reachable_balls
 from slalom.kernels.decision.paths import continue_from_state, predict
-from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, RobotTable
+from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, Robot, RobotTable
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
@@ -27,8 +27,8 @@ def build_cell_list(
     position, velocity = np.empty(settings.dimension), np.empty(settings.dimension)
     for i in order:
         continue_from_state(i, robots, settings, position, velocity)
-    for k in range(len(robots.present)):
-        if robots.present[k]:
+    for k in range(len(robots.each)):
+        if robots.each[k].present:
             predict(k, robots, settings)
     return cell_list(order, robots, responses, settings)
 
@@ -40,28 +40,30 @@ def largest_approach(order: Indices, robots: RobotTable, responses: ResponseTabl
     The decision of a robot that shares its manoeuvre is observed at once, so its whole reachable set counts for others.
     """
     centers, radii, own, other = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS), 0.0, 0.0
-    for k in range(len(robots.radius)):
-        if robots.present[k]:
-            other = max(other, farthest_distance(robots.position[k], robots.ball_centers[k], robots.ball_radii[k]))
+    for k in range(len(robots.each)):
+        one = robots.each[k]
+        if one.present:
+            other = max(other, farthest_distance(one.position[:], one.ball_centers[:], one.ball_radii[:]))
     for i in order:
         reachable_balls(i, robots, responses, settings, centers, radii)
-        own = max(own, farthest_distance(robots.position[i], centers, radii))
+        own = max(own, farthest_distance(robots.each[i].position[:], centers, radii))
     return own + max(own, other)
 
 
 @kernel
 def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> CellList:
     """All robots in cells: none of `order` (m,) can meet a robot outside its own and the neighbouring cells."""
-    n, d, worlds, margin, size, speed = len(robots.radius), settings.dimension, 1, 0.0, 0.0, 0.0
+    n, d, worlds, margin, size, speed = len(robots.each), settings.dimension, 1, 0.0, 0.0, 0.0
     low, high = np.full(d, np.inf), np.full(d, -np.inf)
     for k in range(n):
-        if not robots.present[k]:
+        robot = robots.each[k]
+        if not robot.present:
             continue
-        size, speed = max(size, robots.radius[k]), max(speed, robots.max_speed[k])
-        worlds, margin = max(worlds, robots.world[k] + 1), max(margin, robots.margin[k])
+        size, speed = max(size, robot.radius), max(speed, robot.max_speed)
+        worlds, margin = max(worlds, robot.world + 1), max(margin, robot.margin)
         for axis in range(d):
-            low[axis] = min(low[axis], robots.position[k, axis])
-            high[axis] = max(high[axis], robots.position[k, axis])
+            low[axis] = min(low[axis], robot.position[axis])
+            high[axis] = max(high[axis], robot.position[axis])
     # Robots meet on straight lines at max speed, see `is_in_reach`.
     far = 2.0 * speed * settings.horizon
     if settings.shared:
@@ -78,25 +80,25 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
         total *= counts[axis]
     first, member, cell = np.zeros(total + 1, np.int64), np.empty(n, np.int64), np.zeros(n, np.int64)
     for k in range(n):
-        if robots.present[k]:
-            cell[k] = cell_at(k, robots, low, width, counts)
+        if robots.each[k].present:
+            cell[k] = cell_at(robots.each[k], low, width, counts)
             first[cell[k] + 1] += 1
     for c in range(total):
         first[c + 1] += first[c]
     free = first[:-1].copy()
     for k in range(n):
-        if robots.present[k]:
+        if robots.each[k].present:
             member[free[cell[k]]] = k
             free[cell[k]] += 1
     return CellList(low, width, counts, first, member)
 
 
 @kernel
-def cell_at(k: int, robots: RobotTable, low: Array, width: Array, counts: Indices) -> int:
-    """The number of the cell that holds robot k; the rest as in `CellList`. Those of one world follow each other."""
-    position, c = robots.position[k], int(robots.world[k])
+def cell_at(robot: Robot, low: Array, width: Array, counts: Indices) -> int:
+    """The number of the cell that holds a robot; the rest as in `CellList`. Those of one world follow each other."""
+    c = int(robot.world)
     for axis in range(len(counts)):
-        at = int((position[axis] - low[axis]) / width[axis])
+        at = int((robot.position[axis] - low[axis]) / width[axis])
         c = c * counts[axis] + min(max(at, 0), counts[axis] - 1)
     return int(c)
 
@@ -108,21 +110,22 @@ def robots_in_reach(i: int, cells: CellList, robots: RobotTable, settings: Decis
     They are written into `found` (n,), by number. So their order does not depend on the cells, and sums over them have
     the same bits in every partition.
     """
+    robot = robots.each[i]
     d, count, at = len(cells.counts), 0, np.zeros(3, np.int64)
     for axis in range(d):
         at[axis] = min(
-            max(int((robots.position[i, axis] - cells.low[axis]) / cells.width[axis]), 0), cells.counts[axis] - 1
+            max(int((robot.position[axis] - cells.low[axis]) / cells.width[axis]), 0), cells.counts[axis] - 1
         )
     deep = 1 if d == 3 else 0
     for a in range(max(at[0] - 1, 0), min(at[0] + 2, cells.counts[0])):
         for b in range(max(at[1] - 1, 0), min(at[1] + 2, cells.counts[1])):
             for e in range(max(at[2] - deep, 0), min(at[2] + deep + 1, cells.counts[2] if d == 3 else 1)):
-                c = (robots.world[i] * cells.counts[0] + a) * cells.counts[1] + b
+                c = (robot.world * cells.counts[0] + a) * cells.counts[1] + b
                 if d == 3:
                     c = c * cells.counts[2] + e
                 for m in range(cells.first[c], cells.first[c + 1]):
                     k = cells.member[m]
-                    if k != i and is_in_reach(i, k, robots, settings):
+                    if k != i and is_in_reach(robot, robots.each[k], settings):
                         place = count
                         while place > 0 and found[place - 1] > k:
                             found[place] = found[place - 1]
@@ -133,12 +136,12 @@ def robots_in_reach(i: int, cells: CellList, robots: RobotTable, settings: Decis
 
 
 @inlined
-def is_in_reach(i: int, k: int, robots: RobotTable, settings: DecisionSettings) -> bool:
-    """Whether robots i and k can meet within the horizon, both straight at max speed."""
-    speeds, square = robots.max_speed[i] + robots.max_speed[k], 0.0
-    reach = speeds * settings.horizon + robots.radius[i] + robots.radius[k] + robots.margin[i]
+def is_in_reach(robot: Robot, other: Robot, settings: DecisionSettings) -> bool:
+    """Whether two robots can meet within the horizon, both straight at max speed."""
+    speeds, square = robot.max_speed + other.max_speed, 0.0
+    reach = speeds * settings.horizon + robot.radius + other.radius + robot.margin
     for axis in range(settings.dimension):
-        square += squared(robots.position[k, axis] - robots.position[i, axis])
+        square += squared(other.position[axis] - robot.position[axis])
     return bool(square <= reach * reach)
 
 
@@ -152,10 +155,11 @@ def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> I
     sides = np.ones(3, np.int64)
     copy_into(sides, cells.counts)
     for n in range(len(order)):
+        robot = robots.each[order[n]]
         # Cells are numbered as if there were three axes, the last ones of length 1.
-        c = cell_at(order[n], robots, cells.low, cells.width, cells.counts)
+        c = cell_at(robot, cells.low, cells.width, cells.counts)
         x, y, z = c // (sides[1] * sides[2]) % sides[0], c // sides[2] % sides[1], c % sides[2]
-        world = robots.world[order[n]] * sides[0]
+        world = robot.world * sides[0]
         last = -1
         for u in range(max(x - 1, 0), min(x + 2, sides[0])):
             for v in range(max(y - 1, 0), min(y + 2, sides[1])):

@@ -7,13 +7,15 @@ from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.reciprocity import agreed_side, share_of
 from slalom.kernels.decision.tables import (
     EVERY_WORLD,
+    MET_BODY,
     EncounterTables,
+    MetBody,
     ObstaclePieces,
-    Paths,
 )
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.records import Records
 from slalom.kernels.relative_motion.contact import kept_margin, overlaps
 from slalom.kernels.relative_motion.window import share_of_piece
 from slalom.kernels.squared import squared
@@ -58,18 +60,28 @@ def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, sc
 
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon.
     """
-    robots, bodies, settings = scene.robots, scene.bodies, scene.settings
+    robot, bodies, settings = scene.robots.each[i], scene.bodies, scene.settings
     times, balls, body = bodies.pieces.times, bodies.balls, bodies.pieces.body
     rows, count, horizon = np.empty(len(body), np.int64), 0, settings.horizon
-    more = robots.rounding[i] - bodies.robot_rounding + robots.margin[i] + error
+    more = robot.rounding - bodies.robot_rounding + robot.margin + error
     for s in range(len(body)):
-        if times[s, 1] <= 0.0 or times[s, 0] >= horizon or is_elsewhere(bodies.world[body[s]], robots.world[i]):
+        passive = bodies.passive[body[s]]
+        if times[s, 1] <= 0.0 or times[s, 0] >= horizon or is_elsewhere(passive.world, robot.world):
             continue
-        grown = bodies.body_radius[body[s]] + bodies.hull_radius[body[s]] + more
+        grown = passive.radius + passive.hull_radius + more
         if meets_balls(balls[s], grown, times[s, 0], times[s, 1], horizon, centers, radii):
             rows[count] = s
             count += 1
     return rows[:count]
+
+
+@kernel
+def new_bodies(count: int) -> Records[MetBody]:
+    """Bodies (n,) of no robot, which do no part of the avoidance."""
+    bodies = np.zeros(count, MET_BODY)
+    for b in range(count):
+        bodies[b].robot, bodies[b].share, bodies[b].at_rest = -1, 1.0, True
+    return bodies  # type: ignore[return-value]
 
 
 @kernel
@@ -81,27 +93,24 @@ def obstacle_pieces(
     Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near. Bodies are
     larger by `error` [m], that of the robot's own pieces. If the robot `agrees` on sides, see `agreed_side`.
     """
-    robots, bodies, fixed = scene.robots, scene.bodies, len(scene.bodies.body_radius)
-    d, q = scene.settings.dimension, robots.observed_points.shape[1]
+    robots, bodies, fixed = scene.robots, scene.bodies, len(scene.bodies.passive)
+    d, q = scene.settings.dimension, robots.observed.points.shape[1]
     passive = passive_rows_in_reach(i, error, centers, radii, scene)
     total = fixed
     for k in near:
-        total += bodies.robot_first[robots.skeleton[k] + 1] - bodies.robot_first[robots.skeleton[k]]
+        skeleton = robots.each[k].skeleton
+        total += bodies.robot_first[skeleton + 1] - bodies.robot_first[skeleton]
     # One row more for each body of a robot: one piece is cut where the margin is whole again.
     n, turning = len(passive) + (total - fixed) * (q + 1), len(bodies.pieces.turns) > 0
     turns = np.zeros((n if turning else 0, 4, 2))
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
-    hull, hull_radius = np.full(total, -1), np.zeros(total)
-    robot, share, at_rest = np.full(total, -1), np.ones(total), np.ones(total, np.bool_)
-    balls = np.full((n, 4), np.inf)
-    at_rest[:fixed] = bodies.at_rest
-    rows = ObstaclePieces(pieces, np.zeros((n, 2)), hull, hull_radius, robot, balls, share, at_rest)
+    met, hull, balls = new_bodies(total), np.full(total, -1), np.full((n, 4), np.inf)
+    rows = ObstaclePieces(pieces, np.zeros((n, 2)), balls, met, hull)
     overlaps_passive = add_passive(i, passive, error, rows, scene) if fixed else False
     overlaps_robot, s = add_robots(i, near, len(passive), error, agrees, rows, scene)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
-    return ObstaclePieces(
-        used, rows.margin[:s], hull, hull_radius, robot, rows.balls[:s], share, at_rest
-    ), overlaps_passive or overlaps_robot
+    found = ObstaclePieces(used, rows.margin[:s], rows.balls[:s], met, hull)
+    return found, overlaps_passive or overlaps_robot
 
 
 @inlined
@@ -113,45 +122,46 @@ def add_robots(
     They begin at row s. Returns whether robot i overlaps one, and the next free row.
     """
     robots, bodies, settings, pieces = scene.robots, scene.bodies, scene.settings, rows.pieces
-    d, now, q, observed = settings.dimension, settings.now, robots.observed_points.shape[1], robots.observed_points
+    robot, observed, d, now = robots.each[i], robots.observed, settings.dimension, settings.now
     position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
     side = np.zeros(d)
-    body, turning, margin = len(bodies.body_radius), len(pieces.turns) > 0, robots.margin[i]
+    body, turning, margin = len(bodies.passive), len(pieces.turns) > 0, robot.margin
     for k in near:
-        state_on_path(Paths(robots.observed_times, observed), k, now, position, velocity)
-        both = robots.rounding[i] + robots.rounding[k]
-        for j in range(bodies.robot_first[robots.skeleton[k]], bodies.robot_first[robots.skeleton[k] + 1]):
-            square = 0.0
+        other = robots.each[k]
+        state_on_path(observed, k, now, position, velocity)
+        both = robot.rounding + other.rounding
+        for j in range(bodies.robot_first[other.skeleton], bodies.robot_first[other.skeleton + 1]):
+            part, square = bodies.robot_bodies[j], 0.0
             for axis in range(d):
-                place[0, axis] = position[axis] + bodies.robot_offset[j, axis] - robots.position[i, axis]
+                place[0, axis] = position[axis] + part.offset[axis] - robot.position[axis]
                 square += squared(place[0, axis])
             distance = np.sqrt(square)
             if bodies.robot_hull[j] >= 0:
                 hulls = hulls_of_bodies(bodies.corners, bodies.robot_hull, np.empty((4, 2, 0)))
                 distance = distances(place, np.array([[1.0, 0.0]]), bodies.robot_hull[j : j + 1], hulls)[0, 0]
-            clearance = distance - (bodies.robot_radius[j] + both)
+            clearance = distance - (part.radius + both)
             overlapping = overlapping or overlaps(clearance)
             extra = kept_margin(clearance, margin)
             # No robot relies on the other where both are close: there it is too late for mistakes.
-            if settings.share < 1.0 and clearance > COOPERATION_RANGE * (robots.radius[i] + robots.radius[k]):
-                rows.share[body] = share_of(i, k, robots, settings)
+            if settings.share < 1.0 and clearance > COOPERATION_RANGE * (robot.radius + other.radius):
+                rows.bodies[body].share = share_of(robot, other, settings)
             wider = 0.0
-            if agrees and rows.share[body] < 1.0:
-                wider = agreed_side(i, k, position, velocity, clearance - max(extra, 0.0), robots, side)
-            rows.robot[body], rows.hull[body] = k, bodies.robot_hull[j]
-            rows.hull_radius[body] = bodies.robot_hull_radius[j]
+            if agrees and rows.bodies[body].share < 1.0:
+                wider = agreed_side(robot, other, position, velocity, clearance - max(extra, 0.0), side)
+            rows.bodies[body].robot, rows.hull[body] = k, bodies.robot_hull[j]
+            rows.bodies[body].hull_radius = part.hull_radius
             end, cut = s, settings.regain if extra < margin else np.inf
-            for p in range(q):
-                first, last = robots.observed_times[k, p], robots.observed_times[k, p + 1]
+            for p in range(observed.points.shape[1]):
+                first, last = observed.times[k, p], observed.times[k, p + 1]
                 if last <= now or last <= first or first >= now + settings.horizon:
                     continue
-                end = add_piece(first - now, last - now, observed[k, p], cut, end, pieces)
+                end = add_piece(first - now, last - now, observed.points[k, p], cut, end, pieces)
             for row in range(s, end):
-                pieces.radius[row], pieces.body[row] = bodies.robot_radius[j] + both + extra + error + wider, body
+                pieces.radius[row], pieces.body[row] = part.radius + both + extra + error + wider, body
                 rows.margin[row, 0] = max(extra, 0.0)
                 for c in range(4):
                     for axis in range(d):
-                        pieces.points[row, c, axis] += bodies.robot_offset[j, axis] + wider * side[axis]
+                        pieces.points[row, c, axis] += part.offset[axis] + wider * side[axis]
                     if turning:
                         pieces.turns[row, c, 0] = 1.0
             if cut < np.inf:
@@ -209,13 +219,15 @@ def add_passive(i: int, passive: Indices, error: float, rows: ObstaclePieces, sc
 
     Returns whether the robot overlaps one.
     """
-    robots, bodies, pieces = scene.robots, scene.bodies, rows.pieces
+    bodies, pieces = scene.bodies, rows.pieces
     fixed, d, turning = bodies.pieces, pieces.points.shape[2], len(pieces.turns) > 0
-    more = robots.rounding[i] - bodies.robot_rounding
-    radius = bodies.body_radius + more
-    overlapping = add_margin(i, radius, scene)
+    more = scene.robots.each[i].rounding - bodies.robot_rounding
+    radius = np.empty(len(bodies.passive))
     for b in range(len(radius)):
-        rows.hull[b], rows.hull_radius[b] = bodies.hull[b], bodies.hull_radius[b]
+        radius[b] = bodies.passive[b].radius + more
+        rows.hull[b], rows.bodies[b].hull_radius = bodies.hull[b], bodies.passive[b].hull_radius
+        rows.bodies[b].at_rest = bodies.passive[b].at_rest
+    overlapping = add_margin(i, radius, scene)
     for s in range(len(passive)):
         row, b = passive[s], fixed.body[passive[s]]
         pieces.times[s, 0], pieces.times[s, 1] = fixed.times[row, 0], fixed.times[row, 1]
@@ -228,15 +240,15 @@ def add_passive(i: int, passive: Indices, error: float, rows: ObstaclePieces, sc
         pieces.body[s] = b
         for axis in range(3):
             rows.balls[s, axis] = bodies.balls[row, axis]
-        rows.balls[s, 3] = bodies.balls[row, 3] + radius[b] + bodies.hull_radius[b] + error
-        rows.margin[s, 0] = max(radius[b] - bodies.body_radius[b] - more, 0.0)
+        rows.balls[s, 3] = bodies.balls[row, 3] + radius[b] + bodies.passive[b].hull_radius + error
+        rows.margin[s, 0] = max(radius[b] - bodies.passive[b].radius - more, 0.0)
     return overlapping
 
 
 @kernel
 def add_margin(i: int, radius: Array, scene: EncounterTables) -> bool:
     """Add the margin that robot i can keep to the radii (b,) [m] of passive bodies; whether it overlaps one."""
-    robots, bodies, settings = scene.robots, scene.bodies, scene.settings
+    robot, bodies, settings = scene.robots.each[i], scene.bodies, scene.settings
     fixed, near = bodies.pieces, passive_heads_nearby(i, radius, scene)
     body = fixed.body[near]
     places, directions = np.zeros((len(near), 3)), np.zeros((len(near), 2))
@@ -246,7 +258,7 @@ def add_margin(i: int, radius: Array, scene: EncounterTables) -> bool:
         x = share_of_piece(fixed.times, s)
         for axis in range(settings.dimension):
             p = fixed.points[s, :, axis]
-            places[h, axis] = value(p[0], p[1], p[2], p[3], x) - robots.position[i, axis]
+            places[h, axis] = value(p[0], p[1], p[2], p[3], x) - robot.position[axis]
         if len(fixed.turns) > 0:
             for axis in range(2):
                 p = fixed.turns[s, :, axis]
@@ -255,30 +267,31 @@ def add_margin(i: int, radius: Array, scene: EncounterTables) -> bool:
         places, directions, bodies.hull[body], hulls_of_bodies(bodies.corners, bodies.hull, np.empty((4, 2, 0)))
     )
     overlapping = False
-    kept = np.full(len(radius), robots.margin[i])
+    kept = np.full(len(radius), robot.margin)
     for h in range(len(near)):
         s, clearance = near[h], found[h, 0] - radius[body[h]]
-        if bodies.uncertain[body[h]]:
+        if bodies.passive[body[h]].uncertain:
             clearance -= fixed.radius[s] + fixed.growth[s] * share_of_piece(fixed.times, s)
         # From a body that a robot at rest may touch there is nothing to separate.
-        overlapping = overlapping or (bodies.at_rest[body[h]] and overlaps(clearance))
-        kept[body[h]] = max(kept_margin(clearance, robots.margin[i]), -radius[body[h]])
-    radius += kept
+        overlapping = overlapping or (bodies.passive[body[h]].at_rest and overlaps(clearance))
+        kept[body[h]] = max(kept_margin(clearance, robot.margin), -radius[body[h]])
+    for b in range(len(radius)):
+        radius[b] += kept[b]
     return overlapping
 
 
 @kernel
 def passive_heads_nearby(i: int, radius: Array, scene: EncounterTables) -> Indices:
     """The heads of passive bodies with radii (b,) [m] of which robot i may be nearer to than the margin now."""
-    robots, bodies, count = scene.robots, scene.bodies, 0
+    robot, bodies, count = scene.robots.each[i], scene.bodies, 0
     near = np.empty(len(bodies.heads), np.int64)
     for s in bodies.heads:
         b, square = bodies.pieces.body[s], 0.0
-        if is_elsewhere(bodies.world[b], robots.world[i]):
+        if is_elsewhere(bodies.passive[b].world, robot.world):
             continue
         for axis in range(3):
-            square += squared(bodies.balls[s, axis] - robots.position[i, axis])
-        reach = bodies.balls[s, 3] + radius[b] + bodies.hull_radius[b] + robots.margin[i] + CONTACT_SLACK
+            square += squared(bodies.balls[s, axis] - robot.position[axis])
+        reach = bodies.balls[s, 3] + radius[b] + bodies.passive[b].hull_radius + robot.margin + CONTACT_SLACK
         if square <= reach * reach:
             near[count] = s
             count += 1

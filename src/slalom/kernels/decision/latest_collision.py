@@ -17,7 +17,7 @@ from slalom.tolerances import COMPARED_COLLISION, LATEST_COLLISION, WORK_ROW
 @kernel
 def free_without_margin(i: int, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch) -> bool:
     """Whether robot i has a response with a control that collides with none of `rows` taken without their margins."""
-    first, free = tables.responses.kinds[tables.robots.kind[i]], False
+    first, free = tables.responses.kinds[tables.robots.each[i].kind], False
     radius, growth, u = rows.pieces.radius.copy(), rows.pieces.growth.copy(), np.zeros(3)
     reduce_margin(1.0, rows)
     for k in range(len(search.excluded)):
@@ -25,7 +25,8 @@ def free_without_margin(i: int, rows: ObstaclePieces, tables: DecisionTables, se
             free = free_until(i, first + k, tables.settings.horizon, rows, search.preferred[k], tables, u)
         if free:
             break
-    rows.pieces.radius[:], rows.pieces.growth[:] = radius, growth
+    copy_into(rows.pieces.radius, radius)
+    copy_into(rows.pieces.growth, growth)
     return free
 
 
@@ -37,7 +38,7 @@ def latest_collision(i: int, rows: ObstaclePieces, tables: DecisionTables, searc
     Responses are compared to the part COMPARED_COLLISION of a period; the control of the one that is chosen collides at
     most the part LATEST_COLLISION of a period sooner than necessary.
     """
-    settings, first, count = tables.settings, tables.responses.kinds[tables.robots.kind[i]], len(search.excluded)
+    settings, first, count = tables.settings, tables.responses.kinds[tables.robots.each[i].kind], len(search.excluded)
     times, ends, speeds = np.zeros(count), np.zeros(count), np.full(count, np.inf)
     controls, u, latest = np.zeros((count, 3)), np.zeros(3), 0.0
     for k in range(count):
@@ -77,7 +78,7 @@ def free_from(
     Both lie between `low` [s], up to which `search.control` is free, and `high` [s]. The control that is free
     longest goes there. The time is bracketed by steps that double, and then found by bisection.
     """
-    u, step, k = np.zeros(3), 2.0 * tables.settings.period, r - tables.responses.kinds[tables.robots.kind[i]]
+    u, step, k = np.zeros(3), 2.0 * tables.settings.period, r - tables.responses.kinds[tables.robots.each[i].kind]
     while high - low > within:
         middle = min(low + step, 0.5 * (low + high))
         if free_until(i, r, middle, rows, search.preferred[k], tables, u):
@@ -97,10 +98,10 @@ def free_until(
     The one nearest to `preferred` (3,) goes into u (3,).
     """
     unchanged = np.zeros(3)
-    unchanged_control(i, r, tables.robots, tables.responses, unchanged)
+    unchanged_control(tables.robots.each[i], r, tables.responses, unchanged)
     motion = relative_motion(i, r, rows, tables, unchanged, until)
     free, work = choose(motion, preferred, tables.settings.dimension, np.inf, u)
-    tables.robots.work[i] += work + WORK_ROW * len(rows.pieces.body)
+    tables.robots.each[i].work += work + WORK_ROW * len(rows.pieces.body)
     return free
 
 
@@ -109,10 +110,10 @@ def impact_speed(
     i: int, r: int, t: float, u: Array, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch
 ) -> float:
     """The speed [m/s] relative to the nearest body after t [s], under control u (3,) of response r."""
-    robots, settings, scratch, pieces = tables.robots, tables.settings, search.scratch, rows.pieces
+    robot, settings, scratch, pieces = tables.robots.each[i], tables.settings, search.scratch, rows.pieces
     hulls = hulls_of_bodies(tables.bodies.corners, rows.hull, np.empty((4, 2, 0)))
     place, direction, nearest, speed = np.zeros((1, 3)), np.array([[1.0, 0.0]]), np.inf, np.inf
-    response_path(i, r, u, robots, tables.responses, settings, t, scratch.paths, 0)
+    response_path(robot, r, u, tables.responses, settings, t, scratch.paths, 0)
     state_on_path(scratch.paths, 0, settings.now + t, scratch.position, scratch.velocity)
     for s in range(len(pieces.body)):
         if t < pieces.times[s, 0] or t > pieces.times[s, 1]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array
 from slalom.kernels.decision.paths import state_on_path
-from slalom.kernels.decision.tables import Bounds, DecisionSettings, Paths, ResponseTable, RobotTable
+from slalom.kernels.decision.tables import Bounds, DecisionSettings, ResponseTable, Robot, RobotTable
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.speed_limit import allowed_speed
 from slalom.kernels.squared import squared
@@ -12,21 +12,19 @@ from slalom.tolerances import ADMISSIBLE
 
 
 @inlined
-def largest_norm(i: int, p: int, robots: RobotTable, responses: ResponseTable) -> float:
-    """The largest norm [m/s or m/s^2] of peak p of its response that robot i may reach."""
+def largest_norm(robot: Robot, p: int, responses: ResponseTable) -> float:
+    """The largest norm [m/s or m/s^2] of peak p of its response that a robot may reach."""
     if responses.peaks[p, 1] != 0.0:
-        return float(robots.max_acceleration[i])
-    square = squared(robots.velocity[i, 0]) + squared(robots.velocity[i, 1]) + squared(robots.velocity[i, 2])
-    settled = responses.settled[int(responses.peaks[p, 0])]
-    return float(allowed_speed(robots.max_speed[i], np.sqrt(square), robots.braking[i], settled))
+        return float(robot.max_acceleration)
+    square = squared(robot.velocity[0]) + squared(robot.velocity[1]) + squared(robot.velocity[2])
+    settled = responses.each[int(responses.peaks[p, 0])].settled
+    return float(allowed_speed(robot.max_speed, np.sqrt(square), robot.braking, settled))
 
 
 @inlined
-def peak_drift(i: int, p: int, axis: int, robots: RobotTable, responses: ResponseTable) -> float:
-    """The coordinate of peak p of its response for robot i under control 0."""
-    return float(
-        responses.peaks[p, 2] * robots.velocity[i, axis] + responses.peaks[p, 3] * robots.acceleration[i, axis]
-    )
+def peak_drift(robot: Robot, p: int, axis: int, responses: ResponseTable) -> float:
+    """The coordinate of peak p of its response for a robot under control 0."""
+    return float(responses.peaks[p, 2] * robot.velocity[axis] + responses.peaks[p, 3] * robot.acceleration[axis])
 
 
 @kernel
@@ -35,7 +33,7 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
 
     Half-spaces that hold all of the smallest ball are left out.
     """
-    flats, own = 0, range(bounds.first[i], bounds.first[i + 1])
+    robot, flats, own = robots.each[i], 0, range(bounds.first[i], bounds.first[i + 1])
     peaks = range(responses.first_peak[r], responses.first_peak[r + 1])
     balls = len(peaks)
     for p in peaks:
@@ -47,8 +45,8 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
         gain = responses.peaks[p, 4]
         rows[k, 0] = -1.0
         for axis in range(3):
-            rows[k, 1 + axis] = -peak_drift(i, p, axis, robots, responses) / gain
-        rows[k, 4] = largest_norm(i, p, robots, responses) / abs(gain)
+            rows[k, 1 + axis] = -peak_drift(robot, p, axis, responses) / gain
+        rows[k, 4] = largest_norm(robot, p, responses) / abs(gain)
         k += 1
     smallest = 0
     for b in range(1, balls):
@@ -60,7 +58,7 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
                 continue
             along, center = 0.0, 0.0
             for axis in range(3):
-                along += bounds.rows[b, 2 + axis] * peak_drift(i, p, axis, robots, responses)
+                along += bounds.rows[b, 2 + axis] * peak_drift(robot, p, axis, responses)
                 rows[k, 1 + axis] = bounds.rows[b, 2 + axis] * np.sign(gain)
                 center += rows[k, 1 + axis] * rows[smallest, 1 + axis]
             rows[k, 4] = (bounds.rows[b, 5] - along) / abs(gain)
@@ -84,14 +82,14 @@ def is_admissible(limits: Array, u: Array) -> bool:
 
 
 @inlined
-def smallest_control_ball(i: int, r: int, robots: RobotTable, responses: ResponseTable) -> tuple[int, float]:
+def smallest_control_ball(robot: Robot, r: int, responses: ResponseTable) -> tuple[int, float]:
     """The smallest ball that holds all admissible controls of response r: its peak, and its radius.
 
     The centre is -`peak_drift` / gain. See `limits.Limits.admissible`.
     """
     least, radius = -1, np.inf
     for p in range(responses.first_peak[r], responses.first_peak[r + 1]):
-        size = largest_norm(i, p, robots, responses) / abs(responses.peaks[p, 4])
+        size = largest_norm(robot, p, responses) / abs(responses.peaks[p, 4])
         if size < radius:
             least, radius = p, size
     return least, radius
@@ -108,13 +106,12 @@ def obeys_turning_bounds(
     for b in range(bounds.first[i], bounds.first[i + 1]):
         if bounds.rows[b, 1] == 0.0:
             continue
-        committed = Paths(robots.committed_times, robots.committed_points)
-        state_on_path(committed, i, settings.now + settings.period, position, velocity)
+        state_on_path(robots.committed, i, settings.now + settings.period, position, velocity)
         along = 0.0
         for axis in range(settings.dimension):
             x = velocity[axis]
             if bounds.rows[b, 0] != 0.0:
-                x = (velocity[axis] - robots.velocity[i, axis]) / settings.period
+                x = (velocity[axis] - robots.each[i].velocity[axis]) / settings.period
             along += bounds.rows[b, 2 + axis] * x
         if along > bounds.rows[b, 5] + ADMISSIBLE * (1.0 + abs(bounds.rows[b, 5])):
             return False
@@ -122,16 +119,16 @@ def obeys_turning_bounds(
 
 
 @inlined
-def is_too_fast(i: int, robots: RobotTable) -> bool:
-    """Whether robot i exceeds its speed limit by more than rounding."""
-    square = squared(robots.velocity[i, 0]) + squared(robots.velocity[i, 1]) + squared(robots.velocity[i, 2])
-    return bool(np.sqrt(square) > robots.max_speed[i] * (1.0 + 10.0 * ADMISSIBLE))
+def is_too_fast(robot: Robot) -> bool:
+    """Whether a robot exceeds its speed limit by more than rounding."""
+    square = squared(robot.velocity[0]) + squared(robot.velocity[1]) + squared(robot.velocity[2])
+    return bool(np.sqrt(square) > robot.max_speed * (1.0 + 10.0 * ADMISSIBLE))
 
 
 @inlined
-def largest_error(i: int, robots: RobotTable, responses: ResponseTable) -> float:
-    """The largest error [m] of the cubic pieces of the responses of robot i."""
-    error, kind = 0.0, robots.kind[i]
-    for r in range(responses.kinds[kind], responses.kinds[kind + 1]):
-        error = max(error, responses.error[r])
+def largest_error(robot: Robot, responses: ResponseTable) -> float:
+    """The largest error [m] of the cubic pieces of the responses of a robot."""
+    error = 0.0
+    for r in range(responses.kinds[robot.kind], responses.kinds[robot.kind + 1]):
+        error = max(error, responses.each[r].error)
     return error

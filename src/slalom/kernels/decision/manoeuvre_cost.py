@@ -50,18 +50,19 @@ def arrival_within(i: int, until: float, paths: Paths, row: int, tables: Decisio
     Its position and velocity (d,) then go into `scratch`.
     """
     robots, settings, position, velocity = tables.robots, tables.settings, scratch.position, scratch.velocity
-    goal, goal_velocity, tolerance = scratch.target, scratch.target_velocity, robots.tolerance[i]
-    away, fast = 0.0, robots.max_speed[i]
+    robot = robots.each[i]
+    goal, goal_velocity, tolerance = scratch.target, scratch.target_velocity, robot.tolerance
+    away, fast = 0.0, robot.max_speed
     for axis in range(settings.dimension):
-        away += squared(robots.target[i, axis] - robots.position[i, axis])
-        fast += abs(robots.velocity[i, axis])
-    if robots.moving[i] or away <= squared(tolerance + fast * until):
+        away += squared(robot.target[axis] - robot.position[axis])
+        fast += abs(robot.velocity[axis])
+    if robot.moving or away <= squared(tolerance + fast * until):
         # From farther away it cannot arrive until then.
         for step in range(ARRIVAL_SAMPLES):
             t = settings.now + until * step / ARRIVAL_SAMPLES
             state_on_path(paths, row, t, position, velocity)
             target_state(i, t, robots, tables.targets, goal, goal_velocity)
-            if arrives(position, velocity, goal, goal_velocity, robots.stop[i], tolerance):
+            if arrives(position, velocity, goal, goal_velocity, robot.stop, tolerance):
                 return until * step / ARRIVAL_SAMPLES
     state_on_path(paths, row, settings.now + until, position, velocity)
     return -1.0
@@ -73,15 +74,15 @@ def difference_cost(i: int, until: float, paths: Paths, row: int, tables: Decisi
 
     Or, to follow an acceleration: the difference from it now, as a share [1] of the largest acceleration.
     """
-    robots, settings, found, square = tables.robots, tables.settings, scratch.velocity, 0.0
-    if robots.objective[i] == FOLLOW_VELOCITY:
+    robot, settings, found, square = tables.robots.each[i], tables.settings, scratch.velocity, 0.0
+    if robot.objective == FOLLOW_VELOCITY:
         state_on_path(paths, row, settings.now + until, scratch.position, found)
     else:
         acceleration_on_path(paths, row, settings.now, found)
     for axis in range(settings.dimension):
-        square += squared(found[axis] - robots.wanted[i, axis])
-    difference = np.sqrt(square) / robots.max_acceleration[i]
-    return float(until + difference if robots.objective[i] == FOLLOW_VELOCITY else difference)
+        square += squared(found[axis] - robot.wanted[axis])
+    difference = np.sqrt(square) / robot.max_acceleration
+    return float(until + difference if robot.objective == FOLLOW_VELOCITY else difference)
 
 
 @inlined
@@ -94,7 +95,8 @@ def manoeuvre_cost(
     robots `near` (m,) and the passive obstacles, where they will be at the horizon, are added.
     """
     robots, bodies, settings = tables.robots, tables.bodies, tables.settings
-    if robots.objective[i] != ARRIVE:
+    robot = robots.each[i]
+    if robot.objective != ARRIVE:
         return difference_cost(i, until, paths, row, tables, scratch)
     arrival = float(arrival_within(i, until, paths, row, tables, scratch))
     if arrival >= 0.0:
@@ -105,15 +107,16 @@ def manoeuvre_cost(
         target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
         longer = 0.0
         for k in near:
-            radius = robots.radius[i] + robots.radius[k] + robots.margin[i]
-            if may_block(position, goal, robots.end_position[k, 0], robots.end_position[k, 1], radius):
-                longer += detour_length(position, goal, robots.end_position[k, 0], robots.end_position[k, 1], radius)
-        for e in range(len(bodies.end_radii)):
-            if is_elsewhere(bodies.end_world[e], robots.world[i]):
+            radius, end = robot.radius + robots.each[k].radius + robot.margin, robots.each[k].end_position
+            if may_block(position, goal, end[0], end[1], radius):
+                longer += detour_length(position, goal, end[0], end[1], radius)
+        for e in range(len(bodies.at_horizon)):
+            body = bodies.at_horizon[e]
+            if is_elsewhere(body.world, robot.world):
                 continue
-            radius = bodies.end_radii[e] + robots.radius[i] + robots.margin[i]
-            longer += detour_length(position, goal, bodies.end_positions[e, 0], bodies.end_positions[e, 1], radius)
-        cost += longer / robots.max_speed[i]
+            radius = body.radius + robot.radius + robot.margin
+            longer += detour_length(position, goal, body.position[0], body.position[1], radius)
+        cost += longer / robot.max_speed
     return float(cost)
 
 
@@ -125,35 +128,36 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
     at rest the time of a straight line counts, which is no more than the robot needs.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    inside, until = scratch.control, max(settings.period, responses.settled[r])
-    p, radius = smallest_control_ball(i, r, robots, responses)
+    robot = robots.each[i]
+    inside, until = scratch.control, max(settings.period, responses.each[r].settled)
+    p, radius = smallest_control_ball(robot, r, responses)
     square = 0.0
     for axis in range(settings.dimension):
         inside[axis] = u[axis]
-        square += squared(u[axis] + peak_drift(i, p, axis, robots, responses) / responses.peaks[p, 4])
+        square += squared(u[axis] + peak_drift(robot, p, axis, responses) / responses.peaks[p, 4])
     if square > radius * radius:
         for axis in range(settings.dimension):
-            middle = -peak_drift(i, p, axis, robots, responses) / responses.peaks[p, 4]
+            middle = -peak_drift(robot, p, axis, responses) / responses.peaks[p, 4]
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
-    response_path(i, r, inside, robots, responses, settings, until, scratch.paths, 0)
-    if robots.objective[i] != ARRIVE:
+    response_path(robot, r, inside, responses, settings, until, scratch.paths, 0)
+    if robot.objective != ARRIVE:
         return float(difference_cost(i, until, scratch.paths, 0, tables, scratch))
     arrival = float(arrival_within(i, until, scratch.paths, 0, tables, scratch))
     if arrival >= 0.0:
         return arrival
     position, velocity = scratch.position, scratch.velocity
-    if robots.stop[i] or robots.moving[i]:
+    if robot.stop or robot.moving:
         then = settings.now + until
         return float(until + time_to_target(i, then, position, velocity, robots, tables.targets, scratch))
     square, along, fast = 0.0, 0.0, 0.0
     for axis in range(settings.dimension):
-        away = robots.target[i, axis] - position[axis]
+        away = robot.target[axis] - position[axis]
         square += away * away
         along += away * velocity[axis]
         fast += squared(velocity[axis])
-    distance, quick = max(np.sqrt(square), 1e-12), max(robots.max_speed[i], np.sqrt(fast))
-    line = distance - 0.5 * robots.tolerance[i]
-    return float(until + earliest_on_line(line, along / distance, robots.max_acceleration[i], quick))
+    distance, quick = max(np.sqrt(square), 1e-12), max(robot.max_speed, np.sqrt(fast))
+    line = distance - 0.5 * robot.tolerance
+    return float(until + earliest_on_line(line, along / distance, robot.max_acceleration, quick))
 
 
 @kernel

@@ -64,10 +64,10 @@ def path_is_clear(
         body = pieces.body[s]
         if skipped[s]:
             continue
-        own, first = shared_row if rows.share[body] < 1.0 else row, pieces.times[s, 0]
-        if not rows.at_rest[body] and resting < 0.0:
+        own, first = shared_row if rows.bodies[body].share < 1.0 else row, pieces.times[s, 0]
+        if not rows.bodies[body].at_rest and resting < 0.0:
             resting = rest_of_path(paths, row, now)
-        until = horizon if rows.at_rest[body] else min(horizon, resting)
+        until = horizon if rows.bodies[body].at_rest else min(horizon, resting)
         width = pieces.times[s, 1] - pieces.times[s, 0]
         t0, t1, k = max(first, 0.0), min(pieces.times[s, 1], until), 0
         while t0 < t1:
@@ -85,7 +85,7 @@ def path_is_clear(
                 o0, o1, o2, o3 = restrict(o[0], o[1], o[2], o[3], e, f)
                 p[0, axis], p[1, axis], p[2, axis], p[3, axis] = q0 - o0, q1 - o1, q2 - o2, q3 - o3
             radius = pieces.radius[s] + pieces.growth[s] * a + max(pieces.growth[s] * (b - a), 0.0)
-            if chord_distance(p) < radius + rows.hull_radius[body] and not (
+            if chord_distance(p) < radius + rows.bodies[body].hull_radius and not (
                 rows.hull[body] < 0 and keeps_distance(p, radius, stack)
             ):
                 return False
@@ -97,7 +97,8 @@ def path_is_clear(
 def common_share(rows: ObstaclePieces) -> float:
     """The share [1] of the avoidance of all bodies that do the rest of it; 1 if none does any, 0 if shares differ."""
     common = 1.0
-    for share in rows.share:
+    for b in range(len(rows.bodies)):
+        share = rows.bodies[b].share
         if share < 1.0:
             if common < 1.0 and share != common:
                 return 0.0
@@ -121,12 +122,15 @@ def preferred_is_free(
     share = common_share(rows)
     if share == 0.0:
         return False
-    ignored, halves, pieces = rows.robot >= 0, share < 1.0, rows.pieces
+    halves, pieces = share < 1.0, rows.pieces
+    ignored = np.zeros(len(rows.bodies), np.bool_)
+    for b in range(len(ignored)):
+        ignored[b] = rows.bodies[b].robot >= 0
     skipped = np.zeros(len(pieces.body), np.bool_)
     for part in range(2 if halves else 1):
         for axis in range(3):
             tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / share
-        response_path(i, r, tested, robots, responses, settings, np.inf, scratch.paths, part)
+        response_path(robots.each[i], r, tested, responses, settings, np.inf, scratch.paths, part)
         bounding_balls(scratch.paths.times[part], scratch.paths.points[part], settings, scratch.centers, scratch.radii)
         if part == 0:
             for s in range(len(skipped)):
@@ -139,11 +143,11 @@ def preferred_is_free(
                     scratch.centers,
                     scratch.radii,
                 )
-        b = len(tables.bodies.body_radius)
+        b = len(tables.bodies.passive)
         for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots):
-            while rows.robot[b] != k:
+            while rows.bodies[b].robot != k:
                 b += 1
-            while b < len(ignored) and rows.robot[b] == k:
+            while b < len(ignored) and rows.bodies[b].robot == k:
                 ignored[b] = False
                 b += 1
     for s in range(len(skipped)):

@@ -10,7 +10,7 @@ import numpy as np
 from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
 from slalom.kernels.decision.paths import ball_of, bounding_balls, unchanged_control
-from slalom.kernels.decision.tables import DecisionSettings, ResponseTable, RobotTable
+from slalom.kernels.decision.tables import DecisionSettings, ResponseTable, Robot, RobotTable
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
 from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS, RESPONSE_WINDOWS
@@ -28,22 +28,24 @@ def reachable_balls(
     They hold all admissible controls of all its responses, the controls that are tested instead where avoidance is
     shared, and its committed path.
     """
+    robot = robots.each[i]
     low, high, control = np.full((BALL_WINDOWS, 3), np.inf), np.full((BALL_WINDOWS, 3), -np.inf), np.zeros(3)
-    bounding_balls(robots.committed_times[i], robots.committed_points[i], settings, centers, radii)
+    bounding_balls(robots.committed.times[i], robots.committed.points[i], settings, centers, radii)
     for w in range(BALL_WINDOWS):
         if radii[w] >= 0.0:
             for axis in range(3):
                 low[w, axis], high[w, axis] = centers[w, axis] - radii[w], centers[w, axis] + radii[w]
-    for r in range(responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]):
+    for r in range(responses.kinds[robot.kind], responses.kinds[robot.kind + 1]):
+        response = responses.each[r]
         for part in range(2 if settings.share < 1.0 else 1):
-            radius = tested_controls(i, r, 1.0 if part == 0 else 1.0 / settings.least_share, robots, responses, control)
+            radius = tested_controls(robot, r, 1.0 if part == 0 else 1.0 / settings.least_share, responses, control)
             for k in range(2 * BALL_WINDOWS + 1):
-                gains, bend = responses.window_gains[r, k * STRIDE], responses.ball_bends[r, k]
+                gains, bend = response.window_gains[k * STRIDE], response.ball_bends[k]
                 before, after = max(k - 1, 0) // 2, min(k, 2 * BALL_WINDOWS - 1) // 2
-                wide = radius * (gains[2] + bend[2]) + responses.error[r]
+                wide = radius * (gains[2] + bend[2]) + response.error
                 for axis in range(settings.dimension):
-                    v, a, u = robots.velocity[i, axis], robots.acceleration[i, axis], control[axis]
-                    x = robots.position[i, axis] + gains[0] * v + gains[1] * a + gains[2] * u
+                    v, a, u = robot.velocity[axis], robot.acceleration[axis], control[axis]
+                    x = robot.position[axis] + gains[0] * v + gains[1] * a + gains[2] * u
                     more = wide + bend[0] * abs(v) + bend[1] * abs(a) + bend[2] * abs(u)
                     low[before, axis], high[before, axis] = (
                         min(low[before, axis], x - more),
@@ -61,38 +63,38 @@ def reachable_balls(
 
 
 @inlined
-def tested_controls(i: int, r: int, scale: float, robots: RobotTable, responses: ResponseTable, center: Array) -> float:
+def tested_controls(robot: Robot, r: int, scale: float, responses: ResponseTable, center: Array) -> float:
     """The ball that holds all controls of response r that are tested: its radius; its centre goes into `center` (3,).
 
     It holds the admissible controls, about the control that changes nothing now scaled by `scale` [1].
     """
-    peak, radius = smallest_control_ball(i, r, robots, responses)
-    unchanged_control(i, r, robots, responses, center)
+    peak, radius = smallest_control_ball(robot, r, responses)
+    unchanged_control(robot, r, responses, center)
     for axis in range(3):
-        middle = -peak_drift(i, peak, axis, robots, responses) / responses.peaks[peak, 4]
+        middle = -peak_drift(robot, peak, axis, responses) / responses.peaks[peak, 4]
         center[axis] += (middle - center[axis]) * scale
     return radius * scale
 
 
 @kernel
-def response_balls(i: int, r: int, robots: RobotTable, responses: ResponseTable, centers: Array, radii: Array) -> None:
-    """Write balls that hold robot i under every control of response r: centers (w, 3) [m], radii (w,) [m].
+def response_balls(robot: Robot, r: int, responses: ResponseTable, centers: Array, radii: Array) -> None:
+    """Write balls that hold a robot under every control of response r: centers (w, 3) [m], radii (w,) [m].
 
     One for each of w = RESPONSE_WINDOWS windows.
     """
-    control = np.zeros(3)
-    radius = tested_controls(i, r, 1.0, robots, responses, control)
+    control, response = np.zeros(3), responses.each[r]
+    radius = tested_controls(robot, r, 1.0, responses, control)
     for w in range(RESPONSE_WINDOWS):
-        first, last, bend = responses.window_gains[r, w], responses.window_gains[r, w + 1], responses.window_bends[r, w]
+        first, last, bend = response.window_gains[w], response.window_gains[w + 1], response.window_bends[w]
         square, more = 0.0, 0.0
         for axis in range(3):
-            v, a, u = robots.velocity[i, axis], robots.acceleration[i, axis], control[axis]
-            begin = robots.position[i, axis] + first[0] * v + first[1] * a + first[2] * u
-            end = robots.position[i, axis] + last[0] * v + last[1] * a + last[2] * u
+            v, a, u = robot.velocity[axis], robot.acceleration[axis], control[axis]
+            begin = robot.position[axis] + first[0] * v + first[1] * a + first[2] * u
+            end = robot.position[axis] + last[0] * v + last[1] * a + last[2] * u
             centers[w, axis] = 0.5 * (begin + end)
             square += squared(0.5 * (end - begin))
             more += bend[0] * abs(v) + bend[1] * abs(a) + bend[2] * abs(u)
-        size = np.sqrt(square) + more + radius * (max(first[2], last[2]) + bend[2]) + responses.error[r]
+        size = np.sqrt(square) + more + radius * (max(first[2], last[2]) + bend[2]) + response.error
         radii[w] = size * (1.0 + BALL_ROUNDING) + BALL_ROUNDING
 
 
@@ -114,14 +116,16 @@ def reachable_neighbours(i: int, near: Indices, centers: Array, radii: Array, ro
 
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its reachable set in each window.
     """
+    robot = robots.each[i]
     met, count = np.empty(len(near), np.int64), 0
     # Without slices and calls: this runs for every robot that is near.
-    theirs, their_radii = robots.ball_centers, robots.ball_radii
     for k in near:
-        touch = robots.radius[i] + robots.radius[k] + robots.margin[i]
+        other = robots.each[k]
+        touch = robot.radius + other.radius + robot.margin
         for w in range(BALL_WINDOWS - 1, -1, -1):
-            x, y, z = centers[w, 0] - theirs[k, w, 0], centers[w, 1] - theirs[k, w, 1], centers[w, 2] - theirs[k, w, 2]
-            reach = radii[w] + their_radii[k, w] + touch
+            theirs = other.ball_centers[w]
+            x, y, z = centers[w, 0] - theirs[0], centers[w, 1] - theirs[1], centers[w, 2] - theirs[2]
+            reach = radii[w] + other.ball_radii[w] + touch
             if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
                 met[count] = k
                 count += 1

@@ -3,7 +3,7 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.tables import DecisionSettings, Paths, ResponseTable, RobotTable
+from slalom.kernels.decision.tables import DecisionSettings, Paths, ResponseTable, Robot, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict, slope, value
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
@@ -51,29 +51,28 @@ def bounding_balls(times: Array, points: Array, settings: DecisionSettings, cent
 
 
 @inlined
-def unchanged_control(i: int, r: int, robots: RobotTable, responses: ResponseTable, u: Array) -> None:
+def unchanged_control(robot: Robot, r: int, responses: ResponseTable, u: Array) -> None:
     """Write the control of response r that changes nothing now into u (3,): the present velocity, or no acceleration.
 
     The share of the avoidance is a share of the change from it. From the present acceleration, the end of a robot's own
     avoidance would count as a part of the other's. Two robots would then avoid and return by turns.
     """
     for axis in range(3):
-        u[axis] = robots.velocity[i, axis] if responses.settled_velocity[r, 0] == 0.0 else 0.0
+        u[axis] = robot.velocity[axis] if responses.each[r].settled_velocity[0] == 0.0 else 0.0
 
 
 @kernel
 def response_path(
-    i: int,
+    robot: Robot,
     r: int,
     u: Array,
-    robots: RobotTable,
     responses: ResponseTable,
     settings: DecisionSettings,
     until: float,
     paths: Paths,
     row: int,
 ) -> None:
-    """Write the path of robot i under control u (3,) of response r, from now on, into a row of `paths`.
+    """Write the path of a robot under control u (3,) of response r, from now on, into a row of `paths`.
 
     Pieces that begin later than `until` [s] are left out: the path is right up to then.
     """
@@ -85,34 +84,32 @@ def response_path(
         paths.times[row, p] = settings.now + responses.knots[first + r + p]
         if responses.knots[first + r + p] > until:
             return
+        piece = responses.pieces[first + p]
         for c in range(4):
             for axis in range(3):
-                drift = robots.position[i, axis] + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
-                drift += responses.acceleration_gain[first + p, c] * robots.acceleration[i, axis]
-                paths.points[row, p, c, axis] = drift + responses.gain[first + p, c] * u[axis]
+                drift = robot.position[axis] + piece.velocity_gain[c] * robot.velocity[axis]
+                drift += piece.acceleration_gain[c] * robot.acceleration[axis]
+                paths.points[row, p, c, axis] = drift + piece.gain[c] * u[axis]
 
 
 @kernel
 def predict(k: int, robots: RobotTable, settings: DecisionSettings) -> None:
     """Bound the observed path of robot k in windows of the horizon, and note its end position."""
-    velocity = np.empty(3)
-    bounding_balls(
-        robots.observed_times[k], robots.observed_points[k], settings, robots.ball_centers[k], robots.ball_radii[k]
-    )
-    observed = Paths(robots.observed_times, robots.observed_points)
-    state_on_path(observed, k, settings.now + settings.horizon, robots.end_position[k], velocity)
+    robot, observed, velocity = robots.each[k], robots.observed, np.empty(3)
+    bounding_balls(observed.times[k], observed.points[k], settings, robot.ball_centers[:], robot.ball_radii[:])
+    state_on_path(observed, k, settings.now + settings.horizon, robot.end_position[:], velocity)
 
 
 @kernel
 def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> None:
     """Commit robot i to control u (3,) of response r from now on; other robots observe it at once where shared."""
-    committed = Paths(robots.committed_times, robots.committed_points)
-    response_path(i, r, u, robots, responses, settings, np.inf, committed, i)
-    robots.response[i] = r
-    copy_into(robots.control[i], u)
+    robot = robots.each[i]
+    response_path(robot, r, u, responses, settings, np.inf, robots.committed, i)
+    robot.response = r
+    copy_into(robot.control[:], u)
     if settings.shared:
-        copy_into(robots.observed_times[i], robots.committed_times[i])
-        copy_into(robots.observed_points[i], robots.committed_points[i])
+        copy_into(robots.observed.times[i], robots.committed.times[i])
+        copy_into(robots.observed.points[i], robots.committed.points[i])
         predict(i, robots, settings)
 
 
@@ -125,12 +122,13 @@ def continue_from_state(
     The robot repeats the accelerations of the manoeuvre, so an error of position stays and an error of velocity drifts.
     Errors up to FOLLOWING_ERROR are rounding. `position` and `velocity` (d,) are buffers.
     """
-    times, points = robots.committed_times[i], robots.committed_points[i]
-    state_on_path(Paths(robots.committed_times, robots.committed_points), i, settings.now, position, velocity)
+    robot = robots.each[i]
+    times, points = robots.committed.times[i], robots.committed.points[i]
+    state_on_path(robots.committed, i, settings.now, position, velocity)
     largest = 0.0
     for axis in range(settings.dimension):
-        position[axis] = robots.position[i, axis] - position[axis]
-        velocity[axis] = robots.velocity[i, axis] - velocity[axis]
+        position[axis] = robot.position[axis] - position[axis]
+        velocity[axis] = robot.velocity[axis] - velocity[axis]
         largest = max(largest, max(abs(position[axis]), abs(velocity[axis])))
     if not largest > FOLLOWING_ERROR:
         return
@@ -140,7 +138,7 @@ def continue_from_state(
             for axis in range(settings.dimension):
                 points[p, c, axis] += position[axis] + elapsed * velocity[axis]
     if settings.shared:
-        copy_into(robots.observed_points[i], robots.committed_points[i])
+        copy_into(robots.observed.points[i], robots.committed.points[i])
         predict(i, robots, settings)
 
 

@@ -28,7 +28,6 @@ from slalom.kernels.decision.tables import (
     DecisionTables,
     EncounterTables,
     ObstaclePieces,
-    Paths,
     RelativeMotion,
     ResponseSearch,
     Scratch,
@@ -61,20 +60,20 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     bodies are left out is not continued.
     """
     robots, settings = tables.robots, tables.settings
-    d, n, end = settings.dimension, robots.committed_points.shape[1], -np.inf
-    times = robots.committed_times
+    times, points = robots.committed.times, robots.committed.points
+    d, n, end = settings.dimension, points.shape[1], -np.inf
     for p in range(n):
         if times[i, p + 1] > max(settings.now, times[i, p]):
             end = times[i, p + 1] - settings.now
     if end < settings.horizon:
         return CONSTRAINED
     centers, radii = scratch.centers, scratch.radii
-    bounding_balls(times[i], robots.committed_points[i], settings, centers, radii)
-    if farthest_distance(robots.position[i], centers, radii) > tables.bodies.reach:
+    bounding_balls(times[i], points[i], settings, centers, radii)
+    if farthest_distance(robots.each[i].position[:], centers, radii) > tables.bodies.reach:
         return CONSTRAINED
     met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
-    error = largest_error(i, robots, tables.responses)
+    error = largest_error(robots.each[i], tables.responses)
     rows, overlapping = obstacle_pieces(i, met, error, centers, radii, False, scene)
     if overlapping:
         return FALL_BACK
@@ -84,8 +83,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     if without_margin:
         reduce_margin(1.0, rows)
     nothing = np.zeros(len(rows.pieces.body), np.bool_)
-    committed = Paths(times, robots.committed_points)
-    if path_is_clear(rows, nothing, committed, i, i, settings, scratch.stack):
+    if path_is_clear(rows, nothing, robots.committed, i, i, settings, scratch.stack):
         return KEPT
     knots, drift, count = np.empty(n + 1), np.empty((n, 4, d)), 0
     for p in range(n):
@@ -94,11 +92,11 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         knots[count] = times[i, p] - settings.now
         for c in range(4):
             for axis in range(d):
-                drift[count, c, axis] = robots.committed_points[i, p, c, axis]
+                drift[count, c, axis] = points[i, p, c, axis]
         count += 1
         knots[count] = times[i, p + 1] - settings.now
     motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)))
-    rest = rest_of_path(committed, i, settings.now)
+    rest = rest_of_path(robots.committed, i, settings.now)
     table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon, rest)
     less = COMMITTED_SLACK if without_margin else COMMITTED_SLACK + CONTACT_SLACK
     for s in range(len(table.radius)):
@@ -115,17 +113,17 @@ def keep_committed(i: int, k: int, least: float, near: Indices, tables: Decision
     `least`: the cost [s] that its k-th response offers.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    r = responses.kinds[robots.kind[i]] + k
+    robot = robots.each[i]
+    r = responses.kinds[robot.kind] + k
     if search.kept_costs[k] == np.inf:
-        until = max(settings.period, responses.settled[r])
-        committed = Paths(robots.committed_times, robots.committed_points)
-        search.kept_costs[k] = manoeuvre_cost(i, until, committed, i, near, tables, search.scratch)
-    regret = robots.regret[i] + max(0.0, search.kept_costs[k] - least)
+        until = max(settings.period, responses.each[r].settled)
+        search.kept_costs[k] = manoeuvre_cost(i, until, robots.committed, i, near, tables, search.scratch)
+    regret = robot.regret + max(0.0, search.kept_costs[k] - least)
     if regret > settings.patience:
         return SEARCH
     result = committed_is_clear(i, False, near, tables, search.scratch)
     if result == KEPT:
-        robots.regret[i] = regret
+        robot.regret = regret
     return result
 
 
@@ -150,8 +148,9 @@ def best_response(
     Args: met (m,) the robots of the bodies of `rows` after the passive ones. near (l,) those in reach.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robot = robots.each[i]
     scratch, costs = search.scratch, search.costs
-    first, count = responses.kinds[robots.kind[i]], len(search.kept_costs)
+    first, count = responses.kinds[robot.kind], len(search.kept_costs)
     worth = MIN_IMPROVEMENT * settings.patience + COST_TIE
     controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
     preferred, unchanged, u = controls.preferred, controls.unchanged, controls.found
@@ -166,7 +165,7 @@ def best_response(
                 optimistic_costs(i, detour, closed, tables, search)
             at = first_least(costs)
         known = safe or best_r >= 0
-        over = known and robots.work[i] >= settings.budget
+        over = known and robot.work >= settings.budget
         done = over or costs[at] >= best - worth
         k, least = (best_r - first, best) if done else (at % count, costs[at])
         if keep and least < np.inf:
@@ -179,21 +178,21 @@ def best_response(
         r, detour, costs[at] = first + k, at // count, np.inf
         if closed[k]:
             continue
-        until = max(settings.period, responses.settled[r])
+        until = max(settings.period, responses.each[r].settled)
         copy_into(preferred, search.preferred[at])
-        unchanged_control(i, r, robots, responses, unchanged)
-        robots.work[i] += WORK_CHOICE + WORK_ROW * len(rows.pieces.body)
+        unchanged_control(robot, r, responses, unchanged)
+        robot.work += WORK_CHOICE + WORK_ROW * len(rows.pieces.body)
         direct = which[k] < 0 and len(rows.pieces.body) >= DIRECT_TEST_ROWS
         if not (direct and preferred_is_free(i, r, controls, met, rows, tables, scratch)):
             if which[k] < 0:
                 which[k] = len(motions)
                 motions.append(relative_motion(i, r, rows, tables, unchanged, settings.horizon))
-            most = settings.budget - robots.work[i] if known else np.inf
+            most = settings.budget - robot.work if known else np.inf
             free, work = choose(motions[which[k]], preferred, settings.dimension, most, u)
-            closed[k], robots.work[i] = not free, robots.work[i] + work
+            closed[k], robot.work = not free, robot.work + work
             if closed[k]:
                 continue
-            response_path(i, r, u, robots, responses, settings, until, scratch.paths, 0)
+            response_path(robot, r, u, responses, settings, until, scratch.paths, 0)
         cost = manoeuvre_cost(i, until, scratch.paths, 0, near, tables, scratch)
         exact = detour == 0 and u[0] == preferred[0] and u[1] == preferred[1] and u[2] == preferred[2]
         clear = clear or exact
@@ -206,7 +205,8 @@ def best_response(
 def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSearch:
     """The search of robot i, with the optimistic costs of its responses and with buffers."""
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    first, last = responses.kinds[robots.kind[i]], responses.kinds[robots.kind[i] + 1]
+    robot = robots.each[i]
+    first, last = responses.kinds[robot.kind], responses.kinds[robot.kind + 1]
     count, shortest = last - first, np.inf
     rows = count * (1 + len(settings.detours))
     search = ResponseSearch(
@@ -217,12 +217,12 @@ def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSear
         np.zeros((rows, 3)),
         np.zeros(3),
     )
-    if is_too_fast(i, robots):
+    if is_too_fast(robot):
         # A small acceleration held for long would obey the limit only at its end; the speed must fall now.
         for r in range(first, last):
-            shortest = min(shortest, responses.settled[r])
+            shortest = min(shortest, responses.each[r].settled)
         for k in range(count):
-            search.excluded[k] = responses.settled[first + k] > shortest
+            search.excluded[k] = responses.each[first + k].settled > shortest
     optimistic_costs(i, 0, search.excluded, tables, search)
     return search
 
@@ -234,14 +234,15 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
     With `may_keep` it keeps the committed one as soon as no response that is left is worth a change.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    optimistic, committed = search.costs.copy(), robots.regret[i] < np.inf
+    robot = robots.each[i]
+    optimistic, committed = search.costs.copy(), robot.regret < np.inf
     centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
     reachable_balls(i, robots, responses, settings, centers, radii)
     bounded = settings.budget < np.inf
     safe = bounded and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT
     met = reachable_neighbours(i, near, centers, radii, robots)
     scene = EncounterTables(robots, tables.bodies, settings)
-    error = largest_error(i, robots, tables.responses)
+    error = largest_error(robots.each[i], tables.responses)
     rows, overlapping = obstacle_pieces(i, met, error, centers, radii, settings.agrees, scene)
     if overlapping:
         return FALL_BACK
@@ -261,8 +262,8 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
             return outcome
         if r >= 0:
             commit(i, r, search.control, robots, responses, settings)
-            copy_into(robots.preferred[i], search.preferred[r - responses.kinds[robots.kind[i]]])
-            robots.regret[i] = 0.0
+            copy_into(robot.preferred[:], search.preferred[r - responses.kinds[robot.kind]])
+            robot.regret = 0.0
             return outcome if level == 0 else SQUEEZED
         if step == 1 and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT:
             return CONTINUED
@@ -271,14 +272,14 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
             reduce_margin(1.0, rows)
             break
     # Nothing is left of the margin, and no body does a part of the avoidance.
-    for b in range(len(rows.share)):
-        rows.share[b] = 1.0
+    for b in range(len(rows.bodies)):
+        rows.bodies[b].share = 1.0
     k = latest_collision(i, rows, tables, search)
     if k < 0:
         return FALL_BACK
-    commit(i, responses.kinds[robots.kind[i]] + k, search.control, robots, responses, settings)
-    copy_into(robots.preferred[i], search.preferred[k])
-    robots.regret[i] = 0.0
+    commit(i, responses.kinds[robot.kind] + k, search.control, robots, responses, settings)
+    copy_into(robot.preferred[:], search.preferred[k])
+    robot.regret = 0.0
     return DELAYED
 
 
@@ -290,8 +291,9 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     processor's cache: what follows is therefore a kernel of its own.
     """
     robots, settings = tables.robots, tables.settings
-    robots.work[i], search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
-    if robots.regret[i] <= settings.patience and not is_too_fast(i, robots):
+    robot = robots.each[i]
+    robot.work, search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
+    if robot.regret <= settings.patience and not is_too_fast(robot):
         k = first_least(search.costs)
         result = keep_committed(i, k, search.costs[k], near, tables, search)
         if result in (KEPT, FALL_BACK):
@@ -310,12 +312,12 @@ def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
         cells = build_cell_list(order, robots, tables.responses, settings)
     near, scratch = (
         np.empty(len(cells.member), np.int64),
-        new_scratch(robots.committed_points.shape[1], settings.dimension),
+        new_scratch(robots.committed.points.shape[1], settings.dimension),
     )
     for k in range(len(order)):
         i = order[k]
         count = robots_in_reach(i, cells, robots, settings, near)
-        robots.outcome[i] = decide(i, near[:count], tables, scratch)
-        if robots.outcome[i] == FALL_BACK:
+        robots.each[i].outcome = decide(i, near[:count], tables, scratch)
+        if robots.each[i].outcome == FALL_BACK:
             return k
     return len(order)

@@ -3,24 +3,22 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.tables import DecisionSettings, RobotTable
+from slalom.kernels.decision.tables import DecisionSettings, Robot
 from slalom.kernels.jit import kernel
 from slalom.kernels.squared import squared
 from slalom.tolerances import AGREED_SIDE, SIDE_ROUNDING
 
 
 @kernel
-def share_of(i: int, k: int, robots: RobotTable, settings: DecisionSettings) -> float:
-    """The part [1] of the avoidance that robot i does itself, robot k the rest: less with more priority than it."""
-    own, other = settings.share * robots.priority[k], (1.0 - settings.share) * robots.priority[i]
-    return float(own / (own + other))
+def share_of(robot: Robot, other: Robot, settings: DecisionSettings) -> float:
+    """The part [1] of the avoidance that a robot does itself: with more priority than the other one it does less."""
+    own, rest = settings.share * other.priority, (1.0 - settings.share) * robot.priority
+    return float(own / (own + rest))
 
 
 @kernel
-def agreed_side(
-    i: int, k: int, position: Array, velocity: Array, room: float, robots: RobotTable, side: Array
-) -> float:
-    """Widening [m] of robot k towards a side, the unit vector `side` (d,).
+def agreed_side(robot: Robot, other: Robot, position: Array, velocity: Array, room: float, side: Array) -> float:
+    """Widening [m] of the other robot towards a side, the unit vector `side` (d,).
 
     Two robots that would both make a half of the avoidance collide if they do so towards opposite sides. Each therefore
     passes on the side on which it would pass now if neither changed its velocity, the right one if that is none. The
@@ -28,24 +26,24 @@ def agreed_side(
     agree on nothing. Both robots find the same side, since the relative motion of one is the negative of the other's.
 
     Args:
-        position, velocity: (d,) [m], [m/s] of robot k as observed. room: [m] by which the body may grow now.
+        position, velocity: (d,) [m], [m/s] of the other robot as observed. room: [m] by which the body may grow now.
     """
     d, square, along, fast = len(side), 0.0, 0.0, 0.0
     for axis in range(d):
-        away, relative = position[axis] - robots.position[i, axis], robots.velocity[i, axis] - velocity[axis]
+        away, relative = position[axis] - robot.position[axis], robot.velocity[axis] - velocity[axis]
         square += away * away
         along += away * relative
         fast += relative * relative
-    size, aside = robots.radius[i] + robots.radius[k] + robots.margin[i], 0.0
+    size, aside = robot.radius + other.radius + robot.margin, 0.0
     if along <= 0.0 or square <= 0.0 or square - along * along / fast >= size * size:
         return 0.0
     for axis in range(d):
-        away, relative = position[axis] - robots.position[i, axis], robots.velocity[i, axis] - velocity[axis]
+        away, relative = position[axis] - robot.position[axis], robot.velocity[axis] - velocity[axis]
         side[axis] = away * along / square - relative
         aside += squared(side[axis])
     if aside <= SIDE_ROUNDING * fast:
-        # To the right of the line to robot k lies the free side.
-        side[0], side[1] = robots.position[i, 1] - position[1], position[0] - robots.position[i, 0]
+        # To the right of the line to the other robot lies the free side.
+        side[0], side[1] = robot.position[1] - position[1], position[0] - robot.position[0]
         aside = squared(side[0]) + squared(side[1])
         if d == 3:
             side[2] = 0.0

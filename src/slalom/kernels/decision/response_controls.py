@@ -22,34 +22,35 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
     With `angle` [rad], for a detour: at that velocity, turned.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    if robots.objective[i] == FOLLOW_ACCELERATION:
-        shares = responses.initial_acceleration[r]
+    robot = robots.each[i]
+    if robot.objective == FOLLOW_ACCELERATION:
+        shares = responses.each[r].initial_acceleration
         for axis in range(settings.dimension):
-            drift = shares[0] * robots.velocity[i, axis] + shares[1] * robots.acceleration[i, axis]
-            u[axis] = (robots.wanted[i, axis] - drift) / shares[2]
+            drift = shares[0] * robot.velocity[axis] + shares[1] * robot.acceleration[axis]
+            u[axis] = (robot.wanted[axis] - drift) / shares[2]
         return
     if (
         angle == 0.0
-        and robots.objective[i] == ARRIVE
-        and robots.final[i]
-        and not robots.stop[i]
+        and robot.objective == ARRIVE
+        and robot.final
+        and not robot.stop
         and earliest_aim(i, r, tables, scratch, u)
     ):
         return
     d, position, velocity, desired = settings.dimension, scratch.position, scratch.velocity, scratch.desired_velocity
     # From the position that the robot will have then; a detour starts at the present position.
-    ahead = responses.settled[r] if angle == 0.0 else 0.0
+    ahead = responses.each[r].settled if angle == 0.0 else 0.0
     for axis in range(d):
-        velocity[axis] = robots.velocity[i, axis]
-        position[axis] = robots.position[i, axis] + ahead * velocity[axis]
+        velocity[axis] = robot.velocity[axis]
+        position[axis] = robot.position[axis] + ahead * velocity[axis]
     desired_velocity(i, settings.now + ahead, position, velocity, robots, tables.targets, scratch)
     if angle != 0.0:
         c, s = np.cos(angle), np.sin(angle)
         desired[0], desired[1] = c * desired[0] - s * desired[1], s * desired[0] + c * desired[1]
     for axis in range(d):
-        settled = responses.settled_velocity[r, 0] * velocity[axis]
-        settled += responses.settled_velocity[r, 1] * robots.acceleration[i, axis]
-        u[axis] = (desired[axis] - settled) / responses.settled_velocity[r, 2]
+        settled = responses.each[r].settled_velocity[0] * velocity[axis]
+        settled += responses.each[r].settled_velocity[1] * robot.acceleration[axis]
+        u[axis] = (desired[axis] - settled) / responses.each[r].settled_velocity[2]
 
 
 @kernel
@@ -61,15 +62,16 @@ def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Ar
     and the maximum speed within the horizon, so a target at rest is not reached sooner than at that speed.
     """
     robots, responses, targets, settings = tables.robots, tables.responses, tables.targets, tables.settings
+    robot = robots.each[i]
     limits = admissible_set(i, r, robots, responses, tables.bounds)
     target_state(i, settings.now, robots, targets, scratch.target, scratch.target_velocity)
-    square, top, speed = 0.0, robots.max_speed[i], 0.0
+    square, top, speed = 0.0, robot.max_speed, 0.0
     for axis in range(settings.dimension):
-        square += squared(scratch.target[axis] - robots.position[i, axis])
-        speed += squared(robots.velocity[i, axis])
-    straight = (np.sqrt(square) - responses.error[r]) / max(top, np.sqrt(speed)) * (1.0 - FASTEST_SLACK)
-    soonest = 0.0 if robots.moving[i] else min(straight, settings.horizon)
-    latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robots.max_acceleration[i]), 2.0 * AIM_FIRST)
+        square += squared(scratch.target[axis] - robot.position[axis])
+        speed += squared(robot.velocity[axis])
+    straight = (np.sqrt(square) - responses.each[r].error) / max(top, np.sqrt(speed)) * (1.0 - FASTEST_SLACK)
+    soonest = 0.0 if robot.moving else min(straight, settings.horizon)
+    latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robot.max_acceleration), 2.0 * AIM_FIRST)
     ratio = (latest / AIM_FIRST) ** (1.0 / (AIM_TIMES - 1))
     before, found = 0.0, -1.0
     t = AIM_FIRST
@@ -95,13 +97,14 @@ def reaches_target(i: int, r: int, t: float, limits: Array, tables: DecisionTabl
     That control goes into u (3,).
     """
     robots, settings = tables.robots, tables.settings
+    robot = robots.each[i]
     of_velocity, of_acceleration, gain = position_shares(r, t, tables.responses)
     if not gain > 0.0:
         return False
     target_state(i, settings.now + t, robots, tables.targets, scratch.target, scratch.target_velocity)
     for axis in range(settings.dimension):
-        drift = robots.position[i, axis] + of_velocity * robots.velocity[i, axis]
-        u[axis] = (scratch.target[axis] - (drift + of_acceleration * robots.acceleration[i, axis])) / gain
+        drift = robot.position[axis] + of_velocity * robot.velocity[axis]
+        u[axis] = (scratch.target[axis] - (drift + of_acceleration * robot.acceleration[axis])) / gain
     return bool(is_admissible(limits, u))
 
 
@@ -121,7 +124,8 @@ def position_shares(r: int, t: float, responses: ResponseTable) -> tuple[float, 
             high = middle
     begin, end = responses.knots[low + r], responses.knots[low + r + 1]
     x, beyond = min((t - begin) / (end - begin), 1.0), max(t - end, 0.0) * 3.0 / (end - begin)
-    v, a, g = responses.velocity_gain[low], responses.acceleration_gain[low], responses.gain[low]
+    piece = responses.pieces[low]
+    v, a, g = piece.velocity_gain, piece.acceleration_gain, piece.gain
     return (
         value(v[0], v[1], v[2], v[3], x) + beyond * (v[3] - v[2]),
         value(a[0], a[1], a[2], a[3], x) + beyond * (a[3] - a[2]),
@@ -136,7 +140,7 @@ def optimistic_costs(i: int, detour: int, closed: Flags, tables: DecisionTables,
     `detour`: 0 the straight line to the target, else the number of the detour.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    first, angle = responses.kinds[robots.kind[i]], 0.0 if detour == 0 else settings.detours[detour - 1]
+    first, angle = responses.kinds[robots.each[i].kind], 0.0 if detour == 0 else settings.detours[detour - 1]
     for k in range(len(closed)):
         if not closed[k]:
             r, at = first + k, detour * len(closed) + k

@@ -49,9 +49,12 @@ def relative_table(
     """
     cut = relative_segments(rows.pieces, motion, horizon)
     for s in range(len(cut.body)):
-        if not rows.at_rest[cut.body[s]] and cut.begin[s] >= rest - REST_ROUNDING:
+        if not rows.bodies[cut.body[s]].at_rest and cut.begin[s] >= rest - REST_ROUNDING:
             cut.radius[s], cut.growth[s] = -np.inf, 0.0
-    table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radii(cut, rows.hull_radius))
+    hull_radius = np.empty(len(rows.bodies))
+    for b in range(len(hull_radius)):
+        hull_radius[b] = rows.bodies[b].hull_radius
+    table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radii(cut, hull_radius))
     return table, hulls_of_segments(bodies.corners, rows, cut.body, cut.turns), cut.body
 
 
@@ -64,7 +67,7 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
     pieces, horizon, d = rows.pieces, tables.settings.horizon, rows.pieces.points.shape[2]
     centers, radii = np.empty((RESPONSE_WINDOWS, 3)), np.empty(RESPONSE_WINDOWS)
     near, count, times = np.empty(len(pieces.body), np.int64), 0, pieces.times
-    response_balls(i, r, tables.robots, tables.responses, centers, radii)
+    response_balls(tables.robots.each[i], r, tables.responses, centers, radii)
     for s in range(len(pieces.body)):
         known = rows.balls[s, 3] < np.inf
         if not known or meets_balls(rows.balls[s], 0.0, times[s, 0], times[s, 1], horizon, centers, radii):
@@ -91,9 +94,7 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
                 kept.points[k, c, axis] = pieces.points[s, c, axis]
             if turning:
                 turns[k, c, 0], turns[k, c, 1] = pieces.turns[s, c, 0], pieces.turns[s, c, 1]
-    return ObstaclePieces(
-        kept, rows.margin[:count], rows.hull, rows.hull_radius, rows.robot, rows.balls[:count], rows.share, rows.at_rest
-    )
+    return ObstaclePieces(kept, rows.margin[:count], rows.balls[:count], rows.bodies, rows.hull)
 
 
 @inlined
@@ -105,25 +106,28 @@ def relative_motion(
     `unchanged` (3,): the control that changes nothing now.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robot = robots.each[i]
     d, first, last = settings.dimension, responses.first[r], responses.first[r + 1]
     m = last - first
     knots = responses.knots[first + r : last + r + 1]
-    drift = np.empty((m, 4, d))
+    drift, gain = np.empty((m, 4, d)), np.empty((m, 4))
     for p in range(m):
+        piece = responses.pieces[first + p]
         for c in range(4):
+            gain[p, c] = piece.gain[c]
             for axis in range(d):
-                own = robots.position[i, axis] + responses.velocity_gain[first + p, c] * robots.velocity[i, axis]
-                drift[p, c, axis] = own + responses.acceleration_gain[first + p, c] * robots.acceleration[i, axis]
-    motion = PositionMap(knots, drift, responses.gain[first:last])
-    near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.body_radius) else rows
-    table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon, responses.rest[r])
+                own = robot.position[axis] + piece.velocity_gain[c] * robot.velocity[axis]
+                drift[p, c, axis] = own + piece.acceleration_gain[c] * robot.acceleration[axis]
+    motion = PositionMap(knots, drift, gain)
+    near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.passive) else rows
+    table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon, responses.each[r].rest)
     if settings.share < 1.0:
         # A part of the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) /
         # share is tested.
         n = len(body)
         times = np.empty(n)
         for s in range(n):
-            times[s] = 1.0 / rows.share[body[s]]
+            times[s] = 1.0 / rows.bodies[body[s]].share
         for c in range(4):
             for axis in range(d):
                 by = unchanged[axis]

@@ -1,81 +1,107 @@
 """The tables from which the decisions of many robots are made."""
 
-from typing import Final, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices, MaybeCorners, MaybeHulls, Pieces, Segments
+from slalom.kernels.records import ControlPoints, Records, Vector, record_type
+from slalom.tolerances import BALL_WINDOWS, RESPONSE_WINDOWS
 
 EVERY_WORLD = -1
 """The world of a body that is in all of them."""
 
 
-class ResponseTable(NamedTuple):
-    """Responses: position = p + velocity_gain v + acceleration_gain a + gain u, cubic between knots.
+class TabulatedResponse:
+    """One response: position = p + velocity_gain v + acceleration_gain a + gain u, cubic between knots.
 
     p, v and a are the position, velocity and acceleration at the start, u is the control. The unit of u is that of its
     response, and gains are in m, or m and s, per unit.
     """
 
+    error: float  # [m] largest distance of the motion from its cubic pieces
+    settled: float  # [s] when the control has been carried out
+    rest: float  # [s] from when on the robot is at rest under every control; inf: never for certain
+    settled_velocity: Vector  # at that time: velocity = [0] v + [1] a + [2] u
+    initial_acceleration: Vector  # at the start: acceleration = [0] v + [1] a + [2] u
+    window_gains: Annotated[Array, (RESPONSE_WINDOWS + 1, 3)]  # of v, a, u in the position at ends of windows
+    window_bends: Annotated[Array, (RESPONSE_WINDOWS, 3)]  # largest difference from their chord in each window
+    ball_bends: Annotated[Array, (2 * BALL_WINDOWS + 1, 3)]  # the same on either side of ends of half windows of balls
+
+
+class ResponsePiece:
+    """Control points of the gains of a response between two knots."""
+
+    velocity_gain: ControlPoints  # [s]
+    acceleration_gain: ControlPoints  # [s^2]
+    gain: ControlPoints
+
+
+class ResponseTable(NamedTuple):
+    """All responses, their pieces and peaks."""
+
+    each: Records[TabulatedResponse]  # (k,)
+    pieces: Records[ResponsePiece]  # (m,)
     kinds: Indices  # (c + 1,) robots of kind c have the responses kinds[c] to kinds[c + 1]
     first: Indices  # (k + 1,) response r has the pieces first[r] to first[r + 1]
     knots: Array  # (m + k,) [s] those of response r begin at first[r] + r
-    velocity_gain: Array  # (m, 4) [s] control points
-    acceleration_gain: Array  # (m, 4) [s^2] control points
-    gain: Array  # (m, 4) control points
-    error: Array  # (k,) [m] largest distance of the motion from its cubic pieces
-    settled: Array  # (k,) [s] when the control has been carried out
-    rest: Array  # (k,) [s] from when on the robot is at rest under every control; inf: never for certain
-    settled_velocity: Array  # (k, 3) at that time: velocity = [0] v + [1] a + [2] u
-    initial_acceleration: Array  # (k, 3) at the start: acceleration = [0] v + [1] a + [2] u
     first_peak: Indices  # (k + 1,) response r has the peaks first_peak[r] to first_peak[r + 1]
     peaks: Array  # (p, 5) response, 0 for a velocity or 1 for an acceleration, shares of v and a, gain
-    window_gains: Array  # (k, w + 1, 3) gains of v, a and u in the position at the ends of w = RESPONSE_WINDOWS windows
-    window_bends: Array  # (k, w, 3) largest difference of these gains from their chord in each window
-    ball_bends: Array  # (k, 2 * BALL_WINDOWS + 1, 3) the same on either side of the ends of half windows of balls
+
+
+class Robot:
+    """One robot: state, limits, target, committed control.
+
+    Its shape is a kind of skeleton, see `GrownBodies`, rounded by `rounding`: the skeleton of a disc is its centre.
+    """
+
+    position: Vector  # [m]
+    velocity: Vector  # [m/s]
+    acceleration: Vector  # [m/s^2] applied last
+    kind: int  # kind of robot by its responses, see `ResponseTable`
+    skeleton: int  # kind of skeleton
+    rounding: float  # [m] by which the skeleton is rounded
+    radius: float  # [m] of the bounding ball about the position
+    margin: float  # [m] to keep from all bodies
+    priority: float  # > 0: of two robots that share the avoidance, the one with more does less of it
+    world: int  # number of the world: robots meet only robots and bodies of their own
+    max_speed: float  # [m/s]
+    max_acceleration: float  # [m/s^2]
+    braking: float  # [m/s^2] deceleration that the bounds allow at any velocity
+    target: Vector  # [m] now
+    tolerance: float  # [m] of the target
+    stop: bool  # whether to stop at the target
+    moving: bool  # whether the target moves, see `TargetPaths`
+    final: bool  # whether the target is the goal, to be reached exactly, and no waypoint
+    objective: int  # 0 arrive at the target, 1 follow a velocity, 2 follow an acceleration
+    wanted: Vector  # [m/s or m/s^2] velocity or acceleration to follow
+    present: bool
+    ball_centers: Annotated[
+        Array, (BALL_WINDOWS, 3)
+    ]  # [m] bounding balls of the observed path in windows of the horizon
+    ball_radii: Annotated[Array, (BALL_WINDOWS,)]  # [m]
+    end_position: Vector  # [m] observed path at the horizon
+    regret: float  # [s] lost so far by keeping the manoeuvre
+    response: int  # of the committed manoeuvre; -1: none of the tables
+    control: Vector  # of the committed manoeuvre
+    preferred: Vector  # the control that its response preferred
+    work: float  # [us] counted for the last decision
+    outcome: int
+
+
+class Paths(NamedTuple):
+    """Paths in cubic pieces over absolute time, one in each row."""
+
+    times: Array  # (n, p + 1) [s]
+    points: Array  # (n, p, 4, 3) [m] control points
 
 
 class RobotTable(NamedTuple):
-    """All robots: states, limits, targets; their committed and their observed paths, cubic over absolute time.
+    """All robots, their committed paths, and their paths as other robots predict them."""
 
-    The shape of a robot is a kind of skeleton, see `GrownBodies`, rounded by `rounding`: the skeleton of a disc is its
-    centre.
-    """
-
-    position: Array  # (n, 3) [m]
-    velocity: Array  # (n, 3) [m/s]
-    acceleration: Array  # (n, 3) [m/s^2] applied last
-    kind: Indices  # (n,) kind of robot by its responses, see `ResponseTable`
-    skeleton: Indices  # (n,) kind of skeleton
-    rounding: Array  # (n,) [m] by which the skeleton is rounded
-    radius: Array  # (n,) [m] of the bounding ball about the position
-    margin: Array  # (n,) [m] to keep from all bodies
-    priority: Array  # (n,) > 0: of two robots that share the avoidance, the one with more does less of it
-    world: Indices  # (n,) number of the world: robots meet only robots and bodies of their own
-    max_speed: Array  # (n,) [m/s]
-    max_acceleration: Array  # (n,) [m/s^2]
-    braking: Array  # (n,) [m/s^2] deceleration that the bounds allow at any velocity
-    target: Array  # (n, 3) [m] now
-    tolerance: Array  # (n,) [m] of the target
-    stop: Flags  # (n,) whether to stop at the target
-    moving: Flags  # (n,) whether the target moves, see `TargetPaths`
-    final: Flags  # (n,) whether the target is the goal, to be reached exactly, and no waypoint
-    objective: Indices  # (n,) 0 arrive at the target, 1 follow a velocity, 2 follow an acceleration
-    wanted: Array  # (n, 3) [m/s or m/s^2] velocity or acceleration to follow
-    present: Flags  # (n,)
-    committed_times: Array  # (n, p + 1) [s]; the last one is far away
-    committed_points: Array  # (n, p, 4, 3) [m]
-    observed_times: Array  # (n, q + 1) [s] as other robots predict them
-    observed_points: Array  # (n, q, 4, 3) [m]
-    ball_centers: Array  # (n, BALL_WINDOWS, 3) [m] bounding balls of the observed path in windows of the horizon
-    ball_radii: Array  # (n, BALL_WINDOWS) [m]
-    end_position: Array  # (n, 3) [m] observed path at the horizon
-    regret: Array  # (n,) [s] lost so far by keeping the manoeuvre
-    response: Indices  # (n,) of the committed manoeuvre; -1: none of the tables
-    control: Array  # (n, 3) of the committed manoeuvre
-    preferred: Array  # (n, 3) the control that its response preferred
-    work: Array  # (n,) [us] counted for the last decision
-    outcome: Indices  # (n,)
+    each: Records[Robot]  # (n,)
+    committed: Paths  # the last time is far away
+    observed: Paths
 
 
 class CellList(NamedTuple):
@@ -121,6 +147,33 @@ class Bounds(NamedTuple):
     )
 
 
+class PassiveBody:
+    """A part of an obstacle, grown by a part of a robot."""
+
+    radius: float  # [m] without uncertainty
+    hull_radius: float  # [m] of the ball about the origin that holds the hull
+    owner: int  # number of the obstacle
+    world: int  # in which the body is; EVERY_WORLD for all
+    uncertain: bool  # whether the radius of its pieces holds an uncertainty of its position
+    at_rest: bool  # whether a contact counts while the robot is at rest
+
+
+class RobotBody:
+    """A part of a robot, grown by the robots with one kind of skeleton."""
+
+    offset: Vector  # [m] origin of the body from the position of the robot
+    radius: float  # [m]
+    hull_radius: float  # [m]
+
+
+class ObstacleAtHorizon:
+    """An obstacle of one part at the horizon."""
+
+    position: Vector  # [m]
+    radius: float  # [m] of the bounding ball
+    world: int  # as of `PassiveBody`
+
+
 class GrownBodies(NamedTuple):
     """All bodies that robots with one kind of skeleton can meet, grown by it.
 
@@ -130,23 +183,15 @@ class GrownBodies(NamedTuple):
 
     pieces: Pieces
     balls: Array  # (n, 4) [m] centre and radius of a ball that holds the origin of the body, and its radius, on a piece
-    body_radius: Array  # (b,) [m]
-    hull_radius: Array  # (b,) [m]
+    passive: Records[PassiveBody]  # (b,)
     hull: Indices  # (b,) number of the hull, -1 for a point
-    uncertain: Flags  # (b,) whether the radius of its pieces holds an uncertainty of its position
-    at_rest: Flags  # (b,) whether a contact counts while the robot is at rest
-    world: Indices  # (b,) in which the body is; EVERY_WORLD for all
     corners: MaybeCorners  # of passive bodies and of robots
     heads: Indices  # rows with which passive bodies begin that exist now
-    end_positions: Array  # (e, d) [m] of the passive obstacles of one part, at the horizon
-    end_radii: Array  # (e,) [m] their bounding radii
-    end_world: Indices  # (e,) as `world`
+    at_horizon: Records[ObstacleAtHorizon]  # (e,)
     reach: float  # [m] passive bodies near paths that lead farther away from the robot may be left out
     robot_rounding: float  # [m]
     robot_first: Indices  # (s + 1,)
-    robot_offset: Array  # (r, 3) [m] origin of the body from the position of the robot
-    robot_radius: Array  # (r,) [m]
-    robot_hull_radius: Array  # (r,) [m]
+    robot_bodies: Records[RobotBody]  # (r,)
     robot_hull: Indices  # (r,)
 
 
@@ -186,11 +231,16 @@ class EncounterTables(NamedTuple):
     settings: DecisionSettings
 
 
-class Paths(NamedTuple):
-    """Paths in cubic pieces over absolute time, one in each row."""
+class MetBody:
+    """A body that one robot may meet."""
 
-    times: Array  # (n, p + 1) [s]
-    points: Array  # (n, p, 4, 3) [m] control points
+    hull_radius: float  # [m]
+    robot: int  # number of the robot, -1 for a passive body
+    share: float  # [1] part of the avoidance that the deciding robot does itself: 1 where the body does none
+    at_rest: bool  # whether a contact counts while the deciding robot is at rest
+
+
+MET_BODY: Final = record_type(MetBody)
 
 
 class ObstaclePieces(NamedTuple):
@@ -198,12 +248,9 @@ class ObstaclePieces(NamedTuple):
 
     pieces: Pieces
     margin: Array  # (n, 2) [m] how much of radius and growth is margin
-    hull: Indices  # (b,)
-    hull_radius: Array  # (b,) [m]
-    robot: Indices  # (b,) number of the robot, -1 for a passive body
     balls: Array  # (n, 4) [m] centre and radius of a ball that holds the grown body on a piece; inf: not known
-    share: Array  # (b,) [1] part of the avoidance that the robot does itself: 1 where the body does none
-    at_rest: Flags  # (b,) whether a contact counts while the robot is at rest
+    bodies: Records[MetBody]  # (b,)
+    hull: Indices  # (b,) number of the hull, -1 for a point
 
 
 class RelativeMotion(NamedTuple):

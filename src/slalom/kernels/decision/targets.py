@@ -43,11 +43,12 @@ def moving_target(i: int, t: float, targets: TargetPaths, position: Array, veloc
 @inlined
 def target_state(i: int, t: float, robots: RobotTable, targets: TargetPaths, position: Array, velocity: Array) -> None:
     """Write the position (3,) [m] and velocity (3,) [m/s] of the target of robot i at time t [s]."""
-    if robots.moving[i]:
+    robot = robots.each[i]
+    if robot.moving:
         moving_target(i, t, targets, position, velocity)
         return
     for axis in range(3):
-        position[axis], velocity[axis] = robots.target[i, axis], 0.0
+        position[axis], velocity[axis] = robot.target[axis], 0.0
 
 
 @kernel
@@ -76,22 +77,23 @@ def desired_velocity(
     It goes into `scratch.desired_velocity`, the displacement of the target into `scratch.displacement`. The rule is
     that of `slalom.goal.Goal.desired_velocity`. A robot that follows a velocity desires that one.
     """
-    away, desired, top = scratch.displacement, scratch.desired_velocity, robots.max_speed[i]
-    if robots.objective[i] == FOLLOW_VELOCITY:
+    robot = robots.each[i]
+    away, desired, top = scratch.displacement, scratch.desired_velocity, robot.max_speed
+    if robot.objective == FOLLOW_VELOCITY:
         for axis in range(len(position)):
-            away[axis], desired[axis] = 0.0, robots.wanted[i, axis]
+            away[axis], desired[axis] = 0.0, robot.wanted[axis]
         return
-    if robots.moving[i] and not robots.stop[i]:
+    if robot.moving and not robot.stop:
         intercept(i, t, position, top, targets, scratch)
     else:
         target_state(i, t, robots, targets, scratch.target, scratch.target_velocity)
     for axis in range(len(position)):
         away[axis] = scratch.target[axis] - position[axis]
-    if not robots.stop[i]:
-        passing_velocity(away, velocity, robots.max_acceleration[i], top, desired)
+    if not robot.stop:
+        passing_velocity(away, velocity, robot.max_acceleration, top, desired)
         return
-    stopping_velocity(away, robots.max_acceleration[i], top, desired)
-    if robots.moving[i]:
+    stopping_velocity(away, robot.max_acceleration, top, desired)
+    if robot.moving:
         square = 0.0
         for axis in range(len(position)):
             desired[axis] += scratch.target_velocity[axis]
@@ -109,11 +111,12 @@ def time_to_target(
 
     The rule is that of `slalom.goal.Goal.time_to_go`.
     """
-    most, top, tolerance, stop = robots.max_acceleration[i], robots.max_speed[i], robots.tolerance[i], robots.stop[i]
+    robot = robots.each[i]
+    most, top, tolerance, stop = robot.max_acceleration, robot.max_speed, robot.tolerance, robot.stop
     away, desired = scratch.displacement, scratch.desired_velocity
-    if not robots.moving[i]:
+    if not robot.moving:
         for axis in range(len(position)):
-            away[axis] = robots.target[i, axis] - position[axis]
+            away[axis] = robot.target[axis] - position[axis]
         return float(time_to_go(away, velocity, most, top, tolerance, stop, desired))
     if stop:
         desired_velocity(i, t, position, velocity, robots, targets, scratch)

@@ -35,7 +35,7 @@ class FleetDecider:
     def __init__(self, method: Method, guidance: Guidance, seed: int = 0, threads: int | None = None) -> None:
         self.guidance, self.states = guidance, guidance.states
         self.scenario = scenario = guidance.states.scenario
-        robots, guide = scenario.robots, guidance.guide
+        robots = scenario.robots
         self.period = scenario.dt * scenario.steps_per_decision
         self.fleet = fleet = CommittedFleet(
             [robot.method or method for robot in robots],
@@ -61,16 +61,6 @@ class FleetDecider:
         if self.messages is not None and len(methods) > 1:
             names = " and ".join(each.name for each in methods)
             raise InvalidInput(f"message_delay: expected messages without delay and loss for methods {names}")
-        fleet.table = fleet.table._replace(
-            position=guide.position,
-            velocity=guide.velocity,
-            radius=guide.radius,
-            max_speed=guide.max_speed,
-            target=guide.target,
-            tolerance=guide.tolerance,
-            stop=guide.stop,
-            present=guide.present,
-        )
         end = scenario.start + scenario.duration + fleet.span
         fleet.targets, self._goal_moves = target_paths([robot.goal for robot in robots], scenario.start, end)
         self._sent: dict[int, tuple[Array, Array]] = {}
@@ -83,10 +73,12 @@ class FleetDecider:
 
     def sense(self, now: float) -> None:
         before, states, table = perf_counter(), self.states, self.fleet.table
-        table.acceleration[:] = states.acceleration
+        each = table.each
+        each["position"], each["velocity"], each["acceleration"] = states.position, states.velocity, states.acceleration
+        each["present"] = states.present
         if self.messages is not None:
             if not self._sent:
-                self._sent[-1] = table.committed_times.copy(), table.committed_points.copy()
+                self._sent[-1] = table.committed.times.copy(), table.committed.points.copy()
             self.messages.deliver(states.position)
         elif self.sensing is not None:
             self.sensing.observe(np.array([states.position, states.velocity, states.acceleration]), now)
@@ -94,12 +86,13 @@ class FleetDecider:
 
     def guide(self, now: float) -> None:
         self.guidance.update(now, self.period)
-        table = self.fleet.table
+        guide, each = self.guidance.guide, self.fleet.table.each
+        each["target"], each["tolerance"], each["stop"] = guide.target, guide.tolerance, guide.stop
         for policy in self.fleet.policies if self._paths else ():
             own = {k: path for k, path in self._paths.items() if k in policy.rows}
             self.fleet.follow(own, self.fleet.window(policy, self.fleet.obstacles, now))
-        table.final[:] = (table.target == self.guidance.guide.goal).all(axis=1)
-        table.moving[:] = table.final & self._goal_moves
+        each["final"] = (each["target"] == guide.goal).all(axis=1)
+        each["moving"] = each["final"] & self._goal_moves
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
         before, outcomes, fleet = perf_counter(), dict[int, Outcome](), self.fleet
@@ -137,22 +130,22 @@ class FleetDecider:
 
         A robot expects its next decision after the same time as since its last one.
         """
-        table, rows = self.fleet.table, np.arange(len(self.fleet.table.radius))
+        table, rows = self.fleet.table, np.arange(len(self.fleet.table.each))
         for k in due:
-            if not messages.may_decide(int(k), table.present):
+            if not messages.may_decide(int(k), table.each["present"]):
                 continue
             for j in rows[rows != k]:
                 times, points = self._sent[int(messages.received[k, j])]
-                table.observed_times[j], table.observed_points[j] = times[j], points[j]
+                table.observed.times[j], table.observed.points[j] = times[j], points[j]
             yield due[due == k], settings._replace(period=max(self.period, messages.waited(int(k))))
-        self._sent[messages.step] = table.committed_times.copy(), table.committed_points.copy()
+        self._sent[messages.step] = table.committed.times.copy(), table.committed.points.copy()
         messages.send()
         for step in [step for step in self._sent if step < messages.oldest]:
             del self._sent[step]
 
     def accelerations(self, now: float, duration: float) -> Array:
         velocity, _ = self.fleet.planned(now + duration)
-        return self.states.stop_departed((velocity - self.fleet.table.velocity) / duration, duration)
+        return self.states.stop_departed((velocity - self.states.velocity) / duration, duration)
 
     def committed(self) -> tuple[Array, tuple[str, ...]]:
-        return self.fleet.table.control[:, : self.scenario.dimension].copy(), self.fleet.committed_responses()
+        return self.fleet.table.each["control"][:, : self.scenario.dimension].copy(), self.fleet.committed_responses()
