@@ -13,7 +13,7 @@ from slalom.manoeuvre import first_manoeuvre
 from slalom.methods import margin_among
 from slalom.sim import Scenario, gallery
 from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.robot_states import RobotStates
 
 
@@ -90,7 +90,7 @@ FLEETS = [
 def last_decision(name: str, scenario: str, settings: dict[str, float]) -> tuple[Indices, DecisionTables]:
     """The robots and the tables of the eighth decision of a fleet."""
     built = gallery.build(scenario, settings, seed=5)
-    guidance = Guidance(RobotStates(built))
+    guidance = GuidedRun(RobotStates(built))
     fleet = Watched(METHODS[name].among_robots(), guidance, threads=1)
     for step in range(8):
         now = step * built.dt
@@ -103,7 +103,7 @@ def last_decision(name: str, scenario: str, settings: dict[str, float]) -> tuple
 
 
 def fleet_of(scenario: Scenario, method: Method) -> Fleet:
-    """The robots of a scenario without obstacles, for a loop of the caller."""
+    """The robots and obstacles of a scenario, for a loop of the caller."""
     return Fleet(
         method,
         [robot.shape for robot in scenario.robots],
@@ -114,6 +114,8 @@ def fleet_of(scenario: Scenario, method: Method) -> Fleet:
         holds=scenario.holds,
         patience=scenario.patience,
         world_period=scenario.period,
+        obstacles=scenario.obstacles,
+        guided=bool(scenario.guided),
     )
 
 

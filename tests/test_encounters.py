@@ -10,7 +10,7 @@ from slalom import METHODS, Disc, Goal, Limits, State, Stationary
 from slalom.methods import margin_among
 from slalom.sim import Robot, Scenario, gallery, simulate
 from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.robot_states import RobotStates
 
 SHARED = METHODS["nao_shared"]
@@ -34,7 +34,7 @@ def test_no_robot_that_can_be_met_is_left_out(name: str) -> None:
     """Decisions with the broad phase of a fleet are those of navigators, each of which gets all robots."""
     scenario, found = fleet(name, 1.5), set()
     states = RobotStates(scenario)
-    together, alone = FleetDecider(SHARED, Guidance(states)), OneByOne(scenario, SHARED, states)
+    together, alone = FleetDecider(SHARED, GuidedRun(states)), OneByOne(scenario, SHARED, states)
     order = range(len(scenario.robots))
     for step in range(15):
         now = step * scenario.dt

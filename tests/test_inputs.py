@@ -944,6 +944,18 @@ CASES = [
         r"shapes: expected those of robots and obstacles in one dimension, found \[2, 3\]",
         lambda _: slalom.Fleet(METHODS["nao"], [Disc(1), Ball(1)], LIMITS),
     ),
+    Case(
+        "guidance_of",
+        InvalidInput,
+        r"guided: expected False for a fleet in several worlds, found True",
+        lambda _: pair(worlds=[0, 1], guided=True),
+    ),
+    Case(
+        "Fleet._head_for",
+        InvalidInput,
+        r"targets: expected those of a guided fleet, found desired_velocities",
+        lambda _: pair(guided=True).step(0.0, PLACES, PLACES, desired_velocities=PLACES),
+    ),
     Case("members_of", InvalidInput, r"margin: expected 0 m or more, found -1 m", lambda _: pair(margin=[0.1, -1.0])),
     Case(
         "members_of",

@@ -1,11 +1,13 @@
 """Compilation of kernels where numba, the cache or the names of modules are not as usual."""
 
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from test_docs import blocks
 
 from slalom import kernels
 from slalom.kernels import jit
@@ -55,19 +57,25 @@ print(earliest_arrival(np.array([3.0, 0.0]), np.zeros(2), 1.0, 1.0, 0.1) > 0.0)
 
 @pytest.mark.slow
 def test_nothing_is_compiled_after_compile(tmp_path: Path) -> None:
-    """No scenario of the gallery, no method, no figure needs a kernel that `slalom.compile` did not make."""
+    """No scenario, method, sample, export or block of the documentation needs a kernel that it did not make."""
     program = """
+import json
+from pathlib import Path
+
 from numba.core.event import Listener, register
 
 import slalom
+from slalom.cli import call
+from slalom.io.tracks import SAMPLES
 from slalom.sim import gallery, simulate
 
 if __name__ == "__main__":
     slalom.compile(jobs=2)
+    compiled, use = [], ""
 
     class Noted(Listener):
         def on_start(self, event):
-            print(event.data["dispatcher"].__name__)
+            compiled.append((use, event.data["dispatcher"].__name__))
 
         def on_end(self, event):
             pass
@@ -76,17 +84,28 @@ if __name__ == "__main__":
     crowd = slalom.AvoidingCrowd(0.1)
     for k in range(3):
         crowd.predict(slalom.Tracks([(-3.0, 0.1 * k), (3.0, 0.0)], [(0.0, 1.0), (-1.0, 0.0)], 0.3, 0.1 * k))
-    for name in gallery.GALLERY:
+    for use in gallery.GALLERY:
         for method in ("nao", "vo", "nao_shared", "avo", "rvo", "nao_ahead"):
             try:
-                simulate(gallery.build(name, {"duration": 0.3}), slalom.METHODS[method])
+                simulate(gallery.build(use, {"duration": 0.3}), slalom.METHODS[method])
             except slalom.InvalidInput:
                 # Not every method is for every scenario.
                 continue
+    for use in set(SAMPLES) - {"study.yaml"}:
+        call(["run", f"sample:{use}", "--out", "run.h5"])
+        call(["export", "run.h5", "page.html", "--force"])
+    for use, code in json.loads(Path("blocks.json").read_text()):
+        try:
+            exec(compile(code, use, "exec"), {"__name__": "__documentation__"})
+        except ImportError:
+            # The block is about an extra that is not installed.
+            continue
+    Path("compiled.json").write_text(json.dumps(compiled))
 """
     script = tmp_path / "program.py"
     script.write_text(program)
+    (tmp_path / "blocks.json").write_text(json.dumps(blocks("python")))
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment)
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert done.stdout == ""
+    assert json.loads((tmp_path / "compiled.json").read_text()) == []

@@ -14,7 +14,7 @@ from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import summary
 from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.run.sensing import Sensing, sensing_of
@@ -138,7 +138,7 @@ def test_the_decision_right_goes_around_with_the_messages():
     """The messages alone determine when a robot may decide."""
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
     plain = replace(scenario, robots=tuple(replace(r, shape=Union((r.shape,))) for r in scenario.robots))
-    fleets = [FleetDecider(SHARED, Guidance(RobotStates(s)), 7) for s in (scenario, plain)]
+    fleets = [FleetDecider(SHARED, GuidedRun(RobotStates(s)), 7) for s in (scenario, plain)]
     for step in range(60):
         waits = []
         for fleet in fleets:
@@ -151,7 +151,7 @@ def test_the_decision_right_goes_around_with_the_messages():
 
 def test_what_was_said_is_forgotten_once_all_have_heard_more():
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
-    fleet = FleetDecider(SHARED, Guidance(RobotStates(scenario)), 7)
+    fleet = FleetDecider(SHARED, GuidedRun(RobotStates(scenario)), 7)
     for step in range(200):
         fleet.sense(0.1 * step)
         fleet.decide([0, 1, 2, 3], 0.1 * step)

@@ -19,6 +19,7 @@ from slalom import (
     Navigator,
     Obstacle,
     Outcome,
+    Polyline,
     Rectangle,
     State,
     Stationary,
@@ -30,6 +31,7 @@ from slalom.sim.run.robot_states import integrate
 from slalom.tolerances import ADMISSIBLE, METRIC
 
 DT = 0.1
+ONE = np.array([(0.0, 0.0)]), np.array([(5.0, 1.0)])
 
 
 def drive(fleet: Fleet, positions: np.ndarray, targets: np.ndarray, steps: int, begin: int = 0, velocities=None):
@@ -48,11 +50,18 @@ def least_distance(path: np.ndarray) -> float:
     return float(apart[:, ~np.eye(path.shape[1], dtype=bool)].min())
 
 
-@pytest.mark.parametrize("name", ["nao", "nao_shared", "rvo"])
-def test_a_loop_of_the_caller_is_the_run_of_the_simulator(name: str) -> None:
-    """Without guidance, to the bit."""
-    settings = {"robots": 6, "radius": 5.0, "robot_radius": 0.5, "duration": 6.0, "guided": 0.0}
-    scenario = gallery.build("circle", settings, seed=4)
+CIRCLE = {"robots": 6.0, "radius": 5.0, "robot_radius": 0.5, "duration": 6.0}
+LOOPS = [
+    *((name, "circle", {**CIRCLE, "guided": guided}) for name in ("nao", "nao_shared", "rvo") for guided in (0.0, 1.0)),
+    ("nao_shared", "doorway", {"robots": 4.0, "duration": 12.0}),
+    ("nao", "random_goals", {"robots": 20.0, "side": 40.0, "duration": 8.0}),
+]
+
+
+@pytest.mark.parametrize(("name", "place", "settings"), LOOPS)
+def test_a_loop_of_the_caller_is_the_run_of_the_simulator(name: str, place: str, settings: dict[str, float]) -> None:
+    """With and without guidance, to the bit."""
+    scenario = gallery.build(place, settings, seed=4)
     run = simulate(scenario, METHODS[name])
     fleet = fleet_of(scenario, METHODS[name])
     positions = np.array([robot.state.position for robot in scenario.robots])
@@ -79,14 +88,37 @@ def test_robots_of_several_shapes_swap_places(name: str) -> None:
     assert np.linalg.norm(velocities, axis=1).max() < 0.5
 
 
-def test_a_pickled_fleet_goes_on_equal_to_the_bit() -> None:
-    fleet = Fleet(METHODS["nao"], Disc(0.5), Limits(1.5, 2.0), robots=6)
+@pytest.mark.parametrize("guided", [False, True])
+def test_a_pickled_fleet_goes_on_equal_to_the_bit(guided: bool) -> None:
+    fleet = Fleet(METHODS["nao"], Disc(0.5), Limits(1.5, 2.0), robots=6, guided=guided)
     starts, targets = swap(6)
     first, velocities = drive(fleet, starts, targets, 20)
     copy = pickle.loads(pickle.dumps(fleet))
     one, _ = drive(fleet, first[-1], targets, 20, 20, velocities)
     other, _ = drive(copy, first[-1], targets, 20, 20, velocities)
     np.testing.assert_array_equal(one, other)
+
+
+def test_guided_robots_that_would_block_each_other_arrive() -> None:
+    """Without a contact; and then at new targets beyond the first ones, around a wall."""
+    wall = Obstacle(Polyline([(-12.0, 14.0), (12.0, 14.0)]), Stationary((0.0, 0.0)))
+    starts, targets = swap(30, 7.0)
+    fleet = Fleet(METHODS["nao_shared"], Disc(0.3), Limits(1.5, 2.0), robots=30, obstacles=[wall], guided=True)
+    path, velocities = drive(fleet, starts, targets, 350)
+    assert np.linalg.norm(path[-1] - targets, axis=1).max() < 0.3
+    beyond = targets + np.array([0.0, 24.0])
+    back, _ = drive(fleet, path[-1], beyond, 500, 350, velocities)
+    assert np.linalg.norm(back[-1] - beyond, axis=1).max() < 0.3
+    assert least_distance(np.concatenate([path, back])) > 0.6 - METRIC
+
+
+def test_a_guided_robot_alone_has_its_target() -> None:
+    """The path of an unguided one, to the bit."""
+    runs = [
+        drive(Fleet(METHODS["nao"], Disc(0.3), Limits(1.5, 2.0), robots=1, guided=guided), *ONE, 60)[0]
+        for guided in (False, True)
+    ]
+    np.testing.assert_array_equal(*runs)
 
 
 def test_plans_agree() -> None:

@@ -75,6 +75,19 @@ def robot_table(n: int, committed: int, observed: int) -> RobotTable:
     )
 
 
+def states_on_paths(paths: Paths, t: float) -> tuple[Array, Array]:
+    """Velocities (n, 3) [m/s] and positions (n, 3) [m] at time t [s] on paths."""
+    times, rows = paths.times, np.arange(len(paths.times))
+    piece = np.minimum((times[:, 1:] < t).sum(axis=1), paths.points.shape[1] - 1)
+    begin = times[rows, piece]
+    width = (times[rows, piece + 1] - begin)[:, None]
+    x, p = (t - begin)[:, None] / np.where(width > 0.0, width, 1.0), paths.points[rows, piece]
+    p0, p1, p2, p3 = p[:, 0], p[:, 1], p[:, 2], p[:, 3]
+    slope = (1 - x) ** 2 * (p1 - p0) + 2 * x * (1 - x) * (p2 - p1) + x * x * (p3 - p2)
+    position = (1 - x) ** 3 * p0 + 3 * x * (1 - x) ** 2 * p1 + 3 * x * x * (1 - x) * p2 + x**3 * p3
+    return 3.0 * slope / np.where(width > 0.0, width, 1.0), position
+
+
 def some_robots(robots: RobotTable, rows: Indices) -> RobotTable:
     """A table of the robots in `rows` (m,), as copies."""
     committed, observed = (Paths(paths.times[rows], paths.points[rows]) for paths in robots[1:])

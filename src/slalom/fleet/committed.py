@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, duration, not_negative, positive, whole
+from slalom.checks import Array, duration, flag, not_negative, positive, whole
 from slalom.decision import Outcome
 from slalom.decision.approach import Approaches
 from slalom.decision.grown_bodies import Skeletons
@@ -15,8 +15,9 @@ from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
 from slalom.decision.navigator_checks import checked_detours, checked_holds
 from slalom.decision.navigator_tables import ARRIVE
 from slalom.decision.response_tables import response_table
-from slalom.decision.robot_tables import bounds_of, commit_to, publish, robot_table, target_paths
+from slalom.decision.robot_tables import bounds_of, commit_to, publish, robot_table, states_on_paths, target_paths
 from slalom.errors import InvalidInput
+from slalom.fleet.guidance import guidance_of
 from slalom.fleet.images import Images
 from slalom.fleet.members import members_of
 from slalom.fleet.observation import observers_of
@@ -76,6 +77,7 @@ class CommittedFleet:
         threads: int | None = None,
         stuck_after: float = 10.0,
         sight: Sight | None = None,
+        guided: bool = False,
     ) -> None:
         self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
@@ -103,6 +105,7 @@ class CommittedFleet:
         self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
         self.images = None if world_period is None else Images(self, world_period)
         self.observers = [] if sight is None else observers_of(self, sight)
+        self.guidance = guidance_of(self) if flag(guided, "guided") else None
 
     def __repr__(self) -> str:
         methods = ", ".join(policy.method.name for policy in self.policies)
@@ -319,12 +322,4 @@ class CommittedFleet:
 
     def planned(self, t: float) -> tuple[Array, Array]:
         """Velocities (n, 3) [m/s] and positions (n, 3) [m] at time t [s] on the committed paths."""
-        times, rows = self.table.committed.times, np.arange(len(self.table.committed.times))
-        piece = np.minimum((times[:, 1:] < t).sum(axis=1), self.table.committed.points.shape[1] - 1)
-        begin = times[rows, piece]
-        width = (times[rows, piece + 1] - begin)[:, None]
-        x, p = (t - begin)[:, None] / np.where(width > 0.0, width, 1.0), self.table.committed.points[rows, piece]
-        p0, p1, p2, p3 = p[:, 0], p[:, 1], p[:, 2], p[:, 3]
-        slope = (1 - x) ** 2 * (p1 - p0) + 2 * x * (1 - x) * (p2 - p1) + x * x * (p3 - p2)
-        position = (1 - x) ** 3 * p0 + 3 * x * (1 - x) ** 2 * p1 + 3 * x * x * (1 - x) * p2 + x**3 * p3
-        return 3.0 * slope / np.where(width > 0.0, width, 1.0), position
+        return states_on_paths(self.table.committed, t)

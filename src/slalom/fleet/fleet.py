@@ -11,6 +11,7 @@ from slalom.decision import Outcome
 from slalom.decision.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
+from slalom.fleet.guidance import Guidance
 from slalom.fleet.observation import decide_by_sight
 from slalom.kernels.arrays import Flags, Indices
 from slalom.linear_forecast import piecewise_polynomial
@@ -73,12 +74,16 @@ class Fleet(CommittedFleet):
         sight: what each robot sees of obstacles and, unless it shares its manoeuvres, of other robots; obstacles at
             rest are a known map. None: everything.
         threads: None: one for each core.
+        guided: whether each robot heads for a place that guidance chooses on the way to its target. Guided robots go
+            around obstacles at rest, pass on traffic circles, and move aside on request. Guidance has no part in
+            safety: it is for robots that would block each other. In the plane, in one world; for targets only.
 
     Raises:
         InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions; with
             shared manoeuvres, a horizon shorter than one of them; priorities where a method does not share the
             avoidance, or with a ratio above PRIORITY_RATIO; a period of the world below the width of a robot; a sight
-            in space, in several worlds, in a world that repeats, or with a hidden speed.
+            in space, in several worlds, in a world that repeats, or with a hidden speed; guidance in space or in
+            several worlds.
     """
 
     def step(
@@ -113,7 +118,7 @@ class Fleet(CommittedFleet):
 
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
-                paths, a time before that of the last step, headings in space.
+                paths, a time before that of the last step, headings in space; no targets for a guided fleet.
         """
         # As a float: kernels would be compiled once more for whole numbers.
         self._last = now = not_before(now, self._last, "now", "a step")
@@ -128,6 +133,8 @@ class Fleet(CommittedFleet):
         self.headings = None if headings is None else array_of(headings, "headings", (n,))
         around = [self.obstacles, *listed(others, "others")]
         self._head_for(targets, desired_velocities, paths, around, now)
+        if self.guidance is not None:
+            self._guide(self.guidance, now)
         for k in np.flatnonzero(there & ~self._known):
             each["acceleration"][k] = 0.0
             self.begin(int(k), State(each["position"][k, :d], each["velocity"][k, :d]), now)
@@ -161,6 +168,8 @@ class Fleet(CommittedFleet):
         """Time [s] since each robot last came nearer to its target, or on along its path: (n,)."""
         each, d = self.table.each, self.dimension
         targets, tolerances = each["target"][:, :d].copy(), each["tolerance"]
+        if self.guidance is not None:
+            targets, tolerances = self.guidance.guide.goal[:, :d].copy(), self.guidance.guide.goal_tolerance
         left = np.maximum(np.linalg.norm(targets - each["position"][:, :d], axis=1) - tolerances, 0.0)
         for k, path in enumerate(self._paths):
             targets[k], at = path.points[-1], self.progress[k]
@@ -215,6 +224,8 @@ class Fleet(CommittedFleet):
         found = [name for name, value in given.items() if value is not None]
         if len(found) != 1:
             raise InvalidInput(f"targets: expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+        if self.guidance is not None and targets is None:
+            raise InvalidInput(f"targets: expected those of a guided fleet, found {found[0]}")
         self._paths = ()
         each["objective"] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY
         each["max_speed"] = [limits.max_speed for limits in self.members.limits]
@@ -233,6 +244,16 @@ class Fleet(CommittedFleet):
             self.progress = [at if there else None for at, there in zip(self.progress, each["present"])]
             for policy in self.policies:
                 self.follow({k: paths[k] for k in policy.rows.tolist()}, self.window(policy, around, now))
+
+    def _guide(self, guidance: Guidance, now: float) -> None:
+        """Replace the targets in the table by those of guidance."""
+        each, guide = self.table.each, guidance.guide
+        guide.position[:], guide.velocity[:], guide.present[:] = each["position"], each["velocity"], each["present"]
+        guidance.head_for(each["target"], each["tolerance"], each["stop"], each["present"] & ~self._known)
+        guidance.note_arrivals()
+        guidance.update(now, self.period)
+        each["target"], each["tolerance"], each["stop"] = guide.target, guide.tolerance, guide.stop
+        each["final"] = (guide.target == guide.goal).all(axis=1)
 
 
 def _in_turn(worlds: Indices, steps: int) -> Indices:

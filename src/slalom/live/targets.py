@@ -7,7 +7,7 @@ import numpy as np
 from slalom.checks import Array
 from slalom.goal import Goal
 from slalom.sim.measure.run_log import Step
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.run.simulate import by_name
 from slalom.sim.scenario import Scenario
@@ -20,7 +20,7 @@ class Targets:
     def __init__(self, scenario: Scenario) -> None:
         ordered, self._rows = by_name(scenario)
         self._scenario, self._states = scenario, RobotStates(ordered)
-        self._guidance = Guidance(self._states)
+        self._guidance = GuidedRun(self._states)
         self._known: list[tuple[Array, Array, Array]] = []
 
     def goal(self, steps: Sequence[Step], k: int, robot: int) -> Goal:

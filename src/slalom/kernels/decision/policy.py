@@ -148,8 +148,7 @@ def best_response(
     Args: met (m,) the robots of the bodies of `rows` after the passive ones. near (l,) those in reach.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
-    robot = robots.each[i]
-    scratch, costs = search.scratch, search.costs
+    robot, scratch, costs = robots.each[i], search.scratch, search.costs
     first, count = responses.kinds[robot.kind], len(search.kept_costs)
     worth = MIN_IMPROVEMENT * settings.patience + COST_TIE
     controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))

@@ -18,7 +18,7 @@ from slalom.methods import Method
 from slalom.obstacle.window import ObstacleWindow
 from slalom.path_goal import PathGoal
 from slalom.sim.run.deciders import Decisions
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.sensing import sensing_of
 
@@ -32,7 +32,7 @@ class FleetDecider:
         period: [s] between decisions.
     """
 
-    def __init__(self, method: Method, guidance: Guidance, seed: int = 0, threads: int | None = None) -> None:
+    def __init__(self, method: Method, guidance: GuidedRun, seed: int = 0, threads: int | None = None) -> None:
         self.guidance, self.states = guidance, guidance.states
         self.scenario = scenario = guidance.states.scenario
         robots = scenario.robots

@@ -32,7 +32,7 @@ from slalom.sim.measure.run_log import RunLog, Step
 from slalom.sim.measure.run_summary import RunSummary
 from slalom.sim.run.deciders import Decider, Decisions, SingleRobotDecider
 from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.peer_decider import PeerDecider
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Scenario
@@ -218,7 +218,7 @@ def by_name(scenario: Scenario) -> tuple[Scenario, Indices]:
 
 
 def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int | None) -> Decider:
-    return FleetDecider(method, Guidance(RobotStates(scenario), threads), seed, threads)
+    return FleetDecider(method, GuidedRun(RobotStates(scenario), threads), seed, threads)
 
 
 def _step(decider: Decider, acceleration: Array, made: Decisions, rows: Indices, d: int) -> Step:

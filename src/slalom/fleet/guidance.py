@@ -1,0 +1,194 @@
+"""Guidance of robots that share the plane: waypoints, traffic circles, priority inheritance."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+from shapely.affinity import translate
+
+from slalom import kernels
+from slalom.checks import Array
+from slalom.errors import InvalidInput
+from slalom.fleet.threads import map_in_threads
+from slalom.kernels.arrays import Flags
+from slalom.kernels.guidance.tables import Grid, GuidanceState
+from slalom.obstacle import Obstacle
+from slalom.obstacle.minkowski import outline_parts
+from slalom.obstacle.periodic import Period, between
+from slalom.tolerances import (
+    ARRIVAL_LOST,
+    GRID_BORDER,
+    GRID_CELL,
+    GRID_CELLS,
+    GUIDED_ROBOTS_PER_THREAD,
+    PARKED_SPEED,
+    WAYPOINT_INTERVAL,
+)
+
+if TYPE_CHECKING:
+    from slalom.fleet.committed import CommittedFleet
+
+
+class Guidance:
+    """The targets of robots in the plane that avoid each other, in `guide` as arrays.
+
+    Guidance has no part in safety: with any target the decision of a robot avoids all obstacles. Robots go around
+    obstacles at rest, pass on traffic circles, and move aside on request. In a periodic world they only keep right of
+    frontal robots, and move aside on request.
+
+    Args:
+        radii, max_speeds: (n,) [m], [m/s]. margin: [m] between bodies.
+        obstacles: those at rest are gone around. start: [s] a time at which they exist.
+        world_period: (d,) [m] see `Fleet`.
+
+    Attributes:
+        guide: the table of `kernels.guidance`. A caller writes states, goals and arrivals into it before `update`.
+        grid: the clearance to obstacles at rest; made at the first update, and anew where it does not reach far enough.
+    """
+
+    def __init__(
+        self,
+        radii: Array,
+        max_speeds: Array,
+        margin: float,
+        obstacles: Sequence[Obstacle],
+        *,
+        start: float = 0.0,
+        world_period: Period | None = None,
+        threads: int | None = None,
+    ) -> None:
+        n, self.margin = len(radii), margin
+        self.threads = kernels.threads() if threads is None else threads
+        self._world_period, self._updates, self._reach = world_period, 0, np.full((2, 2), np.nan)
+        parts = [part for obstacle in obstacles if obstacle.at_rest for part in outline_parts(obstacle, start)]
+        self._outlines = [(_outline(part.corners), part.radius) for part in parts]
+        self.grid = Grid(np.zeros(2), 1.0, np.full((1, 1), np.inf))
+        self.guide = GuidanceState(
+            position=np.zeros((n, 3)),
+            velocity=np.zeros((n, 3)),
+            radius=radii,
+            max_speed=max_speeds,
+            goal=np.zeros((n, 3)),
+            goal_tolerance=np.zeros(n),
+            goal_stop=np.ones(n, np.bool_),
+            present=np.ones(n, np.bool_),
+            waypoint=np.zeros((n, 3)),
+            target=np.zeros((n, 3)),
+            tolerance=np.zeros(n),
+            stop=np.ones(n, np.bool_),
+            waiting_time=np.zeros(n),
+            yielding=np.zeros((n, 4)),
+            arrived=np.zeros(n, np.bool_),
+            visited=np.zeros(n, np.bool_),
+            period=_plane_period(world_period),
+            circle=np.zeros((n, 4)),
+        )
+
+    def head_for(self, goals: Array, tolerances: Array, stop: Flags, joined: Flags) -> None:
+        """Set the goals (n, 3) [m] of the robots; those that `joined` (n,) or have another goal begin anew."""
+        guide = self.guide
+        new = joined | (np.linalg.norm(goals - guide.goal, axis=1) > tolerances)
+        guide.goal[:], guide.goal_tolerance[:], guide.goal_stop[:] = goals, tolerances, stop
+        guide.waypoint[new] = guide.target[new] = goals[new]
+        guide.waiting_time[new], guide.yielding[new], guide.circle[new] = 0.0, 0.0, 0.0
+        guide.arrived[new] = guide.visited[new] = False
+
+    def note_arrivals(self) -> None:
+        """Update which robots have arrived at goals at rest: the rules of `Goal.reached` and of ARRIVAL_LOST."""
+        guide = self.guide
+        distance, speed = np.linalg.norm(guide.goal - guide.position, axis=1), np.linalg.norm(guide.velocity, axis=1)
+        there = (distance <= guide.goal_tolerance) & (~guide.goal_stop | (speed <= guide.goal_tolerance))
+        guide.arrived[:] = guide.present & (there | (guide.arrived & (distance <= ARRIVAL_LOST * guide.goal_tolerance)))
+
+    def update(self, now: float, period: float) -> None:
+        """Choose the targets for the next `period` [s] from the states of all robots at `now` [s]."""
+        guide = self.guide
+        guide.visited[:] |= guide.arrived
+        guide.tolerance[:], guide.stop[:] = guide.goal_tolerance, guide.goal_stop
+        self._cover()
+        if guide.period.any():
+            guide.waypoint[:] = guide.goal
+            kernels.keep_right(guide)
+            kernels.give_way(guide, self.grid, self.margin, now, period)
+            return
+        rows = np.arange(len(guide.radius))
+        parked = guide.present & guide.arrived & (np.linalg.norm(guide.velocity, axis=1) < PARKED_SPEED)
+        # Each robot searches anew at another decision of the interval.
+        due = guide.present & ~guide.arrived & ((rows + self._updates) % WAYPOINT_INTERVAL == 0)
+        at_goal = (guide.waypoint == guide.goal).all(axis=1)
+        guide.waypoint[at_goal] = guide.goal[at_goal]
+        kernels.update_waypoints(guide, self.grid, self.margin, np.flatnonzero(parked), np.flatnonzero(due))
+        map_in_threads(lambda part: kernels.update_targets(part, guide), rows, self.threads, GUIDED_ROBOTS_PER_THREAD)
+        kernels.give_way(guide, self.grid, self.margin, now, period)
+        self._updates += 1
+
+    def _cover(self) -> None:
+        """Make the grid anew if a goal, or a robot that is present, lies outside it."""
+        guide = self.guide
+        places = np.concatenate([guide.position[guide.present, :2], guide.goal[:, :2]])
+        low, high = self._reach
+        if guide.period.any() and not np.isnan(low).any():
+            # It covers a whole period.
+            return
+        if not ((places >= low) & (places <= high)).all():
+            self.grid, self._reach = self._made(places)
+
+    def _made(self, places: Array) -> tuple[Grid, Array]:
+        """The clearance to obstacles at rest on a grid over places (m, 2) [m] and obstacles at rest; and its corners.
+
+        Beyond the places the grid has a border, so that the next ones lie within it too.
+        """
+        guide = self.guide
+        corners = [shapely.get_coordinates(outline) for outline, _ in self._outlines]
+        positions = np.concatenate([places, *corners])
+        border = GRID_BORDER * float(guide.radius.max())
+        low, high = positions.min(axis=0) - border, positions.max(axis=0) + border
+        outlines = self._outlines
+        if self._world_period is not None:
+            # The grid covers one period, with the images of obstacles at rest that reach into it.
+            high = np.where(guide.period > 0.0, low + guide.period, high)
+            outlines = [
+                (translate(outline, *by), radius)
+                for outline, radius in outlines
+                for by in between(
+                    low - border - outline.bounds[2:], high + border - outline.bounds[:2], self._world_period
+                )
+            ]
+        width = max(GRID_CELL * float(guide.radius.min()), float((high - low).max()) / GRID_CELLS)
+        counts = np.ceil((high - low) / width).astype(int) + 1
+        clearance = np.full(tuple(counts), np.inf)
+        # Points take long to make and serve nothing where no obstacle rests.
+        cells = shapely.points(np.moveaxis(np.indices(clearance.shape), 0, -1) * width + low) if outlines else None
+        for outline, radius in outlines:
+            clearance = np.minimum(clearance, shapely.distance(cells, outline) - radius)
+        return Grid(low, width, clearance), np.array([low, high])
+
+
+def guidance_of(fleet: "CommittedFleet") -> Guidance:
+    """The guidance of a fleet. Raises InvalidInput for a fleet in space or in several worlds."""
+    each = fleet.table.each
+    if fleet.dimension != 2 or each["world"].any():
+        where = "space" if fleet.dimension == 3 else "several worlds"
+        raise InvalidInput(f"guided: expected False for a fleet in {where}, found True")
+    return Guidance(
+        each["radius"].copy(),
+        each["max_speed"].copy(),
+        float(fleet.members.margins.max()),
+        fleet.obstacles.given,
+        world_period=None if fleet.images is None else fleet.images.period,
+        threads=fleet.threads,
+    )
+
+
+def _plane_period(world_period: Period | None) -> Array:
+    """The period (2,) [m] along x and y, 0 where the world does not repeat."""
+    period = np.array((world_period or ())[:2])
+    return np.where(np.isfinite(period), period, 0.0) if len(period) else np.zeros(2)
+
+
+def _outline(corners: Array) -> shapely.Geometry:
+    """The polygon of corners (n, 2) [m]; a point or a line for fewer than 3."""
+    if len(corners) < 3:
+        return shapely.Point(corners[0]) if len(corners) == 1 else shapely.LineString(corners)
+    return shapely.Polygon(corners)
