@@ -265,6 +265,11 @@ def each_of(obstacles: Obstacles) -> Sequence[Obstacle]:
     return [each for one in given for each in _within(one)]
 
 
+def in_world(obstacles: Obstacles, world: int) -> list[Obstacle | ObstacleTable | Tracks]:
+    """The obstacles, tables and tracks that are in a world of a fleet."""
+    return [one.in_world(world) if isinstance(one, Tracks) else one for one in listed(obstacles)]
+
+
 def _within(source: Obstacle | ObstacleTable | Tracks) -> Sequence[Obstacle]:
     """An obstacle, or those of a table or of tracks."""
     if isinstance(source, Obstacle):
