@@ -620,7 +620,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: NAVIGATOR.decide(STATE, [future(0.6), future(0.6, 9.0)], GOAL),
     ),
     (
-        "observed_robots",
+        "Tracks.refuse_probabilities",
         r"robots: expected tracks without probabilities, found some with; they are obstacles",
         lambda _: NAVIGATOR.decide(STATE, [], GOAL, robots=Tracks([(9, 0)], [(0, 0)], 1, probabilities=[0.5])),
     ),

@@ -139,6 +139,11 @@ class Tracks:
         """The same tracks with another forecast. Raises InvalidInput for one that needs the past."""
         return self._changed(forecast=_usable(forecast))
 
+    def refuse_probabilities(self, name: str) -> None:
+        """Raise InvalidInput for tracks with probabilities, where each is an agent with one motion."""
+        if self.probabilities is not None:
+            raise InvalidInput(f"{name}: expected tracks without probabilities, found some with; they are obstacles")
+
     def in_world(self, world: int) -> "Tracks":
         """The tracks in a world, without numbers of worlds."""
         some = self._some(np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD)))
