@@ -1091,7 +1091,7 @@ CASES = [
         lambda _: look_ahead().decide(FLAT, [ROCK], Goal(ConstantVelocity((20, 0), (1, 0)))),
     ),
     Case(
-        "goal_or_place",
+        "same_dimension",
         InvalidInput,
         r"goal: expected dimension 3 as of the state, found 2",
         lambda _: look_ahead(robot=Ball(1)).decide(SPACE, [BALLOON], GOAL),
@@ -1599,9 +1599,9 @@ CASES = [
         lambda _: replace(navigator(), method=METHODS["nao"].with_foresight("observed")).decide(FLAT, seen(), GOAL),
     ),
     Case(
-        "Tracks.bodies",
+        "Tracks.refuse_later",
         InvalidInput,
-        r"tracks: expected a time t of observation up to 1 s, found 2 s",
+        r"obstacles: expected tracks with a time t up to 1 s, found 2 s",
         lambda _: decision(obstacles=seen(t=2.0), now=1.0),
     ),
     Case(
@@ -1623,7 +1623,7 @@ CASES = [
         lambda _: decision(objective=MostClearance(1.0, Arrive()), robots=seen()),
     ),
     Case(
-        "check_dimensions",
+        "same_dimension",
         InvalidInput,
         r"robots: expected dimension 2 as of the state, found 3",
         lambda _: decision(robots=seen(positions=[(4, 0, 0)], velocities=[(0, 0, 0)])),
@@ -1705,7 +1705,7 @@ CASES = [
         lambda _: blocked(obstacles=[BALLOON]),
     ),
     Case(
-        "check_dimensions",
+        "same_dimension",
         InvalidInput,
         r"obstacles: expected dimension 3 as of the state, found 2",
         lambda _: decide(SPACE, robot=Ball(1), goal=Goal(Stationary((9, 0, 0)))),
@@ -1797,7 +1797,7 @@ CASES = [
         lambda _: navigator(holds=()),
     ),
     Case(
-        "goal_or_place",
+        "same_dimension",
         InvalidInput,
         r"goal: expected dimension 2 as of the state, found 3",
         lambda _: decide(goal=Goal(Stationary((0, 0, 0)))),

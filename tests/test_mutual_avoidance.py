@@ -159,6 +159,7 @@ def test_wrong_input_is_refused() -> None:
         crowd.predict(Tracks([[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]], 0.3))
     for given, said in (
         ({"probabilities": [0.5]}, "tracks: expected tracks without probabilities, found some with"),
+        ({"worlds": [0]}, "tracks: expected tracks without worlds, which only a fleet has, found some with"),
     ):
         with pytest.raises(InvalidInput, match=said):
             crowd.predict(Tracks([[0.0, 0.0]], [[1.0, 0.0]], 0.3, **given))

@@ -27,7 +27,7 @@ from slalom.fields import check_fields
 from slalom.kernels.arrays import Flags
 from slalom.obstacle import Obstacle
 from slalom.obstacle.minkowski import outline_parts
-from slalom.obstacle.window import Obstacles, each_of
+from slalom.obstacle.window import Obstacles, each_for_one
 from slalom.shape import Polyline
 from slalom.state import State
 from slalom.tolerances import AT_REST, SIGHT_ERROR, SIGHT_FAR, SIGHT_LINES, SIGHT_SEAM
@@ -129,10 +129,9 @@ class Sight:
         if previous is not None:
             has(previous, ("clear", "heading"), "what Sight.look returned", "previous")
             not_before(now, previous.time, "now", "a look")
-        given = each_of(obstacles)
-        for dimension in (state.dimension, *(obstacle.dimension for obstacle in given)):
-            if dimension != 2:
-                raise InvalidInput(f"sight: expected a scene in the plane, found dimension {dimension}")
+        if state.dimension != 2:
+            raise InvalidInput(f"sight: expected a scene in the plane, found dimension {state.dimension}")
+        given = each_for_one(obstacles, state.dimension, now)
         sensor, heading = shapely.Point(state.position), _heading(state, previous)
         # After the end of their trajectories.
         known_now = [o.known_at(now) for o in given]

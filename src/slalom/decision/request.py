@@ -39,12 +39,13 @@ def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks |
     """The other robots as a method predicts them, and those that do no part of the avoidance; None for none.
 
     Raises:
-        InvalidInput: something else than tracks, or tracks with probabilities.
+        InvalidInput: something else than tracks, or tracks with probabilities or worlds.
     """
     if robots is None:
         return None, None
     has(robots, *TRACKS, "robots")
     robots.refuse_probabilities("robots")
+    robots.refuse_worlds("robots")
     robots = robots.with_forecast(forecast)
     some, rest = (robots, None) if robots.shares is None else robots.yielding
     return some if len(some) else None, rest if rest is not None and len(rest) else None

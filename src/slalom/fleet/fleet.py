@@ -15,7 +15,7 @@ from slalom.fleet.observation import decide_by_sight
 from slalom.kernels.arrays import Flags, Indices
 from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle import Obstacle
-from slalom.obstacle.window import Obstacles, listed
+from slalom.obstacle.window import Obstacles, fitting
 from slalom.path_goal import PathGoal
 from slalom.state import State
 
@@ -126,7 +126,7 @@ class Fleet(CommittedFleet):
         table.tolerance[:], table.stop[:] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
         table.present[:] = there
         self.headings = None if headings is None else array_of(headings, "headings", (n,))
-        around = [self.obstacles, *listed(others, "others")]
+        around = [self.obstacles, *fitting(others, self.dimension, now, "others", "fleet")]
         self._head_for(targets, desired_velocities, paths, around, now)
         for k in np.flatnonzero(there & ~self._known):
             table.acceleration[k] = 0.0

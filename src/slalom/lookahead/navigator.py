@@ -19,7 +19,8 @@ from slalom.lookahead.search import Search, Work, new_search, run_searches, step
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.motion_models import FromModels
 from slalom.obstacle import Obstacle
-from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, listed
+from slalom.obstacle.table import same_dimension
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed
 from slalom.path_goal import PathGoal
 from slalom.state import State
 from slalom.tolerances import (
@@ -112,9 +113,8 @@ class LookAhead:
         if not isinstance(goal.trajectory, Stationary):
             raise InvalidInput("goal: expected one at rest to look ahead, found one that moves")
         before = previous if isinstance(previous, SequenceDecision) else None
-        one_by_one = each_of(obstacles)
-        for obstacle in one_by_one:
-            obstacle.known_at(now)
+        same_dimension(self.navigator.robot.dimension, state.dimension, "robot", "state")
+        one_by_one = each_for_one(obstacles, state.dimension, now)
         motions = motions_of(self.navigator, one_by_one, now)
         tables = (self.prepared,) if before is None else (before.search.obstacles, self.prepared)
         table = self._prediction(one_by_one, motions, now, tables)

@@ -139,6 +139,16 @@ class Tracks:
         """The same tracks with another forecast. Raises InvalidInput for one that needs the past."""
         return self._changed(forecast=_usable(forecast))
 
+    def refuse_later(self, now: float, name: str = "obstacles") -> None:
+        """Raise InvalidInput for tracks that are observed after `now` [s]."""
+        if self.t > now:
+            raise InvalidInput(f"{name}: expected tracks with a time t up to {now:g} s, found {self.t:g} s")
+
+    def refuse_worlds(self, name: str) -> None:
+        """Raise InvalidInput for tracks with numbers of worlds, where there is one world."""
+        if np.any(self.worlds != EVERY_WORLD):
+            raise InvalidInput(f"{name}: expected tracks without worlds, which only a fleet has, found some with")
+
     def refuse_probabilities(self, name: str) -> None:
         """Raise InvalidInput for tracks with probabilities, where each is an agent with one motion."""
         if self.probabilities is not None:
@@ -207,8 +217,7 @@ class Tracks:
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Bodies of the tracks, see `ObstacleTable.bodies`. Raises InvalidInput for tracks observed after `start`."""
-        if self.t > start:
-            raise InvalidInput(f"tracks: expected a time t of observation up to {start:g} s, found {self.t:g} s")
+        self.refuse_later(start)
         counts = until > 0.0
         if not counts.any():
             return no_bodies(self.dimension)
