@@ -1,5 +1,6 @@
 """`slalom convert`."""
 
+import os
 from pathlib import Path
 
 from slalom.cli.console import DONE, Flag, print_message, print_result, resolved, writable
@@ -49,7 +50,7 @@ def convert(
         raise InvalidInput(
             f"TARGET: expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}"
         )
-    if source.exists() and target.exists() and target.samefile(source):
+    if os.path.exists(source) and os.path.exists(target) and target.samefile(source):
         raise InvalidInput(f"{target}: expected a file other than the source, found the same")
     name, read = format_of_suffix()[target.suffix], reading or Reading()
     framed = "frame_rate" in writer_settings(name)
