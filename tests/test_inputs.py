@@ -2576,6 +2576,12 @@ CASES = [
         r"--out-frame-rate: expected only with a format with frame numbers, found it with csv",
         on_recording("convert", "{}/a.csv", "{}/b.csv", "--out-frame-rate", "10"),
     ),
+    Case(
+        "_selected",
+        InvalidInput,
+        r"--agents: expected at least one agent of a\.csv to write, found none",
+        on_recording("convert", "{}/a.csv", "{}/b.csv", "--agents="),
+    ),
     # Command line and figures.
     Case(
         "parse_settings",
