@@ -14,7 +14,7 @@ from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Known
 from slalom.goal import Goal
-from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of, time_left
+from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, interval_of, motions_of, time_left
 from slalom.lookahead.search import Search, Work, new_search, run_searches, step_of
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.motion_models import FromModels
@@ -140,7 +140,7 @@ class LookAhead:
         for table in tables:
             if table is not None and table.covers(obstacles, now, latest):
                 return table
-        forecast, step = navigator.method.forecast, rise_of(navigator)
+        forecast, step = navigator.method.forecast, interval_of(navigator)
         if isinstance(forecast, EXACT):
             end = max(min(self.deadline, now + TABLE_HORIZONS * self.time_horizon), latest)
             return PredictedObstacles.of(
