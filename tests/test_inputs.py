@@ -1605,6 +1605,12 @@ CASES = [
         lambda _: decision(obstacles=seen(t=2.0), now=1.0),
     ),
     Case(
+        "Tracks.refuse_later",
+        InvalidInput,
+        r"robots: expected tracks with a time t up to 1 s, found 2 s",
+        lambda _: decision(robots=seen(t=2.0), now=1.0),
+    ),
+    Case(
         "refuse_alone",
         InvalidInput,
         r"method: expected one without a search, found nao_ahead; use LookAhead",

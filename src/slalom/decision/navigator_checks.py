@@ -86,7 +86,7 @@ def goal_or_place(goal: Goal | None, state: State, objective: Objective) -> Goal
 
 
 def check_dimensions(robot: Shape, state: State, obstacles: ObstacleWindow, others: Tracks | None) -> None:
-    """Raise InvalidInput for parts of another dimension than the state."""
+    """Raise InvalidInput for parts of another dimension than the state; for robots observed after the decision."""
     sizes = {
         "robot": robot.dimension,
         "obstacles": obstacles.dimension,
@@ -94,3 +94,5 @@ def check_dimensions(robot: Shape, state: State, obstacles: ObstacleWindow, othe
     }
     for what, dimension in sizes.items():
         same_dimension(dimension, state.dimension, what, "state")
+    if others is not None:
+        others.refuse_later(obstacles.start, "robots")
