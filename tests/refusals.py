@@ -78,6 +78,8 @@ PAIR = (ROBOT, replace(ROBOT, name="other", state=State((0, 5), (3, 0))))
 DRIVE = DifferentialDrive(0.5, 2.0, 2.0)
 DISC, LIMITS, STATE, GOAL = ROBOT.shape, ROBOT.limits, ROBOT.state, ROBOT.goal
 NAVIGATOR = Navigator(NAO, DISC, LIMITS)
+AHEAD = LookAhead(Navigator(method("nao_ahead"), DISC, LIMITS))
+IN_WORLD = Tracks([(9, 0)], [(0, 0)], 1, worlds=[0])
 
 
 def future(probability: float, x: float = 12.0) -> Obstacle:
@@ -505,7 +507,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: Tracks([(1, 0)], [(0, 0)], 0.3, shares=[0.7]),
     ),
     (
-        "Reciprocity.update",
+        "same_dimension",
         r"tracks: expected dimension 2 as of the state, found 3",
         lambda _: Reciprocity(0.3).update(ROBOT.state, Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
     ),
@@ -620,8 +622,30 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: NAVIGATOR.decide(STATE, [future(0.6), future(0.6, 9.0)], GOAL),
     ),
     (
-        "observed_robots",
+        "Tracks.refuse_probabilities",
         r"robots: expected tracks without probabilities, found some with; they are obstacles",
         lambda _: NAVIGATOR.decide(STATE, [], GOAL, robots=Tracks([(9, 0)], [(0, 0)], 1, probabilities=[0.5])),
+    ),
+    (
+        "Tracks.refuse_worlds",
+        r"robots: expected tracks without worlds, which only a fleet has, found some with",
+        lambda _: NAVIGATOR.decide(STATE, [], GOAL, robots=IN_WORLD),
+    ),
+    *(
+        (
+            "Tracks.refuse_worlds",
+            r"obstacles: expected tracks without worlds, which only a fleet has, found some with",
+            decide,
+        )
+        for decide in (
+            lambda _: AHEAD.decide(STATE, IN_WORLD, GOAL),
+            lambda _: ExpectedLoss(AHEAD).decide(STATE, IN_WORLD, GOAL),
+            lambda _: Sight().look(STATE, IN_WORLD),
+        )
+    ),
+    (
+        "ExpectedLoss.contacts",
+        r"places: expected an array of shape \(\.\.\., n, 2\), found shape \(2, 3\)",
+        lambda _: ExpectedLoss(AHEAD).contacts(np.zeros((2, 3)), [], [0.1, 0.2], 0.0),
     ),
 ]

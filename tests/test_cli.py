@@ -568,6 +568,9 @@ def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, c
 # ---------------------------------------------------------------------------------------------------------------------
 # Bad input.
 
+LONG = 300 * "a"
+"""A name that no file can have."""
+
 BAD = [
     ("run full", r"scenario: expected a \.yaml file or one of empty, .*; found 'full'"),
     ("run none.yaml", r"none\.yaml: expected a readable YAML file, found no such file or folder$"),
@@ -689,12 +692,22 @@ BAD = [
     ("run sample:study.yaml", r"study\.yaml: expected a scenario, found a study, which `slalom compare` runs$"),
     ("decide sample:roundabout_ring_11.csv", r"expected .* or a name of the gallery, found .*, of another kind$"),
     ("convert sample:roundabout_ring_11.csv a.ndjson --out-frame-rate 0", r"--out-frame-rate: .* above 0, found 0$"),
+    (f"run {LONG}", r"scenario: expected a \.yaml file or one of .*; found 'aaa"),
+    (f"decide {LONG}", r"scenario: expected a \.yaml file or one of .*; found 'aaa"),
+    (f"compare {LONG}", r"scenario: expected a \.yaml file or one of .*; found 'aaa"),
+    (f"view {LONG} --no-browser", r"scenario: expected a \.yaml file or one of .*; found 'aaa"),
+    (f"compare sample:study.yaml --data {LONG}", r"data: expected a folder, found none at 'aaa"),
+    (f"compare empty --page {LONG}.md", r"\.md: expected a file that can be written, found a name that is too long$"),
+    (f"run {LONG}.h5", r"expected a readable file, found a name that is too long$"),
+    (f"convert {LONG}.csv a.csv", r"expected a readable file, found a name that is too long$"),
+    (f"ros replay {LONG} --goal 1,2", r"expected a bag of ROS, found a name that is too long$"),
+    ("convert sample:roundabout_ring_11.csv a.csv --agents=", r"--agents: expected at least one agent .*, found none$"),
     ("fly empty", r"fly"),
     ("--fly", r"--fly"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("tokens", "message"), BAD, ids=[tokens for tokens, _ in BAD])
+@pytest.mark.parametrize(("tokens", "message"), BAD, ids=[tokens.replace(LONG, "LONG") for tokens, _ in BAD])
 def test_bad_input_is_one_clear_line(tokens: str, message: str, say: Say) -> None:
     """Exit code 2, nothing on stdout, no traceback, no file left behind."""
     for name in ("folder.h5", "folder.svg"):

@@ -32,7 +32,7 @@ from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
 from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.robot_states import RobotStates
 from slalom.tolerances import COLLISION, COMMITTED_SLACK, METRIC
 
@@ -163,7 +163,7 @@ def test_a_fleet_decides_as_the_navigator_of_each_robot():
     for seed in range(6):
         for name in ("nao_shared", "ao", "vo"):
             scenario = five_robots(seed)
-            guidance = Guidance(RobotStates(scenario))
+            guidance = GuidedRun(RobotStates(scenario))
             method = METHODS[name].among_robots()
             fleet, each = FleetDecider(method, guidance), OneByOne(scenario, method, guidance.states)
             for step in range(8):

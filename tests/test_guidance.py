@@ -17,7 +17,7 @@ from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
-from slalom.sim.run.guidance import Guidance
+from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.robot_states import RobotStates
 from slalom.tolerances import PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
 
@@ -107,7 +107,7 @@ class TestPaths:
 class TestTrafficCircles:
     def test_robots_of_a_circle_pass_its_middle_on_the_same_side(self):
         scenario = build("circle", {"robots": 12, "noise": 0.0})
-        guidance = Guidance(RobotStates(scenario))
+        guidance = GuidedRun(RobotStates(scenario))
         guide = guidance.guide
         guide.velocity[:] = -2.0 * guide.position / 20.0
         update_targets(np.arange(len(guide.radius)), guide)
@@ -124,7 +124,7 @@ class TestTrafficCircles:
     def test_without_guidance_targets_are_the_goals(self):
         """At every step of a run in which guided robots go around each other; 0.0 and 1.0 are what `--set` gives."""
         for guided, straight in ((0.0, True), (1.0, False)):
-            guidance = Guidance(RobotStates(build("circle", {"robots": 4, "guided": guided})))
+            guidance = GuidedRun(RobotStates(build("circle", {"robots": 4, "guided": guided})))
             found = []
             for step in range(60):
                 guidance.update(0.1 * step, 0.1)
@@ -136,13 +136,13 @@ class TestTrafficCircles:
             assert all(found) == straight
 
     def test_without_encounters_targets_are_the_goals(self):
-        guidance = Guidance(RobotStates(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)])))
+        guidance = GuidedRun(RobotStates(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)])))
         guidance.guide.velocity[:, 0] = 1.5
         update_targets(np.arange(2), guidance.guide)
         assert np.array_equal(guidance.guide.target, guidance.guide.goal)
 
     def test_a_traffic_circle_beside_the_way_is_not_entered(self):
-        guide = Guidance(RobotStates(fleet([(0.0, 0.0)], [(9.0, 0.0)]))).guide
+        guide = GuidedRun(RobotStates(fleet([(0.0, 0.0)], [(9.0, 0.0)]))).guide
         position = np.zeros(3)
         assert tangent_target(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), position)
         assert position[1] < 0.0
@@ -168,7 +168,7 @@ class TestPriorityInheritance:
 
     def test_the_robot_that_has_waited_longest_goes_first(self):
         robots = fleet([(0.0, 0.0), (0.9, 0.0), (1.8, 0.0)], [(9.0, 0.0), (-9.0, 0.0), (1.8, 0.0)])
-        guidance = Guidance(RobotStates(robots))
+        guidance = GuidedRun(RobotStates(robots))
         guide = guidance.guide
         guide.waiting_time[:] = (5.0, 3.0, 0.0)
         guidance.update(0.0, 0.1)
@@ -179,7 +179,7 @@ class TestPriorityInheritance:
 
     @pytest.mark.parametrize("waited", [0.9 * REQUEST_BESIDE_AFTER, REQUEST_BESIDE_AFTER])
     def test_after_a_long_wait_robots_beside_it_yield_too(self, waited):
-        guidance = Guidance(RobotStates(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)])))
+        guidance = GuidedRun(RobotStates(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)])))
         guide = guidance.guide
         guide.waiting_time[0] = waited
         guidance.update(0.0, 0.1)
@@ -204,7 +204,7 @@ def test_the_number_of_threads_changes_no_target():
     scenario = build("random_goals", {"robots": 600, "side": 80}, seed=2)
     found = []
     for threads in (1, 2, 3):
-        guidance = Guidance(RobotStates(scenario), threads)
+        guidance = GuidedRun(RobotStates(scenario), threads)
         for step in range(3):
             guidance.update(0.1 * step, 0.1)
             guidance.states.integrate(np.random.default_rng(step).uniform(-1.0, 1.0, (600, 3)), 0.1)

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from slalom import Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
+from slalom import Disc, Goal, InvalidInput, Limits, Obstacle, Polyline, State, Stationary
 from slalom.sim import gallery
 from slalom.sim.gallery import GALLERY
 from slalom.sim.scenario import Robot, Scenario
@@ -279,6 +279,60 @@ def test_two_robots_that_meet_both_collide():
         ("left", "right"), "collision"
     )
     assert found[-1]["left"]["time"] == pytest.approx(0.3)
+
+
+PAIR = {"robot 000": np.zeros(2), "robot 001": np.zeros(2)}
+NUMBERS = np.array([1, 2, 3], dtype=np.int64)
+
+
+def reset(env):
+    """An environment at the start of an episode."""
+    env.reset(seed=0)
+    return env
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda action: reset(RobotEnv("empty")).step(action), "action: expected"),
+        (lambda action: reset(SafetyFilter(RobotEnv("empty"))).step(action), "action: expected"),
+        (lambda action: reset(RobotsEnv(2, "empty")).step(action), "actions: expected"),
+        (lambda action: reset(VectorSafetyFilter(RobotsEnv(2, "empty"))).step(action), "actions: expected"),
+        (
+            lambda action: reset(FleetEnv("circle", settings={"robots": 2})).step({**PAIR, "robot 001": action}),
+            r"actions\['robot 001'\]: expected",
+        ),
+        (lambda action: reset(FleetEnv("circle", settings={"robots": 2})).step(action), "actions: expected"),
+    ],
+)
+@pytest.mark.parametrize("action", [3, "x", None, [1.0], NUMBERS, [np.nan, 0.0], {"x": 1}, [None, None], 1j])
+def test_actions_of_wrong_kinds_and_shapes_are_refused(call, said, action):
+    with pytest.raises(InvalidInput, match=said):
+        call(action)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: RobotEnv("empty").reset(options=1.5), "options: expected options by name"),
+        (lambda: FleetEnv().reset(options="seed"), "options: expected options by name"),
+        (lambda: RobotEnv("empty", settings=1.5), "settings: expected numbers by name"),
+        (lambda: RobotsEnv(2, "empty").reset(seed=1.5), "seed: expected a whole number, or one for each world"),
+        (lambda: RobotEnv(lambda seed: seed), "scenario: expected a function that returns a Scenario, found 0"),
+        (lambda: SafetyFilter(None), "env: expected a RobotEnv, possibly wrapped, found None"),
+        (lambda: VectorSafetyFilter(None), "env: expected a RobotsEnv, possibly wrapped, found None"),
+        (lambda: SafetyFilter(RobotEnv("empty"), 3), "method: expected a method"),
+    ],
+)
+def test_arguments_of_wrong_kinds_are_refused(call, said):
+    with pytest.raises(InvalidInput, match=said):
+        call()
+
+
+def test_seeds_may_be_numbers_of_numpy():
+    env = RobotEnv("roundabout_crossing")
+    first, second = (env.reset(options={SEED: seed})[0] for seed in (3, NUMBERS[2]))
+    assert np.array_equal(first, second)
 
 
 def test_pictures_show_the_step():

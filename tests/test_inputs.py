@@ -631,6 +631,12 @@ CASES = [
     Case(
         "state_to_decide_from",
         InvalidInput,
+        r"now: expected a time after the previous decision at 0 s, found the same for another position",
+        lambda _: navigator().decide(State((0.1, 0.0), (1.0, 0.0)), [], GOAL, previous=decision()),
+    ),
+    Case(
+        "state_to_decide_from",
+        InvalidInput,
         r"delay: expected at most the horizon, 6 s, found 7 s",
         lambda _: navigator("nao").decide(FLAT, [], GOAL, delay=7.0),
     ),
@@ -994,7 +1000,7 @@ CASES = [
         lambda _: pair(worlds=[0, 1]).manoeuvres(),
     ),
     Case(
-        "Navigator.predict",
+        "Tracks.refuse_worlds",
         InvalidInput,
         r"obstacles: expected tracks without worlds, which only a fleet has, found some with",
         lambda _: navigator().decide(FLAT, Tracks([(9, 9)], [(0, 0)], 1.0, worlds=[0]), GOAL),
@@ -1103,7 +1109,7 @@ CASES = [
         lambda _: look_ahead().decide(FLAT, [ROCK], Goal(ConstantVelocity((20, 0), (1, 0)))),
     ),
     Case(
-        "goal_or_place",
+        "same_dimension",
         InvalidInput,
         r"goal: expected dimension 3 as of the state, found 2",
         lambda _: look_ahead(robot=Ball(1)).decide(SPACE, [BALLOON], GOAL),
@@ -1611,10 +1617,16 @@ CASES = [
         lambda _: replace(navigator(), method=METHODS["nao"].with_foresight("observed")).decide(FLAT, seen(), GOAL),
     ),
     Case(
-        "Tracks.bodies",
+        "Tracks.refuse_later",
         InvalidInput,
-        r"tracks: expected a time t of observation up to 1 s, found 2 s",
+        r"obstacles: expected tracks with a time t up to 1 s, found 2 s",
         lambda _: decision(obstacles=seen(t=2.0), now=1.0),
+    ),
+    Case(
+        "Tracks.refuse_later",
+        InvalidInput,
+        r"robots: expected tracks with a time t up to 1 s, found 2 s",
+        lambda _: decision(robots=seen(t=2.0), now=1.0),
     ),
     Case(
         "refuse_alone",
@@ -1635,7 +1647,7 @@ CASES = [
         lambda _: decision(objective=MostClearance(1.0, Arrive()), robots=seen()),
     ),
     Case(
-        "check_dimensions",
+        "same_dimension",
         InvalidInput,
         r"robots: expected dimension 2 as of the state, found 3",
         lambda _: decision(robots=seen(positions=[(4, 0, 0)], velocities=[(0, 0, 0)])),
@@ -1717,7 +1729,7 @@ CASES = [
         lambda _: blocked(obstacles=[BALLOON]),
     ),
     Case(
-        "check_dimensions",
+        "same_dimension",
         InvalidInput,
         r"obstacles: expected dimension 3 as of the state, found 2",
         lambda _: decide(SPACE, robot=Ball(1), goal=Goal(Stationary((9, 0, 0)))),
@@ -1809,7 +1821,7 @@ CASES = [
         lambda _: navigator(holds=()),
     ),
     Case(
-        "goal_or_place",
+        "same_dimension",
         InvalidInput,
         r"goal: expected dimension 2 as of the state, found 3",
         lambda _: decide(goal=Goal(Stationary((0, 0, 0)))),
@@ -2587,6 +2599,12 @@ CASES = [
         InvalidInput,
         r"--out-frame-rate: expected only with a format with frame numbers, found it with csv",
         on_recording("convert", "{}/a.csv", "{}/b.csv", "--out-frame-rate", "10"),
+    ),
+    Case(
+        "_selected",
+        InvalidInput,
+        r"--agents: expected at least one agent of a\.csv to write, found none",
+        on_recording("convert", "{}/a.csv", "{}/b.csv", "--agents="),
     ),
     # Command line and figures.
     Case(

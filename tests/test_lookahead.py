@@ -471,6 +471,20 @@ def test_a_recorded_run_can_be_decided_again() -> None:
 # Budgets, deadlines.
 
 
+@pytest.mark.parametrize("most", [1e6, 1e20, 1e100])
+def test_a_large_acceleration_takes_no_more_memory(most: float) -> None:
+    """Intervals of time by which obstacles are found are no shorter than a period, however soon it is fast."""
+    crossing = Obstacle(Disc(0.4), ConstantVelocity((4.0, 0.1), (-0.5, 0.0)))
+    robot, state = look_ahead(limits=Limits(2.0, most)), State((0.0, 0.0), (0.0, 0.0))
+    decision = robot.decide(state, [crossing], Goal(Stationary((8.0, 0.0)), 0.3, True))
+    usual = look_ahead(limits=Limits(2.0, 100.0)).decide(state, [crossing], Goal(Stationary((8.0, 0.0)), 0.3, True))
+    assert decision.search.obstacles.index.first.size == usual.search.obstacles.index.first.size < 1e5
+    times = np.linspace(0.0, 6.0, 601)
+    gaps = np.linalg.norm(decision.manoeuvre.position(times) - crossing.trajectory.position(times), axis=1)
+    assert decision.safe
+    assert gaps.min() >= 0.4 + robot.navigator.robot.bounding_radius
+
+
 def pocket() -> list[Obstacle]:
     """A wall in the way, open behind the robot."""
     wall = Polyline([(-2.0, 3.0), (6.0, 3.0), (6.0, -3.0), (-2.0, -3.0)], 0.1)

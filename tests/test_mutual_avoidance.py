@@ -157,6 +157,12 @@ def test_wrong_input_is_refused() -> None:
         crowd.predict([])
     with pytest.raises(InvalidInput, match="tracks: expected them in the plane, found dimension 3"):
         crowd.predict(Tracks([[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]], 0.3))
+    for given, said in (
+        ({"probabilities": [0.5]}, "tracks: expected tracks without probabilities, found some with"),
+        ({"worlds": [0]}, "tracks: expected tracks without worlds, which only a fleet has, found some with"),
+    ):
+        with pytest.raises(InvalidInput, match=said):
+            crowd.predict(Tracks([[0.0, 0.0]], [[1.0, 0.0]], 0.3, **given))
     crowd.predict(Tracks([[0.0, 0.0]], [[1.0, 0.0]], 0.3, 1.0))
     with pytest.raises(InvalidInput, match=r"tracks.t: expected a time after 1 s, that of the last; found 1"):
         crowd.predict(Tracks([[0.0, 0.0]], [[1.0, 0.0]], 0.3, 1.0))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from draws import draws
 
-from slalom import METHODS, ConstantVelocity, Disc, Fleet, Limits, Obstacle, Outcome, Sight
+from slalom import METHODS, ConstantVelocity, Disc, Fleet, Limits, Obstacle, Outcome, Sight, Tracks
 from slalom.sim.run.robot_states import integrate
 
 DT, WORLDS, EACH = 0.1, 40, 3
@@ -62,6 +62,22 @@ def test_a_safe_decision_holds_for_one_period_whatever_the_others_do(seed: int) 
     assert tested > 1000
     assert nearest >= -1e-6
     assert nearest < margin
+
+
+@pytest.mark.parametrize("method", ["vo", "nao", "nao_shared"])
+def test_robots_with_sight_meet_the_tracks_of_their_world_only(method: str) -> None:
+    """As without sight: tracks of world 0 count, those of another world do not."""
+    found = {}
+    for sight in (None, Sight(9.0)):
+        for worlds in (None, [0], [1]):
+            person = Tracks([(3.0, 0.05)], [(-1.5, 0.0)], 0.3, worlds=worlds)
+            fleet = Fleet(METHODS[method], Disc(0.3), Limits(1.5, 2.0), robots=1, sight=sight)
+            decided = fleet.step(0.0, [(0.0, 0.0)], [(1.4, 0.0)], [(8.0, 0.0)], others=[person])
+            found[sight is None, str(worlds)] = decided.accelerations[0]
+    for worlds in ("None", "[0]", "[1]"):
+        np.testing.assert_array_equal(found[False, worlds], found[True, worlds])
+    np.testing.assert_array_equal(found[True, "None"], found[True, "[0]"])
+    assert np.linalg.norm(found[True, "[0]"] - found[True, "[1]"]) > 0.1
 
 
 @pytest.mark.parametrize("velocity", [0.0, 0.3])

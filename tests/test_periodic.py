@@ -6,7 +6,20 @@ import numpy as np
 import pytest
 from draws import draws
 
-from slalom import METHODS, Circular, Disc, Goal, InvalidFile, Limits, Obstacle, Rectangle, State, Stationary
+from slalom import (
+    METHODS,
+    Circular,
+    Disc,
+    Fleet,
+    Goal,
+    InvalidFile,
+    Limits,
+    Obstacle,
+    Rectangle,
+    State,
+    Stationary,
+    Tracks,
+)
 from slalom.kernels.guidance.periodic_images import is_free
 from slalom.obstacle.periodic import between, displaced, images_about, neighbours, to_nearest
 from slalom.path import Path
@@ -324,3 +337,15 @@ def test_what_rests_is_there_in_every_image():
         for x, y, free in ((12.0, 0.0, False), (12.0, 2.5, True), (9.5, 0.0, True), (13.0, 0.5, False)):
             found = is_free(x + by, y, 0.3, guidance.guide.period, guidance.grid)
             assert found == free, (x, y, by)
+
+
+def test_a_robot_of_a_repeating_world_does_not_meet_tracks_of_another_one():
+    """It decides as with no track; with a track of its world it does not."""
+
+    def accelerations(*worlds: int) -> np.ndarray:
+        fleet = Fleet(METHODS["nao"], Disc(0.3), Limits(1.5, 2.0), robots=1, world_period=(30.0, np.inf))
+        others = [Tracks([(3.0, 0.05)], [(-1.5, 0.0)], 0.3, worlds=[world]) for world in worlds]
+        return fleet.step(0.0, [(0.0, 0.0)], [(1.4, 0.0)], [(8.0, 0.0)], others=others).accelerations
+
+    np.testing.assert_array_equal(accelerations(1), accelerations())
+    assert (accelerations(0) != accelerations()).any()

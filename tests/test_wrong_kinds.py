@@ -28,6 +28,8 @@ ROBOT, WINDOW = Navigator(NAO, DISC, LIMITS), ObstacleWindow([ROCK], 0.0, 6.0)
 TRACKS = slalom.Tracks([(0.0, 4.0)], [(0.0, -0.5)], 0.3)
 BEFORE = ROBOT.decide(STATE, [ROCK], GOAL)
 PLACES, REST = np.array([(-3.0, 0.0), (3.0, 0.0)]), np.zeros((2, 2))
+SEEN = slalom.Sight(9.0, hidden_speed=1.0).look(STATE, [ROCK, TRACKS])
+WEIGHING = slalom.ExpectedLoss(slalom.LookAhead(Navigator(slalom.method("nao_ahead"), DISC, LIMITS), budget=100.0))
 BLOCKED = slalom.ControlObstacle(slalom.Acceleration(), STATE, WINDOW, DISC)
 ADMISSIBLE = LIMITS.admissible(slalom.Acceleration(), STATE, 6.0)
 DRIVE = vehicle.DifferentialDrive(0.5, 1.0, 2.0)
@@ -71,6 +73,10 @@ WRONG: dict[str, Any] = {
     "iterator": iter(()),
     "space": State((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
     "obstacle": ROCK,
+    "obstacles in space": [Obstacle(slalom.Ball(0.5), Stationary((5.0, 0.2, 0.0)), "balloon")],
+    "tracks in space": slalom.Tracks([(0.0, 4.0, 0.0)], [(0.0, -0.5, 0.0)], 0.3),
+    "later tracks": slalom.Tracks([(0.0, 4.0)], [(0.0, -0.5)], 0.3, 1.0),
+    "tracks with worlds": slalom.Tracks([(0.0, 4.0)], [(0.0, -0.5)], 0.3, worlds=[1]),
 }
 
 
@@ -185,6 +191,72 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "LookAhead.decide": (
         slalom.LookAhead(Navigator(slalom.method("nao_ahead"), DISC, LIMITS), budget=100.0).decide,
         {"state": STATE, "obstacles": [ROCK], "goal": GOAL, "now": 0.0, "previous": None, "delay": 0.1},
+    ),
+    "ExpectedLoss": (
+        lambda **settings: slalom.ExpectedLoss(**settings).decide(STATE, [ROCK], GOAL),
+        {
+            "robot": WEIGHING.robot,
+            "margins": (0.1, 0.2),
+            "shares": (0.5, 1.0),
+            "loss": 9.0,
+            "spread": slalom.BoundedError(0.1),
+            "deviates": False,
+        },
+    ),
+    "ExpectedLoss.decide": (
+        WEIGHING.decide,
+        {
+            "state": STATE,
+            "obstacles": [ROCK],
+            "goal": GOAL,
+            "now": 0.0,
+            "previous": None,
+            "delay": 0.1,
+            "scales": {"rock": 2.0},
+        },
+    ),
+    "ExpectedLoss.cost": (
+        WEIGHING.cost,
+        {"decision": BEFORE, "obstacles": [ROCK], "goal": GOAL, "now": 0.0, "scales": {"rock": 2.0}},
+    ),
+    "ExpectedLoss.contacts": (
+        WEIGHING.contacts,
+        {"places": PLACES, "obstacles": [ROCK], "times": (0.5, 1.0), "now": 0.0, "scales": {"rock": 2.0}},
+    ),
+    "Sight": (
+        lambda **settings: slalom.Sight(**settings).look(STATE, [ROCK, TRACKS]),
+        {
+            "range": 9.0,
+            "field_of_view": 2.0,
+            "near": 0.5,
+            "occlusion": "all",
+            "hidden_speed": 1.0,
+            "any_motion": True,
+        },
+    ),
+    "Sight.look": (
+        slalom.Sight(9.0, hidden_speed=1.0).look,
+        {"state": STATE, "obstacles": [ROCK, TRACKS], "now": 0.1, "previous": SEEN},
+    ),
+    "AvoidingCrowd": (
+        lambda **settings: slalom.AvoidingCrowd(**settings).predict(TRACKS),
+        {
+            "period": 0.25,
+            "horizon": 5.0,
+            "distance": 0.1,
+            "reach": 9.0,
+            "steps": 4,
+            "uncertainty": slalom.BoundedError(0.1),
+        },
+    ),
+    "AvoidingCrowd.predict": (lambda tracks: slalom.AvoidingCrowd(0.25).predict(tracks), {"tracks": TRACKS}),
+    "Reciprocity": (
+        lambda **settings: slalom.Reciprocity(**settings).update(STATE, TRACKS),
+        {"radius": 0.4, "horizon": 4.0, "response": 0.5, "memory": 5.0, "doubt": 0.1},
+    ),
+    "Reciprocity.update": (
+        lambda **given: slalom.Reciprocity(0.4).update(**given),
+        {"state": STATE, "tracks": TRACKS},
     ),
     "Fleet": (
         stepped,
@@ -491,6 +563,8 @@ OTHER_NAMES: dict[tuple[str, str], tuple[str, ...]] = {
     ("compare", "methods"): ("method",),
     ("compare", "settings"): ("parameter",),
     ("method", "name"): ("method",),
+    ("Scenario", "obstacles"): ("obstacle",),
+    ("Sight.look", "state"): ("sight",),
 }
 """Further names of what an argument holds."""
 

@@ -15,6 +15,7 @@ REASONS: Final = {
     errno.ENOTDIR: "a file in place of a folder",
     errno.EISDIR: "a folder",
     errno.ENOSPC: "no space left",
+    errno.ENAMETOOLONG: "a name that is too long",
 }
 """Causes of errors of the operating system, as the end of "expected ..., found"."""
 

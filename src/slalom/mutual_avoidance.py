@@ -138,6 +138,8 @@ class AvoidingCrowd:
         """
         has(tracks, *TRACKS, "tracks")
         told_apart(tracks.ids, "tracks.ids")
+        tracks.refuse_worlds("tracks")
+        tracks.refuse_probabilities("tracks")
         if tracks.dimension != 2:
             raise InvalidInput(f"tracks: expected them in the plane, found dimension {tracks.dimension}")
         if not tracks.t > self._now:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from slalom.checks import STATE, TRACKS, Array, NotNegative, Positive, has, not_before
-from slalom.errors import InvalidInput
 from slalom.fields import check_fields
+from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks, told_apart
 from slalom.state import State
 
@@ -68,10 +68,7 @@ class Reciprocity:
         has(state, *STATE, "state")
         has(tracks, *TRACKS, "tracks")
         told_apart(tracks.ids, "tracks.ids")
-        if tracks.dimension != state.dimension:
-            raise InvalidInput(
-                f"tracks: expected dimension {state.dimension} as of the state, found {tracks.dimension}"
-            )
+        same_dimension(tracks.dimension, state.dimension, "tracks", "state")
         step = not_before(tracks.t, self._time, "tracks.t", "an update") - self._time
         shares, agents = np.zeros(len(tracks)), dict[Hashable, Any]()
         for k, name in enumerate(tracks.ids):

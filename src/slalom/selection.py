@@ -93,7 +93,7 @@ def select(
         InvalidInput: different dimensions, or an admissible set that is not bounded by a ball.
     """
     has(blocked, *BLOCKED, "blocked")
-    has(admissible, ("radii", "dimension"), "an Admissible set", "admissible")
+    has(admissible, ("radii", "largest"), "an Admissible set", "admissible")
     dimension = blocked.dimension
     target = np.zeros(3)
     target[:dimension] = vector(preferred, "preferred", dimension)

@@ -27,7 +27,7 @@ from slalom.fields import check_fields
 from slalom.kernels.arrays import Flags
 from slalom.obstacle import Obstacle
 from slalom.obstacle.minkowski import outline_parts
-from slalom.obstacle.window import Obstacles, each_of
+from slalom.obstacle.window import Obstacles, each_for_one
 from slalom.shape import Polyline
 from slalom.state import State
 from slalom.tolerances import AT_REST, SIGHT_ERROR, SIGHT_FAR, SIGHT_LINES, SIGHT_SEAM
@@ -81,7 +81,8 @@ class Sight:
         range: [m] up to which the sensor sees.
         field_of_view: [rad] full angle about the heading: that of the state, else the direction of motion, else the
             heading before.
-        near: [m] up to which everything around the robot is sensed, outside of the field of view as well.
+        near: [m] up to which everything around the robot is sensed, outside of the field of view as well. With less
+            than its radius a hidden agent may touch the robot already, of which decisions take no account.
         occlusion: what hides what is behind it: "none", "walls" (all obstacles at rest), or "all" obstacles.
         hidden_speed: [m/s] up to which agents may move that are hidden; None: there are none. Then obstacles grow from
             the edge of what is known to be empty: from the range, from shadows and from the sides of the field of view.
@@ -129,10 +130,9 @@ class Sight:
         if previous is not None:
             has(previous, ("clear", "heading"), "what Sight.look returned", "previous")
             not_before(now, previous.time, "now", "a look")
-        given = each_of(obstacles)
-        for dimension in (state.dimension, *(obstacle.dimension for obstacle in given)):
-            if dimension != 2:
-                raise InvalidInput(f"sight: expected a scene in the plane, found dimension {dimension}")
+        if state.dimension != 2:
+            raise InvalidInput(f"sight: expected a scene in the plane, found dimension {state.dimension}")
+        given = each_for_one(obstacles, state.dimension, now)
         sensor, heading = shapely.Point(state.position), _heading(state, previous)
         # After the end of their trajectories.
         known_now = [o.known_at(now) for o in given]

@@ -64,7 +64,7 @@ def writable(*paths: Path | None) -> None:
 
 def new_page(page: Path | None, force: bool, option: str = "--page") -> None:
     """Raise InvalidInput for a file of an option that exists, which is replaced only with `force`."""
-    if page is not None and page.exists() and not force:
+    if page is not None and os.path.exists(page) and not force:
         raise InvalidInput(
             f"{option}: expected a new file, or --force to replace it; found {str(page)!r}, which exists"
         )

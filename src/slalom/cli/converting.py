@@ -1,12 +1,17 @@
 """`slalom convert`."""
 
+import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from slalom.cli.console import DONE, Flag, print_message, print_result, resolved, writable
 from slalom.cli.recorded import Reading, given_options
 from slalom.cli.report import counted
 from slalom.cli.running import RUNS
 from slalom.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from slalom.io.recorded import RecordedTracks
 
 
 def convert(
@@ -38,8 +43,7 @@ def convert(
     import numpy as np
 
     from slalom.checks import positive
-    from slalom.io.formats import format_of_suffix, read_recording, write_recording, writer_settings
-    from slalom.sim.files.recorded_traffic import chosen
+    from slalom.io.formats import format_of_suffix, write_recording, writer_settings
     from slalom.sim.measure.export_tracks import with_numeric_ids
 
     source = Path(resolved(str(source)))
@@ -49,13 +53,13 @@ def convert(
         raise InvalidInput(
             f"TARGET: expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}"
         )
-    if source.exists() and target.exists() and target.samefile(source):
+    if os.path.exists(source) and os.path.exists(target) and target.samefile(source):
         raise InvalidInput(f"{target}: expected a file other than the source, found the same")
     name, read = format_of_suffix()[target.suffix], reading or Reading()
     framed = "frame_rate" in writer_settings(name)
     if out_frame_rate is not None and not framed:
         raise InvalidInput(f"--out-frame-rate: expected only with a format with frame numbers, found it with {name}")
-    tracks = chosen(read_recording(source, **read.settings()), read.agent_selection(), source.name)
+    tracks = _selected(source, read)
     writable(target)
     if out_frame_rate is not None:
         positive(out_frame_rate, "--out-frame-rate")
@@ -78,6 +82,17 @@ def convert(
     count = counted(len(tracks.agents), "agent")
     print_result(result, json, lambda: f"{source} ({tracks.format}), {count} -> {target} ({name})")
     return DONE
+
+
+def _selected(source: Path, reading: Reading) -> "RecordedTracks":
+    """Read the selected agents of a recording. Raises InvalidInput for a selection of none."""
+    from slalom.io.formats import read_recording
+    from slalom.sim.files.recorded_traffic import chosen
+
+    tracks = chosen(read_recording(source, **reading.settings()), reading.agent_selection(), source.name)
+    if not tracks.agents:
+        raise InvalidInput(f"--agents: expected at least one agent of {source.name} to write, found none")
+    return tracks
 
 
 def _convert_run(source: Path, target: Path, rate: float | None, reading: Reading | None, json: bool) -> int:

@@ -1,5 +1,6 @@
 """Options of the commands that read recordings."""
 
+import os
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -138,7 +139,7 @@ def is_recording(scenario: str, reading: Reading | None, crossing: Crossing | No
 
     given = [*given_options(crossing), *given_options(reading)]
     if not is_file(scenario) and scenario not in GALLERY:
-        return bool(Path(scenario).is_file() or Path(scenario).suffix or given)
+        return bool(os.path.isfile(scenario) or Path(scenario).suffix or given)
     if given:
         raise InvalidInput(f"--{given[0]}: expected only with a recording, found it with {scenario!r}")
     return False

@@ -1,5 +1,6 @@
 """`slalom run`."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -167,7 +168,7 @@ def _run(
 
 def refuse_run(scenario: str) -> None:
     """Raise InvalidInput for a run that was recorded, which is not a scenario."""
-    if Path(scenario).suffix in RUNS and Path(scenario).is_file():
+    if Path(scenario).suffix in RUNS and os.path.isfile(scenario):
         raise InvalidInput(
             f"scenario: expected a scenario or recorded tracks, found the run {scenario!r}, which is over; "
             "`slalom show` prints it, `slalom convert` writes it in other formats, `slalom view` replays it"

@@ -1,5 +1,6 @@
 """`slalom view`, `slalom export` and `slalom animate`."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -179,7 +180,7 @@ def _sessions(
         return method_of(default if method is None else method)
 
     at, agent = start
-    replayable, tracks = Path(name).suffix in RUNS and Path(name).is_file(), False
+    replayable, tracks = Path(name).suffix in RUNS and os.path.isfile(name), False
     if not replayable:
         tracks = is_recording(name, reading, crossing)
     only_recorded = [*(["at"] if at is not None else []), *given_options(crossing), *given_options(reading)]

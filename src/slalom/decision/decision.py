@@ -212,8 +212,8 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
     """The state at `now` [s] of a robot that was in `state` before a delay [s], see `Navigator.decide`.
 
     Raises:
-        InvalidInput: something else than a state or a decision, a time before that of the previous decision, a delay
-            above the `longest` [s].
+        InvalidInput: something else than a state or a decision; a time before that of the previous decision, or the
+            same for a robot at another position; a delay above the `longest` [s].
     """
     has(state, *STATE, "state")
     number(now, "now")
@@ -223,6 +223,12 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
             expected = f"dimension {previous.manoeuvre.dimension} as of the previous decision"
             raise InvalidInput(f"state: expected {expected}, found {state.dimension}")
         not_before(now, previous.decided_at, "now", "a decision")
+        last = previous.inputs
+        if last is not None and now == last.now and delay == 0.0 and (state.position != last.state.position).any():
+            # A loop that does not pass the time predicts all obstacles from their positions at the start.
+            raise InvalidInput(
+                f"now: expected a time after the previous decision at {now:g} s, found the same for another position"
+            )
     if not_negative(delay, "delay") > longest:
         raise InvalidInput(f"delay: expected at most the horizon, {longest:g} s, found {delay:g} s")
     if delay == 0.0:

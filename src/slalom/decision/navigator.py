@@ -145,8 +145,8 @@ class Navigator:
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
                 a response that does not set the acceleration at once; a method that needs more than one robot observes;
-                other robots for an objective written in Python; a time before that of the previous decision; a delay
-                above the horizon; an obstacle whose trajectory ended before.
+                other robots for an objective written in Python; a time before that of the previous decision, or the
+                same for a robot at another position; a delay above the horizon; an obstacle whose trajectory ended.
         """
         refuse_alone(self.method)
         state = state_to_decide_from(state, previous, now, delay, self.horizon)
@@ -285,9 +285,10 @@ class Navigator:
 
         Obstacles that appear later are included only if the forecast contains them.
         """
+        for one in listed(obstacles):
+            if isinstance(one, Tracks):
+                one.refuse_worlds("obstacles")
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
-        if window.has_worlds:
-            raise InvalidInput("obstacles: expected tracks without worlds, which only a fleet has, found some with")
         if self.horizons is None:
             return window
         return window.within(np.minimum(self.horizons(state, window.obstacles, self.limits, now), self.horizon))

@@ -19,6 +19,7 @@ from slalom.checks import (
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.objective import Arrive, FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
+from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape
@@ -80,16 +81,18 @@ def goal_or_place(goal: Goal | None, state: State, objective: Objective) -> Goal
             raise InvalidInput(f"goal: expected one for the objective {objective!r}, found none")
         return Goal(Stationary(state.position))
     has(goal, *GOAL, "goal")
-    if goal.trajectory.dimension != state.dimension:
-        raise InvalidInput(
-            f"goal: expected dimension {state.dimension} as of the state, found {goal.trajectory.dimension}"
-        )
+    same_dimension(goal.trajectory.dimension, state.dimension, "goal", "state")
     return goal
 
 
 def check_dimensions(robot: Shape, state: State, obstacles: ObstacleWindow, others: Tracks | None) -> None:
-    """Raise InvalidInput for parts of another dimension than the state."""
-    sizes = {"robot": robot.dimension, "obstacles": obstacles.dimension, "robots": others and others.dimension}
+    """Raise InvalidInput for parts of another dimension than the state; for robots observed after the decision."""
+    sizes = {
+        "robot": robot.dimension,
+        "obstacles": obstacles.dimension,
+        "robots": None if others is None else others.dimension,
+    }
     for what, dimension in sizes.items():
-        if dimension not in (None, state.dimension):
-            raise InvalidInput(f"{what}: expected dimension {state.dimension} as of the state, found {dimension}")
+        same_dimension(dimension, state.dimension, what, "state")
+    if others is not None:
+        others.refuse_later(obstacles.start, "robots")

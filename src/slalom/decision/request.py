@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from slalom.checks import TRACKS, has
 from slalom.decision.decision import Decision
-from slalom.errors import InvalidInput
 from slalom.forecast import Forecast
 from slalom.goal import Goal
 from slalom.obstacle import Obstacle
@@ -40,13 +39,13 @@ def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks |
     """The other robots as a method predicts them, and those that do no part of the avoidance; None for none.
 
     Raises:
-        InvalidInput: something else than tracks, or tracks with probabilities.
+        InvalidInput: something else than tracks, or tracks with probabilities or worlds.
     """
     if robots is None:
         return None, None
     has(robots, *TRACKS, "robots")
-    if robots.probabilities is not None:
-        raise InvalidInput("robots: expected tracks without probabilities, found some with; they are obstacles")
+    robots.refuse_probabilities("robots")
+    robots.refuse_worlds("robots")
     robots = robots.with_forecast(forecast)
     some, rest = (robots, None) if robots.shares is None else robots.yielding
     return some if len(some) else None, rest if rest is not None and len(rest) else None

@@ -33,8 +33,7 @@ from slalom.methods import HOLDS, Method, margin_among
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.tracks import Tracks
-from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
+from slalom.obstacle.window import Obstacles, ObstacleWindow, in_world
 from slalom.path_goal import PathGoal
 from slalom.response import AccelerateThenBrake, Response
 from slalom.shape import Shape
@@ -266,7 +265,7 @@ class CommittedFleet:
         table, each, d = self.table, self.table.each, self.dimension
         number, method, world = np.arange(len(each)), self.members.methods[k], int(each["world"][k])
         state = self._state(k)
-        passive = [each.in_world(world) if isinstance(each, Tracks) else each for each in listed(obstacles)]
+        passive = in_world(obstacles, world)
         if self.images is not None:
             number = self.images.robot_of
             passive = [*self.images.met(table, k, passive, method.forecast, now, d)]

@@ -16,7 +16,7 @@ from slalom.fleet.observation import decide_by_sight
 from slalom.kernels.arrays import Flags, Indices
 from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle import Obstacle
-from slalom.obstacle.window import Obstacles, listed
+from slalom.obstacle.window import Obstacles, fitting
 from slalom.path_goal import PathGoal
 from slalom.state import State
 
@@ -131,7 +131,7 @@ class Fleet(CommittedFleet):
         each["tolerance"], each["stop"] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
         each["present"] = there
         self.headings = None if headings is None else array_of(headings, "headings", (n,))
-        around = [self.obstacles, *listed(others, "others")]
+        around = [self.obstacles, *fitting(others, self.dimension, now, "others", "fleet")]
         self._head_for(targets, desired_velocities, paths, around, now)
         if self.guidance is not None:
             self._guide(self.guidance, now)

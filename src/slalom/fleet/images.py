@@ -12,7 +12,8 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import GrownBodies, RobotTable
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period, checked_period, displaced, images_about, images_met, to_nearest
-from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, in_world, listed
 
 if TYPE_CHECKING:
     from slalom.fleet.committed import CommittedFleet
@@ -59,7 +60,12 @@ class Images:
     def window(self, table: RobotTable, obstacles: Obstacles, forecast: Forecast, now: float) -> ObstacleWindow:
         """The images of predicted obstacles that robots in the cell about the origin can meet."""
         # No response makes a robot faster that exceeds its maximum speed.
-        each = table.each
+        each, worlds = table.each, np.unique(table.each["world"]).tolist()
+        if len(worlds) == 1:
+            obstacles = in_world(obstacles, worlds[0])
+        for one in listed(obstacles):
+            if isinstance(one, Tracks):
+                one.refuse_worlds("others")
         speed = max(each["max_speed"].max(), np.linalg.norm(each["velocity"], axis=1).max())
         reach = 0.5 * np.array(self.period) + speed * self.horizon + each["radius"].max() + each["margin"].max()
         images = images_met(each_of(obstacles), forecast, self.period, now, self.horizon, -reach, reach)

@@ -13,7 +13,7 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.window import Obstacles, each_of
+from slalom.obstacle.window import Obstacles, each_of, in_world
 from slalom.sight import Sight, Visibility
 from slalom.state import State
 from slalom.trajectory import ConstantVelocity
@@ -72,7 +72,8 @@ def decide_by_sight(
     Robots that share their manoeuvres know them of all robots.
     """
     each, d, now, outcomes = fleet.table.each, fleet.dimension, settings.now, dict[int, Outcome]()
-    obstacles, present = each_of(around), each["present"].copy()
+    # There is one world, number 0.
+    obstacles, present = each_of(in_world(around, 0)), each["present"].copy()
     robots = [
         Obstacle(shape, ConstantVelocity(position, velocity, now))
         for shape, position, velocity in zip(fleet.members.shapes, each["position"][:, :d], each["velocity"][:, :d])

@@ -1,5 +1,6 @@
 """Readers of recorded road users in the plane: drone data sets (highD, inD, rounD, exiD, uniD) and INTERACTION."""
 
+import os
 from pathlib import Path
 from typing import Final
 
@@ -56,7 +57,7 @@ def companions(path: Path) -> list[Path]:
 def _companion(path: Path, suffix: str) -> Path | None:
     """Return the file with this suffix that belongs to NN_tracks.csv; None if there is none."""
     other = path.with_name(path.name.removesuffix(_SUFFIX) + suffix)
-    return other if path.name.endswith(_SUFFIX) and other.is_file() else None
+    return other if path.name.endswith(_SUFFIX) and os.path.isfile(other) else None
 
 
 def _frame_rate(path: Path, given: float | None) -> float:

@@ -7,7 +7,21 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import UNCERTAINTY, Array, flag, has, listing, mapping, not_negative
+from slalom.checks import (
+    DECISION,
+    GOAL,
+    STATE,
+    UNCERTAINTY,
+    Array,
+    array,
+    array_of,
+    flag,
+    has,
+    listing,
+    mapping,
+    not_negative,
+    number,
+)
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import DecisionInputs, completed, made
@@ -20,7 +34,8 @@ from slalom.lookahead.navigator import LookAhead, SequenceDecision
 from slalom.lookahead.scene import motions_of, rise_of
 from slalom.manoeuvre import Manoeuvre
 from slalom.obstacle import Obstacle
-from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, listed
+from slalom.obstacle.table import same_dimension
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed
 from slalom.state import State
 from slalom.tolerances import (
     DEVIATION_GAIN,
@@ -104,7 +119,9 @@ class ExpectedLoss:
 
         `scales` are factors of the spread by the names of obstacles; 1 for others. Raises InvalidInput for one below 0.
         """
-        one_by_one = each_of(obstacles)
+        has(state, *STATE, "state")
+        same_dimension(self.robot.navigator.robot.dimension, state.dimension, "robot", "state")
+        one_by_one = each_for_one(obstacles, state.dimension, number(now, "now"))
         motions = self._motions(one_by_one, now)
         ahead = self._ahead(motions, self._times(now), now, scales)
         robots = self._robots(one_by_one, now)
@@ -160,7 +177,12 @@ class ExpectedLoss:
         the maximum speed. The rest begins at the position at the last moment. The first term exceeds the span, so that
         a known arrival is preferred. A decision that is not safe costs a contact in the stage after the last moment.
         """
-        motions = self._motions(each_of(obstacles), now)
+        has(decision, *DECISION, "decision")
+        has(goal, *GOAL, "goal")
+        d = self.robot.navigator.robot.dimension
+        same_dimension(decision.manoeuvre.dimension, d, "decision", "robot")
+        same_dimension(goal.trajectory.dimension, d, "goal", "robot")
+        motions = self._motions(each_for_one(obstacles, d, number(now, "now")), now)
         return self._cost(decision, self._ahead(motions, self._times(now), now, scales), goal, now)
 
     def contacts(
@@ -172,8 +194,13 @@ class ExpectedLoss:
         scales: Mapping[str, float] | None = None,
     ) -> Array:
         """Expected number of contacts (..., n) of robots at `places` (..., n, d) [m] at `times` (n,) [s]."""
-        times = np.asarray(times, dtype=np.float64)
-        return _contacts(places, self._ahead(self._motions(each_of(obstacles), now), times, now, scales))
+        d, now = self.robot.navigator.robot.dimension, number(now, "now")
+        places = array(places, "places")
+        if places.ndim < 2 or places.shape[-1] != d:
+            raise InvalidInput(f"places: expected an array of shape (..., n, {d}), found shape {places.shape}")
+        times = array_of(times, "times", places.shape[-2:-1])
+        motions = self._motions(each_for_one(obstacles, d, now), now)
+        return _contacts(places, self._ahead(motions, times, now, scales))
 
     def _motions(self, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
         return motions_of(self.robot.navigator, [obstacle for obstacle in obstacles if obstacle.exists(now)], now)

@@ -14,12 +14,13 @@ from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Known
 from slalom.goal import Goal
-from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, motions_of, rise_of, time_left
+from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, interval_of, motions_of, time_left
 from slalom.lookahead.search import Search, Work, new_search, run_searches, step_of
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.motion_models import FromModels
 from slalom.obstacle import Obstacle
-from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, listed
+from slalom.obstacle.table import same_dimension
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed
 from slalom.path_goal import PathGoal
 from slalom.state import State
 from slalom.tolerances import (
@@ -112,9 +113,8 @@ class LookAhead:
         if not isinstance(goal.trajectory, Stationary):
             raise InvalidInput("goal: expected one at rest to look ahead, found one that moves")
         before = previous if isinstance(previous, SequenceDecision) else None
-        one_by_one = each_of(obstacles)
-        for obstacle in one_by_one:
-            obstacle.known_at(now)
+        same_dimension(self.navigator.robot.dimension, state.dimension, "robot", "state")
+        one_by_one = each_for_one(obstacles, state.dimension, now)
         motions = motions_of(self.navigator, one_by_one, now)
         tables = (self.prepared,) if before is None else (before.search.obstacles, self.prepared)
         table = self._prediction(one_by_one, motions, now, tables)
@@ -140,7 +140,7 @@ class LookAhead:
         for table in tables:
             if table is not None and table.covers(obstacles, now, latest):
                 return table
-        forecast, step = navigator.method.forecast, rise_of(navigator)
+        forecast, step = navigator.method.forecast, interval_of(navigator)
         if isinstance(forecast, EXACT):
             end = max(min(self.deadline, now + TABLE_HORIZONS * self.time_horizon), latest)
             return PredictedObstacles.of(

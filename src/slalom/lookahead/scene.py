@@ -69,7 +69,7 @@ class Scene(NamedTuple):
 
     def _among(self, motions: Sequence[Obstacle], navigator: Navigator, latest: float) -> "Scene":
         table = PredictedObstacles.of(
-            *(None, motions, navigator.robot, self.now, latest, rise_of(navigator)),
+            *(None, motions, navigator.robot, self.now, latest, interval_of(navigator)),
             include_future=self.prediction.includes_future,
         )
         return self._replace(prediction=table, motions=motions)
@@ -85,6 +85,11 @@ def time_left(decision: Decision, scene: Scene, navigator: Navigator) -> float:
 def rise_of(navigator: Navigator) -> float:
     """[s] from rest to the maximum speed."""
     return navigator.limits.max_speed / navigator.limits.max_acceleration
+
+
+def interval_of(navigator: Navigator) -> float:
+    """[s] width of the intervals of time by which obstacles are found; at least a period bounds their number."""
+    return max(rise_of(navigator), navigator.period)
 
 
 def motions_of(navigator: Navigator, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:

@@ -150,3 +150,9 @@ def one_dimension(dimensions: Iterable[int | None]) -> int | None:
     if len(found) > 1:
         raise InvalidInput(f"obstacles: expected one dimension, found {sorted(found)}")
     return found.pop() if found else None
+
+
+def same_dimension(found: int | None, expected: int, name: str, whose: str) -> None:
+    """Raise InvalidInput for a dimension that is not the `expected` one, `whose` it is; None fits every one."""
+    if found not in (None, expected):
+        raise InvalidInput(f"{name}: expected dimension {expected} as of the {whose}, found {found}")

@@ -81,9 +81,8 @@ class Tracks:
             raise InvalidInput(f"positions: expected an array of shape (n, 2) or (n, 3), {found}")
         n, self.dimension = places.shape
         given = (places, velocities, np.zeros(places.shape) if accelerations is None else accelerations)
-        self.states = np.stack(
-            [array_of(rows, name, places.shape) for rows, name in zip(given, _COLUMNS, strict=True)], axis=1
-        )
+        columns = [array_of(rows, name, places.shape) for rows, name in zip(given, _COLUMNS, strict=True)]
+        self.states = np.stack(columns, axis=1)
         radius = not_huge(array(radii, "radii"), "radii")
         if radius.shape not in ((), (n,)) or np.any(radius < 0.0):
             raise InvalidInput(f"radii: expected one or {n} of at least 0 m, found {np.atleast_1d(radius).tolist()}")
@@ -143,6 +142,21 @@ class Tracks:
     def with_forecast(self, forecast: Forecast) -> "Tracks":
         """The same tracks with another forecast. Raises InvalidInput for one that needs the past."""
         return self._changed(forecast=_usable(forecast))
+
+    def refuse_later(self, now: float, name: str = "obstacles") -> None:
+        """Raise InvalidInput for tracks that are observed after `now` [s]."""
+        if self.t > now:
+            raise InvalidInput(f"{name}: expected tracks with a time t up to {now:g} s, found {self.t:g} s")
+
+    def refuse_worlds(self, name: str) -> None:
+        """Raise InvalidInput for tracks with numbers of worlds, where there is one world."""
+        if np.any(self.worlds != EVERY_WORLD):
+            raise InvalidInput(f"{name}: expected tracks without worlds, which only a fleet has, found some with")
+
+    def refuse_probabilities(self, name: str) -> None:
+        """Raise InvalidInput for tracks with probabilities, where each is an agent with one motion."""
+        if self.probabilities is not None:
+            raise InvalidInput(f"{name}: expected tracks without probabilities, found some with; they are obstacles")
 
     def in_world(self, world: int) -> "Tracks":
         """The tracks in a world, without numbers of worlds."""
@@ -207,8 +221,7 @@ class Tracks:
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Bodies of the tracks, see `ObstacleTable.bodies`. Raises InvalidInput for tracks observed after `start`."""
-        if self.t > start:
-            raise InvalidInput(f"tracks: expected a time t of observation up to {start:g} s, found {self.t:g} s")
+        self.refuse_later(start)
         counts = until > 0.0
         if not counts.any():
             return no_bodies(self.dimension)
@@ -262,8 +275,7 @@ class Tracks:
         """The uncertainty (n, k) [m] of each at times (k,) [s] since the observation."""
         different = {id(one): one for one in self.uncertainties if one is not None}
         radii = {key: one.radius(elapsed, self.dimension) for key, one in different.items()}
-        exact = np.zeros(len(elapsed))
-        return np.stack([radii.get(id(one), exact) for one in self.uncertainties])
+        return np.stack([radii.get(id(one), np.zeros(len(elapsed))) for one in self.uncertainties])
 
 
 Scalar = TypeVar("Scalar", bound=np.generic)

@@ -16,7 +16,7 @@ from slalom.kernels.arrays import Flags, Indices, Snapshot
 from slalom.kernels.decision.tables import EVERY_WORLD
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Bodies, Reach, merged, no_bodies, pieces_of_each
-from slalom.obstacle.table import ObstacleTable, one_dimension
+from slalom.obstacle.table import ObstacleTable, one_dimension, same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.shape import Shape
 
@@ -139,11 +139,6 @@ class ObstacleWindow:
                 return source.obstacle(index) if isinstance(source, Tracks) else source.obstacles[index]
             index -= count
         raise IndexError(f"index: expected a number below {len(self)}")
-
-    @property
-    def has_worlds(self) -> bool:
-        """Whether some obstacles are not in all worlds."""
-        return any(isinstance(s, Tracks) and bool(np.any(s.worlds != EVERY_WORLD)) for s in self._sources)
 
     @cached_property
     def worlds(self) -> Indices:
@@ -268,6 +263,42 @@ def each_of(obstacles: Obstacles) -> Sequence[Obstacle]:
     if all(isinstance(one, Obstacle) for one in given):
         return cast(Sequence[Obstacle], given)
     return [each for one in given for each in _within(one)]
+
+
+def fitting(
+    obstacles: Obstacles, dimension: int, now: float, name: str = "obstacles", whose: str = "state"
+) -> Sequence[Obstacle | ObstacleTable | Tracks]:
+    """The obstacles, tables and tracks one by one, for decisions in `dimension`, `whose` it is, at `now` [s].
+
+    Raises:
+        InvalidInput: anything else, another dimension, tracks that are observed after `now`.
+    """
+    given = listed(obstacles, name)
+    for one in given:
+        same_dimension(one.dimension, dimension, name, whose)
+        if isinstance(one, Tracks):
+            one.refuse_later(now, name)
+    return given
+
+
+def each_for_one(obstacles: Obstacles, dimension: int, now: float) -> Sequence[Obstacle]:
+    """The obstacles one by one, see `each_of`, for a decision of one robot.
+
+    Raises:
+        InvalidInput: as `fitting`; tracks with worlds; an obstacle whose trajectory ended before `now` [s].
+    """
+    for one in fitting(obstacles, dimension, now):
+        if isinstance(one, Tracks):
+            one.refuse_worlds("obstacles")
+    each = each_of(obstacles)
+    for obstacle in each:
+        obstacle.known_at(now)
+    return each
+
+
+def in_world(obstacles: Obstacles, world: int) -> list[Obstacle | ObstacleTable | Tracks]:
+    """The obstacles, tables and tracks that are in a world of a fleet."""
+    return [one.in_world(world) if isinstance(one, Tracks) else one for one in listed(obstacles)]
 
 
 def _within(source: Obstacle | ObstacleTable | Tracks) -> Sequence[Obstacle]:

@@ -8,7 +8,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from slalom.adapters.gym.worlds import Worlds
-from slalom.checks import Array
+from slalom.checks import METHOD, Array, has
 from slalom.decision import Decision
 from slalom.methods import Method, method as method_named
 from slalom.objective import FollowAcceleration
@@ -37,7 +37,9 @@ class Rules(NamedTuple):
 
 def rules_of(method: Method | str, margin: float | None, horizon: float | None) -> Rules:
     """The settings of a filter. Raises InvalidInput for an unknown method."""
-    return Rules(method_named(method) if isinstance(method, str) else method, margin, horizon)
+    chosen = method_named(method) if isinstance(method, str) else method
+    has(chosen, *METHOD, "method")
+    return Rules(chosen, margin, horizon)
 
 
 def shared_tables() -> Tables:

@@ -11,7 +11,7 @@ from slalom.adapters.gym.robot import Observation
 from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
 from slalom.adapters.gym.shown import RENDER_MODES, Shown, checked_mode, information
 from slalom.adapters.gym.worlds import RUNNING, TIME, Worlds
-from slalom.checks import Array
+from slalom.checks import Array, array_of, mapping
 from slalom.errors import InvalidInput
 
 
@@ -77,12 +77,13 @@ class FleetEnv(Shown, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no t
         self, actions: Mapping[str, Array]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Follow the actions of all agents for one period."""
+        mapping(actions, "actions by names of agents", "actions")
         if set(actions) != set(self.agents):
-            raise InvalidInput(f"actions: expected one of each of {self.agents}, found {sorted(actions)}")
+            raise InvalidInput(f"actions: expected one of each of {self.agents}, found {list(actions)}")
         rows = {name: self.possible_agents.index(name) for name in self.agents}
         given = np.zeros(self.worlds.position.shape)
         for name, row in rows.items():
-            given[0, row] = actions[name]
+            given[0, row] = array_of(actions[name], f"actions[{name!r}]", (self.worlds.dimension,))
         made, acted = self.worlds.step(given), list(self.agents)
         rewards, clearances, outcomes = (column[0].tolist() for column in made)
         time = float(self.worlds.steps[0] * self.worlds.period)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
 from slalom.adapters.gym.shown import RENDER_MODES, Shown, checked_mode, information
 from slalom.adapters.gym.worlds import RUNNING, TIME, Worlds
-from slalom.checks import Array
+from slalom.checks import Array, array_of
 from slalom.errors import InvalidInput
 
 Observation = npt.NDArray[np.float32]
@@ -73,7 +73,8 @@ class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
         """Follow an action for one period."""
         if not self.worlds.acting[0, 0]:
             raise InvalidInput("step: expected a running episode, found one that has ended or not begun; call reset")
-        made = self.worlds.step(np.asarray(action, np.float64)[None, None])
+        given = array_of(action, "action", (self.worlds.dimension,))
+        made = self.worlds.step(given[None, None])
         outcome = int(made.outcomes[0, 0])
         time = float(self.worlds.steps[0] * self.worlds.period)
         info = information(outcome, float(made.clearances[0, 0]), time)

@@ -3,11 +3,10 @@
 from typing import Any
 
 import gymnasium
-import numpy as np
 
 from slalom.adapters.gym.certifier import Certifier, rules_of, shared_tables
 from slalom.adapters.gym.robot import Observation, RobotEnv
-from slalom.checks import Array
+from slalom.checks import Array, array_of
 from slalom.decision import Decision
 from slalom.errors import InvalidInput
 from slalom.methods import Method
@@ -41,10 +40,10 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
         margin: float | None = None,
         horizon: float | None = None,
     ) -> None:
-        super().__init__(env)
-        inner = env.unwrapped
+        inner = getattr(env, "unwrapped", env)
         if not isinstance(inner, RobotEnv):
             raise InvalidInput(f"env: expected a RobotEnv, possibly wrapped, found {inner}")
+        super().__init__(env)
         self._robot, self._rules = inner, rules_of(method, margin, horizon)
         self._certifier = self._begun()
 
@@ -63,7 +62,8 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
     def step(self, action: Array) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
         """Follow the nearest certified action for one period."""
         worlds = self._robot.worlds
-        wanted = worlds.accelerations(np.asarray(action, np.float64)[None, None])[0, 0]
+        given = array_of(action, "action", (worlds.dimension,))
+        wanted = worlds.accelerations(given[None, None])[0, 0]
         made = self._certifier.certified(wanted)
         observation, reward, ended, late, info = self.env.step(worlds.actions(made.applied)[0, 0])
         about = {"intervened": made.intervened, "wanted": wanted, "applied": made.applied}

@@ -9,7 +9,7 @@ from gymnasium.spaces import Box
 
 from slalom.adapters.gym.motion import Motion
 from slalom.adapters.gym.worlds import Worlds
-from slalom.checks import whole
+from slalom.checks import has, mapping, whole
 from slalom.errors import InvalidInput
 from slalom.sim.gallery import build
 from slalom.sim.scenario import Scenario
@@ -30,6 +30,8 @@ class Scenes:
     """
 
     def __init__(self, source: Source, settings: Mapping[str, float] | None, layouts: int | None) -> None:
+        if settings is not None:
+            mapping(settings, "numbers by name", "settings")
         if settings and not isinstance(source, str):
             raise InvalidInput(f"settings: expected none for a scenario that is not of the gallery, found {settings}")
         if not (isinstance(source, str | Scenario) or callable(source)):
@@ -44,6 +46,7 @@ class Scenes:
             scenario = build(self._source, self._settings, seed=seed)
         else:
             scenario = self._source if isinstance(self._source, Scenario) else self._source(seed)
+            has(scenario, ("robots", "sight"), "a function that returns a Scenario", "scenario")
         if scenario.sight is not None:
             raise InvalidInput(f"scenario: expected one without limited sight, found {scenario.name}")
         return scenario
@@ -58,10 +61,13 @@ class Scenes:
         Raises:
             InvalidInput: a seed that is not a whole number.
         """
+        given = {} if options is None else options
+        mapping(given, "options by name", "options")
         drawn = int(rng.integers(SEEDS if self._layouts is None else self._layouts))
-        seed = (options or {}).get(SEED, drawn)
-        if isinstance(seed, bool) or not isinstance(seed, int):
+        seed = given.get(SEED, drawn)
+        if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
             raise InvalidInput(f"options[{SEED!r}]: expected a whole number, found {seed!r}")
+        seed = int(seed)
         if self._layouts is None:
             worlds.load(w, self.of_seed(seed))
             return

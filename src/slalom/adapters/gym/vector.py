@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 
 from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
 from slalom.adapters.gym.worlds import ARRIVED, COLLISION, OUTCOMES, TIME, Worlds
-from slalom.checks import Array, whole
+from slalom.checks import Array, array_of, listing, whole
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Flags
 
@@ -59,6 +59,7 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Any]):
             seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int) else seed
             if seeds is None:
                 seeds = [None] * self.num_envs
+            listing(seeds, "a whole number, or one for each world", "seed")
             if len(seeds) != self.num_envs:
                 raise InvalidInput(f"seed: expected one or {self.num_envs}, found {len(seeds)}")
             self._generators = [gymnasium.utils.seeding.np_random(one)[0] for one in seeds]
@@ -69,9 +70,10 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Any]):
         """Follow actions (n, d) for one period."""
         if not self._generators:
             raise InvalidInput("step: expected running episodes, found none; call reset")
+        given = array_of(actions, "actions", (self.num_envs, self.worlds.dimension))
         running = self.worlds.acting[:, 0].copy()
         self._load(np.flatnonzero(~running).tolist(), None)
-        made = self.worlds.step(np.asarray(actions, np.float64)[:, None], running)
+        made = self.worlds.step(given[:, None], running)
         outcome = made.outcomes[:, 0]
         info = {
             "outcome": NAMES[outcome],

@@ -36,10 +36,10 @@ class VectorSafetyFilter(VectorWrapper):
         margin: float | None = None,
         horizon: float | None = None,
     ) -> None:
-        super().__init__(env)
-        inner = env.unwrapped
+        inner = getattr(env, "unwrapped", env)
         if not isinstance(inner, RobotsEnv):
             raise InvalidInput(f"env: expected a RobotsEnv, possibly wrapped, found {inner}")
+        super().__init__(env)
         self._robots, self._rules, self._tables = inner, rules_of(method, margin, horizon), shared_tables()
         self._certifiers = [self._begun(w) for w in range(inner.num_envs)]
 

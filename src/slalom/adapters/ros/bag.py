@@ -11,7 +11,7 @@ from slalom.adapters.ros.command import Command
 from slalom.adapters.ros.definitions import store
 from slalom.adapters.ros.messages import SECOND, seconds
 from slalom.adapters.ros.node import KINDS, Node
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.errors import InvalidFile, InvalidInput, reason
 
 ODOMETRY: Final = "nav_msgs/msg/Odometry"
 TWIST: Final = "geometry_msgs/msg/Twist"
@@ -61,8 +61,8 @@ def read_bag(
                 yield Sent(connection.topic, str(connection.msgtype), t, message)
                 if progress:
                     progress(k / count)
-    except (AnyReaderError, FileNotFoundError) as error:
-        raise InvalidFile([f"{bag}: expected a bag of ROS, found {error}"]) from None
+    except (AnyReaderError, OSError) as error:
+        raise InvalidFile([f"{bag}: expected a bag of ROS, found {reason(error)}"]) from None
 
 
 def _taken(found: dict[str, str], topics: Collection[str] | None) -> set[str]:

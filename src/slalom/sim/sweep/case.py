@@ -108,7 +108,7 @@ def load(name: Source, settings: Mapping[str, float] | None = None, *, seed: int
         raise InvalidInput(f"scenario: expected a name, an Entry or a Scenario, found {shown(name)}")
     if is_file(name):
         return read_scenario(name).with_settings(settings or {})
-    if name not in GALLERY and Path(name).is_file():
+    if name not in GALLERY and os.path.isfile(name):
         raise InvalidInput(f"scenario: expected a .yaml file or a name of the gallery, found {name!r}, of another kind")
     return build_gallery(known(name, "scenario", list(GALLERY), "a .yaml file or "), settings, seed=seed)
 

@@ -1,5 +1,6 @@
 """Reader of study files: YAML with scenarios, settings and methods for one comparison."""
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -79,7 +80,7 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
     """
     path = Path(path)
     cases = path.parent if data is None else Path(data)
-    if data is not None and not cases.is_dir():
+    if data is not None and not os.path.isdir(cases):
         raise InvalidInput(f"data: expected a folder, found none at {str(data)!r}")
     root, content = compose(path)
     if wrong := messages(path, root, content, StudySpec):
@@ -90,7 +91,7 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
     mistakes: list[str] = []
     for k, one in enumerate(spec.scenarios):
         name, folder = one.scenario, cases if is_cases(one.scenario) else path.parent
-        there = not is_cases(name) or (folder / name).exists()
+        there = not is_cases(name) or os.path.exists(folder / name)
         place = str(folder / name) if there and (is_file(name) or is_cases(name)) else name
         row = Row(place, one.settings, one.methods or spec.methods, one.seeds or spec.seeds, tuple(spec.metrics))
         (rows if there else left_out).append(row)
