@@ -19,6 +19,7 @@ from slalom.paper import (
     claims_oscillation,
     claims_road,
     claims_shape,
+    claims_smooth,
     controller,
     findings_oscillation,
     obstacles,
@@ -131,6 +132,28 @@ def test_the_page_links_to_the_folder_of_the_files(tmp_path: Path) -> None:
     work.make(["cone", "temporal_element"], out, work.Effort(1, 1, True), page_path=at, progress=nothing)
     for target in re.findall(r"\]\(([^)#]+)\)", at.read_text()):
         assert (at.parent / target).exists(), target
+
+
+def stored(name: str) -> dict:
+    """The result of a claim that the page shows."""
+    return json.loads((DOCS / "images" / "paper" / f"{name}.json").read_text())
+
+
+def test_the_results_of_the_page_are_those_of_this_version() -> None:
+    """One row of each claim whose runs are simulated, made again: the numbers of the page, to rounding."""
+    kept, cell = stored("oscillation"), claims_oscillation.cells()[-1]._replace(robots=4)
+    runs = [claims_oscillation.run_metrics(cell, seed, kept["duration"]) for seed in range(kept["seeds"])]
+    assert pytest.approx(claims_oscillation.aggregate(cell, runs), rel=1e-6) in kept["rows"]
+
+    kept, setting = stored("smoothness"), claims_smooth.SETTINGS[-1]
+    runs = [claims_smooth.run_metrics(setting, seed, kept["duration"]) for seed in range(kept["seeds"])]
+    row = next(row for row in kept["rows"] if row["method"] == setting.method and row["replan"] == setting.replan)
+    for name in set(claims_smooth.NAMES) - {"collisions", "arrived"}:
+        assert row[name] == pytest.approx(np.mean([run[name] for run in runs]), rel=1e-6), name
+
+    kept, quick = stored("sweep"), sweep.cells()[-1]
+    runs = sweep.metrics_of_seeds(quick, range(kept["seeds"]))
+    assert pytest.approx(sweep.aggregate(quick, runs), rel=1e-6) in kept["rows"]
 
 
 def test_titles_are_those_of_the_entries() -> None:
