@@ -20,6 +20,7 @@ import slalom
 from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome, kernels
 from slalom.cli import call
 from slalom.cli.console import progress
+from slalom.cli.file_keys import FAMILIES, MAPPINGS
 from slalom.forecast import foresight_of
 from slalom.io.formats import FORMATS
 from slalom.io.tracks import SAMPLES, sample_data
@@ -228,6 +229,25 @@ def test_list_json(say: Say) -> None:
     assert both["scenarios"]["head_on"]["parameters"] == {"speed": 5.0, "offset": 0.0}
     assert say("list", "scenarios", "--json").json == {"scenarios": both["scenarios"]}
     assert say("list", "methods", "--json").json == {"methods": both["methods"]}
+
+
+def test_list_keys(say: Say) -> None:
+    """Of all parts, of one mapping, of a family of parts, and of the kinds of one name; as in the reference."""
+    every = say("list", "keys")
+    assert every.code == 0
+    for name, mapped in MAPPINGS.items():
+        found = say("list", "keys", name, "--json").json[name]
+        assert list(found) == list(mapped.model.model_fields)
+        assert f"  {name:22} {', '.join(found)}\n" in every.out
+    for name, family in FAMILIES.items():
+        assert len(say("list", "keys", name, "--json").json) == len(family.kinds)
+    assert "  stop                   true or false, by default false: whether" in say("list", "keys", "goal").out
+    assert "  max_speed              number above 0, required: [m/s]" in say("list", "keys", "robot").out
+    assert "  phase                  number, by default 0.0: [rad]" in say("list", "keys", "circular").out
+    assert set(say("list", "keys", "box", "--json").json) == {
+        "kind: box (positions and goals of a group)",
+        "kind: box (bounds)",
+    }
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -641,6 +661,8 @@ BAD = [
     ("decide empty --figure a", r"--figure: expected a file that ends in .*, found 'a'"),
     ("decide empty --figure scene.yaml/a.svg", r"scene\.yaml/a\.svg: expected a file that can be written, found "),
     ("list everything", r"everything"),
+    ("list methods nao", r"part: expected only with keys, found 'nao' with methods"),
+    ("list keys gaol", r"keys: expected one of scenario, .*; found 'gaol'; did you mean 'goal'\?"),
     ("compare full", r"scenario: expected"),
     ("compare empty --methods best", r"method: expected one of .*; found 'best'"),
     ("compare empty --methods nao@seen", r"foresight: expected one of .*; found 'seen'"),
