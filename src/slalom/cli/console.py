@@ -81,14 +81,24 @@ def resolved(name: str) -> str:
     """Return the path of the sample file that `name` names as in sample:crossing.yaml, else `name`.
 
     Raises:
-        InvalidInput: an unknown sample.
+        InvalidInput: an unknown sample; the name of a sample without `sample:`, if neither a file nor a scenario of
+            the gallery has it.
     """
-    if not name.startswith(SAMPLE):
-        return name
     from slalom.checks import known
     from slalom.io.tracks import SAMPLES, sample_data
 
-    return str(sample_data(known(name.removeprefix(SAMPLE), "sample", list(SAMPLES))))
+    if name.startswith(SAMPLE):
+        return str(sample_data(known(name.removeprefix(SAMPLE), "sample", list(SAMPLES))))
+    meant = next((each for each in (name, f"{name}.yaml") if each in SAMPLES), None)
+    if meant is not None and not Path(name).exists():
+        from slalom.sim.gallery import GALLERY
+
+        if name not in GALLERY:
+            raise InvalidInput(
+                f"scenario: expected a file or a name of `slalom list scenarios`, found {name!r}; did you mean "
+                f"'{SAMPLE}{meant}'?"
+            )
+    return name
 
 
 @contextmanager

@@ -159,6 +159,10 @@ def animate(
 def _recording(run: Path) -> "Recording":
     from slalom.sim import Recording
 
+    if run.suffix in (".yaml", ".yml"):
+        raise InvalidInput(
+            f"{run}: expected a run in an .h5 file, found a scenario; `slalom run {run} --out run.h5` runs it first"
+        )
     return Recording.load(run)
 
 
