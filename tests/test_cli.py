@@ -571,6 +571,8 @@ def test_a_page_is_replaced_only_if_told(say: Say) -> None:
 def test_reproduce_takes_several_names(say: Say) -> None:
     said = say("reproduce", "moving_obstacle", "linear_vo", "moving_obstacle", "--quick", "--out", "x/y", "--json")
     assert said.json["entries"] == ["moving_obstacle", "linear_vo"]
+    said = say("reproduce", "moving_obstacle", "linear_vo", "--quick", "--out", "x/y")
+    assert (said.code, said.err) == (0, "1 of 2: moving_obstacle\n2 of 2: linear_vo\n")
     assert sorted(path.name for path in Path("x/y").iterdir()) == ["linear_vo.svg", "moving_obstacle.svg", "paper.md"]
 
 
@@ -583,6 +585,11 @@ def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, c
             for k in range(100):
                 advance(k / 100)
         assert capsys.readouterr().err == said
+    monkeypatch.setattr("slalom.cli.console.time.monotonic", iter(range(1000)).__next__)
+    with progress("running", estimated=False) as advance:
+        for k in range(100):
+            advance(k / 100)
+    assert capsys.readouterr().err == ""
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -643,6 +650,7 @@ BAD = [
     ("compare empty --merge", r"store: expected the folder that all shards share, found none"),
     ("compare empty --shard 1/2 --merge --store kept", r"merge: expected without shard, found both"),
     ("compare empty --shard 1/2 --page a.md --store kept", r"--page: expected without --shard, .*; found 'a\.md'"),
+    ("reproduce --resolution 50", r"--resolution"),
     ("reproduce best", r"figure or claim: expected one of .*; found 'best'"),
     ("compare empty --page scene.yaml", r"--page: expected a new file, or --force .*; found 'scene\.yaml', "),
     ("reproduce --page scene.yaml", r"--page: expected a new file, or --force to replace it; found 'scene\.yaml', "),

@@ -2655,7 +2655,7 @@ CASES = [
     Case(
         "_recording",
         InvalidInput,
-        r"mine\.yaml: expected a run in an \.h5 file, found a scenario; `slalom run .*mine\.yaml --out run\.h5` runs it",
+        r"mine\.yaml: expected a run in an \.h5 file, found a scenario; `slalom run mine\.yaml --out run\.h5` runs it",
         command("export", "mine.yaml", "{}/page.html"),
     ),
     Case(
@@ -2717,7 +2717,7 @@ CASES = [
     Case(
         "_imported",
         InvalidInput,
-        r"numpy\.pandas: expected the packages of `pip install slalom\[data\]`, found no numpy\.pandas",
+        r"numpy\.pandas: expected the packages of `pip install 'slalom\[data\]'`, found no numpy\.pandas",
         lambda _: _imported("numpy.pandas"),
     ),
     Case(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from slalom.methods import Method
     from slalom.sim import Recording
 
-NEEDED = "expected the packages of `pip install slalom[{extra}]`, found no {name}"
+NEEDED = "expected the packages of `pip install 'slalom[{extra}]'`, found no {name}"
 
 
 def view(
