@@ -4,6 +4,13 @@ The learner is the cross-entropy method: it draws policies, keeps the best, and 
 them drive at the same time, each in several worlds of one vector environment. Needs `pip install 'slalom[gym]'`.
 """
 
+import sys
+from importlib.util import find_spec
+
+if not find_spec("gymnasium"):
+    print("This example needs gymnasium: pip install 'slalom[gym]'.")
+    sys.exit()
+
 import numpy as np
 
 from slalom.adapters.gym import RobotEnv, RobotsEnv, SafetyFilter
