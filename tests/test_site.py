@@ -79,6 +79,9 @@ def test_reference_pages_are_complete() -> None:
     """Commands with their options, keys, metrics: from the program, in the pages."""
     assert set(site_reference.FORMULAS) == set(METRICS)
     assert "autoclass:: slalom.decision.navigator.Navigator" in site_reference.api()
+    found = site_reference.metrics().replace("\\", "")
+    assert set(re.findall(r"[A-Z]{5,}_?[A-Z]*", found)) == {"METRICS"}
+    assert "|a_i - a_(i-1)| > 0.05 m/s^2" in found
     commands = site_reference.command_line()
     names = ("run", "list", "decide", "compare", "convert", "show", "export-scenario", "view", "export", "animate")
     for name in (*names, "compile", "ros"):

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Final
 
 import slalom
-from slalom import Outcome, Status, tolerances
+from slalom import Outcome, Status
 from slalom.cli import app
 from slalom.cli.file_keys import FAMILIES, MAPPINGS, Key, kind_keys, mapping_keys, sentence_of
-from slalom.cli.report import FORESIGHT_SENTENCES
+from slalom.cli.report import FORESIGHT_SENTENCES, with_values
 from slalom.io.formats import FORMATS
 from slalom.io.tracks import SAMPLES
 from slalom.peers import CONTENDERS
@@ -256,14 +256,6 @@ FORMULAS: Final[Mapping[str, str]] = {
     "changed_choices": "`#{decisions that changed the manoeuvre} / #{decisions}`",
 }
 """Formula of each metric; `metrics` refuses one without. t_k: arrival of robot k; x, v, a: at the steps i."""
-CONSTANTS: Final = {
-    "ADJUSTMENT": "m/s^2",
-    "STALLED_SPEED": "m/s",
-    "PROGRESS_DISTANCE": "m",
-    "PROGRESS_TIME": "s",
-    "PERSONAL_SPACE": "m",
-}
-"""Units of the constants in these formulas and in the docstrings of metrics."""
 
 
 def metrics() -> str:
@@ -272,17 +264,15 @@ def metrics() -> str:
     for name, function in METRICS.items():
         of = "one robot" if "robot" in inspect.signature(function).parameters else "all robots"
         sentence = " ".join((inspect.getdoc(function) or "").split("\n\n")[0].split())
-        rows.append((f"`{name}`", of, sentence, FORMULAS[name]))
+        rows.append((f"`{name}`", of, with_values(sentence), with_values(FORMULAS[name])))
     text = (
         "`slalom.sim.metrics` has one function for each, and `METRICS` the table. Those of one robot take the name or\n"
         "number of the robot of a fleet. Clearances are between surfaces and in continuous time, unless they are\n"
         "at the steps `i`. `t_k` is the arrival of robot k; x, v and a are position, velocity and acceleration."
     )
-    constants = [(f"`{name}`", f"{getattr(tolerances, name):g} {unit}") for name, unit in CONSTANTS.items()]
     return "\n".join(
         [
             *("# Metrics", "", text, "", table(["metric", "of", "meaning", "formula"], rows), ""),
-            *("Constants of the formulas:", "", table(["constant", "value"], constants), ""),
         ]
     )
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, Final, Literal
 
 from slalom.cli.console import DONE, Flag, print_result
-from slalom.cli.report import FORESIGHT_SENTENCES, list_text
+from slalom.cli.report import FORESIGHT_SENTENCES, list_text, with_values
 from slalom.errors import InvalidInput
 
 Rows = dict[str, dict[str, Any]]
@@ -71,7 +71,7 @@ def _foresights() -> Rows:
 def _metrics() -> Rows:
     from slalom.sim.measure.metrics import METRICS
 
-    return {name: {"sentence": _first_line(metric)} for name, metric in METRICS.items()}
+    return {name: {"sentence": with_values(_first_line(metric))} for name, metric in METRICS.items()}
 
 
 def _objectives() -> Rows:
