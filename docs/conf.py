@@ -58,6 +58,8 @@ ANCHORS = re.compile(r"^(#+ )<a id=\"(\w+)\"></a>(.*)$", re.MULTILINE)
 """Headings with an anchor in HTML, which becomes a target of the site."""
 PROJECTS = {"ros": "ROS 2", "irsim": "ir-sim", "commonroad": "CommonRoad", "sumo": "SUMO"}
 """Titles of examples with programs of other projects."""
+AT_ROOT = re.compile(r"\]\((?:\.\./)+(CHANGELOG|CONTRIBUTING|SECURITY)\.md\)")
+"""Links to pages at the root of the repository, which are generated pages of the site."""
 EXAMPLES = re.compile(r"\]\((?:\.\./)*examples/(\w+)\.py\)")
 
 
@@ -96,6 +98,7 @@ def prepare(app: Any, docname: str, source: list[str]) -> None:
     """Run the blocks of tutorials, and lead links to where the site has their targets."""
     up = "../" * docname.count("/")
     text = EXAMPLES.sub(rf"]({up}generated/\1.md)", OUTSIDE.sub(r"\1", source[0]))
+    text = AT_ROOT.sub(lambda found: f"]({up}generated/{found[1].lower()}.md)", text)
     if docname.startswith("generated/"):
         text = (
             text.replace("](docs/", "](../")

@@ -147,7 +147,8 @@ if __name__ == "__main__":
     # A full collection would examine all that compilation left, for about 60 ms, in the middle of a decision.
     gc.collect()
     gc.freeze()
-    found = run(seed=0, duration=20.0)
+    # With this seed a person crosses the way of the robot, which would overlap it by 0.4 m if it did not avoid it.
+    found = run(seed=22, duration=20.0)
     print(f"{found.distance:.1f} m in 20 s; least distance from people {found.people:.2f} m, walls {found.walls:.2f} m")
     print(f"wheels at most at {found.wheels:.0%} of their limits; {found.unsafe} decisions without a safe manoeuvre")
     assert found.people > 0.0

@@ -1,8 +1,15 @@
 """A policy that learns to pass an oncoming car, and the safety filter for another policy.
 
 The learner is the cross-entropy method: it draws policies, keeps the best, and draws the next ones about these. All of
-them drive at the same time, each in several worlds of one vector environment. Needs `pip install slalom[gym]`.
+them drive at the same time, each in several worlds of one vector environment. Needs `pip install 'slalom[gym]'`.
 """
+
+import sys
+from importlib.util import find_spec
+
+if not find_spec("gymnasium"):
+    print("This example needs gymnasium: pip install 'slalom[gym]'.")
+    sys.exit()
 
 import numpy as np
 

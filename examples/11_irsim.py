@@ -5,7 +5,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 if find_spec("irsim") is None:
-    print("This example needs ir-sim: pip install slalom[irsim]")
+    print("This example needs ir-sim: pip install 'slalom[irsim]'")
     raise SystemExit
 
 import irsim

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 if find_spec("commonroad") is None:
-    print("This example needs commonroad-io: pip install slalom[commonroad]")
+    print("This example needs commonroad-io: pip install 'slalom[commonroad]'")
     raise SystemExit
 
 from commonroad.common.util import AngleInterval, Interval

@@ -7,7 +7,7 @@ from subprocess import run
 from tempfile import TemporaryDirectory
 
 if find_spec("libsumo") is None or which("netconvert") is None:
-    print("This example needs libsumo and netconvert: pip install slalom[sumo] eclipse-sumo")
+    print("This example needs libsumo and netconvert: pip install 'slalom[sumo]' eclipse-sumo")
     raise SystemExit
 
 import libsumo

@@ -1,12 +1,12 @@
 """Agents of navground that cross, on two kinds of kinematics: slalom beside two of its behaviours, in one experiment.
 
-Needs `pip install slalom[navground]`.
+Needs `pip install 'slalom[navground]'`.
 """
 
 from importlib.util import find_spec
 
 if find_spec("navground") is None:
-    print("This example needs navground: pip install slalom[navground]")
+    print("This example needs navground: pip install 'slalom[navground]'")
     raise SystemExit
 
 import numpy as np

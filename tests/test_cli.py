@@ -20,6 +20,7 @@ import slalom
 from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome, kernels
 from slalom.cli import call
 from slalom.cli.console import progress
+from slalom.cli.file_keys import FAMILIES, MAPPINGS
 from slalom.forecast import foresight_of
 from slalom.io.formats import FORMATS
 from slalom.io.tracks import SAMPLES, sample_data
@@ -228,6 +229,25 @@ def test_list_json(say: Say) -> None:
     assert both["scenarios"]["head_on"]["parameters"] == {"speed": 5.0, "offset": 0.0}
     assert say("list", "scenarios", "--json").json == {"scenarios": both["scenarios"]}
     assert say("list", "methods", "--json").json == {"methods": both["methods"]}
+
+
+def test_list_keys(say: Say) -> None:
+    """Of all parts, of one mapping, of a family of parts, and of the kinds of one name; as in the reference."""
+    every = say("list", "keys")
+    assert every.code == 0
+    for name, mapped in MAPPINGS.items():
+        found = say("list", "keys", name, "--json").json[name]
+        assert list(found) == list(mapped.model.model_fields)
+        assert f"  {name:22} {', '.join(found)}\n" in every.out
+    for name, family in FAMILIES.items():
+        assert len(say("list", "keys", name, "--json").json) == len(family.kinds)
+    assert "  stop                   true or false, by default false: whether" in say("list", "keys", "goal").out
+    assert "  max_speed              number above 0, required: [m/s]" in say("list", "keys", "robot").out
+    assert "  phase                  number, by default 0.0: [rad]" in say("list", "keys", "circular").out
+    assert set(say("list", "keys", "box", "--json").json) == {
+        "kind: box (positions and goals of a group)",
+        "kind: box (bounds)",
+    }
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -551,6 +571,8 @@ def test_a_page_is_replaced_only_if_told(say: Say) -> None:
 def test_reproduce_takes_several_names(say: Say) -> None:
     said = say("reproduce", "moving_obstacle", "linear_vo", "moving_obstacle", "--quick", "--out", "x/y", "--json")
     assert said.json["entries"] == ["moving_obstacle", "linear_vo"]
+    said = say("reproduce", "moving_obstacle", "linear_vo", "--quick", "--out", "x/y")
+    assert (said.code, said.err) == (0, "1 of 2: moving_obstacle\n2 of 2: linear_vo\n")
     assert sorted(path.name for path in Path("x/y").iterdir()) == ["linear_vo.svg", "moving_obstacle.svg", "paper.md"]
 
 
@@ -563,6 +585,11 @@ def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, c
             for k in range(100):
                 advance(k / 100)
         assert capsys.readouterr().err == said
+    monkeypatch.setattr("slalom.cli.console.time.monotonic", iter(range(1000)).__next__)
+    with progress("running", estimated=False) as advance:
+        for k in range(100):
+            advance(k / 100)
+    assert capsys.readouterr().err == ""
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -626,6 +653,7 @@ BAD = [
     ("compare empty --merge", r"store: expected the folder that all shards share, found none"),
     ("compare empty --shard 1/2 --merge --store kept", r"merge: expected without shard, found both"),
     ("compare empty --shard 1/2 --page a.md --store kept", r"--page: expected without --shard, .*; found 'a\.md'"),
+    ("reproduce --resolution 50", r"--resolution"),
     ("reproduce best", r"figure or claim: expected one of .*; found 'best'"),
     ("compare empty --page scene.yaml", r"--page: expected a new file, or --force .*; found 'scene\.yaml', "),
     ("reproduce --page scene.yaml", r"--page: expected a new file, or --force to replace it; found 'scene\.yaml', "),
@@ -644,6 +672,8 @@ BAD = [
     ("decide empty --figure a", r"--figure: expected a file that ends in .*, found 'a'"),
     ("decide empty --figure scene.yaml/a.svg", r"scene\.yaml/a\.svg: expected a file that can be written, found "),
     ("list everything", r"everything"),
+    ("list methods nao", r"part: expected only with keys, found 'nao' with methods"),
+    ("list keys gaol", r"keys: expected one of scenario, .*; found 'gaol'; did you mean 'goal'\?"),
     ("compare full", r"scenario: expected"),
     ("compare empty --methods best", r"method: expected one of .*; found 'best'"),
     ("compare empty --methods nao@seen", r"foresight: expected one of .*; found 'seen'"),
@@ -660,6 +690,10 @@ BAD = [
     ("compare empty --data folder", r"data: expected only with a study file, found it with empty"),
     ("compare empty --page scene.yaml/a.md", r"scene\.yaml/a\.md: expected a file that can be written"),
     ("compare empty --seeds 1 --store scene.yaml", r"store: expected a folder that exists or can be made, found "),
+    ("run crossing", r"found 'crossing'; did you mean 'sample:crossing\.yaml'\?$"),
+    ("run crossing.yaml", r"found 'crossing\.yaml'; did you mean 'sample:crossing\.yaml'\?$"),
+    ("export scene.yaml new.html", r"found a scenario; `slalom run scene\.yaml --out run\.h5` runs it first$"),
+    ("animate scene.yaml new.mp4", r"scene\.yaml: expected a run in an \.h5 file, found a scenario"),
     ("run empyt", r"found 'empyt'; did you mean 'empty'\?$"),
     ("run Roundabout-crossing", r"; did you mean 'roundabout_crossing'\?$"),
     ("run empty --method noa", r"found 'noa'; did you mean 'nao'\?$"),

@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("commonroad", reason="commonroad-io is not installed: pip install slalom[commonroad]")
-pytest.importorskip("commonroad_dc", reason="the drivability checker is not installed: pip install slalom[commonroad]")
+pytest.importorskip("commonroad", reason="commonroad-io is not installed: pip install 'slalom[commonroad]'")
+pytest.importorskip(
+    "commonroad_dc", reason="the drivability checker is not installed: pip install 'slalom[commonroad]'"
+)
 
 from commonroad.common.file_reader import CommonRoadFileReader
 from commonroad.common.solution import CommonRoadSolutionReader

@@ -87,7 +87,7 @@ def test_commands_parse(command):
     assert bound[0] is not None
 
 
-@pytest.mark.parametrize("example", ["crossing.yaml", "mixed.yaml", "fleet.yaml"])
+@pytest.mark.parametrize("example", ["crossing.yaml", "mixed.yaml", "fleet.yaml", "hall.yaml"])
 def test_example_scenario_runs(example, capsys):
     assert call(["run", f"sample:{example}", "--json"]) == DONE
     assert '"collisions": 0' in capsys.readouterr().out

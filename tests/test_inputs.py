@@ -911,7 +911,7 @@ CASES = [
     Case(
         "Scenario.__post_init__",
         InvalidInput,
-        r"robots: expected one or more of one dimension, found dimensions \[\]",
+        r"robots: expected one or more of the same dimension, found dimensions \[\]",
         lambda _: Scenario("none", ()),
     ),
     Case(
@@ -1121,7 +1121,7 @@ CASES = [
     Case(
         "AccelerationSequence.__post_init__",
         InvalidInput,
-        r"then: expected accelerations of one dimension, found \[2, 3\]",
+        r"then: expected accelerations of the same dimension, found \[2, 3\]",
         lambda _: in_turn((1.0, (1, 0)), (1.0, (1, 0, 0))),
     ),
     Case(
@@ -1250,7 +1250,7 @@ CASES = [
         r"obstacle 'car': shape: expected .* 1.0",
         lambda _: Obstacle(1.0, STILL, "car"),
     ),
-    Case("has", InvalidInput, r"obstacle '': trajectory: expected .*", lambda _: Obstacle(Disc(1), (20, 0))),
+    Case("has", InvalidInput, r"^obstacle: trajectory: expected .*", lambda _: Obstacle(Disc(1), (20, 0))),
     Case("has", InvalidInput, r"method: expected a method, .* 'nao'", lambda _: Navigator("nao", Disc(1), LIMITS)),
     Case(
         "has",
@@ -1302,7 +1302,7 @@ CASES = [
     Case(
         "Obstacle.__post_init__",
         InvalidInput,
-        r"obstacle 'rock': expected .* one dimension, found 2 and 3",
+        r"obstacle 'rock': expected .* the same dimension, found 2 and 3",
         lambda _: Obstacle(Disc(1), Stationary((0, 0, 0)), "rock"),
     ),
     Case(
@@ -1695,7 +1695,12 @@ CASES = [
     Case(
         "has", InvalidInput, r"state: expected a State, found \(0, 0\)", lambda _: navigator().decide((0, 0), [], GOAL)
     ),
-    Case("has", InvalidInput, r"goal: expected a Goal, found \(9, 0\)", lambda _: navigator().decide(FLAT, [], (9, 0))),
+    Case(
+        "has",
+        InvalidInput,
+        r"goal: expected a Goal or PathGoal, found \(9, 0\)",
+        lambda _: navigator().decide(FLAT, [], (9, 0)),
+    ),
     Case("has", InvalidInput, r"previous: expected a Decision, found 3", lambda _: decision(previous=3)),
     Case(
         "not_before",
@@ -1881,7 +1886,7 @@ CASES = [
     Case(
         "Scenario.__post_init__",
         InvalidInput,
-        r"obstacle '': expected dimension 2 as of the robots, found 3",
+        r"obstacle 0: expected dimension 2 as of the robots, found 3",
         lambda _: replace(scenario(), obstacles=(BALLOON,)),
     ),
     Case(
@@ -2270,7 +2275,7 @@ CASES = [
     Case(
         "write_csv",
         InvalidInput,
-        r"tracks: expected agents of one dimension, found \[2, 3\]",
+        r"tracks: expected agents of the same dimension, found \[2, 3\]",
         lambda folder: write_recording(
             folder / "a.csv",
             RecordedTracks({str(d): Agent(Sampled([0, 1], np.zeros((2, d)))) for d in (2, 3)}),
@@ -2673,6 +2678,16 @@ CASES = [
             command("compare", "empty", "--page", "{}/a.md")(folder),
         ),
     ),
+    Case("resolved", InvalidInput, r"found 'mixed'; did you mean 'sample:mixed\.yaml'\?$", command("run", "mixed")),
+    Case(
+        "list_", InvalidInput, r"part: expected only with keys, found 'a' with methods", command("list", "methods", "a")
+    ),
+    Case(
+        "_recording",
+        InvalidInput,
+        r"mine\.yaml: expected a run in an \.h5 file, found a scenario; `slalom run mine\.yaml --out run\.h5` runs it",
+        command("export", "mine.yaml", "{}/page.html"),
+    ),
     Case(
         "refuse_run",
         InvalidInput,
@@ -2732,7 +2747,7 @@ CASES = [
     Case(
         "_imported",
         InvalidInput,
-        r"numpy\.pandas: expected the packages of `pip install slalom\[data\]`, found no numpy\.pandas",
+        r"numpy\.pandas: expected the packages of `pip install 'slalom\[data\]'`, found no numpy\.pandas",
         lambda _: _imported("numpy.pandas"),
     ),
     Case(

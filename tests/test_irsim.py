@@ -9,7 +9,7 @@ import shapely
 
 from slalom.errors import InvalidInput
 
-pytest.importorskip("irsim", reason="the package ir-sim is not installed: pip install slalom[irsim]")
+pytest.importorskip("irsim", reason="the package ir-sim is not installed: pip install 'slalom[irsim]'")
 
 from irsim_worlds import SHAPE, WORLDS, ran, robot
 

@@ -23,6 +23,7 @@ from slalom import (
     method as method_named,
 )
 from slalom.bounds import BOUNDS
+from slalom.shape import SHAPES
 from slalom.sim import Scenario, load, read_scenario, simulate
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import ScenarioSpec
@@ -106,7 +107,7 @@ def mistakes(folder: Path, content: str | bytes) -> list[str]:
 
 
 def check(folder: Path, marked: str, *expected: str) -> None:
-    """Every @ in the text marks the place of a mistake; `expected` are their messages in the order of the places."""
+    """Every @ in the text marks the place of a mistake; `expected` are their messages, in the order of the places."""
     places, content = [], ""
     for part in re.split("(@)", marked):
         if part == "@":
@@ -115,7 +116,7 @@ def check(folder: Path, marked: str, *expected: str) -> None:
             content += part
     prefix = folder / "scenario.yaml"
     wanted = [f"{prefix}:{line}:{column}: {text}" for (line, column), text in zip(places, expected, strict=True)]
-    assert sorted(mistakes(folder, content)) == sorted(wanted)
+    assert mistakes(folder, content) == wanted
 
 
 def test_everything_is_read(tmp_path: Path) -> None:
@@ -297,6 +298,10 @@ AT_TOP = (
     "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, "
     "sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
 )
+IN_RECORDING = (
+    "file, format, radius, agents, without, window, interpolation, gap, jump_speed, frame_rate, unit, case, columns, "
+    "origin, epoch, altitude_unit"
+)
 KINDS = ", ".join(f"{name!r}" for name in TRAJECTORIES)
 
 
@@ -314,7 +319,7 @@ def test_all_mistakes_at_once(tmp_path: Path) -> None:
         "robot.velocity_bounds.0.offsett: expected one of normal, offset; found 'offsett'; did you mean 'offset'?",
         "robot.goal.position: expected at least 2 entries, found 1",
         "robot.goal.stop: expected true or false, found 'perhaps'",
-        f"obstacles.0.trajectory: expected a kind among {KINDS}, found 'circle'",
+        f"obstacles.0.trajectory: expected a kind among {KINDS}, found 'circle'; did you mean 'circular'?",
         "obstacles.1.radius: expected a finite number, found inf",
         "obstacles.1.trajectory.radius: expected this key, found none",
         "obstacles.1.trajectory.center: expected at most 3 entries, found 4",
@@ -327,7 +332,7 @@ def test_all_mistakes_at_once(tmp_path: Path) -> None:
         "obstacles.4.trajectory.times: expected a list, found 3",
         "obstacles.4.trajectory.positions.1: expected at least 2 entries, found 1",
         "obstacles.4.trajectory.interpolation: expected 'linear' or 'smooth', found 'cubic'",
-        "obstacles.5: expected a mapping, found 7",
+        "obstacles.5: expected a mapping with the keys shape, radius, name, heading, uncertainty, trajectory; found 7",
         "recording.file: expected this key, found none",
         "dt: expected a number above 0, found 0",
         "horizon: expected a number above 0, found -1",
@@ -369,7 +374,8 @@ replan: @0.25
         "robot.velocity: expected 2 numbers, found [1, 0, 0] of shape (3,)",
         "robot.velocity_bounds.1: normal: expected a direction, found the zero vector",
         "robot.goal: expected one of position, trajectory, path, found position and trajectory",
-        "obstacles.0.trajectory: obstacle 'obstacle 0': expected shape and trajectory of one dimension, found 2 and 3",
+        "obstacles.0.trajectory: obstacle 'obstacle 0': expected shape and trajectory of the same dimension, "
+        "found 2 and 3",
         "obstacles.1.trajectory: times: expected increasing times, found 2 followed by 1 at index 2",
         "obstacles.2.trajectory: times: expected increasing times, found 1 followed by 1 at index 2",
         "obstacles.3.trajectory: normal: expected none for a circle in the plane, found one",
@@ -401,15 +407,38 @@ recording: {file: none.csv, radius: 1}
 
 
 def test_a_goal_of_another_dimension(tmp_path: Path) -> None:
-    """Together with an obstacle that does not fit either."""
+    """Together with an obstacle that does not fit either, one that does, and another robot."""
     (one,) = mistakes(tmp_path, ROBOT.replace("[20, 0]", "[20, 0, 0]"))
     assert ":1:79: robot.goal: expected dimension 2" in one
-    two = mistakes(
-        tmp_path,
-        ROBOT.replace("[20, 0]", "[20, 0, 0]")
-        + "obstacles: [{radius: 1, trajectory: {kind: stationary, position: [9, 0, 0]}}]\n",
-    )
+    obstacles = "obstacles: [{{radius: 1, trajectory: {{kind: stationary, position: {}}}}}, {}]\n"
+    fits = "{radius: 1, trajectory: {kind: circular, center: [0, 9], radius: 1, speed: 1}}"
+    two = mistakes(tmp_path, ROBOT.replace("[20, 0]", "[20, 0, 0]") + obstacles.format("[9, 0, 0]", fits))
     assert len(two) == 2
+
+
+def test_a_position_of_another_dimension(tmp_path: Path) -> None:
+    """Than all others: the position is the only mistake, not each of the others."""
+    obstacles = "obstacles: [{radius: 1, trajectory: {kind: stationary, position: [9, 0]}}]\n"
+    (one,) = mistakes(tmp_path, ROBOT.replace("[0, 0]", "[0, 0, 0]") + obstacles)
+    assert one.endswith(":1:19: robot.position: expected 2 numbers, found [0, 0, 0] of shape (3,)")
+    (one,) = mistakes(tmp_path, BLOCK.format("[0, 0]", "[20, 0, 1]") + obstacles.replace("[9, 0]", "[9, 0, 1]"))
+    assert one.endswith(":2:13: robot.position: expected 3 numbers, found [0, 0] of shape (2,)")
+
+
+def test_a_value_in_place_of_a_mapping(tmp_path: Path) -> None:
+    """The message names the keys of the mapping, also of a part, whose kind is unknown."""
+    check(
+        tmp_path,
+        "robot: {position: [0, 0], shape: @poligon, max_speed: 2, max_acceleration: 1,\n"
+        "  goal: {path: @[[0, 0], [1, 0]]}}\n"
+        "obstacles: [{shape: @{kind: poligon}, trajectory: {kind: stationary, position: [9, 0]}}]\n",
+        "robot.shape: expected a mapping with the key kind; found 'poligon'",
+        "robot.goal.path: expected a mapping with the keys points, speeds, lookahead; found [[0, 0], [1, 0]]",
+        f"obstacles.0.shape: expected a kind among {', '.join(map(repr, SHAPES))}, found 'poligon'; "
+        "did you mean 'polygon'?",
+    )
+    (one,) = mistakes(tmp_path, "[1]\n")
+    assert one.endswith(":1:1: expected a mapping, found [1]")
 
 
 def test_a_goal_inside_an_obstacle(tmp_path: Path) -> None:
@@ -671,7 +700,7 @@ def test_a_start_inside_an_obstacle_is_run(tmp_path: Path) -> None:
         ("name: @5", "name: expected text, found 5"),
         ("obstacles: @{}", "obstacles: expected a list, found a mapping"),
         ("obstacles: @none", "obstacles: expected a list, found 'none'"),
-        ("recording: @tracks.csv", "recording: expected a mapping, found 'tracks.csv'"),
+        ("recording: @tracks.csv", f"recording: expected a mapping with the keys {IN_RECORDING}; found 'tracks.csv'"),
         ("holds: [1, @-1]", "holds.1: expected a number above 0, found -1"),
         ("patience: @-0.1", "patience: expected 0 or more, found -0.1"),
         ("@Margin: 1", f"Margin: expected one of {AT_TOP}; found 'Margin'; did you mean 'margin'?"),

@@ -11,6 +11,8 @@ import pytest
 
 import slalom
 from slalom.cli import app
+from slalom.cli.file_keys import FAMILIES, MAPPINGS
+from slalom.cli.key_meanings import MEANINGS, OWN_UNITS, UNITS, unit_of
 from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.files.schema_parts import model_of_part
 from slalom.sim.gallery import GALLERY
@@ -77,6 +79,9 @@ def test_reference_pages_are_complete() -> None:
     """Commands with their options, keys, metrics: from the program, in the pages."""
     assert set(site_reference.FORMULAS) == set(METRICS)
     assert "autoclass:: slalom.decision.navigator.Navigator" in site_reference.api()
+    found = site_reference.metrics().replace("\\", "")
+    assert set(re.findall(r"[A-Z]{5,}_?[A-Z]*", found)) == {"METRICS"}
+    assert "|a_i - a_(i-1)| > 0.05 m/s^2" in found
     commands = site_reference.command_line()
     names = ("run", "list", "decide", "compare", "convert", "show", "export-scenario", "view", "export", "animate")
     for name in (*names, "compile", "ros"):
@@ -86,8 +91,8 @@ def test_reference_pages_are_complete() -> None:
     assert all(option in commands for option in ("--shard", "--merge", "--force", "--figure-at"))
     keys = site_reference.scenario_files()
     assert all(f"| `{key}` |" in keys for key in ScenarioSpec.model_fields)
-    for model, meanings in site_reference.MEANINGS.items():
-        assert set(meanings) == set(getattr(site_reference, model).model_fields), model
+    models = {mapped.model.__name__: set(mapped.model.model_fields) for mapped in MAPPINGS.values()}
+    assert models == {model: set(meanings) for model, meanings in MEANINGS.items()}
 
 
 PARTS = {
@@ -139,14 +144,12 @@ def test_the_glossary_defines_the_words_of_the_tables() -> None:
 def test_every_quantity_of_a_file_has_its_unit() -> None:
     """Keys of all kinds, and parameters of all scenarios; no unit is left over."""
     keys = {
-        (kind, key)
-        for kinds in site_reference.KINDS.values()
-        for kind, part in kinds.items()
-        for key in keys_of(kind, part)
+        (kind, key) for _, kinds in FAMILIES.values() for kind, part in kinds.items() for key in keys_of(kind, part)
     }
-    assert all(site_units.unit_of(kind, key) for kind, key in keys)
-    assert set(site_units.UNITS) == {key for _, key in keys}
-    assert set(site_units.OWN_UNITS) <= keys
+    assert set(UNITS) == {key for _, key in keys}
+    assert set(OWN_UNITS) <= keys
+    assert unit_of("least_speed", "least") == "m/s"
+    assert unit_of("of another package", "charm") == "-"
     parameters = {(entry.name, name) for entry in GALLERY.values() for name in entry.parameters}
     assert all(site_units.meaning_of(*each) for each in parameters)
     assert set(site_units.PARAMETERS) == {name for _, name in parameters}

@@ -417,8 +417,8 @@ def test_every_mistake_about_cases_is_a_line(study: Path) -> None:
         r"study\.yaml:3:5: scenarios\.0\.seeds: expected at most 2, the cases of .*two\.csv; found 3",
         r"study\.yaml:4:32: scenarios\.1\.seeds: expected at most 2, the cases of .*two\.csv; found 4",
         r"study\.yaml:5:45: scenarios\.2\.settings: parameter of two\.csv: expected one of .*; found 'people'",
-        r"bad\.csv:3: pref_speed: expected a number above 0, found 0",
         r"study\.yaml:7:36: scenarios\.4\.methods\.0: expected one of vo, .*; found 'worst'",
+        r"bad\.csv:3: pref_speed: expected a number above 0, found 0",
     ]
     assert len(caught.value.mistakes) == len(patterns)
     for mistake, pattern in zip(caught.value.mistakes, patterns, strict=True):
@@ -476,12 +476,12 @@ def test_every_name_in_a_study_that_is_not_known_is_a_line(study: Path) -> None:
     with pytest.raises(InvalidFile) as caught:
         read_study(study)
     patterns = [
+        r"study\.yaml:1:16: methods\.1: expected one of vo, .*; found 'best'",
         r"study\.yaml:3:33: scenarios\.0\.settings: parameter of empty: expected one of .*; found 'wheels'",
+        r"study\.yaml:3:60: scenarios\.0\.methods\.1: expected one of vo, .*; found 'worst'",
         r"study\.yaml:4:16: scenarios\.1\.scenario: expected a \.yaml file or one of .*; found 'full'",
         r"none\.yaml: expected a readable YAML file, found ",
-        r"scene\.yaml:1:8: robot: expected a mapping, found 3",
-        r"study\.yaml:1:16: methods\.1: expected one of vo, .*; found 'best'",
-        r"study\.yaml:3:60: scenarios\.0\.methods\.1: expected one of vo, .*; found 'worst'",
+        r"scene\.yaml:1:8: robot: expected a mapping with the keys shape, .*; found 3",
     ]
     assert len(caught.value.mistakes) == len(patterns)
     for mistake, pattern in zip(caught.value.mistakes, patterns, strict=True):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("libsumo", reason="libsumo is not installed: pip install slalom[sumo]")
+pytest.importorskip("libsumo", reason="libsumo is not installed: pip install 'slalom[sumo]'")
 
 from sumo_roundabout import cross
 

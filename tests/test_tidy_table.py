@@ -97,7 +97,9 @@ def test_refusals(run: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     with pytest.raises(InvalidFile, match=r"run\.csv: expected a file that can be written, found "):
         write_table(run, tmp_path / "none" / "run.csv")
     monkeypatch.setitem(__import__("sys").modules, "pandas", None)
-    with pytest.raises(InvalidInput, match=r"pandas: expected the packages of `pip install slalom\[data\]`, found no "):
+    with pytest.raises(
+        InvalidInput, match=r"pandas: expected the packages of `pip install 'slalom\[data\]'`, found no "
+    ):
         run.to_pandas()
 
 

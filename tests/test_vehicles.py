@@ -337,7 +337,7 @@ INVALID = {
     "pose: expected a Pose, found .0, 0.": lambda: DRIVES["quick"].drive((0, 0), Command(1.0, 0.0)),
     "command: expected a Command, found .1, 0.": lambda: DRIVES["quick"].drive(Pose((0, 0), 0), (1, 0)),
     "decision: expected a Decision, found": lambda: DRIVES["quick"].command(Pose((0, 0), 0), 1, 0.0),
-    "goal: expected a Goal, found": lambda: DRIVES["quick"].goal(Pose((0, 0), 0), (1, 1)),
+    "goal: expected a Goal or PathGoal, found": lambda: DRIVES["quick"].goal(Pose((0, 0), 0), (1, 1)),
     "body: expected a Disc or a Rectangle, found Polyline": lambda: VehicleNavigator(
         DRIVES["quick"], method("nao"), Polyline([(0, 0), (1, 0)])
     ),

@@ -4,40 +4,25 @@ import inspect
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from types import NoneType
-from typing import Annotated, Any, Final, Literal, get_args, get_origin
-
-from pydantic import BaseModel
-from pydantic.fields import FieldInfo
+from typing import Final
 
 import slalom
-from slalom import Outcome, Status, tolerances
-from slalom.bounds import BOUNDS
+from slalom import Outcome, Status
 from slalom.cli import app
-from slalom.cli.report import FORESIGHT_SENTENCES
+from slalom.cli.file_keys import FAMILIES, MAPPINGS, Key, kind_keys, mapping_keys, sentence_of
+from slalom.cli.report import FORESIGHT_SENTENCES, with_values
 from slalom.io.formats import FORMATS
 from slalom.io.tracks import SAMPLES
 from slalom.peers import CONTENDERS
-from slalom.shape import SHAPES
-from slalom.sim.files.patterns import GOALS, LAYOUTS
-from slalom.sim.files.schema import ScenarioSpec
-from slalom.sim.files.schema_group import GroupGoalSpec, GroupSpec, NumberOrRange, OverrideSpec, RangeSpec
-from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
-from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_robot import GoalSpec, HalfSpaceSpec, ObstacleSpec, PathSpec, RobotSpec
 from slalom.sim.gallery import GALLERY
 from slalom.sim.measure.hdf5_units import ARRAYS
 from slalom.sim.measure.metrics import METRICS
 from slalom.sim.measure.tidy_table import COLUMNS
-from slalom.sim.sweep.study_yaml import ScenarioRowSpec, StudySpec
-from slalom.trajectory import TRAJECTORIES
-from slalom.uncertainty import UNCERTAINTIES
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from site_units import meaning_of, unit_of
+from site_units import meaning_of
 
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "One decision": (
@@ -150,141 +135,6 @@ def command_line() -> str:
     return f"{head}result. 2: bad input.\nResults are on stdout, everything else on stderr.\n\n{body}\n"
 
 
-ROBOT_KEYS: Final[Mapping[str, str]] = {
-    "shape": "kinds below; either this key or radius",
-    "radius": "[m] of a disc, in space of a ball",
-    "name": "in results and files",
-    "method": "by which it decides; by default that of the run",
-    "objective": "cost that the robot minimises; by default the time of arrival",
-    "margin": "[m] its own, by default that of the scenario",
-    "priority": "[1] of two robots, the one with the smaller value does more of the avoidance",
-    "velocity": "[m/s] at the start; by default 0",
-    "max_speed": "[m/s]",
-    "max_acceleration": "[m/s^2]",
-    "velocity_bounds": "half-spaces of the velocity [m/s]",
-    "acceleration_bounds": "half-spaces of the acceleration [m/s^2]",
-    "bounds": "bounds that depend on the state: kinds below",
-}
-"""Meaning of the keys that a robot and a group have in common."""
-
-MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
-    "ScenarioSpec": {
-        "name": "by default that of the file",
-        "robot": "the only robot: keys below",
-        "robots": "several robots or groups of robots, in place of `robot`",
-        "obstacles": "keys below",
-        "recording": "recorded agents as obstacles: keys below",
-        "start": "[s] absolute time of the start",
-        "duration": "[s] after which a robot that has not arrived has failed",
-        "dt": "[s] between steps",
-        "replan": "[s] between decisions, a multiple of dt; 0: dt",
-        "horizon": "[s] within which collisions count",
-        "margin": "[m] required clearance",
-        "patience": "[s] predicted loss of arrival time up to which a safe manoeuvre is kept",
-        "holds": "[s] durations for which an acceleration may be held",
-        "sight_range": "[m] range of the sensors; 0: not limited",
-        "field_of_view": "[rad] full angle about the direction of motion; 0: a full turn",
-        "sight_near": "[m] radius that is sensed in all directions",
-        "occlusion": "1: obstacles at rest occlude others, 2: all obstacles do, 0: none does",
-        "hidden_speed": "[m/s] largest speed of hidden agents, with passive_safety",
-        "passive_safety": "1: hidden agents touch the robot at rest only, 2: visible ones as well, 0: neither",
-        "period": "[m] after which the world repeats along each axis, .inf where it does not",
-    },
-    "RobotSpec": {
-        **ROBOT_KEYS,
-        "position": "[m] at the start",
-        "goal": "keys below",
-    },
-    "GroupSpec": {
-        **ROBOT_KEYS,
-        "name": "of the group; its robots are NAME 0, NAME 1 and so on",
-        "count": "number of robots; this key makes an entry of `robots` a group",
-        "positions": "pattern of the starts: kinds below",
-        "goals": "pattern of the goals: kinds below",
-        "goal": "keys that the goals have in common: below",
-        "overrides": "robots that differ: keys below",
-    },
-    "GroupGoalSpec": {
-        "tolerance": "[m] within which a robot has arrived",
-        "stop": "whether the robots stop there",
-    },
-    "RangeSpec": {
-        "first": "of the first robot, or one end of random numbers",
-        "last": "of the last robot, evenly in between, or the other end",
-        "seed": "of random numbers, uniform between both ends",
-    },
-    "OverrideSpec": {
-        **ROBOT_KEYS,
-        "robot": "its number in the group, from 0",
-        "position": "[m] at the start",
-        "goal": "keys of a goal, in place of that of the group",
-    },
-    "GoalSpec": {
-        "position": "[m]; one of position, trajectory and path",
-        "trajectory": "of a goal that moves: kinds below",
-        "path": "that leads to the goal: keys below",
-        "tolerance": "[m] within which the robot has arrived",
-        "stop": "whether the robot stops there",
-    },
-    "PathSpec": {
-        "points": "[m] of the polyline",
-        "speeds": "[m/s] one, or one for each point",
-        "lookahead": "[s] of driving from the robot to its target on the path",
-    },
-    "HalfSpaceSpec": {"normal": "direction", "offset": "normal . x is at most this"},
-    "ObstacleSpec": {
-        "shape": "kinds below; either this key or radius",
-        "radius": "[m] of a disc, in space of a ball",
-        "name": "in results",
-        "heading": "[rad] of the shape; motion: along the velocity; or a mapping of times [s] and angles [rad]",
-        "uncertainty": "of the position: kinds below",
-        "trajectory": "kinds below",
-    },
-    "RecordingSpec": {
-        "file": "relative to the scenario file",
-        "format": "by default recognised",
-        "radius": "[m] of agents without one in the file",
-        "agents": "ids of the only agents to read",
-        "without": "ids of agents to leave out",
-        "window": "[s] start and end, in the time of the recording",
-        "interpolation": "between rows",
-        "gap": "[s] above which a track is split",
-        "jump_speed": "[m/s] above which an agent is refused",
-        "frame_rate": "[Hz] of a format with frame numbers",
-        "unit": "of PedPy text",
-        "case": "of an INTERACTION file",
-        "columns": "names of columns of ships and aircraft",
-        "origin": "latitude, longitude [degree] and altitude [m] of 0, 0, 0",
-        "epoch": "time 0, in seconds or ISO 8601",
-        "altitude_unit": "[m] of the altitude",
-    },
-    "StudySpec": {
-        "title": "of the page",
-        "text": "first paragraph of the page",
-        "methods": "of rows without their own",
-        "seeds": "number of seeds of rows without their own",
-        "metrics": "further columns, names of `slalom list metrics`",
-        "scenarios": "rows: keys below",
-    },
-    "ScenarioRowSpec": {
-        "scenario": "a name of the gallery, a scenario file, or a file of test cases",
-        "settings": "NAME: VALUE of parameters and settings",
-        "methods": "of this row",
-        "seeds": "number of seeds of this row",
-    },
-}
-"""Meaning of each key of files, by model; `keys` refuses a key without one."""
-KINDS: Final[Mapping[str, Mapping[str, type]]] = {
-    "Positions and goals of a group": LAYOUTS,
-    "Goals of a group alone": {kind: part for kind, part in GOALS.items() if kind not in LAYOUTS},
-    "Trajectories": TRAJECTORIES,
-    "Shapes": SHAPES,
-    "Bounds": BOUNDS,
-    "Uncertainties": UNCERTAINTIES,
-}
-WORDS: Final = {float: "number", int: "whole number", str: "text", bool: "true or false", list: "list"}
-
-
 CHECKED: Final = re.compile(r"~?(?:typing\.)?Annotated\[(.+?), (?:<function \w+ at 0x\w+>|\([^()]*\))\]")
 """A type with a check of a field in the text of a signature."""
 
@@ -297,56 +147,12 @@ def plain(signature: str) -> str:
     return CHECKED.sub(r"\1", ARRAY_LIKE.sub("ArrayLike", signature))
 
 
-def in_words(hint: Any, metadata: Sequence[Any] = ()) -> str:
-    """Return the type of a key in words."""
-    metadata = [m for item in metadata for m in (item.metadata if isinstance(item, FieldInfo) else [item])]
-    if any(isinstance(item, OfAnyKind) for item in metadata):
-        return "part with a `kind`"
-    for item in metadata:
-        if isinstance(item, NumberOrRange):
-            return f"{in_words(item.number)}, or a range"
-    if get_origin(hint) is Annotated:
-        return in_words(get_args(hint)[0], get_args(hint)[1:])
-    if get_origin(hint) is Literal:
-        return " or ".join(f"`{value}`" for value in get_args(hint))
-    if get_origin(hint) is list:
-        (item,) = get_args(hint)
-        bounds = {type(m).__name__: m for m in metadata}
-        if "MinLen" in bounds and "MaxLen" in bounds and in_words(item) == "number":
-            return "2 or 3 numbers" if bounds["MaxLen"].max_length == 3 else "2 numbers"
-        inner = in_words(item)
-        return f"list of {inner}s" if inner in ("number", "text") else f"list of ({inner})"
-    if get_origin(hint) is dict:
-        return f"mapping from texts to {in_words(get_args(hint)[1])}s"
-    if get_origin(hint) is tuple:
-        return f"list of {len(get_args(hint))}: {', '.join(in_words(item) for item in get_args(hint))}"
-    if get_args(hint):
-        return " or ".join(in_words(item) for item in get_args(hint) if item is not NoneType)
-    if isinstance(hint, type) and issubclass(hint, BaseModel):
-        return "mapping"
-    words = WORDS.get(hint, "value")
-    limits = {type(m).__name__: m for m in metadata}
-    if "Gt" in limits:
-        return f"{words} above {limits['Gt'].gt:g}"
-    return f"{words}, {limits['Ge'].ge:g} or more" if "Ge" in limits else words
-
-
-def keys(model: type[BaseModel], head: str, of: Callable[[str], str]) -> str:
-    """Return the table of the keys of a mapping, with a last column `head` that has the text `of` each key."""
-    rows = []
-    for name, field in model.model_fields.items():
-        if name == "kind":
-            continue
-        value = field.get_default(call_default_factory=True) if not field.is_required() else None
-        default = (
-            "required"
-            if field.is_required()
-            else "-"
-            if value in (None, [], "") or isinstance(value, BaseModel)
-            else f"`{value}`"
-        )
-        row = [f"`{name}`", in_words(field.annotation, field.metadata), default]
-        rows.append([*row, of(name)])
+def keys(found: Iterable[Key], head: str) -> str:
+    """Return the table of keys, with the last column `head`."""
+    rows = [
+        (f"`{k.name}`", k.value, k.default if k.default in ("-", "required") else f"`{k.default}`", k.meaning)
+        for k in found
+    ]
     return table(["key", "value", "default", head], rows)
 
 
@@ -356,32 +162,17 @@ def scenario_files() -> str:
         "# Scenario and study files",
         "",
         "This page lists every key, from the schema that reads the files. Units are SI units and radians.",
+        "`slalom list keys` prints the same on the command line.",
         "",
     ]
-    titled = {
-        "A scenario": ScenarioSpec,
-        "A robot": RobotSpec,
-        "A group of robots": GroupSpec,
-        "The goals of a group": GroupGoalSpec,
-        "A range of numbers": RangeSpec,
-        "A robot of a group that differs": OverrideSpec,
-        "A goal": GoalSpec,
-        "A path": PathSpec,
-        "A half-space": HalfSpaceSpec,
-        "An obstacle": ObstacleSpec,
-        "A recording": RecordingSpec,
-        "A study": StudySpec,
-        "A row of a study": ScenarioRowSpec,
-    }
-    for title, model in titled.items():
-        lines += [f"## {title}", "", keys(model, "meaning", MEANINGS[model.__name__].__getitem__), ""]
-    for title, kinds in KINDS.items():
+    for name, mapped in MAPPINGS.items():
+        lines += [f"## {mapped.title}", "", keys(mapping_keys(name), "meaning"), ""]
+    for title, kinds in FAMILIES.values():
         lines += [f"## {title}", ""]
         for kind, part in kinds.items():
-            model = model_of_part(kind, part)
-            sentence = (part.__doc__ or "").strip().splitlines()[0]
-            lines += [f"### `kind: {kind}`", "", sentence, ""]
-            lines += [keys(model, "unit", partial(unit_of, kind)), ""] if len(model.model_fields) > 1 else []
+            found = kind_keys(kind, part)
+            lines += [f"### `kind: {kind}`", "", sentence_of(part), ""]
+            lines += [keys(found, "unit"), ""] if found else []
     return "\n".join(lines)
 
 
@@ -465,14 +256,6 @@ FORMULAS: Final[Mapping[str, str]] = {
     "changed_choices": "`#{decisions that changed the manoeuvre} / #{decisions}`",
 }
 """Formula of each metric; `metrics` refuses one without. t_k: arrival of robot k; x, v, a: at the steps i."""
-CONSTANTS: Final = {
-    "ADJUSTMENT": "m/s^2",
-    "STALLED_SPEED": "m/s",
-    "PROGRESS_DISTANCE": "m",
-    "PROGRESS_TIME": "s",
-    "PERSONAL_SPACE": "m",
-}
-"""Units of the constants in these formulas and in the docstrings of metrics."""
 
 
 def metrics() -> str:
@@ -481,17 +264,15 @@ def metrics() -> str:
     for name, function in METRICS.items():
         of = "one robot" if "robot" in inspect.signature(function).parameters else "all robots"
         sentence = " ".join((inspect.getdoc(function) or "").split("\n\n")[0].split())
-        rows.append((f"`{name}`", of, sentence, FORMULAS[name]))
+        rows.append((f"`{name}`", of, with_values(sentence), with_values(FORMULAS[name])))
     text = (
         "`slalom.sim.metrics` has one function for each, and `METRICS` the table. Those of one robot take the name or\n"
         "number of the robot of a fleet. Clearances are between surfaces and in continuous time, unless they are\n"
         "at the steps `i`. `t_k` is the arrival of robot k; x, v and a are position, velocity and acceleration."
     )
-    constants = [(f"`{name}`", f"{getattr(tolerances, name):g} {unit}") for name, unit in CONSTANTS.items()]
     return "\n".join(
         [
             *("# Metrics", "", text, "", table(["metric", "of", "meaning", "formula"], rows), ""),
-            *("Constants of the formulas:", "", table(["constant", "value"], constants), ""),
         ]
     )
 

@@ -1,59 +1,8 @@
-"""Units of the keys of parts in scenario files, and meanings of the parameters of scenarios, for the reference."""
+"""Meanings of the parameters of scenarios, for the reference."""
 
 from collections.abc import Mapping
 from typing import Final
 
-UNITS: Final[Mapping[str, str]] = {
-    "acceleration": "m/s^2",
-    "at": "s",
-    "braking": "m/s^2",
-    "by": "m",
-    "center": "m",
-    "coefficients": "m, m/s, m/s^2, ...",
-    "columns": "-",
-    "corner": "m",
-    "corners": "m",
-    "correlation": "1",
-    "durations": "s",
-    "end": "m",
-    "first": "m",
-    "forward": "m/s^2",
-    "frame": "-",
-    "half_angle": "rad",
-    "half_widths": "m/s^2",
-    "heading": "1",
-    "high": "m",
-    "interpolation": "-",
-    "last": "m",
-    "lateral": "m/s^2",
-    "least": "m",
-    "length": "m",
-    "low": "m",
-    "min_distance": "m",
-    "normal": "1",
-    "phase": "rad",
-    "points": "m",
-    "position": "m",
-    "positions": "m",
-    "probability": "1",
-    "radius": "m",
-    "seed": "-",
-    "shapes": "-",
-    "spacing": "m",
-    "speed": "m/s",
-    "start": "m",
-    "times": "s",
-    "velocity": "m/s",
-    "width": "m",
-}
-"""Unit of a key of any kind, SI; 1: a number without a unit, "-": no quantity."""
-OWN_UNITS: Final[Mapping[tuple[str, str], str]] = {
-    ("piecewise_polynomial", "start"): "s",
-    ("convex_polygon", "corners"): "m/s^2",
-    ("least_speed", "least"): "m/s",
-    ("kalman_error", "acceleration"): "m/s^2/sqrt(Hz)",
-}
-"""Unit of a key of one kind that differs, by kind and key."""
 PARAMETERS: Final[Mapping[str, str]] = {
     "angle": "[degree] between the streams, above 0 and at most 180",
     "at": "[s] time of the recording at which the robot starts",
@@ -90,11 +39,6 @@ OWN_PARAMETERS: Final[Mapping[tuple[str, str], str]] = {
     ("merging", "speed"): "factor of the speeds of the lanes, 5, 6.5 and 8 m/s",
 }
 """Meaning of a parameter of one scenario that differs, by scenario and parameter."""
-
-
-def unit_of(kind: str, key: str) -> str:
-    """Return the unit of a key of a part. Raises KeyError for a key without one."""
-    return OWN_UNITS.get((kind, key)) or UNITS[key]
 
 
 def meaning_of(scenario: str, parameter: str) -> str:

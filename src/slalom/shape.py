@@ -211,7 +211,7 @@ class Union(_Shaped):
         object.__setattr__(self, "shapes", tuple(self.shapes))
         dimensions = sorted({shape.dimension for shape in self.shapes})
         if len(dimensions) != 1:
-            raise InvalidInput(f"shapes: expected one or more of one dimension, found dimensions {dimensions}")
+            raise InvalidInput(f"shapes: expected one or more of the same dimension, found dimensions {dimensions}")
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

@@ -21,5 +21,5 @@ def compile_(
     for name in uses:
         known(name, "uses", list(USES))
     whole(jobs, "jobs", 1)
-    print_message("slalom: compiling, one to three minutes after an installation, seconds later on")
+    print_message("slalom: compiling, one to two minutes after an installation, seconds later on")
     compile_uses(*uses, jobs=jobs, progress=lambda name, seconds: print_message(f"{name}: {seconds:.1f} s"))

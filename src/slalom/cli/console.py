@@ -81,14 +81,24 @@ def resolved(name: str) -> str:
     """Return the path of the sample file that `name` names as in sample:crossing.yaml, else `name`.
 
     Raises:
-        InvalidInput: an unknown sample.
+        InvalidInput: an unknown sample; the name of a sample without `sample:`, if neither a file nor a scenario of
+            the gallery has it.
     """
-    if not name.startswith(SAMPLE):
-        return name
     from slalom.checks import known
     from slalom.io.tracks import SAMPLES, sample_data
 
-    return str(sample_data(known(name.removeprefix(SAMPLE), "sample", list(SAMPLES))))
+    if name.startswith(SAMPLE):
+        return str(sample_data(known(name.removeprefix(SAMPLE), "sample", list(SAMPLES))))
+    meant = next((each for each in (name, f"{name}.yaml") if each in SAMPLES), None)
+    if meant is not None and not Path(name).exists():
+        from slalom.sim.gallery import GALLERY
+
+        if name not in GALLERY:
+            raise InvalidInput(
+                f"scenario: expected a file or a name of `slalom list scenarios`, found {name!r}; did you mean "
+                f"'{SAMPLE}{meant}'?"
+            )
+    return name
 
 
 @contextmanager
@@ -101,14 +111,14 @@ def writing(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def progress(label: str) -> Iterator[Callable[[float], None]]:
+def progress(label: str, estimated: bool = True) -> Iterator[Callable[[float], None]]:
     """Show the progress on stderr; yield a function of the share done.
 
     A terminal shows a bar with the remaining time. Elsewhere one line states the remaining time of a command that takes
-    LONG_COMMAND or more.
+    LONG_COMMAND or more, if it is to be `estimated`.
     """
     if not sys.stderr.isatty():
-        yield _Estimate(label).advance
+        yield _Estimate(label, estimated).advance
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -121,10 +131,10 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 class _Estimate:
     """Prints the remaining time once, from the pace since the first report: kernels compile before it."""
 
-    def __init__(self, label: str) -> None:
+    def __init__(self, label: str, estimated: bool) -> None:
         self.label = label
         self.begin: tuple[float, float] | None = None
-        self.printed = False
+        self.printed = not estimated
 
     def advance(self, share: float) -> None:
         """Note the share done, and print the estimate if the rest is long."""

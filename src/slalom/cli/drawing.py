@@ -17,7 +17,43 @@ OPTIONS = {"width": "--figure-width", "resolution": "--resolution"}
 
 @Parameter(name="*", group=GROUP)
 @dataclass(frozen=True, kw_only=True)
-class Look:
+class VectorLook:
+    """Size and text of figures without pixels.
+
+    Parameters
+    ----------
+    figure_width
+        Width [inch]; by default that of a page or of a column of a journal. Panels keep their shapes.
+    font_scale
+        Factor of all sizes of text.
+    """
+
+    figure_width: float | None = None
+    font_scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        from slalom.checks import positive
+
+        for item in fields(self):
+            if getattr(self, item.name) is not None:
+                positive(getattr(self, item.name), f"--{item.name.replace('_', '-')}")
+
+    def save(self, figure: Any, path: Path) -> Path:
+        """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `writing`."""
+        from slalom import view
+
+        try:
+            shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
+            with writing(path):
+                return view.save(shown, path, resolution=getattr(self, "resolution", Look.resolution))
+        except InvalidInput as error:
+            name, _, text = str(error).partition(":")
+            raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None
+
+
+@Parameter(name="*", group=GROUP)
+@dataclass(frozen=True, kw_only=True)
+class Look(VectorLook):
     """Size and text of figures.
 
     Parameters
@@ -30,28 +66,7 @@ class Look:
         Dots per inch of .png files.
     """
 
-    figure_width: float | None = None
-    font_scale: float = 1.0
     resolution: float = 300.0
-
-    def __post_init__(self) -> None:
-        from slalom.checks import positive
-
-        for name in ("figure_width", "font_scale", "resolution"):
-            if getattr(self, name) is not None:
-                positive(getattr(self, name), f"--{name.replace('_', '-')}")
-
-    def save(self, figure: Any, path: Path) -> Path:
-        """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `writing`."""
-        from slalom import view
-
-        try:
-            shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
-            with writing(path):
-                return view.save(shown, path, resolution=self.resolution)
-        except InvalidInput as error:
-            name, _, text = str(error).partition(":")
-            raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None
 
 
 def drawable(figure: Path | None) -> None:

@@ -5,31 +5,43 @@ from collections.abc import Callable
 from typing import Any, Final, Literal
 
 from slalom.cli.console import DONE, Flag, print_result
-from slalom.cli.report import FORESIGHT_SENTENCES, list_text
+from slalom.cli.report import FORESIGHT_SENTENCES, list_text, with_values
+from slalom.errors import InvalidInput
 
 Rows = dict[str, dict[str, Any]]
 
 
 def list_(
-    kind: Literal["scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples"]
+    kind: Literal[
+        "scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples", "keys"
+    ]
     | None = None,
+    part: str | None = None,
     /,
     *,
     json: Flag = False,
 ) -> int:
-    """List scenarios, methods, foresights, metrics, objectives, formats of recordings, figures, and sample files.
+    """List scenarios, methods, foresights, metrics, objectives, formats of recordings, figures, sample files, and keys.
 
     Installed packages add scenarios, methods, metrics, objectives and formats by entry points.
 
     Parameters
     ----------
     kind
-        List only entries of this kind.
+        List only entries of this kind. `keys` are those of scenario and study files, which are listed on request only.
+    part
+        With `keys`: list the keys of this part of a file with their values, as in `slalom list keys goal`.
     json
         Print one JSON object.
     """
-    kinds = [each for each in TABLES if kind in (None, each)]
-    result = {each: TABLES[each]() for each in kinds}
+    if part is not None and kind != "keys":
+        raise InvalidInput(f"part: expected only with keys, found {part!r} with {kind}")
+    if kind == "keys":
+        from slalom.cli.file_keys import listed
+
+        result = listed(part)
+    else:
+        result = {each: TABLES[each]() for each in TABLES if kind in (None, each)}
     print_result(result, json, lambda: list_text(result))
     return DONE
 
@@ -59,7 +71,7 @@ def _foresights() -> Rows:
 def _metrics() -> Rows:
     from slalom.sim.measure.metrics import METRICS
 
-    return {name: {"sentence": _first_line(metric)} for name, metric in METRICS.items()}
+    return {name: {"sentence": with_values(_first_line(metric))} for name, metric in METRICS.items()}
 
 
 def _objectives() -> Rows:

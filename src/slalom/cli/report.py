@@ -23,6 +23,15 @@ FORESIGHT_SENTENCES: Final = {
 }
 """Descriptions of the names of `forecast.FORESIGHTS`, for METHOD@FORESIGHT."""
 
+CONSTANTS: Final = {
+    "ADJUSTMENT": "m/s^2",
+    "STALLED_SPEED": "m/s",
+    "PROGRESS_DISTANCE": "m",
+    "PROGRESS_TIME": "s",
+    "PERSONAL_SPACE": "m",
+}
+"""Units of the constants in the docstrings and formulas of metrics."""
+
 FILES: Final = (".csv", ".yaml", ".yml")
 """Suffixes of the scenarios that are files."""
 COLUMNS: Final = (
@@ -39,6 +48,15 @@ COLUMNS: Final = (
     "least clearance m",
 )
 """Column headings of the table of a page."""
+
+
+def with_values(text: str) -> str:
+    """Return the description of a metric with values and units in place of the names of constants."""
+    from slalom import tolerances
+
+    for name, unit in CONSTANTS.items():
+        text = text.replace(name, f"{getattr(tolerances, name):g} {unit}")
+    return text
 
 
 def formatted(value: Any) -> str:

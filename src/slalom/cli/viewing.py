@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from slalom.methods import Method
     from slalom.sim import Recording
 
-NEEDED = "expected the packages of `pip install slalom[{extra}]`, found no {name}"
+NEEDED = "expected the packages of `pip install 'slalom[{extra}]'`, found no {name}"
 
 
 def view(
@@ -160,6 +160,10 @@ def animate(
 def _recording(run: Path) -> "Recording":
     from slalom.sim import Recording
 
+    if run.suffix in (".yaml", ".yml"):
+        raise InvalidInput(
+            f"{run}: expected a run in an .h5 file, found a scenario; `slalom run {run} --out run.h5` runs it first"
+        )
     return Recording.load(run)
 
 

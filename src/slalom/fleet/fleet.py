@@ -1,5 +1,7 @@
 """Robots that decide together in a loop that belongs to the caller: arrays in, arrays out."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -26,6 +26,7 @@ SAMPLES: Final[Mapping[str, str]] = {
     "crossing.yaml": "A robot crosses a road with three cars and a pedestrian.",
     "mixed.yaml": "Three robots with methods, margins and priorities of their own.",
     "fleet.yaml": "Groups of robots: on a circle, in a grid and at random places.",
+    "hall.yaml": "A robot follows a path between walls, a shelf, a trolley and a person.",
     "recorded.yaml": "A robot in a recording, as a scenario file.",
     "study.yaml": "A study: two methods in two scenarios.",
     "roundabout_ring_11.csv": "A recording of 30 cars in a roundabout.",

@@ -47,7 +47,7 @@ def write_csv(path: Path | str, tracks: RecordedTracks) -> None:
     agents = _agents_of(tracks)
     d = {agent.trajectory.dimension for agent in agents.values()}
     if len(d) > 1:
-        raise InvalidInput(f"tracks: expected agents of one dimension, found {sorted(d)}")
+        raise InvalidInput(f"tracks: expected agents of the same dimension, found {sorted(d)}")
     known = [name for name in ("radius", "length", "width") if any(getattr(a, name) for a in agents.values())]
     kinds = ["kind"] if any(agent.kind for agent in agents.values()) else []
     rows = []

@@ -68,7 +68,7 @@ def widget(run: Recording | Scenario, method: Method | None = None, *, robot: in
 
     Raises:
         InvalidInput: a scenario without a method, a recording with one, a run without a step, no such robot, or
-            anywidget is not installed (`pip install slalom[notebook]`).
+            anywidget is not installed (`pip install 'slalom[notebook]'`).
     """
     if isinstance(run, Scenario) == (method is None):
         raise InvalidInput("method: expected one with a scenario, and none with a recording; found otherwise")
@@ -77,7 +77,7 @@ def widget(run: Recording | Scenario, method: Method | None = None, *, robot: in
         import anywidget
         import traitlets
     except ModuleNotFoundError as error:
-        needed = "expected the packages of `pip install slalom[notebook]`"
+        needed = "expected the packages of `pip install 'slalom[notebook]'`"
         raise InvalidInput(f"widget: {needed}, found no {error.name}") from None
 
     class View(anywidget.AnyWidget):

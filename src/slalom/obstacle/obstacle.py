@@ -57,12 +57,13 @@ class Obstacle:
     owner: str = ""
 
     def __post_init__(self) -> None:
-        prefix = f"obstacle {text(self.name, 'name')!r}: "
+        text(self.name, "name")
+        prefix = f"{self._named}: "
         has(self.shape, *SHAPE, f"{prefix}shape")
         has(self.trajectory, *TRAJECTORY, f"{prefix}trajectory")
         if self.shape.dimension != self.trajectory.dimension:
             raise InvalidInput(
-                f"{prefix}expected shape and trajectory of one dimension, "
+                f"{prefix}expected shape and trajectory of the same dimension, "
                 f"found {self.shape.dimension} and {self.trajectory.dimension}"
             )
         if self.uncertainty is not None:
@@ -79,6 +80,11 @@ class Obstacle:
             raise InvalidInput(f"{prefix}expected a name or an owner with a probability below 1, found neither")
         if self.dimension == 3 and self.heading != 0.0:
             raise InvalidInput(f"heading: expected 0 in space, where orientation is constant, found {self.heading!r}")
+
+    @property
+    def _named(self) -> str:
+        """The obstacle with its name, if any, for messages."""
+        return f"obstacle {self.name!r}" if self.name else "obstacle"
 
     @cached_property
     def dimension(self) -> int:
@@ -135,7 +141,7 @@ class Obstacle:
         earliest = max(self.trajectory.span[0], t - LOOK_BACK)
         if earliest >= t or self.trajectory.speed_bound(earliest, t) <= AT_REST:
             raise InvalidInput(
-                f"heading of obstacle {self.name!r}: expected one that moved before {t:g} s, found it at rest since "
+                f"heading of {self._named}: expected one that moved before {t:g} s, found it at rest since "
                 f"{earliest:g} s; give the heading as an angle"
             )
         pieces = direction_path(self.trajectory, earliest, t, LAST_DIRECTION).points[:, 3]
@@ -179,7 +185,7 @@ class Obstacle:
             return self.continued
         if self.after_end == "unknown":
             raise InvalidInput(
-                f"obstacle {self.name!r}: expected a trajectory that is known at {now:g} s, found one that ended at "
+                f"{self._named}: expected a trajectory that is known at {now:g} s, found one that ended at "
                 f"{last:g} s; say after_end='continues' or 'leaves', or give a newer observation"
             )
         if self.uncertainty is None:
@@ -194,7 +200,7 @@ class Obstacle:
         """
         if self.probability < 1.0:
             raise InvalidInput(
-                f"obstacle {self.name!r}: expected a probability of 1 in a scenario, where each has one future, "
+                f"{self._named}: expected a probability of 1 in a scenario, where each has one future, "
                 f"found {self.probability:g}"
             )
         if self.after_end == "continues":

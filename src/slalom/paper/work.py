@@ -30,13 +30,14 @@ def make(
     page_path: Path | None = None,
     save: Callable[[Figure, Path], Path] = view.save,
     progress: Callable[[float], None],
+    begin: Callable[[str], None] = lambda name: None,
 ) -> list[Path]:
     """Draw and measure the entries of these names.
 
     Args:
         names: names in the table of entries. out: folder for NAME.svg and NAME.json, created if needed.
         page_path: file of the page, by default `out` / paper.md. save: writes a figure.
-        progress: called with the share done.
+        progress: called with the share done. begin: called with the name of each entry before it is made.
 
     Returns:
         The written files, the page last.
@@ -53,6 +54,7 @@ def make(
     total, done = sum(entry.weight for entry in chosen), 0.0
     written, results = [], {}
     for entry in chosen:
+        begin(entry.name)
 
         def advance(share: float, done: float = done, weight: float = entry.weight) -> None:
             progress((done + share * weight) / total)

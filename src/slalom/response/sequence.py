@@ -37,7 +37,7 @@ class AccelerationSequence:
         )
         dimensions = {len(acceleration) for _, acceleration in then}
         if len(dimensions) > 1:
-            raise InvalidInput(f"then: expected accelerations of one dimension, found {sorted(dimensions)}")
+            raise InvalidInput(f"then: expected accelerations of the same dimension, found {sorted(dimensions)}")
         object.__setattr__(self, "then", then)
 
     def __repr__(self) -> str:

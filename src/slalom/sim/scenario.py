@@ -155,7 +155,7 @@ class Scenario:
         mapping(self.parameters, "numbers by name", "parameters")
         dimensions = sorted({robot.state.dimension for robot in self.robots})
         if len(dimensions) != 1:
-            raise InvalidInput(f"robots: expected one or more of one dimension, found dimensions {dimensions}")
+            raise InvalidInput(f"robots: expected one or more of the same dimension, found dimensions {dimensions}")
         number(self.start, "start")
         for name in ("duration", "dt", "horizon"):
             positive(getattr(self, name), name)
@@ -185,10 +185,10 @@ class Scenario:
                 f"start: expected a time of the recording, from {first:g} to before {last:g} s, found {self.start:g} s"
             )
         object.__setattr__(self, "obstacles", tuple(obstacle.of_scenario() for obstacle in self.obstacles))
-        for obstacle in self.obstacles:
+        for k, obstacle in enumerate(self.obstacles):
             if obstacle.dimension != self.dimension:
                 raise InvalidInput(
-                    f"obstacle {obstacle.name!r}: expected dimension {self.dimension} as of the robots, "
+                    f"obstacle {obstacle.name or k!r}: expected dimension {self.dimension} as of the robots, "
                     f"found {obstacle.dimension}"
                 )
             for robot in self.robots:

@@ -43,7 +43,7 @@ def animate(
 
     Raises:
         InvalidInput: a run without a step, another suffix, a setting outside its limits, or PyAV is not installed
-            (`pip install slalom[video]`).
+            (`pip install 'slalom[video]'`).
     """
     target = checked(path)
     return write_video(target, Film(recording, width=width, fps=fps, speed=speed, trail=trail), fps, progress)
@@ -80,7 +80,7 @@ def _library() -> ModuleType:
         import av
         import av.filter
     except ModuleNotFoundError as error:
-        needed = "expected the packages of `pip install slalom[video]`"
+        needed = "expected the packages of `pip install 'slalom[video]'`"
         raise InvalidInput(f"animate: {needed}, found no {error.name}") from None
     return av
 

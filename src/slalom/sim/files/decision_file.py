@@ -37,7 +37,7 @@ from slalom.sim.files.schema_decision import (
     TracksSpec,
 )
 from slalom.sim.files.schema_robot import heading_of
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, messages
+from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, in_order, messages
 from slalom.sim.scenario import too_long
 from slalom.state import State
 from slalom.tolerances import JSON_LINES
@@ -82,7 +82,8 @@ def read_decision(path: Path | str) -> DecisionFile:
     except ValidationError:
         # JSON is YAML: the reader of YAML is slow, and gives the lines of mistakes.
         root = compose(path)[0] if path.stat().st_size < JSON_LINES else None
-        raise InvalidFile(first_of(path, messages(path, root, content, DecisionSpec), MAX_MISTAKES)) from None
+        mistakes = in_order(path, messages(path, root, content, DecisionSpec))
+        raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES)) from None
     try:
         versions = ", ".join(f"{name} {version}" for name, version in spec.versions.items())
         return DecisionFile(_inputs(spec), content["decision"], versions)

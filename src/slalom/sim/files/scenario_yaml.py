@@ -21,7 +21,7 @@ from slalom.sim.files.schema_base import Place
 from slalom.sim.files.schema_group import GroupSpec, WrittenRobot, is_group, robots_of
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.files.schema_robot import HalfSpaceSpec, ObstacleSpec, RobotSpec, heading_of
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, messages
+from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, in_order, messages
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, too_long, whole_periods
 from slalom.state import State
 from slalom.tolerances import WHOLE_COUNT
@@ -44,7 +44,7 @@ def read_scenario(path: Path | str) -> Scenario:
     scenario = parts.assemble(content) if isinstance(content, dict) else None
     mistakes += parts.mistakes
     if mistakes or scenario is None:
-        raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES))
+        raise InvalidFile(first_of(path, in_order(path, mistakes), MAX_MISTAKES))
     return scenario
 
 
@@ -68,7 +68,7 @@ class _Parts(Mistakes):
     def assemble(self, content: dict[str, Any]) -> Scenario | None:
         """Return the scenario; None if there is a mistake."""
         written = self.written_robots(content)
-        d = self.dimension(written)
+        d = self.dimension(written, content)
         robots = [self.robot(one, given, d) for one in written if d and (given := _valid(RobotSpec, one.content))]
         listed = content.get("obstacles", [])
         obstacles = [
@@ -121,9 +121,12 @@ class _Parts(Mistakes):
             found += some
         return found
 
-    def dimension(self, robots: list[WrittenRobot]) -> int | None:
-        """Return the dimension of the first robot's position, also if other keys are wrong; note other dimensions."""
-        d = None
+    def dimension(self, robots: list[WrittenRobot], content: dict[str, Any]) -> int | None:
+        """Return the dimension of the first robot's position, also if other keys are wrong; note other dimensions.
+
+        If two or more other vectors agree on another dimension, the first robot's position is the mistake.
+        """
+        d = _dimension_of_others(robots, content.get("obstacles"))
         for robot in robots:
             given = robot.content if isinstance(robot.content, dict) else {}
             position, velocity = (_valid_vector(given.get(name)) for name in ("position", "velocity"))
@@ -243,6 +246,17 @@ class _Parts(Mistakes):
         elif window and start + duration > end + WHOLE_COUNT * abs(end):
             self.note(("duration",), f"expected at most {end - start:g} s, until the window ends, found {duration:g}")
         return {"start": start, "duration": duration, "recorded": (begin, end)}
+
+
+def _dimension_of_others(robots: list[WrittenRobot], obstacles: object) -> int | None:
+    """Return the dimension of all vectors but the first robot's position; None if they differ or are less than two."""
+    given = [robot.content for robot in robots if isinstance(robot.content, dict)]
+    listed = obstacles if isinstance(obstacles, list) else []
+    trajectories = [one.get("trajectory") for one in listed if isinstance(one, dict)]
+    mappings = [*given[1:], *(robot.get("goal") for robot in given), *trajectories]
+    values = [one.get(key) for one in mappings if isinstance(one, dict) for key in ("position", "center")]
+    found = [len(vector) for raw in values if (vector := _valid_vector(raw))]
+    return found[0] if len(found) > 1 and len(set(found)) == 1 else None
 
 
 def _name(raw: object, default: str) -> str:

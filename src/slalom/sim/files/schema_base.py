@@ -55,13 +55,24 @@ class ModelByContent(ABC):
 
 def keys_at(model: type[Model], content: Any, place: Place) -> list[str]:
     """Return the keys that the mapping at `place` may have, in a file of this `model` and `content`."""
+    return list(_to_place(model, content, place)[0].model_fields)
+
+
+def keys_of_value(model: type[Model], content: Any, place: Place) -> list[str]:
+    """Return the keys of the mapping that is expected at `place`, which holds something else; `kind` of a part."""
+    expected = next(_models_of(_to_place(model, content, place)[1], {}), None)
+    return (list(expected.model_fields) if expected is not None else []) or ["kind"]
+
+
+def _to_place(model: type[Model], content: Any, place: Place) -> tuple[type[Model], FieldInfo]:
+    """Return the model of the last mapping on the way to `place`, and the last field."""
     field = FieldInfo()
     for step in place:
         field = model.model_fields[step] if isinstance(step, str) else field
         content = content[step]
         if isinstance(content, dict):
             model = next(_models_of(field, content), model)
-    return list(model.model_fields)
+    return model, field
 
 
 def _models_of(field: FieldInfo, content: Any) -> Iterator[type[Model]]:

@@ -1,6 +1,7 @@
 """Mistakes in a YAML file as `file:line:column: KEY: expected ..., found ...`."""
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -15,7 +16,7 @@ from slalom.checks import did_you_mean, shown
 from slalom.errors import InvalidFile, SlalomError
 from slalom.io.input_file import text_of
 from slalom.io.recorded import first_of
-from slalom.sim.files.schema_base import Model, Place, keys_at
+from slalom.sim.files.schema_base import Model, Place, keys_at, keys_of_value
 from slalom.tolerances import YAML_DEPTH, YAML_VALUES
 
 T = TypeVar("T")
@@ -146,14 +147,14 @@ _EXPECTED = {
     "too_short": "expected at least {min_length} entries, found {actual_length}",
     "too_long": "expected at most {max_length} entries, found {actual_length}",
     "literal_error": "expected {expected}, found {input}",
-    "union_tag_invalid": "expected a kind among {expected_tags}, found {tag!r}",
+    "union_tag_invalid": "expected a kind among {expected_tags}, found {tag!r}{hint}",
     "union_tag_not_found": "expected a key 'kind', found none",
     "list_type": "expected a list, found {input}",
     "string_type": "expected text, found {input}",
     "bool_type": "expected true or false, found {input}",
     "bool_parsing": "expected true or false, found {input}",
-    "model_type": "expected a mapping, found {input}",
-    "model_attributes_type": "expected a mapping, found {input}",
+    "model_type": "expected a mapping{keys} found {input}",
+    "model_attributes_type": "expected a mapping{keys} found {input}",
     "dict_type": "expected a mapping, found {input}",
     "value_error": "{error}",
 }
@@ -178,8 +179,24 @@ def _message(path: Path, root: Node | None, content: Any, model: type[Model], mi
         return f"{where(path, root, place, at_key=True)}: {dotted(place)}{text}"
     template = _EXPECTED.get(kind)
     what = "a mapping" if isinstance(found, dict) else shown(found)
-    text = template.format(input=what, **mistake.get("ctx", {})) if template else f"{mistake['msg']}, found {what}"
+    context = {"input": what, **mistake.get("ctx", {})}
+    if kind == "union_tag_invalid":
+        context["hint"] = did_you_mean(context["tag"], re.findall(r"'(.*?)'", context["expected_tags"]))
+    elif kind in ("model_type", "model_attributes_type"):
+        keys = keys_of_value(model, content, place) if place else []
+        context["keys"] = f" with the key{'s' if len(keys) > 1 else ''} {', '.join(keys)};" if keys else ","
+    text = template.format(**context) if template else f"{mistake['msg']}, found {what}"
     return f"{where(path, root, place)}: {dotted(place)}{text}"
+
+
+def in_order(path: Path, mistakes: Sequence[str]) -> list[str]:
+    """Return the mistakes of a file in the order of their lines and columns, then those of other files."""
+
+    def place(mistake: str) -> tuple[float, float]:
+        found = re.match(r":(\d+):(\d+):", mistake[len(str(path)) :]) if mistake.startswith(str(path)) else None
+        return (float(found[1]), float(found[2])) if found else (np.inf, np.inf)
+
+    return sorted(mistakes, key=place)
 
 
 class Mistakes:

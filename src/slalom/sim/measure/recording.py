@@ -195,7 +195,7 @@ class Recording:
         """Return a pandas.DataFrame with one row for each time and robot, see `tidy_table.COLUMNS`.
 
         Raises:
-            InvalidInput: pandas is not installed (`pip install slalom[data]`).
+            InvalidInput: pandas is not installed (`pip install 'slalom[data]'`).
         """
         return to_pandas(self)
 

@@ -146,7 +146,7 @@ def heading_change(recording: Recording, robot: Which = None) -> float:
 
 
 def stalled_time(recording: Recording, robot: Which = None) -> float:
-    """Time with a speed below STALLED_SPEED [s]."""
+    """Time [s] with a speed below STALLED_SPEED."""
     run = recording.only(robot)
     return float((np.linalg.norm(run.velocities[:-1, 0], axis=1) < STALLED_SPEED).sum() * run.dt)
 

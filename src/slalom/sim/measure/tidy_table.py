@@ -116,7 +116,7 @@ def _imported(name: str) -> Any:
         return import_module(name)
     except ModuleNotFoundError as error:
         raise InvalidInput(
-            f"{name}: expected the packages of `pip install slalom[data]`, found no {error.name}"
+            f"{name}: expected the packages of `pip install 'slalom[data]'`, found no {error.name}"
         ) from None
 
 

@@ -14,7 +14,7 @@ from slalom.io.cadrl import read_cases
 from slalom.io.recorded import first_of
 from slalom.peers import contender_named
 from slalom.sim.files.schema_base import Model, Place
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, messages, where
+from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, in_order, messages, where
 from slalom.sim.measure.metrics import METRICS
 from slalom.sim.sweep.case import drawn, is_file
 from slalom.sim.sweep.case_file import is_cases, refuse_more
@@ -84,7 +84,7 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
         raise InvalidInput(f"data: expected a folder, found none at {str(data)!r}")
     root, content = compose(path)
     if wrong := messages(path, root, content, StudySpec):
-        raise InvalidFile(first_of(path, wrong, MAX_MISTAKES))
+        raise InvalidFile(first_of(path, in_order(path, wrong), MAX_MISTAKES))
     spec = StudySpec.model_validate(content)
     rows: list[Row] = []
     left_out: list[Row] = []
@@ -104,7 +104,7 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
     for k, one in enumerate(spec.scenarios):
         mistakes += _unknown(path, root, ("scenarios", k, "methods"), one.methods or ())
     if mistakes:
-        raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES))
+        raise InvalidFile(first_of(path, in_order(path, mistakes), MAX_MISTAKES))
     return Study(spec.title, spec.text, rows, tuple(left_out))
 
 
