@@ -2,6 +2,7 @@
 
 import asyncio
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -36,9 +37,13 @@ def test_the_server_refuses_what_it_must(address: str) -> None:
     for wrong in (address.partition("?")[0], address[:-4] + "AAAA"):
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(wrong)
-    # A page of another name that resolves to this machine is refused by its Host.
-    with pytest.raises(urllib.error.HTTPError, match="403"):
-        urllib.request.urlopen(urllib.request.Request(address, headers={"Host": "example.org"}))
+    # A page of another name that resolves to this machine is refused by its Host, with a message of its own.
+    for host in ("example.org", "localhost.example.org", "127.0.0.1.example.org:80", "localhost:80@example.org"):
+        with pytest.raises(urllib.error.HTTPError, match="403") as refused:
+            urllib.request.urlopen(urllib.request.Request(address, headers={"Host": host}))
+        with refused.value as answer:
+            said = answer.read().decode()
+        assert said == f"This server expects the host 127.0.0.1 or localhost in its address, found {host!r}."
     elsewhere = ("http://example.org", "null", origin.replace("http", "https"), origin[:-1])
     for wrong_url, wrong_origin in ((url[:-4] + "AAAA", origin), *((url, each) for each in elsewhere)):
         with pytest.raises(websockets.exceptions.InvalidStatus):
@@ -46,6 +51,47 @@ def test_the_server_refuses_what_it_must(address: str) -> None:
     for sent in ("x" * 20000, "x" * 200000, b"{}", b"x" * 200000, "not json", "[1]", '{"do": 3}', "[" * 9000):
         with pytest.raises(websockets.exceptions.ConnectionClosed):
             asyncio.run(first_messages(url, origin, sent, count=1000))
+
+
+@pytest.mark.slow
+def test_a_tunnel_from_another_port_is_accepted(address: str) -> None:
+    """The port in the address of the browser then is that of the tunnel, in the host and in the origin."""
+    import websockets
+
+    tunnel = "localhost:1"
+    with urllib.request.urlopen(urllib.request.Request(address, headers={"Host": tunnel})) as page:
+        assert page.status == 200
+    url, origin = socket_address(address)
+    port, through = int(origin.rpartition(":")[2]), f"ws://{tunnel}/messages?{url.partition('?')[2]}"
+
+    async def kind_of_first(of_page: str) -> str:
+        async with websockets.connect(through, host="127.0.0.1", port=port, origin=of_page) as connection:  # type: ignore[arg-type]
+            return str(unpack(await connection.recv())[0]["kind"])  # type: ignore[arg-type]
+
+    assert asyncio.run(kind_of_first(f"http://{tunnel}")) == "scene"
+    for elsewhere in (origin, "http://localhost:2", "http://127.0.0.1:1"):
+        with pytest.raises(websockets.exceptions.InvalidStatus):
+            asyncio.run(kind_of_first(elsewhere))
+
+
+@pytest.mark.slow
+def test_without_a_display_the_view_states_the_command_of_a_tunnel(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+    command = [sys.executable, "-m", "slalom", "view", "empty", "--port", str(port)]
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    for _ in range(2):  # the port is free again at once
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            address = process.stdout.readline().strip()
+            assert f":{port}/" in address
+            url, origin = socket_address(address)
+            assert kinds(asyncio.run(first_messages(url, origin, count=1))) == ["scene"]
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 0
+            assert f"`ssh -L {port}:localhost:{port} HOST`" in process.stderr.read()
 
 
 @pytest.mark.slow

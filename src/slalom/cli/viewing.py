@@ -1,5 +1,7 @@
 """`slalom view`, `slalom export` and `slalom animate`."""
 
+import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,6 +43,7 @@ def view(
     agent: str | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
+    port: Whole = 0,
     browser: bool = True,
 ) -> int:
     """Show a scenario, a run or a recording in the browser; everything can be dragged. Ctrl-C stops it.
@@ -63,6 +66,8 @@ def view(
         In a recording: start time [s] of the robot or the replay, in the time of the recording; by default the first.
     agent
         In a recording: id of the agent that is replayed with its control space; by default that of the longest track.
+    port
+        Port of this machine at which the view is served; 0 for any free one.
     browser
         Whether to open the browser; with --no-browser only the address is printed.
     """
@@ -72,18 +77,30 @@ def view(
     except ModuleNotFoundError as error:
         raise InvalidInput(f"view: {NEEDED.format(extra='view', name=error.name)}") from None
     begin = _sessions(source, given, method, seed, (at, agent), crossing, reading)
-    server = Server(begin, begin().scenario.name)  # what cannot run is refused before the browser opens
+    server = Server(begin, begin().scenario.name, port)  # what cannot run is refused before the browser opens
 
     def started() -> None:
         print_line(server.address)
         print_message("Ctrl-C stops the view.")
-        if browser:
-            import webbrowser
-
-            webbrowser.open(server.address)
+        if not _has_display() or (browser and not _opened(server.address)):
+            tunnel = f"ssh -L {server.port}:localhost:{server.port} HOST"
+            print_message(f"No browser here. On another computer run `{tunnel}` with the name of this machine as HOST,")
+            print_message("and open the address there.")
 
     server.run(started)
     return DONE
+
+
+def _has_display() -> bool:
+    """Return whether this process can open windows; over SSH it cannot, as a rule."""
+    return sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _opened(address: str) -> bool:
+    """Open an address in the browser; return whether there is one."""
+    import webbrowser
+
+    return webbrowser.open(address)
 
 
 def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = None, force: Flag = False) -> int:
