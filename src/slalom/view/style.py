@@ -13,6 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.ticker import Locator
 
@@ -140,6 +141,28 @@ def disc(ax: Axes, centre: Sequence[float] | Array, radius: float, gid: str, **p
     patch.set_gid(gid)
     ax.add_patch(patch)
     return patch
+
+
+def dot(face: Any, edge: Any, label: str) -> Line2D:
+    """Return a legend entry for a disc."""
+    return Line2D(
+        [], [], linestyle="none", marker="o", markersize=5.5, markerfacecolor=face, markeredgecolor=edge, label=label
+    )
+
+
+def write_height(ax: Axes, center: Array, radius: float) -> None:
+    """Write the height z [m] beside a ball."""
+    text = ax.annotate(
+        f"{center[2]:.1f}".replace("-", "−"),
+        (center[0] + 0.75 * radius, center[1] + 0.75 * radius),
+        xytext=(1, 1),
+        textcoords="offset points",
+        fontsize=6,
+        color=INK,
+        zorder=8,
+    )
+    text.set_path_effects(halo(1.6))
+    text.set_gid("height")
 
 
 def fading_line(ax: Axes, points: Array, colour: Any, *, width: float, min_opacity: float, zorder: float) -> None:
