@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slalom import Disc, InvalidInput, Limits, Obstacle, Rectangle, State, method
+from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, Rectangle, State, method
 from slalom.cli import BAD_INPUT, DONE, call
 from slalom.goal import Goal
 from slalom.sim import Recording, gallery, simulate
@@ -17,6 +17,8 @@ from slalom.view.film import Film
 av = pytest.importorskip("av", reason="slalom[video] is not installed: videos are not written")
 ROBOT = np.array([213, 94, 0])
 """Vermilion, the colour of a single robot and of the first of several."""
+GOAL = np.array([0, 114, 178])
+"""Blue, the colour of the goal of a single robot."""
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +83,30 @@ def test_in_space_a_run_is_seen_from_above_and_from_the_side(tmp_path: Path) -> 
     for panel, axes in enumerate(((0, 1), (0, 2))):
         column, row = pixel(film, position[list(axes)], panel).round().astype(int)
         assert np.abs(picture[row - 2 : row + 3, column - 2 : column + 3].astype(int) - ROBOT).max(axis=2).min() < 40
+
+
+@pytest.mark.parametrize(("x", "y", "width"), [(0.0, 0.0, 720), (1e5, 0.2, 720), (-1e3, -1e4, 320)])
+def test_a_long_flat_run_fills_the_picture_and_its_labels_lie_inside(x: float, y: float, width: int) -> None:
+    """The panel is as flat as the run, up to a share of its width that the label needs."""
+    robot = Robot(Disc(1.0), Limits(9.0, 3.0), State((x, y), (9, 0)), Goal(Stationary((x + 60, y)), 0.5))
+    film = Film(simulate(Scenario("road", (robot,), (), duration=0.5), method("nao")), width=width)
+    (ax,) = film.axes
+    assert ax.bbox.height <= 0.15 * ax.bbox.width
+    for axis in (ax.yaxis, ax.xaxis):
+        box = axis.get_tightbbox()
+        assert box is not None
+        assert box.x0 >= 0.0
+        assert box.y0 >= 0.0
+        assert box.y1 <= film.height
+
+
+def test_the_path_to_a_goal_is_in_the_picture() -> None:
+    goal = PathGoal([(0, 0), (0, 9), (14, 9)])
+    robot = Robot(Disc(0.6), Limits(3.0, 3.0), State((0, 0), (2, 0)), goal)
+    film = Film(simulate(Scenario("path", (robot,), (), duration=0.5), method("nao")))
+    column, row = pixel(film, np.array([0.0, 9.0])).round().astype(int)
+    around = film[0][row - 4 : row + 5, column - 4 : column + 5].astype(int)
+    assert np.abs(around - GOAL).max(axis=2).min() < 40
 
 
 def test_a_robot_that_has_left_is_not_drawn() -> None:
