@@ -272,7 +272,20 @@ def test_markers_are_at_the_controls_and_a_control_beyond_the_panel_is_named() -
     x, y = np.ravel(one(ax, "preferred").get_data())
     assert x < ax.get_xlim()[1] < 10.0
     assert y == pytest.approx(-1.0)
-    assert "preferred (at 40, −1)" in legend_texts(ax)
+    contact = float(blocked.time_to_collision((40.0, -1.0)))
+    assert "preferred (at 40, −1), hit" in legend_texts(ax)
+    own = to_rgba(time_scale(blocked.horizon).to_rgba(contact))
+    assert to_rgba(one(ax, "preferred").get_markerfacecolor()) == pytest.approx(own)
+
+
+def test_a_free_control_beyond_the_panel_is_white() -> None:
+    blocked = acceleration_obstacle(2)
+    ax = Figure().add_subplot()
+    free = (-40.0, 0.0)
+    assert np.isinf(blocked.time_to_collision(free))
+    view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0), 3.0), preferred=free)
+    assert "preferred (at −40, 0)" in legend_texts(ax)
+    assert to_rgba(one(ax, "preferred").get_markerfacecolor()) == to_rgba("white")
 
 
 def test_temporal_elements_are_drawn_where_they_are() -> None:
