@@ -179,11 +179,13 @@ def legend_below(ax: Axes, handles: Sequence[Any], columns: int) -> None:
     ax.legend(handles=list(handles), loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns, borderaxespad=0.0)
 
 
-def colour_bar(scale: ScalarMappable, ax: Axes, label: str, ticks: Locator | None = None) -> None:
-    """Draw a colour bar beside `ax`, of the same height; its `ticks` are by default those of the scale."""
+def colour_bar(
+    scale: ScalarMappable, ax: Axes, label: str, ticks: Locator | None = None, *, height: float = 1.0
+) -> None:
+    """Draw a colour bar beside `ax`; its `ticks` are by default those of the scale, its `height` 1 that of `ax`."""
     figure = ax.get_figure(root=False)
     assert figure is not None
-    bar = figure.colorbar(scale, cax=ax.inset_axes((1.02, 0.0, 0.04, 1.0)), spacing="proportional", ticks=ticks)
+    bar = figure.colorbar(scale, cax=ax.inset_axes((1.02, 0.0, 0.04, height)), spacing="proportional", ticks=ticks)
     bar.set_label(label)
     bar.ax.tick_params(width=0.5, length=2)
     bar.outline.set_linewidth(0.5)
