@@ -548,6 +548,28 @@ def test_a_page_is_replaced_only_if_told(say: Say) -> None:
     assert Path("new/page.md").read_text() == page
 
 
+@pytest.mark.parametrize(
+    ("command", "files"),
+    [
+        ("run head_on --set duration=0.3 --out a.h5 --figure a.svg", ["a.h5", "a.svg"]),
+        ("show run.h5 --figure a.svg", ["a.svg"]),
+        ("decide empty --figure a.svg", ["a.svg"]),
+        ("convert run.h5 a.csv", ["a.csv"]),
+        ("export run.h5 a.html", ["a.html"]),
+        ("export run.h5 a.html --force", ["a.html"]),
+        ("reproduce moving_obstacle --quick --out .", ["moving_obstacle.svg", "paper.md"]),
+    ],
+)
+def test_all_other_files_are_replaced(command: str, files: list[str], say: Say) -> None:
+    """Also with the option that earlier versions needed."""
+    say("run", "head_on", "--set", "duration=0.3", "--out", "run.h5")
+    for file in files:
+        Path(file).write_text("mine")
+    assert say(*command.split()).code in (0, 1)
+    for file in files:
+        assert Path(file).read_bytes() != b"mine"
+
+
 def test_reproduce_takes_several_names(say: Say) -> None:
     said = say("reproduce", "moving_obstacle", "linear_vo", "moving_obstacle", "--quick", "--out", "x/y", "--json")
     assert said.json["entries"] == ["moving_obstacle", "linear_vo"]

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from slalom.cli.console import DONE, Flag, print_message, print_result, resolved, writable
+from slalom.cli.console import DONE, Flag, print_message, print_result, refuse_source, resolved, writable
 from slalom.cli.recorded import Reading, given_options
 from slalom.cli.report import counted
 from slalom.cli.running import RUNS
@@ -29,7 +29,7 @@ def convert(
     source
         A recording of a format from `slalom list formats`, or a file that `slalom run --out run.h5` wrote.
     target
-        File to write; its suffix selects the format.
+        File to write, also if it exists; its suffix selects the format.
     out_frame_rate
         Frame rate [Hz] of a format with frame numbers; by default from the median time between two rows of an agent.
     json
@@ -49,8 +49,7 @@ def convert(
         raise InvalidInput(
             f"TARGET: expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}"
         )
-    if source.exists() and target.exists() and target.samefile(source):
-        raise InvalidInput(f"{target}: expected a file other than the source, found the same")
+    refuse_source(source, target)
     name, read = format_of_suffix()[target.suffix], reading or Reading()
     framed = "frame_rate" in writer_settings(name)
     if out_frame_rate is not None and not framed:

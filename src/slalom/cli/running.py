@@ -15,6 +15,7 @@ from slalom.cli.console import (
     print_message,
     print_result,
     progress,
+    refuse_source,
     resolved,
     writable,
     writing,
@@ -102,7 +103,8 @@ def run(
         Seed of random scenarios.
     out
         Write the run to this file. A .h5 file holds all data for a replay. A .csv, .ndjson (TrajNet++) or .sqlite
-        (JuPedSim) file holds the tracks only; frames of the last two count from the start of the run.
+        (JuPedSim) file holds the tracks only; frames of the last two count from the start of the run. A file that
+        exists is replaced, as that of --figure.
     figure
         Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
     figure_at
@@ -119,6 +121,7 @@ def run(
     """
     scenario = resolved(scenario)
     refuse_run(scenario)
+    refuse_source(scenario, out, figure)
     recorded = is_recording(scenario, reading, crossing)
     name = method_name((RECORDING_METHOD if recorded else DEFAULT_METHOD) if method is None else method, foresight)
     figure_time = figure_at if recorded else _figure_time(at, figure_at)

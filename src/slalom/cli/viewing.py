@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 from slalom.cli.console import (
     DONE,
-    Flag,
+    OldForce,
     Settings,
     Whole,
-    new_page,
     parse_settings,
     print_line,
     print_message,
@@ -103,7 +102,7 @@ def _opened(address: str) -> bool:
     return webbrowser.open(address)
 
 
-def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = None, force: Flag = False) -> int:
+def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = None, force: OldForce = False) -> int:
     """Write a run as one HTML file with a player, for any browser, without a server and without a network.
 
     Parameters
@@ -111,17 +110,14 @@ def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = 
     run
         A file that `slalom run --out run.h5` wrote.
     page
-        The file to write, .html.
+        The file to write, .html; one that exists is replaced.
     robot
         The robot whose control space is in the file, from 0.
     every
         Time [s] between two control spaces; by default every decision of a short run, and at least two a second.
-    force
-        Replace a page that exists.
     """
     from slalom.live.export import export as write
 
-    new_page(page, force, "PAGE")
     recording = _recording(run)
     writable(page)
     with progress("exporting") as advance, writing(page):
@@ -139,7 +135,7 @@ def animate(
     fps: float = 25.0,
     speed: float = 1.0,
     trail: float = 3.0,
-    force: Flag = False,
+    force: OldForce = False,
 ) -> int:
     """Write a video of a run: robots, obstacles, goals and trails in the workspace.
 
@@ -148,7 +144,7 @@ def animate(
     run
         A file that `slalom run --out run.h5` wrote.
     video
-        The file to write, .mp4 or .gif.
+        The file to write, .mp4 or .gif; one that exists is replaced.
     width
         Width [pixel] of the video, an even number from 320 to 3840; the height follows from the run.
     fps
@@ -157,14 +153,11 @@ def animate(
         Seconds of the run in a second of video.
     trail
         Time [s] of the run behind each robot that is drawn as a line.
-    force
-        Replace a video that exists.
     """
     from slalom.view import animate as write
     from slalom.view.video import checked
 
     checked(video)
-    new_page(video, force, "VIDEO")
     recording = _recording(run)
     writable(video)
     with progress("animating") as advance, writing(video):
