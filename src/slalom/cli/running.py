@@ -102,9 +102,8 @@ def run(
     seed
         Seed of random scenarios.
     out
-        Write the run to this file. A .h5 file holds all data for a replay. A .csv, .ndjson (TrajNet++) or .sqlite
-        (JuPedSim) file holds the tracks only; frames of the last two count from the start of the run. A file that
-        exists is replaced, as that of --figure.
+        Write the run to this file, also if it exists. A .h5 file holds all data for a replay. A .csv, .ndjson
+        (TrajNet++) or .sqlite (JuPedSim) file holds the tracks only; frames of the last two count from the start.
     figure
         Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
     figure_at
