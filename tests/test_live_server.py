@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import pytest
 from live_views import crossing, first_messages, kinds, serving, socket_address
 
-from slalom import method
+from slalom import kernels, method
 from slalom.live.messages import unpack
 from slalom.live.session import Session
 
@@ -64,14 +64,14 @@ def test_a_tunnel_from_another_port_is_accepted(address: str) -> None:
     url, origin = socket_address(address)
     port, through = int(origin.rpartition(":")[2]), f"ws://{tunnel}/messages?{url.partition('?')[2]}"
 
-    async def kind_of_first(of_page: str) -> str:
-        async with websockets.connect(through, host="127.0.0.1", port=port, origin=of_page) as connection:  # type: ignore[arg-type]
-            return str(unpack(await connection.recv())[0]["kind"])  # type: ignore[arg-type]
+    def kind_of_first(of_page: str) -> str:
+        (message,) = asyncio.run(first_messages(through, of_page, count=1, host="127.0.0.1", port=port))
+        return kinds([message])[0]
 
-    assert asyncio.run(kind_of_first(f"http://{tunnel}")) == "scene"
+    assert kind_of_first(f"http://{tunnel}") == "scene"
     for elsewhere in (origin, "http://localhost:2", "http://127.0.0.1:1"):
         with pytest.raises(websockets.exceptions.InvalidStatus):
-            asyncio.run(kind_of_first(elsewhere))
+            kind_of_first(elsewhere)
 
 
 @pytest.mark.slow
@@ -153,8 +153,37 @@ def test_a_client_that_takes_no_message_is_disconnected(monkeypatch: pytest.Monk
 
     session = Session(crossing(), method("nao"))
     with pytest.raises(TimeoutError):
-        asyncio.run(asyncio.wait_for(server._serve(Deaf(), session), 10.0))  # type: ignore[arg-type]
+        asyncio.run(asyncio.wait_for(server._serve(Deaf(), session, server.CompilationNotice()), 10.0))  # type: ignore[arg-type]
     assert not session._played.steps[10:]  # nothing is simulated for it
+
+
+def test_the_page_tells_that_kernels_compile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only if they do, and before the session is there; a later compilation is announced again."""
+    monkeypatch.setattr(kernels, "when_compiling", [])
+    sent: list[bytes] = []
+
+    class Client:
+        """A connection that keeps what is sent."""
+
+        async def send_bytes(self, message: bytes) -> None:
+            sent.append(message)
+
+    def compiling() -> str:
+        while kernels.when_compiling:  # as numba's listener does in this thread
+            kernels.when_compiling.pop(0)(True)
+        deadline = time.monotonic() + 10.0
+        while len(sent) == before and time.monotonic() < deadline:
+            time.sleep(0.01)
+        return "compiled"
+
+    notice = server.CompilationNotice()
+    for k in range(2):
+        assert asyncio.run(notice.during(lambda: "cached", Client())) == "cached"  # type: ignore[arg-type]
+        assert len(sent) == k
+        before = len(sent)
+        assert asyncio.run(notice.during(compiling, Client())) == "compiled"  # type: ignore[arg-type]
+        assert unpack(sent[k])[0] == {"kind": "note", "text": "compiling, up to a minute"}
+    notice._tell(True)  # after the server has stopped
 
 
 def test_stale_commands_are_dropped_and_others_kept() -> None:

@@ -9,7 +9,7 @@ import re
 import secrets
 import socket
 from collections.abc import Callable, Mapping
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
@@ -17,11 +17,14 @@ from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from slalom import kernels
 from slalom.checks import whole
 from slalom.errors import InvalidInput, reason
 from slalom.live.messages import pack
 from slalom.live.page import live_page
 from slalom.live.session import Session
+
+T = TypeVar("T")
 
 HOST: Final = "127.0.0.1"
 OWN_HOST: Final = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
@@ -35,6 +38,8 @@ SLOWEST: Final = 10.0
 QUIET: Final = 0.15
 """[s] After a drag the run goes on only if no other command follows for this long, so that drags are not held up."""
 REFUSED, TOO_LARGE = 1008, 1009
+COMPILING: Final = "compiling, up to a minute"
+"""Text of the page while kernels compile, until the first frame is shown."""
 
 
 class Mailbox:
@@ -70,6 +75,37 @@ class Mailbox:
         return command
 
 
+class CompilationNotice:
+    """Tells connections that wait for a session when kernels begin to compile."""
+
+    def __init__(self) -> None:
+        self._waiting: set[asyncio.Event] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def _tell(self, kept: bool) -> None:
+        """Wake all connections that wait; called in the thread that compiles."""
+        assert self._loop is not None
+        with contextlib.suppress(RuntimeError):  # the loop is closed: the server has stopped
+            for begun in list(self._waiting):
+                self._loop.call_soon_threadsafe(begun.set)
+
+    async def during(self, work: Callable[[], T], websocket: WebSocket) -> T:
+        """Return the result of work in another thread; send the notice if kernels compile meanwhile."""
+        self._loop, begun = asyncio.get_running_loop(), asyncio.Event()
+        if self._tell not in kernels.when_compiling:
+            kernels.when_compiling.append(self._tell)
+        self._waiting.add(begun)
+        making, told = asyncio.create_task(asyncio.to_thread(work)), asyncio.create_task(begun.wait())
+        try:
+            await asyncio.wait({making, told}, return_when=asyncio.FIRST_COMPLETED)
+            if not making.done():
+                await _send(websocket, [pack("note", {"text": COMPILING}, {})])
+            return await making
+        finally:
+            self._waiting.discard(begun)
+            told.cancel()
+
+
 def _replaces(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
     """Whether a command makes an older one stale: looks, and drags of one gesture."""
     if new.get("do") != old.get("do"):
@@ -79,6 +115,8 @@ def _replaces(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
 
 def application(begin: Callable[[], Session], title: str, token: str) -> Starlette:
     """Return the application that serves a scenario; each connection begins a session of its own."""
+
+    notice = CompilationNotice()
 
     def refusal(connection: HTTPConnection) -> str:
         """Return the sentence with which a connection is refused, "" for one that is accepted."""
@@ -103,16 +141,17 @@ def application(begin: Callable[[], Session], title: str, token: str) -> Starlet
             return
         await websocket.accept()
         with contextlib.suppress(WebSocketDisconnect, TimeoutError):
-            await _serve(websocket, await asyncio.to_thread(begin))
+            session = await notice.during(begin, websocket)
+            await _serve(websocket, session, notice)
 
     return Starlette(routes=[Route("/", page), WebSocketRoute("/messages", messages)])
 
 
-async def _serve(websocket: WebSocket, session: Session) -> None:
+async def _serve(websocket: WebSocket, session: Session, notice: CompilationNotice) -> None:
     """Read and answer commands until the client leaves."""
     mailbox = Mailbox()
     reading = asyncio.create_task(_read(websocket, mailbox))
-    answering = asyncio.create_task(_answer(websocket, session, mailbox))
+    answering = asyncio.create_task(_answer(websocket, session, mailbox, notice))
     done, pending = await asyncio.wait({reading, answering}, return_when=asyncio.FIRST_COMPLETED)
     for task in pending:
         task.cancel()
@@ -140,9 +179,9 @@ async def _read(websocket: WebSocket, mailbox: Mailbox) -> None:
         mailbox.put(command)
 
 
-async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox) -> None:
+async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox, notice: CompilationNotice) -> None:
     """Send the opening, then the answers, and between them further steps of the run."""
-    await _send(websocket, await asyncio.to_thread(session.opening))
+    await _send(websocket, await notice.during(session.opening, websocket))
     quiet, owed = 0.0, False
     while True:
         # A large fleet goes on between two control spaces, each of which takes as long as some steps.
