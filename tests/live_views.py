@@ -77,13 +77,18 @@ def socket_address(address: str) -> tuple[str, str]:
     return f"{origin.replace('http', 'ws')}/messages?{query}", origin
 
 
-async def first_messages(url: str, origin: str, *sent: str, count: int = 4) -> list[bytes]:
+async def first_messages(url: str, origin: str, *sent: str, count: int = 4, **options: Any) -> list[bytes]:
+    """The first messages of a connection, without the notice that kernels compile."""
     import websockets
 
-    async with websockets.connect(url, origin=origin, max_size=None) as connection:  # type: ignore[arg-type]
+    found: list[bytes] = []
+    async with websockets.connect(url, origin=origin, max_size=None, **options) as connection:  # type: ignore[arg-type]
         for text in sent:
             await connection.send(text)
-        return [await asyncio.wait_for(connection.recv(), 30) for _ in range(count)]  # type: ignore[misc]
+        while len(found) < count:
+            message = await asyncio.wait_for(connection.recv(), 90)
+            found += [message] if kinds([message]) != ["note"] else []  # type: ignore[list-item]
+    return found
 
 
 @contextlib.contextmanager

@@ -1,5 +1,6 @@
 """Calls that views, adapters, vehicles and writers of files must refuse: where, the message, and the call."""
 
+import socket
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -123,6 +124,12 @@ def without_server(_: Path) -> object:
     """The command where a package of the server is not installed."""
     with patch.dict(sys.modules, {"slalom.live.server": None}):
         return view("head_on", browser=False)
+
+
+def port_in_use(_: Path) -> object:
+    """The command with a port at which another program listens."""
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        return view("head_on", port=other.getsockname()[1], browser=False)
 
 
 def without_video(tmp: Path) -> object:
@@ -457,6 +464,8 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: as_recorded(recorded_agents(), NAO, "none"),
     ),
     ("as_recorded", r"expected a track of at least 0.1 s, found one after 1e\+06 s", late_replay),
+    ("Server.__init__", r"--port: expected 0 to 65535, found 65536", lambda _: view("head_on", port=65536)),
+    ("Server.__init__", r"--port: expected a free port, or 0 for any; found \d+: address already in use", port_in_use),
     ("_sessions", r"--agent: expected only with a recording", lambda _: view("head_on", agent="1", browser=False)),
     ("_sessions", r"--set: expected --start and --goal", replay_with_settings),
     ("robot_of", r"robot: expected one of 0 to 0, found 1", lambda _: robot_of(recorded(run()), 1)),

@@ -30,6 +30,7 @@ from slalom.peers import CONTENDERS, PEERS, contender
 from slalom.sim import Recording, load, simulate
 from slalom.sim.gallery import GALLERY
 from slalom.sim.measure.metrics import METRICS, summary
+from slalom.sim.run.simulate import Run
 from slalom.sim.sweep.case import Failure
 
 SCENE = """\
@@ -566,6 +567,45 @@ def test_a_page_is_replaced_only_if_told(say: Say) -> None:
     assert Path("new/page.md").read_text() == "mine"
     assert say(*tokens, "--force").code == 0
     assert Path("new/page.md").read_text() == page
+
+
+@pytest.mark.parametrize(
+    ("command", "files"),
+    [
+        ("run head_on --set duration=0.3 --out a.h5 --figure a.svg", ["a.h5", "a.svg"]),
+        ("show run.h5 --figure a.svg", ["a.svg"]),
+        ("decide empty --figure a.svg", ["a.svg"]),
+        ("convert run.h5 a.csv", ["a.csv"]),
+        ("export run.h5 a.html", ["a.html"]),
+        ("export run.h5 a.html --force", ["a.html"]),
+        ("reproduce moving_obstacle --quick --out .", ["moving_obstacle.svg", "paper.md"]),
+    ],
+)
+def test_all_other_files_are_replaced(command: str, files: list[str], say: Say) -> None:
+    """Also with the option that earlier versions needed."""
+    say("run", "head_on", "--set", "duration=0.3", "--out", "run.h5")
+    for file in files:
+        Path(file).write_text("mine")
+    assert say(*command.split()).code in (0, 1)
+    for file in files:
+        assert Path(file).read_bytes() != b"mine"
+
+
+def test_a_run_loads_its_kernels_before_its_first_decision(say: Say, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By one step of a run that is discarded; the result is that of a run without it."""
+    made, steps = list[list[float]](), Run.steps
+
+    def noted(run: Run) -> Iterator[float]:
+        made.append([])
+        for share in steps(run):
+            made[-1].append(share)
+            yield share
+
+    monkeypatch.setattr(Run, "steps", noted)
+    assert say("run", "head_on", "--set", "duration=0.5", "--out", "run.h5").code == 1
+    assert [len(each) for each in made] == [1, 5]
+    scenario = load("head_on", {"duration": 0.5})
+    np.testing.assert_array_equal(Recording.load("run.h5").positions, simulate(scenario, "nao").positions)
 
 
 def test_reproduce_takes_several_names(say: Say) -> None:

@@ -2594,10 +2594,16 @@ CASES = [
         on_recording("convert", "{}/a.csv", "{}/a.h5"),
     ),
     Case(
-        "convert",
+        "refuse_source",
         InvalidInput,
         r"a\.csv: expected a file other than the source, found the same",
         on_recording("convert", "{}/a.csv", "{}/a.csv"),
+    ),
+    Case(
+        "refuse_source",
+        InvalidInput,
+        r"a\.csv: expected a file other than the source, found the same",
+        on_recording("run", "{}/a.csv", "--start=0,0", "--goal", "9,0", "--out", "{}/a.csv"),
     ),
     Case(
         "convert",

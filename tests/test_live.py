@@ -11,7 +11,7 @@ import pytest
 import shapely
 from live_views import WEB, crossing, drawn_region, kinds
 
-from slalom import Disc, InvalidInput, Obstacle, method
+from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, State, method
 from slalom.live.agents import as_recorded
 from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.live.export import export, messages
@@ -26,6 +26,7 @@ from slalom.obstacle.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario
+from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Circular
 
 
@@ -103,6 +104,21 @@ def test_a_session_answers_every_command() -> None:
     session.answer({"do": "method", "name": "ao"})
     assert session.method.name == "ao"
     assert kinds(session.answer({"do": "select", "robot": 0})) == ["series"]
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_on_a_path_the_target_is_the_point_ahead(count: int) -> None:
+    """The preferred velocity leads there at the maximum speed, also between two decisions."""
+    goal = PathGoal([(0, 0), (4, 0), (4, 9)], tolerance=0.3, lookahead=2.0)
+    robots = [Robot(Disc(0.5), Limits(3.0, 3.0), State((0, 20 * k), (3, 0)), goal, str(k)) for k in range(count)]
+    session = Session(Scenario("path", tuple(robots), (), duration=2.0), method("vo"))
+    session.opening()
+    session.more(8)
+    for step in range(4):
+        fields = unpack(session.look(step)[-1])[0]
+        at = session._played.steps[step].positions[0]
+        assert fields["target"] == pytest.approx(goal.point(goal.nearest(at, 0.0, goal.length) + 6.0), abs=1e-6)
+        assert fields["target"][0] == pytest.approx(4.0)
 
 
 def arrays_of(found: list[bytes], kind: str) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 import asyncio
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -12,7 +13,7 @@ from collections.abc import Iterator
 import pytest
 from live_views import crossing, first_messages, kinds, serving, socket_address
 
-from slalom import method
+from slalom import kernels, method
 from slalom.live.messages import unpack
 from slalom.live.session import Session
 
@@ -36,9 +37,13 @@ def test_the_server_refuses_what_it_must(address: str) -> None:
     for wrong in (address.partition("?")[0], address[:-4] + "AAAA"):
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(wrong)
-    # A page of another name that resolves to this machine is refused by its Host.
-    with pytest.raises(urllib.error.HTTPError, match="403"):
-        urllib.request.urlopen(urllib.request.Request(address, headers={"Host": "example.org"}))
+    # A page of another name that resolves to this machine is refused by its Host, with a message of its own.
+    for host in ("example.org", "localhost.example.org", "127.0.0.1.example.org:80", "localhost:80@example.org"):
+        with pytest.raises(urllib.error.HTTPError, match="403") as refused:
+            urllib.request.urlopen(urllib.request.Request(address, headers={"Host": host}))
+        with refused.value as answer:
+            said = answer.read().decode()
+        assert said == f"This server expects the host 127.0.0.1 or localhost in its address, found {host!r}."
     elsewhere = ("http://example.org", "null", origin.replace("http", "https"), origin[:-1])
     for wrong_url, wrong_origin in ((url[:-4] + "AAAA", origin), *((url, each) for each in elsewhere)):
         with pytest.raises(websockets.exceptions.InvalidStatus):
@@ -46,6 +51,47 @@ def test_the_server_refuses_what_it_must(address: str) -> None:
     for sent in ("x" * 20000, "x" * 200000, b"{}", b"x" * 200000, "not json", "[1]", '{"do": 3}', "[" * 9000):
         with pytest.raises(websockets.exceptions.ConnectionClosed):
             asyncio.run(first_messages(url, origin, sent, count=1000))
+
+
+@pytest.mark.slow
+def test_a_tunnel_from_another_port_is_accepted(address: str) -> None:
+    """The port in the address of the browser then is that of the tunnel, in the host and in the origin."""
+    import websockets
+
+    tunnel = "localhost:1"
+    with urllib.request.urlopen(urllib.request.Request(address, headers={"Host": tunnel})) as page:
+        assert page.status == 200
+    url, origin = socket_address(address)
+    port, through = int(origin.rpartition(":")[2]), f"ws://{tunnel}/messages?{url.partition('?')[2]}"
+
+    def kind_of_first(of_page: str) -> str:
+        (message,) = asyncio.run(first_messages(through, of_page, count=1, host="127.0.0.1", port=port))
+        return kinds([message])[0]
+
+    assert kind_of_first(f"http://{tunnel}") == "scene"
+    for elsewhere in (origin, "http://localhost:2", "http://127.0.0.1:1"):
+        with pytest.raises(websockets.exceptions.InvalidStatus):
+            kind_of_first(elsewhere)
+
+
+@pytest.mark.slow
+def test_without_a_display_the_view_states_the_command_of_a_tunnel(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+    command = [sys.executable, "-m", "slalom", "view", "empty", "--port", str(port)]
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    for _ in range(2):  # the port is free again at once
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            address = process.stdout.readline().strip()
+            assert f":{port}/" in address
+            url, origin = socket_address(address)
+            assert kinds(asyncio.run(first_messages(url, origin, count=1))) == ["scene"]
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 0
+            assert f"`ssh -L {port}:localhost:{port} HOST`" in process.stderr.read()
 
 
 @pytest.mark.slow
@@ -107,8 +153,37 @@ def test_a_client_that_takes_no_message_is_disconnected(monkeypatch: pytest.Monk
 
     session = Session(crossing(), method("nao"))
     with pytest.raises(TimeoutError):
-        asyncio.run(asyncio.wait_for(server._serve(Deaf(), session), 10.0))  # type: ignore[arg-type]
+        asyncio.run(asyncio.wait_for(server._serve(Deaf(), session, server.CompilationNotice()), 10.0))  # type: ignore[arg-type]
     assert not session._played.steps[10:]  # nothing is simulated for it
+
+
+def test_the_page_tells_that_kernels_compile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only if they do, and before the session is there; a later compilation is announced again."""
+    monkeypatch.setattr(kernels, "when_compiling", [])
+    sent: list[bytes] = []
+
+    class Client:
+        """A connection that keeps what is sent."""
+
+        async def send_bytes(self, message: bytes) -> None:
+            sent.append(message)
+
+    def compiling() -> str:
+        while kernels.when_compiling:  # as numba's listener does in this thread
+            kernels.when_compiling.pop(0)(True)
+        deadline = time.monotonic() + 10.0
+        while len(sent) == before and time.monotonic() < deadline:
+            time.sleep(0.01)
+        return "compiled"
+
+    notice = server.CompilationNotice()
+    for k in range(2):
+        assert asyncio.run(notice.during(lambda: "cached", Client())) == "cached"  # type: ignore[arg-type]
+        assert len(sent) == k
+        before = len(sent)
+        assert asyncio.run(notice.during(compiling, Client())) == "compiled"  # type: ignore[arg-type]
+        assert unpack(sent[k])[0] == {"kind": "note", "text": "compiling, up to a minute"}
+    notice._tell(True)  # after the server has stopped
 
 
 def test_stale_commands_are_dropped_and_others_kept() -> None:

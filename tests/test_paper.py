@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 
 from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, ObstacleWindow, State, Stationary, Velocity
 from slalom.cli import BAD_INPUT, DONE, call
@@ -96,6 +98,26 @@ def test_labels_hide_neither_each_other_nor_markers(name: str) -> None:
             assert not [point for point in points if box.contains(*point)], one
         count += len(boxes) + len(points)
     assert count > 0
+
+
+def test_the_roundabouts_label_their_marks_within_the_limit() -> None:
+    """Every marker has a label that does not cross the circle; one colour bar serves all panels; cars stay visible."""
+    for draw, names in ((roundabout.roundabout_exit, ["preferred", "chosen"]), (roundabout.roundabout_crossing, [])):
+        figure = draw()
+        FigureCanvasAgg(figure)
+        figure.canvas.draw()
+        below = [ax for ax in figure.axes if ax.get_xlabel().startswith("$a_x$")]
+        for ax in below:
+            assert set(names or ["chosen"]) == {text.get_text() for text in ax.texts}
+            for text in ax.texts:
+                corners = ax.transData.inverted().transform(Text.get_window_extent(text).corners())
+                assert np.linalg.norm(corners, axis=1).max() < roundabout.LIMIT
+        bars = [ax for ax in figure.findobj(Axes) if ax.get_ylabel() == "time to collision [s]"]
+        assert len(bars) == 1
+        for ax in figure.axes:
+            path = [line for line in ax.lines if line.get_gid() == "manoeuvre-path"]
+            cars = [patch for patch in ax.patches if str(patch.get_gid()).startswith("obstacle")]
+            assert all(line.get_zorder() < car.get_zorder() for line in path for car in cars)
 
 
 def test_a_figure_is_the_same_file_every_time(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from slalom import (
     Limits,
     Manoeuvre,
     Obstacle,
+    PathGoal,
     Sampled,
     State,
     Stationary,
@@ -155,6 +156,16 @@ def test_bounds_of_every_kind_come_back(d: int, tmp_path: Path) -> None:
         recording = replace(one, limits=(replace(one.limits[0], bounds=bounds(d)),))
         recording.save(tmp_path / "run.h5")
         assert same_bits(Recording.load(tmp_path / "run.h5").limits, recording.limits), name
+
+
+@pytest.mark.parametrize("speeds", [None, 1.5, [1.0, 2.0, 0.0]])
+def test_the_path_to_a_goal_comes_back(speeds: object, tmp_path: Path) -> None:
+    goal = PathGoal([(0, 0), (4, 1), (9, 1)], speeds, 0.4, lookahead=1.7)  # type: ignore[arg-type]
+    replace(recorded(2), goals=(goal,)).save(tmp_path / "run.h5")
+    (loaded,) = Recording.load(tmp_path / "run.h5").goals
+    assert isinstance(loaded, PathGoal)
+    for name in ("points", "speeds", "tolerance", "stop", "lookahead"):
+        np.testing.assert_array_equal(getattr(loaded, name), getattr(goal, name))
 
 
 @pytest.mark.parametrize("d", [2, 3])

@@ -21,7 +21,10 @@ import slalom
 from slalom import view
 from slalom.io.tracks import sample_data
 from slalom.sim import gallery, load, simulate
+from slalom.sim.scenario import Robot, Scenario
+from slalom.view.drawn_controls import drawn_controls
 from slalom.view.regions import admissible_region
+from slalom.view.scene import Picture
 from slalom.view.style import NEUTRAL, time_levels, time_scale
 
 
@@ -269,7 +272,20 @@ def test_markers_are_at_the_controls_and_a_control_beyond_the_panel_is_named() -
     x, y = np.ravel(one(ax, "preferred").get_data())
     assert x < ax.get_xlim()[1] < 10.0
     assert y == pytest.approx(-1.0)
-    assert "preferred (at 40, −1)" in legend_texts(ax)
+    contact = float(blocked.time_to_collision((40.0, -1.0)))
+    assert "preferred (at 40, −1), hit" in legend_texts(ax)
+    own = to_rgba(time_scale(blocked.horizon).to_rgba(contact))
+    assert to_rgba(one(ax, "preferred").get_markerfacecolor()) == pytest.approx(own)
+
+
+def test_a_free_control_beyond_the_panel_is_white() -> None:
+    blocked = acceleration_obstacle(2)
+    ax = Figure().add_subplot()
+    free = (-40.0, 0.0)
+    assert np.isinf(blocked.time_to_collision(free))
+    view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0), 3.0), preferred=free)
+    assert "preferred (at −40, 0)" in legend_texts(ax)
+    assert to_rgba(one(ax, "preferred").get_markerfacecolor()) == to_rgba("white")
 
 
 def test_temporal_elements_are_drawn_where_they_are() -> None:
@@ -299,6 +315,45 @@ def test_a_kept_manoeuvre_of_another_response_is_shown_by_what_it_applies() -> N
     applied = kept.manoeuvre.mean_acceleration(robot.period, robot.period)
     assert np.ravel(one(right, "chosen").get_data()) == pytest.approx(applied)
     assert np.column_stack(one(figure.axes[0], "track").get_data())[-1] == pytest.approx(later.position)
+
+
+def test_a_path_is_drawn_and_the_preferred_control_leads_to_a_point_on_it() -> None:
+    """The point is 1 s ahead; a decision that keeps its manoeuvre prefers what one without any would prefer."""
+    state, obstacles, _ = scene_in_plane()
+    goal = slalom.PathGoal([(-12, 0), (-4, 0), (-4, 9), (20, 9)], tolerance=1.0)
+    robot = slalom.Navigator(slalom.method("nao"), slalom.Disc(0.8), slalom.Limits(6.0, 3.0), patience=100.0)
+    first = robot.decide(state, obstacles, goal)
+    acceleration = first.manoeuvre.mean_acceleration(0.0, robot.period)
+    later = slalom.advance(slalom.Acceleration(), state, acceleration, robot.period)
+    kept = robot.decide(later, obstacles, goal, now=robot.period, previous=first)
+    assert kept.outcome is slalom.Outcome.KEPT
+    figure = view.decision(kept, robot, goal, resolution=41)
+    left = figure.axes[0]
+    np.testing.assert_array_equal(np.transpose(one(left, "goal-path").get_data()), goal.points)
+    assert np.ravel(one(left, "target").get_data()) == pytest.approx(goal.point(kept.progress + 6.0))
+    assert {"goal and path", "point ahead on the path"} <= set(legend_texts(left))
+    anew = robot.decide(later, obstacles, goal, now=robot.period)
+    assert anew.blocked.response == kept.blocked.response
+    assert drawn_controls(kept, robot, goal).preferred == pytest.approx(anew.preferred)
+    assert np.linalg.norm(robot.decide(later, obstacles, slalom.Goal(goal.trajectory)).preferred - anew.preferred) > 1.0
+    for x, y in goal.points:
+        assert left.viewLim.contains(x, y)
+    run = simulate(path_scenario(goal), slalom.method("nao"))
+    picture = Picture(path_scenario(goal))
+    picture.draw(run.positions[0], run.velocities[0], np.array([True]), 0.0)
+    for ax in (
+        view.paths(run.times, run.positions[:, 0], (), robot=run.shapes[0], goal=goal),
+        view.fleet(run).axes[0],
+        picture.figure.axes[0],
+    ):
+        np.testing.assert_array_equal(np.transpose(one(ax, "goal-path").get_data()), goal.points)
+        assert all(ax.viewLim.contains(x, y) for x, y in goal.points)
+
+
+def path_scenario(goal: slalom.PathGoal) -> Scenario:
+    """A robot alone that follows a path for some steps."""
+    start = slalom.State((-8.0, 0.0), (4.0, 0.0))
+    return Scenario("path", (Robot(slalom.Disc(0.8), slalom.Limits(6.0, 3.0), start, goal),), (), duration=0.5)
 
 
 def test_a_kept_velocity_with_a_lag_still_is_a_control_of_the_panel() -> None:

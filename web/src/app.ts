@@ -35,6 +35,8 @@ export class App {
   private number = 0;
   private looked = "";
   private answered: number | null = null;
+  /** A text that is shown until the next frames. */
+  private notice = "";
 
   constructor(
     host: HTMLElement,
@@ -83,6 +85,8 @@ export class App {
       if (message.kind === "control" || message.kind === "probe") this.answered = message.answers;
       if (message.kind === "control" || message.kind === "probe") this.dragging.answer(message.answers);
       if (message.kind === "error" || message.kind === "note") this.say(message.text);
+      if (message.kind === "note") this.notice = message.text;
+      if (message.kind === "frames") this.endNotice();
       if (message.kind === "error") this.dragging.answer(Infinity);
       if (message.kind === "yaml") void this.showYaml(message.text);
     }
@@ -146,6 +150,11 @@ export class App {
 
   say(sentence: string): void {
     this.parts.note.textContent = sentence;
+  }
+
+  private endNotice(): void {
+    if (this.notice && this.parts.note.textContent === this.notice) this.say("");
+    this.notice = "";
   }
 
   private async showYaml(text: string): Promise<void> {

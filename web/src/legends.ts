@@ -80,12 +80,13 @@ export function legends(app: App): void {
   const control = model.control();
   const space = scene.dimension === 3;
   const guided = Boolean(control?.target);
-  const key = `${model.farthest} ${guided} ${several} ${model.colouring} ${theme === DARK} ${!!control} ${model.element > 0} ${!!control?.binding.length}`;
+  const target = scene.robots[model.selected]!.path ? "point ahead on the path" : "target of guidance";
+  const key = `${model.farthest} ${guided} ${target} ${several} ${model.colouring} ${theme === DARK} ${!!control} ${model.element > 0} ${!!control?.binding.length}`;
   put(parts.workspace.legend, key, () => {
     const alone = space ? "robot" : "robot, arrow: motion in 1 s";
     const items = [several ? entry("ring", "selected robot", theme.robot) : entry("disc", alone, theme.robot)];
     items.push(entry("ring", "goal", theme.goal));
-    if (guided && !space) items.push(entry("square", "target of guidance", theme.goal));
+    if (guided && !space) items.push(entry("square", target, theme.goal));
     if (control) {
       items.push(entry("line", "committed, dot per second", theme.robot));
       items.push(entry("dash", "preferred, to first contact", theme.ink));

@@ -174,7 +174,7 @@ function drawGoal(g: Context, model: Model, { theme, view }: Look): void {
   g.stroke();
 }
 
-/** The target that guidance gave the selected robot, where it is not the goal. */
+/** The target that guidance or its path gives the selected robot, where it is not the goal. */
 function drawTarget(g: Context, model: Model, control: Control, { theme, view }: Look): void {
   if (!control.target) return;
   const at = model.robot(model.selected);

@@ -28,6 +28,8 @@ Whole = Annotated[int, Parameter(converter=whole_number)]
 Settings = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, negative=())]
 Names = Annotated[list[str] | None, Parameter(consume_multiple=True, negative=())]
 Flag = Annotated[bool, Parameter(negative=())]
+OldForce = Annotated[bool, Parameter(negative=(), show=False)]
+"""The option --force of commands that replace files without it: accepted, since earlier versions needed it."""
 SAMPLE = "sample:"
 """Beginning of the name of a file that slalom brings, see `resolved`."""
 
@@ -62,12 +64,20 @@ def writable(*paths: Path | None) -> None:
                     raise PermissionError(errno.EACCES, "")
 
 
-def new_page(page: Path | None, force: bool, option: str = "--page") -> None:
-    """Raise InvalidInput for a file of an option that exists, which is replaced only with `force`."""
+def refuse_source(source: Path | str, *targets: Path | None) -> None:
+    """Raise InvalidInput for a file to write that is the file to read: it would be lost."""
+    for target in targets:
+        if target is not None and os.path.exists(source) and os.path.exists(target) and target.samefile(source):
+            raise InvalidInput(f"{target}: expected a file other than the source, found the same")
+
+
+def new_page(page: Path | None, force: bool) -> None:
+    """Raise InvalidInput for a Markdown page that exists, which is replaced only with `force`.
+
+    It may hold text that was written by hand. All other files that exist are replaced.
+    """
     if page is not None and os.path.exists(page) and not force:
-        raise InvalidInput(
-            f"{option}: expected a new file, or --force to replace it; found {str(page)!r}, which exists"
-        )
+        raise InvalidInput(f"--page: expected a new file, or --force to replace it; found {str(page)!r}, which exists")
 
 
 def new_markdown(page: Path | None, force: bool) -> None:

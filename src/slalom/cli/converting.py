@@ -1,10 +1,9 @@
 """`slalom convert`."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slalom.cli.console import DONE, Flag, print_message, print_result, resolved, writable
+from slalom.cli.console import DONE, Flag, print_message, print_result, refuse_source, resolved, writable
 from slalom.cli.recorded import Reading, given_options
 from slalom.cli.report import counted
 from slalom.cli.running import RUNS
@@ -34,7 +33,7 @@ def convert(
     source
         A recording of a format from `slalom list formats`, or a file that `slalom run --out run.h5` wrote.
     target
-        File to write; its suffix selects the format.
+        File to write, also if it exists; its suffix selects the format.
     out_frame_rate
         Frame rate [Hz] of a format with frame numbers; by default from the median time between two rows of an agent.
     json
@@ -53,8 +52,7 @@ def convert(
         raise InvalidInput(
             f"TARGET: expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}"
         )
-    if os.path.exists(source) and os.path.exists(target) and target.samefile(source):
-        raise InvalidInput(f"{target}: expected a file other than the source, found the same")
+    refuse_source(source, target)
     name, read = format_of_suffix()[target.suffix], reading or Reading()
     framed = "frame_rate" in writer_settings(name)
     if out_frame_rate is not None and not framed:

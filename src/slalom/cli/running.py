@@ -16,6 +16,7 @@ from slalom.cli.console import (
     print_message,
     print_result,
     progress,
+    refuse_source,
     resolved,
     writable,
     writing,
@@ -102,8 +103,8 @@ def run(
     seed
         Seed of random scenarios.
     out
-        Write the run to this file. A .h5 file holds all data for a replay. A .csv, .ndjson (TrajNet++) or .sqlite
-        (JuPedSim) file holds the tracks only; frames of the last two count from the start of the run.
+        Write the run to this file, also if it exists. A .h5 file holds all data for a replay. A .csv, .ndjson
+        (TrajNet++) or .sqlite (JuPedSim) file holds the tracks only; frames of the last two count from the start.
     figure
         Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
     figure_at
@@ -120,6 +121,7 @@ def run(
     """
     scenario = resolved(scenario)
     refuse_run(scenario)
+    refuse_source(scenario, out, figure)
     recorded = is_recording(scenario, reading, crossing)
     name = method_name((RECORDING_METHOD if recorded else DEFAULT_METHOD) if method is None else method, foresight)
     figure_time = figure_at if recorded else _figure_time(at, figure_at)
@@ -156,6 +158,7 @@ def _run(
     writable(out, drawn.file)
     print_notes(loaded.notes)
     with progress("running") as advance:
+        _load_kernels(loaded, chosen, seed)
         recording = simulate(loaded, chosen, seed=seed, progress=advance)
     result = summary(recording)
     print_notes(ends_before(loaded, float(recording.times[-1])))
@@ -164,6 +167,13 @@ def _run(
     drawn.draw(recording, loaded, name)
     print_result(result, json, lambda: run_text(recording, result))
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
+
+
+def _load_kernels(scenario: "Scenario", contender: "Method | Peer", seed: int) -> None:
+    """Make the first step of a run that is discarded: the time to load kernels is no part of that of a decision."""
+    from slalom.sim.run.simulate import Run
+
+    next(Run(scenario, contender, seed=seed).steps(), None)
 
 
 def refuse_run(scenario: str) -> None:

@@ -1,16 +1,16 @@
 """`slalom view`, `slalom export` and `slalom animate`."""
 
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slalom.cli.console import (
     DONE,
-    Flag,
+    OldForce,
     Settings,
     Whole,
-    new_page,
     parse_settings,
     print_line,
     print_message,
@@ -42,6 +42,7 @@ def view(
     agent: str | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
+    port: Whole = 0,
     browser: bool = True,
 ) -> int:
     """Show a scenario, a run or a recording in the browser; everything can be dragged. Ctrl-C stops it.
@@ -64,6 +65,8 @@ def view(
         In a recording: start time [s] of the robot or the replay, in the time of the recording; by default the first.
     agent
         In a recording: id of the agent that is replayed with its control space; by default that of the longest track.
+    port
+        Port of this machine at which the view is served; 0 for any free one.
     browser
         Whether to open the browser; with --no-browser only the address is printed.
     """
@@ -73,21 +76,33 @@ def view(
     except ModuleNotFoundError as error:
         raise InvalidInput(f"view: {NEEDED.format(extra='view', name=error.name)}") from None
     begin = _sessions(source, given, method, seed, (at, agent), crossing, reading)
-    server = Server(begin, begin().scenario.name)  # what cannot run is refused before the browser opens
+    server = Server(begin, begin().scenario.name, port)  # what cannot run is refused before the browser opens
 
     def started() -> None:
         print_line(server.address)
         print_message("Ctrl-C stops the view.")
-        if browser:
-            import webbrowser
-
-            webbrowser.open(server.address)
+        if not _has_display() or (browser and not _opened(server.address)):
+            tunnel = f"ssh -L {server.port}:localhost:{server.port} HOST"
+            print_message(f"No browser here. On another computer run `{tunnel}` with the name of this machine as HOST,")
+            print_message("and open the address there.")
 
     server.run(started)
     return DONE
 
 
-def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = None, force: Flag = False) -> int:
+def _has_display() -> bool:
+    """Return whether this process can open windows; over SSH it cannot, as a rule."""
+    return sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _opened(address: str) -> bool:
+    """Open an address in the browser; return whether there is one."""
+    import webbrowser
+
+    return webbrowser.open(address)
+
+
+def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = None, force: OldForce = False) -> int:
     """Write a run as one HTML file with a player, for any browser, without a server and without a network.
 
     Parameters
@@ -95,17 +110,14 @@ def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = 
     run
         A file that `slalom run --out run.h5` wrote.
     page
-        The file to write, .html.
+        The file to write, .html; one that exists is replaced.
     robot
         The robot whose control space is in the file, from 0.
     every
         Time [s] between two control spaces; by default every decision of a short run, and at least two a second.
-    force
-        Replace a page that exists.
     """
     from slalom.live.export import export as write
 
-    new_page(page, force, "PAGE")
     recording = _recording(run)
     writable(page)
     with progress("exporting") as advance, writing(page):
@@ -123,7 +135,7 @@ def animate(
     fps: float = 25.0,
     speed: float = 1.0,
     trail: float = 3.0,
-    force: Flag = False,
+    force: OldForce = False,
 ) -> int:
     """Write a video of a run: robots, obstacles, goals and trails in the workspace.
 
@@ -132,7 +144,7 @@ def animate(
     run
         A file that `slalom run --out run.h5` wrote.
     video
-        The file to write, .mp4 or .gif.
+        The file to write, .mp4 or .gif; one that exists is replaced.
     width
         Width [pixel] of the video, an even number from 320 to 3840; the height follows from the run.
     fps
@@ -141,14 +153,11 @@ def animate(
         Seconds of the run in a second of video.
     trail
         Time [s] of the run behind each robot that is drawn as a line.
-    force
-        Replace a video that exists.
     """
     from slalom.view import animate as write
     from slalom.view.video import checked
 
     checked(video)
-    new_page(video, force, "VIDEO")
     recording = _recording(run)
     writable(video)
     with progress("animating") as advance, writing(video):

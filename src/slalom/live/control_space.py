@@ -59,7 +59,7 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         "horizon": seen.blocked.horizon,
         "margin": seen.navigator.margin,
         "outcome": seen.outcome,
-        "target": seen.goal.position(seen.time).tolist() if seen.guided else None,
+        "target": None if seen.target is None else seen.target.position(seen.time).tolist(),
         "preferred": controls.preferred.tolist(),
         "chosen": None if controls.chosen is None else controls.chosen.tolist(),
         "chosen_label": controls.label,

@@ -16,15 +16,16 @@ from slalom.live.others import Other, committed, last_outcome, obstacles_of, rob
 from slalom.lookahead.navigator import SequenceDecision
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
-from slalom.objective import Situation, preferred_control
+from slalom.objective import Situation
 from slalom.obstacle.window import ObstacleWindow
+from slalom.path_goal import PathGoal
 from slalom.response import Response
 from slalom.response.sequence import AccelerationSequence
 from slalom.sim.measure.run_log import Step
 from slalom.sim.run.deciders import SingleRobotDecider
 from slalom.sim.scenario import Scenario
 from slalom.state import State
-from slalom.view.drawn_controls import DrawnControls, drawn_controls
+from slalom.view.drawn_controls import DrawnControls, drawn_controls, preferred_of, target_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,8 @@ class Seen:
     Attributes:
         time: [s] absolute. step: of the run. outcome: name of the `Outcome`, "" if none is known.
         responses: those that the robot compares. blocked: the control obstacle of the response that is drawn.
-        goal: what the robot drives to. guided: whether this is a target of guidance instead of its goal.
+        goal: what the robot drives to. progress: [m] along the path to it at the last decision; None if unknown.
+        target: where guidance or the path leads next, instead of the goal of the robot; None: that goal.
         manoeuvre: the committed one; None if none is known.
     """
 
@@ -43,7 +45,8 @@ class Seen:
     robot: int
     state: State
     goal: Goal
-    guided: bool
+    progress: float | None
+    target: Goal | None
     navigator: Navigator
     responses: tuple[Response, ...]
     others: tuple[Other, ...]
@@ -79,7 +82,18 @@ def seen_alone(scenario: Scenario, method: Method, decision: Decision, step: int
     others = tuple(other._replace(margin=margin) for other in obstacles_of(scenario, navigator.method, state, now))
     goal = scenario.robot.goal
     return _seen(
-        scenario, navigator, 0, goal, state, step, now, others, decision.outcome.name, decision.manoeuvre, made
+        scenario,
+        navigator,
+        0,
+        goal,
+        state,
+        step,
+        now,
+        others,
+        decision.outcome.name,
+        decision.manoeuvre,
+        made,
+        progress=decision.progress,
     )
 
 
@@ -114,6 +128,7 @@ def with_response(seen: Seen, scenario: Scenario, response: Response) -> Seen:
         seen.manoeuvre,
         None,
         response,
+        seen.progress,
     )
 
 
@@ -130,6 +145,7 @@ def _seen(
     manoeuvre: Manoeuvre | None,
     decision: Decision | None,
     shown: Response | None = None,
+    progress: float | None = None,
 ) -> Seen:
     among = len(scenario.robots) > 1
     method = navigator.method.among_robots() if among else navigator.method
@@ -142,20 +158,35 @@ def _seen(
         response = shown or responses[0]
     limits, horizon = navigator.limits, navigator.horizon
     admissible = limits.admissible(response, state, horizon)
+    on_path = isinstance(goal, PathGoal)
+    around = ObstacleWindow([other.obstacle for other in others] if on_path else (), now, horizon)
+    target, max_speed = target_of(goal, navigator, state, around, progress)
     if decision is not None:
         controls = drawn_controls(decision, navigator, goal)
     else:
-        situation = Situation(response, state, goal, limits, admissible, now, horizon)
-        preferred = preferred_control(navigator.objective.aims(situation))
+        situation = Situation(response, state, target, limits, admissible, now, horizon)
+        preferred = preferred_of(navigator, situation, max_speed)
         controls = DrawnControls.of(response, state, admissible, preferred, manoeuvre, now, navigator.period)
     drawn = np.sqrt(state.dimension) * half_side(response, limits, admissible)
     own = reach(response, state, limits, horizon, max(drawn, float(np.linalg.norm(controls.preferred))))
     others = near(others, state, scenario.robots[robot].shape.bounding_radius, own, now)
     window = ObstacleWindow([other.obstacle for other in others], now, horizon)
     blocked = navigator.control_obstacle(response, window, state, np.array([other.margin for other in others]))
-    guided = goal is not scenario.robots[robot].goal
     return Seen(
-        now, step, robot, state, goal, guided, navigator, responses, others, outcome, manoeuvre, blocked, controls
+        now,
+        step,
+        robot,
+        state,
+        goal,
+        progress,
+        None if target is scenario.robots[robot].goal else target,
+        navigator,
+        responses,
+        others,
+        outcome,
+        manoeuvre,
+        blocked,
+        controls,
     )
 
 

@@ -4,10 +4,12 @@ import asyncio
 import contextlib
 import hmac
 import json
+import os
+import re
 import secrets
 import socket
 from collections.abc import Callable, Mapping
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
@@ -15,12 +17,20 @@ from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from slalom.errors import InvalidInput
+from slalom import kernels
+from slalom.checks import whole
+from slalom.errors import InvalidInput, reason
 from slalom.live.messages import pack
 from slalom.live.page import live_page
 from slalom.live.session import Session
 
+T = TypeVar("T")
+
 HOST: Final = "127.0.0.1"
+OWN_HOST: Final = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
+"""Host headers that are accepted, with any port: that of a tunnel may differ. Names of other machines are refused, so
+that no page can reach the server by a name that its own server resolves to this machine (DNS rebinding)."""
+LAST_PORT: Final = 65535
 LARGEST: Final = 16384
 """[byte] Largest command that is accepted."""
 SLOWEST: Final = 10.0
@@ -28,6 +38,8 @@ SLOWEST: Final = 10.0
 QUIET: Final = 0.15
 """[s] After a drag the run goes on only if no other command follows for this long, so that drags are not held up."""
 REFUSED, TOO_LARGE = 1008, 1009
+COMPILING: Final = "compiling, up to a minute"
+"""Text of the page while kernels compile, until the first frame is shown."""
 
 
 class Mailbox:
@@ -63,6 +75,37 @@ class Mailbox:
         return command
 
 
+class CompilationNotice:
+    """Tells connections that wait for a session when kernels begin to compile."""
+
+    def __init__(self) -> None:
+        self._waiting: set[asyncio.Event] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def _tell(self, kept: bool) -> None:
+        """Wake all connections that wait; called in the thread that compiles."""
+        assert self._loop is not None
+        with contextlib.suppress(RuntimeError):  # the loop is closed: the server has stopped
+            for begun in list(self._waiting):
+                self._loop.call_soon_threadsafe(begun.set)
+
+    async def during(self, work: Callable[[], T], websocket: WebSocket) -> T:
+        """Return the result of work in another thread; send the notice if kernels compile meanwhile."""
+        self._loop, begun = asyncio.get_running_loop(), asyncio.Event()
+        if self._tell not in kernels.when_compiling:
+            kernels.when_compiling.append(self._tell)
+        self._waiting.add(begun)
+        making, told = asyncio.create_task(asyncio.to_thread(work)), asyncio.create_task(begun.wait())
+        try:
+            await asyncio.wait({making, told}, return_when=asyncio.FIRST_COMPLETED)
+            if not making.done():
+                await _send(websocket, [pack("note", {"text": COMPILING}, {})])
+            return await making
+        finally:
+            self._waiting.discard(begun)
+            told.cancel()
+
+
 def _replaces(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
     """Whether a command makes an older one stale: looks, and drags of one gesture."""
     if new.get("do") != old.get("do"):
@@ -70,36 +113,45 @@ def _replaces(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
     return new["do"] == "look" or (new["do"] == "drag" and new.get("gesture") == old.get("gesture"))
 
 
-def application(begin: Callable[[], Session], title: str, token: str, port: int) -> Starlette:
+def application(begin: Callable[[], Session], title: str, token: str) -> Starlette:
     """Return the application that serves a scenario; each connection begins a session of its own."""
-    origins = {f"http://{name}:{port}" for name in (HOST, "localhost")}
-    hosts = {f"{name}:{port}" for name in (HOST, "localhost")}
 
-    def allowed(connection: HTTPConnection) -> bool:
+    notice = CompilationNotice()
+
+    def refusal(connection: HTTPConnection) -> str:
+        """Return the sentence with which a connection is refused, "" for one that is accepted."""
+        host = connection.headers.get("host", "")
+        if not OWN_HOST.fullmatch(host):
+            return f"This server expects the host {HOST} or localhost in its address, found {host!r}."
         given = connection.query_params.get("token", "")
-        return hmac.compare_digest(given.encode(), token.encode()) and connection.headers.get("host") in hosts
+        if not hmac.compare_digest(given.encode(), token.encode()):
+            return "This address needs the token that `slalom view` printed."
+        return ""
 
     async def page(request: Request) -> Response:
-        if not allowed(request):
-            return PlainTextResponse("This address needs the token that `slalom view` printed.", status_code=403)
+        refused = refusal(request)
+        if refused:
+            return PlainTextResponse(refused, status_code=403)
         return HTMLResponse(live_page(title), headers={"Referrer-Policy": "no-referrer", "Cache-Control": "no-store"})
 
     async def messages(websocket: WebSocket) -> None:
-        if not allowed(websocket) or websocket.headers.get("origin") not in origins:
+        # A page of another address has another origin than the host that it connects to.
+        if refusal(websocket) or websocket.headers.get("origin") != f"http://{websocket.headers.get('host')}":
             await websocket.close(REFUSED)
             return
         await websocket.accept()
         with contextlib.suppress(WebSocketDisconnect, TimeoutError):
-            await _serve(websocket, await asyncio.to_thread(begin))
+            session = await notice.during(begin, websocket)
+            await _serve(websocket, session, notice)
 
     return Starlette(routes=[Route("/", page), WebSocketRoute("/messages", messages)])
 
 
-async def _serve(websocket: WebSocket, session: Session) -> None:
+async def _serve(websocket: WebSocket, session: Session, notice: CompilationNotice) -> None:
     """Read and answer commands until the client leaves."""
     mailbox = Mailbox()
     reading = asyncio.create_task(_read(websocket, mailbox))
-    answering = asyncio.create_task(_answer(websocket, session, mailbox))
+    answering = asyncio.create_task(_answer(websocket, session, mailbox, notice))
     done, pending = await asyncio.wait({reading, answering}, return_when=asyncio.FIRST_COMPLETED)
     for task in pending:
         task.cancel()
@@ -127,9 +179,9 @@ async def _read(websocket: WebSocket, mailbox: Mailbox) -> None:
         mailbox.put(command)
 
 
-async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox) -> None:
+async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox, notice: CompilationNotice) -> None:
     """Send the opening, then the answers, and between them further steps of the run."""
-    await _send(websocket, await asyncio.to_thread(session.opening))
+    await _send(websocket, await notice.during(session.opening, websocket))
     quiet, owed = 0.0, False
     while True:
         # A large fleet goes on between two control spaces, each of which takes as long as some steps.
@@ -152,20 +204,38 @@ async def _send(websocket: WebSocket, messages: list[bytes]) -> None:
 
 
 class Server:
-    """A server on a free port of this machine.
+    """A server on a port of this machine.
+
+    Args:
+        port: 0 for any free one.
 
     Attributes:
         address: with the token, for the browser. token, port: of it.
+
+    Raises:
+        InvalidInput: not a port, or one that is not free.
     """
 
-    def __init__(self, begin: Callable[[], Session], title: str) -> None:
+    def __init__(self, begin: Callable[[], Session], title: str, port: int = 0) -> None:
+        if whole(port, "--port") > LAST_PORT:
+            raise InvalidInput(f"--port: expected 0 to {LAST_PORT}, found {port}")
         self.token = secrets.token_urlsafe(24)
         # asyncio sends without delay (TCP_NODELAY) only on sockets that name their protocol; a drag waits 40 ms else.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-        self._socket.bind((HOST, 0))
+        if os.name == "posix":
+            # Without this option a port is refused for a minute after its last server has stopped.
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._socket.bind((HOST, port))
+            self._socket.listen()
+        except OSError as error:
+            self._socket.close()
+            raise InvalidInput(
+                f"--port: expected a free port, or 0 for any; found {port}: {reason(error).lower()}"
+            ) from None
         self.port = int(self._socket.getsockname()[1])
         self.address = f"http://{HOST}:{self.port}/?token={self.token}"
-        self._application = application(begin, title, self.token, self.port)
+        self._application = application(begin, title, self.token)
 
     def run(self, started: Callable[[], None] | None = None) -> None:
         """Serve until Ctrl-C (or SIGTERM); call `started` once connections are accepted."""

@@ -103,9 +103,9 @@ def _within(ax: Axes, position: Array) -> bool:
     return True
 
 
-def time_bar(ax: Axes, horizon: float, title: str = "time t [s]") -> None:
-    """Draw the scale of times beside a panel."""
-    colour_bar(time_scale(horizon), ax, title)
+def time_bar(ax: Axes, horizon: float, title: str = "time t [s]", *, height: float = 1.0) -> None:
+    """Draw the scale of times beside a panel; `height` 1 is that of the panel."""
+    colour_bar(time_scale(horizon), ax, title, height=height)
 
 
 def arrow(ax: Axes, tail: npt.ArrayLike, tip: npt.ArrayLike, colour: str, gid: str, zorder: float = 6.0) -> None:
@@ -135,11 +135,17 @@ def label(
 
 
 def control_point(
-    ax: Axes, position: npt.ArrayLike, text: str, *, offset: tuple[float, float], colour: str = ROBOT
+    ax: Axes,
+    position: npt.ArrayLike,
+    text: str,
+    *,
+    offset: tuple[float, float],
+    colour: str = ROBOT,
+    size: float = 4.5,
 ) -> None:
-    """Draw a control (2,) with a label."""
+    """Draw a control (2,) of a size [pt] with a label."""
     x, y = np.asarray(position, dtype=float)[:2]
-    (mark,) = ax.plot([x], [y], marker="o", markersize=4.5, markerfacecolor=colour, markeredgecolor="white", zorder=7)
+    (mark,) = ax.plot([x], [y], marker="o", markersize=size, markerfacecolor=colour, markeredgecolor="white", zorder=7)
     mark.set(linestyle="none", markeredgewidth=0.7)
     mark.set_gid("point")
     label(ax, position, text, offset=offset, color=colour)

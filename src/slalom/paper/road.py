@@ -23,7 +23,7 @@ from slalom.view.style import FAINT, GOAL, INK, NEUTRAL, ROBOT, colour_at, disc,
 HORIZON: Final = 6.0
 SPAN: Final = (-14.0, 14.0, -14.0, 14.0)
 """[m/s] Limits of the velocity panels."""
-NUMBER_POSITIONS: Final = ((1.5, (0, 0)), (6.0, (-5, -4)), (1.2, (0, 0)))
+NUMBER_POSITIONS: Final = ((1.5, (0, 0)), (6.0, (-5, -4)), (1.2, (14, -3)))
 """For each car: the time [s] of the element next to its number, and the offset [pt] of the number."""
 
 
@@ -47,7 +47,6 @@ def curved_road() -> Figure:
                 ax,
                 blocked=blocked,
                 admissible=admissible_ball((0.0, 0.0), scenario.robot.limits.max_speed),
-                chosen=state.velocity,
                 extent=SPAN,
                 resolution=281,
                 decorations=False,
@@ -56,7 +55,7 @@ def curved_road() -> Figure:
             colliding = np.flatnonzero(np.isfinite(blocked.times_to_collision(state.velocity)))
             verdict = "hits " + " and ".join(f"car {k + 1}" for k in colliding) if colliding.size else "is free"
             ax.set_title(f"{method.upper()}: $v_A$ {verdict}", pad=4)
-            drawing.label(ax, state.velocity, r"$v_A$", offset=(-9, 3), color=ROBOT)
+            drawing.control_point(ax, state.velocity, r"$v_A$", offset=(1, 9), size=3.0)
             _numbers(ax, blocked)
         drawing.time_bar(right, HORIZON, "time to collision [s]")
     return figure

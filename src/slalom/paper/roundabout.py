@@ -24,7 +24,7 @@ from slalom.sim.measure.closest_approach import positions_at
 from slalom.state import State
 from slalom.trajectory import Stationary
 from slalom.view import control_space, workspace
-from slalom.view.style import FAINT, PAGE, style
+from slalom.view.style import FAINT, PAGE, ROBOT, style
 
 HORIZON: Final = 6.0
 LIMIT: Final = 4.0
@@ -39,19 +39,27 @@ DRAWN_CLEARANCE: Final = 0.25
 """[m] Minimum clearance of the drawn crossing."""
 DRAWN_DECISIONS: Final = (0, 2, 4)
 """Indices of the drawn decisions of the run to the exit."""
-LABEL_OFFSET: Final = (8.0, 22.0)
-"""[pt] Label of the chosen acceleration from it: the free set there may be narrower than a marker."""
+CROSSING_LABELS: Final = ((-14.0, 22.0), (-14.0, 22.0))
+EXIT_LABELS: Final = ((18.0, 13.0), (18.0, 13.0), (34.0, -30.0))
+"""[pt] Labels of the chosen accelerations from them: the free set there may be narrower than a marker."""
+PREFERRED_LABELS: Final = ((0.0, -11.0), (10.0, -11.0), (27.0, 1.0))
+"""[pt] Labels of the preferred accelerations from them, within the circle of the limit."""
 REPLAN: Final = 1.0
 """[s] Interval between decisions of the run to the exit."""
 
 
 class Snapshot(NamedTuple):
-    """Content of one column: time [s], state of the robot, preferred and chosen acceleration (2,) [m/s^2]."""
+    """Content of one column: time [s], state of the robot, preferred and chosen acceleration (2,) [m/s^2].
+
+    `label` and `preferred_label` are the offsets [pt] of their labels.
+    """
 
     now: float
     state: State
     preferred: Array | None
     chosen: Array
+    label: tuple[float, float]
+    preferred_label: tuple[float, float] = (0.0, 0.0)
 
 
 def one_acceleration(scenario: Scenario) -> Array:
@@ -68,10 +76,10 @@ def roundabout_crossing() -> Figure:
     goal = np.array([RIM_RADIUS, 0.0])
     chosen = one_acceleration(scenario)
     snapshots = []
-    for now in (0.0, 2.0):
+    for now, label in zip((0.0, 2.0), CROSSING_LABELS):
         position_now = START.position + now * (START.velocity + 0.5 * now * chosen)
         state = State(position_now, START.velocity + now * chosen, chosen)
-        snapshots.append(Snapshot(now, state, None, chosen))
+        snapshots.append(Snapshot(now, state, None, chosen, label))
     return _figure(scenario, snapshots, goal)
 
 
@@ -84,10 +92,10 @@ def roundabout_exit() -> Figure:
     )
     record = done.recording
     snapshots = []
-    for k in DRAWN_DECISIONS:
+    for k, *labels in zip(DRAWN_DECISIONS, EXIT_LABELS, PREFERRED_LABELS):
         state = State(record.positions[k, 0], record.velocities[k, 0])
         preferred = preferred_acceleration(state, goal, LIMIT)
-        snapshots.append(Snapshot(float(record.times[k]), state, preferred, record.accelerations[k, 0]))
+        snapshots.append(Snapshot(float(record.times[k]), state, preferred, record.accelerations[k, 0], *labels))
 
     def track(until: float) -> Array:
         return positions_at(record, 0, np.linspace(0.0, until, 81))
@@ -115,14 +123,17 @@ def _figure(
                 resolution=201,
                 decorations=False,
             )
-            drawing.pointed_control(lower, snapshot.chosen, "chosen", offset=LABEL_OFFSET)
+            drawing.pointed_control(lower, snapshot.chosen, "chosen", offset=snapshot.label)
+            if snapshot.preferred is not None:
+                drawing.label(lower, snapshot.preferred, "preferred", offset=snapshot.preferred_label, color=ROBOT)
             drawing.name_axes(lower, "a", "m/s²")
             for outline in lower.collections:
                 # The outlines of 30 cars would hide the free set.
                 outline.remove()
-        drawing.time_bar(below[-1], HORIZON, "time to collision [s]")
-        if snapshots[0].preferred is not None:
-            drawing.time_bar(above[-1], HORIZON, "time to collision [s]")
+        # The cars above have times to collision only where there is a preferred acceleration.
+        first, last = below[-1], (below if snapshots[0].preferred is None else above)[-1]
+        height = (last.get_position().y1 - first.get_position().y0) / first.get_position().height
+        drawing.time_bar(first, HORIZON, "time to collision [s]", height=height)
     return figure
 
 
@@ -154,6 +165,10 @@ def _workspace(ax: Axes, blocked: ControlObstacle, snapshot: Snapshot, goal: Arr
         track=track,
         extent=VIEW,
     )
+    for drawn in ax.lines:
+        if drawn.get_gid() == "manoeuvre-path":
+            # The path passes cars that are elsewhere when the robot is there; its white border would hide them.
+            drawn.set(path_effects=[], zorder=2)
     for line in ax.collections:
         # Thirty fading paths on three circles: the circles show the same.
         line.remove()

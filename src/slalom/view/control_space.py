@@ -90,7 +90,7 @@ def control_space(
         )
         for t in elements:
             _element(ax, blocked, float(t), height)
-        handles = _controls(ax, preferred_control, chosen_control, (left, right, low, high), height, chosen_label)
+        handles = _controls(ax, blocked, preferred_control, chosen_control, (left, right, low, high), chosen_label)
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
         if decorations:
@@ -222,15 +222,22 @@ def _element(ax: Axes, blocked: ControlObstacle, t: float, height: float | None)
 
 
 def _controls(
-    ax: Axes, preferred: Array | None, chosen: Array | None, extent: Extent, height: float | None, chosen_label: str
+    ax: Axes,
+    blocked: ControlObstacle,
+    preferred: Array | None,
+    chosen: Array | None,
+    extent: Extent,
+    chosen_label: str,
 ) -> list[Line2D]:
     """Draw markers of the controls; return their legend entries.
 
-    A control outside the panel is marked at the border, with its coordinates in the legend.
+    A control outside the panel is marked at the border, with its coordinates in the legend. The colour there is that of
+    another control; therefore the marker of a preferred one has the colour of its own time to collision.
     """
     handles = []
     corner, opposite = np.array(extent[0::2]), np.array(extent[1::2])
     inset = 0.02 * (opposite - corner)
+    height = None if blocked.dimension == 2 else _through(preferred, chosen)
     for point, gid, label in ((preferred, "preferred", "preferred"), (chosen, "chosen", chosen_label)):
         if point is None:
             continue
@@ -239,12 +246,15 @@ def _controls(
         suffix = f" (at {point[0]:.2g}, {point[1]:.2g})".replace("-", "−") if outside else ""
         if height is not None and abs(point[2] - height) > 1e-9:
             suffix += " (off section)"
+        contact = float(blocked.time_to_collision(point)) if hollow and suffix else np.inf
+        if np.isfinite(contact):
+            suffix += ", hit"
         (mark,) = ax.plot(
             *np.clip(point[:2], corner + inset, opposite - inset),
             linestyle="none",
             marker="D" if outside else "o",
             markersize=6.0 if hollow else 5.2,
-            markerfacecolor="white" if hollow else ROBOT,
+            markerfacecolor=_face(blocked, contact) if hollow else ROBOT,
             markeredgecolor=ROBOT if hollow else "white",
             markeredgewidth=1.4 if hollow else 0.7,
             label=label + suffix,
@@ -254,6 +264,17 @@ def _controls(
         mark.set_gid(gid)
         handles.append(mark)
     return handles
+
+
+def _through(preferred: Array | None, chosen: Array | None) -> float | None:
+    """Return the third component of the control whose section is drawn, None without any control."""
+    through = preferred if chosen is None else chosen
+    return None if through is None else float(through[2])
+
+
+def _face(blocked: ControlObstacle, contact: float) -> Any:
+    """Return the colour of a time to collision [s], white for none."""
+    return colour_at(time_scale(blocked.horizon), contact) if np.isfinite(contact) else "white"
 
 
 def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles: list[Line2D]) -> None:

@@ -1,5 +1,6 @@
 """Admissible set, preferred and chosen control of a decision, in the control space that is drawn."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from slalom.checks import Array
@@ -9,8 +10,11 @@ from slalom.goal import Goal
 from slalom.limits import Admissible
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation, preferred_control
+from slalom.obstacle.window import ObstacleWindow
+from slalom.path_goal import PathGoal
 from slalom.response import Response
 from slalom.state import State
+from slalom.tolerances import PATH_BRAKING
 from slalom.view.kinds import kind
 
 
@@ -50,6 +54,34 @@ class DrawnControls(NamedTuple):
         return cls(admissible, preferred, None, "")
 
 
+def target_of(
+    goal: Goal, navigator: Navigator, state: State, window: ObstacleWindow, progress: float | None
+) -> tuple[Goal, float]:
+    """Return what a robot drives to until its next decision, and the largest speed [m/s] there.
+
+    On a path this is a point ahead, as `Navigator.decide` takes it; `progress` [m] is that of the decision, or None.
+    """
+    limits = navigator.limits
+    if not isinstance(goal, PathGoal):
+        return goal, limits.max_speed
+    step = goal.step(
+        state.position,
+        progress,
+        limits.max_speed,
+        PATH_BRAKING * limits.braking,
+        navigator.period,
+        navigator.robot.bounding_radius,
+        lambda point: window.covers(point, navigator.robot, navigator.margin),
+    )
+    return step.goal, step.max_speed
+
+
+def preferred_of(navigator: Navigator, situation: Situation, max_speed: float) -> Array:
+    """Return the control (d,) that the objective prefers with this largest speed [m/s]."""
+    limits = replace(situation.limits, max_speed=max_speed)
+    return preferred_control(navigator.objective.aims(replace(situation, limits=limits)))
+
+
 def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> DrawnControls:
     """Return the controls of a decision, in the control space of `decision.blocked`."""
     blocked = decision.blocked
@@ -57,6 +89,7 @@ def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> Draw
     admissible = navigator.limits.admissible(response, state, navigator.horizon)
     preferred = decision.preferred
     if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
-        situation = Situation(response, state, goal, navigator.limits, admissible, now, navigator.horizon)
-        preferred = preferred_control(navigator.objective.aims(situation))
+        target, max_speed = target_of(goal, navigator, state, blocked.obstacles, decision.progress)
+        situation = Situation(response, state, target, navigator.limits, admissible, now, navigator.horizon)
+        preferred = preferred_of(navigator, situation, max_speed)
     return DrawnControls.of(response, state, admissible, preferred, decision.manoeuvre, now, navigator.period)

@@ -20,10 +20,13 @@ from slalom.goal import Goal
 from slalom.manoeuvre import Manoeuvre
 from slalom.obstacle import Obstacle
 from slalom.obstacle.minkowski import outline_parts
+from slalom.path_goal import PathGoal
 from slalom.shape import Shape
 from slalom.view.bodies import body, box_of, parts_at
 from slalom.view.control_space import Extent, control_space
-from slalom.view.drawn_controls import DrawnControls, drawn_controls
+from slalom.view.drawn_controls import DrawnControls, drawn_controls, target_of
+from slalom.view.extent import padded_extent, times_within
+from slalom.view.goals import draw_goal, goal_box
 from slalom.view.kinds import kind
 from slalom.view.regions import admissible_region
 from slalom.view.style import (
@@ -36,7 +39,7 @@ from slalom.view.style import (
     halo,
     style,
 )
-from slalom.view.workspace import disc_box, draw_goal, label_axes, padded_extent, times_within, workspace
+from slalom.view.workspace import label_axes, workspace
 
 TIMES: Final = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.06, 1.0, 256)))
 """Colour map of the times of a run: later is darker."""
@@ -73,8 +76,11 @@ def decision(
     state, traffic = blocked.state, blocked.obstacles
     controls = drawn_controls(decision, navigator, goal)
     preferred_manoeuvre = Manoeuvre(blocked.response, state, controls.preferred, traffic.start)
+    target = None
+    if isinstance(goal, PathGoal):
+        target, _ = target_of(goal, navigator, state, traffic, decision.progress)
     with style():
-        left, right = axes or _panels(3 + (track is not None) + uncertainty)
+        left, right = axes or _panels(3 + (track is not None) + uncertainty + (target is not None))
         figure = left.get_figure(root=True)
         assert figure is not None
         workspace(
@@ -83,6 +89,7 @@ def decision(
             state=state,
             robot=navigator.robot,
             goal=goal,
+            target=target,
             manoeuvre=decision.manoeuvre,
             preferred=preferred_manoeuvre,
             track=track,
@@ -195,9 +202,8 @@ def paths(
     start, end = float(stamps[0]), float(stamps[-1])
     scale = ScalarMappable(Normalize(start, end), TIMES)
     snapshot_times = np.linspace(start, end, max(2, snapshots))
-    goal_box = [] if goal is None else [disc_box(goal.position(end), goal.tolerance)]
     corners = [
-        *goal_box,
+        *([] if goal is None else [goal_box(goal, end)]),
         *(box_of(parts_at(robot, point)) for point in track_points),
         *obstacle_boxes(obstacles, snapshot_times),
     ]

@@ -1,6 +1,7 @@
 """Pictures of a recorded run over time: robots, obstacles, goals and trails in the workspace."""
 
 from collections.abc import Sequence
+from math import ceil
 from typing import Any, Final
 
 import numpy as np
@@ -22,6 +23,7 @@ from slalom.shape import Part
 from slalom.sim import Recording
 from slalom.view.bodies import body, silhouette
 from slalom.view.extent import TIMES, drawn_box
+from slalom.view.goals import draw_goal_path
 from slalom.view.style import GOAL, INK, NEUTRAL, ROBOT, style
 
 Pixels = npt.NDArray[np.uint8]
@@ -32,11 +34,13 @@ COLOURS: Final = (ROBOT, "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 DOTS: Final = 100
 """[dots per inch] Resolution of the pictures; fonts have 7 to 8 points."""
 LEFT, RIGHT, BASE, TOP = 50, 12, 40, 30
-"""[pixel] Margins around a panel."""
+"""[pixel] Margins around a panel; the left one is larger where the numbers of its axis are longer."""
 NARROWEST, WIDEST = 320, 3840
 """[pixel] Limits of the width of a picture."""
-FLATTEST, TALLEST = 0.4, 1.0
-"""[1] Limits of the height of a panel, as a share of its width."""
+FLATTEST, TALLEST = 0.12, 1.0
+"""[1] Limits of the height of a panel, as a share of its width. A flatter one has no space for its label."""
+LABEL_GAP: Final = 4
+"""[pixel] Least distance of a label from the border of the picture."""
 SLOWEST, FASTEST = 0.1, 60.0
 """[1/s] Limits of the pictures in a second of video."""
 MOST_PICTURES: Final = 1_000_000
@@ -89,13 +93,28 @@ class Film(Sequence[Pixels]):
     def _lay_out(self) -> None:
         """Draw the bodies at rest, once."""
         run = self.recording
-        goals = [goal.position(self.times[0]) for goal in run.goals] if run.period is None else []
+        goals = run.goals if run.period is None else ()
+        ways = [g.points if isinstance(g, PathGoal) else g.position(self.times[0])[None] for g in goals]
         every = max(1, len(run.times) // TIMES)
-        points = np.concatenate([run.positions[::every].reshape(-1, run.dimension), *(g[None] for g in goals)])
+        points = np.concatenate([run.positions[::every].reshape(-1, run.dimension), *ways])
         radius = max(shape.bounding_radius for shape in run.shapes)
         low, high = drawn_box(points, radius, run.obstacles, float(self.times[0]), float(self.times[-1]))
-        views = VIEWS[run.dimension]
-        across = self.width // len(views) - LEFT - RIGHT
+        canvas = self._drawn_panels(low, high, LEFT)
+        cut = ceil(max(self._cut(k) for k in range(len(self.axes))))
+        left = LEFT + max(0, cut)
+        if cut > 0:
+            canvas = self._drawn_panels(low, high, left)
+        figure, base = canvas.figure, 1.0 - 0.5 * TOP / self.height
+        figure.text(left / self.width, base, f"{run.scenario}, {run.method}", va="center", fontsize=8)
+        self._clock = figure.text(1.0 - RIGHT / self.width, base, "", va="center", ha="right", fontsize=8)
+        self._clock.set_animated(True)
+        canvas.draw()
+        self._canvas, self._still = canvas, canvas.copy_from_bbox(figure.bbox)
+
+    def _drawn_panels(self, low: Array, high: Array, margin: int) -> Any:
+        """Return the canvas of a new figure with the panels of a box (d,) [m], with this left margin [pixel]."""
+        run, views = self.recording, VIEWS[self.recording.dimension]
+        across = self.width // len(views) - margin - RIGHT
         ratios = [(high[y] - low[y]) / (high[x] - low[x]) for x, y, *_ in views]
         tall = round(across * float(np.clip(max(ratios), FLATTEST, TALLEST)))
         self.height = 2 * ((tall + BASE + TOP) // 2)
@@ -103,19 +122,21 @@ class Film(Sequence[Pixels]):
         canvas: Any = FigureCanvasAgg(figure)
         self._panels, self.axes = list[_Panel](), list[Axes]()
         for k, (x, y, *labels) in enumerate(views):
-            left = k * self.width / len(views) + LEFT
+            left = k * self.width / len(views) + margin
             place = (left / self.width, BASE / self.height, across / self.width, tall / self.height)
             ax = figure.add_axes(place)
             ax.set(xlabel=labels[0], ylabel=labels[1])
             self.axes.append(ax)
             self._panels.append(_Panel(ax, run, (x, y), (low, high), tall / across))
-        title = f"{run.scenario}, {run.method}"
-        base = 1.0 - 0.5 * TOP / self.height
-        figure.text(LEFT / self.width, base, title, va="center", fontsize=8)
-        self._clock = figure.text(1.0 - RIGHT / self.width, base, "", va="center", ha="right", fontsize=8)
-        self._clock.set_animated(True)
         canvas.draw()
-        self._canvas, self._still = canvas, canvas.copy_from_bbox(figure.bbox)
+        return canvas
+
+    def _cut(self, k: int) -> float:
+        """Return the width [pixel] by which the vertical axis of panel k exceeds the space on its left."""
+        ax = self.axes[k]
+        drawn = ax.yaxis.get_tightbbox()
+        space = k * self.width / len(self.axes) + LABEL_GAP
+        return 0.0 if drawn is None else space - float(drawn.x0)
 
     def __len__(self) -> int:
         return len(self.times)
@@ -181,8 +202,7 @@ class _Panel:
             ring = [Outline.circle(radius=goal.tolerance) for goal in run.goals]
             self._goals.set(paths=ring, edgecolors=colours if n > 1 else [GOAL], facecolors="none")
             for goal in run.goals:
-                if isinstance(goal, PathGoal):
-                    ax.plot(*goal.points.T[self._axes], color=GOAL, linewidth=0.8, linestyle=(0, (4, 2)), zorder=2)
+                draw_goal_path(ax, goal, self._axes)
         drawn = (self._others, self._trails, self._goals, self._robots, self._arrows)
         self._drawn = [artist for artist in drawn if artist is not None]
         for artist in self._drawn:

@@ -14,11 +14,14 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
 from slalom.checks import Array
+from slalom.path_goal import PathGoal
 from slalom.sim import Recording
 from slalom.view.bodies import body, box_of, parts_at
+from slalom.view.extent import padded_extent
 from slalom.view.figure import TIMES, column_axes, obstacle_boxes, obstacle_paths
+from slalom.view.goals import draw_goal_path
 from slalom.view.style import GOAL, INK, NEUTRAL, colour_at, colour_bar, halo, style
-from slalom.view.workspace import label_axes, padded_extent
+from slalom.view.workspace import label_axes
 
 _HEAD: Final = 0.45
 """[inch] Height of the title and the legend of a fleet."""
@@ -57,6 +60,7 @@ def fleet(recording: Recording, *, names: bool = False, title: str | None = None
     corners = [box_of(parts_at(shape, positions[0, k])) for k, shape in enumerate(recording.shapes)]
     corners += [positions[:, k, :2] for k in range(positions.shape[1])]
     corners += [np.asarray(goal.position(float(times[-1])))[None, :2] for goal in goals]
+    corners += [goal.points[:, :2] for goal in goals if isinstance(goal, PathGoal)]
     left, right, low, high = padded_extent(np.concatenate(corners + obstacle_boxes(recording.obstacles, ends)), 0.4)
     with style():
         ax = column_axes((high - low) / (right - left), _HEAD)
@@ -67,6 +71,7 @@ def fleet(recording: Recording, *, names: bool = False, title: str | None = None
             _robot(ax, recording, k, scale)
         for k, goal in enumerate(goals):
             ax.plot(*goal.position(float(times[-1]))[:2], **_CROSS, gid=f"goal-{k}", zorder=4.5)
+            draw_goal_path(ax, goal)
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
         if names:

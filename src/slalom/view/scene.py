@@ -13,8 +13,10 @@ from slalom.kernels.arrays import Flags
 from slalom.obstacle.minkowski import outline_parts
 from slalom.sim.scenario import Scenario
 from slalom.view.bodies import body, box_of, parts_at
+from slalom.view.extent import padded_extent
+from slalom.view.goals import draw_goal, goal_box
 from slalom.view.style import INK, NEUTRAL, ROBOT, style
-from slalom.view.workspace import disc_box, draw_goal, label_axes, padded_extent
+from slalom.view.workspace import label_axes
 
 SIDE, DOTS = 4.8, 100
 """[inch] Width and height of the picture, and its resolution [dots per inch]."""
@@ -40,7 +42,7 @@ class Picture:
         with style():
             self._axes = self.figure.add_axes((0.13, 0.11, 0.84, 0.83))
         boxes = [box_of(parts_at(robot.shape, robot.state.position)) for robot in scenario.robots]
-        boxes += [disc_box(r.goal.position(scenario.start), r.goal.tolerance) for r in scenario.robots]
+        boxes += [goal_box(r.goal, scenario.start) for r in scenario.robots]
         boxes += [box_of(outline_parts(o, scenario.start)) for o in scenario.obstacles if o.exists(scenario.start)]
         self._extent = padded_extent(np.concatenate(boxes), 1.0)
 

@@ -13,6 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.ticker import Locator
 
@@ -142,6 +143,28 @@ def disc(ax: Axes, centre: Sequence[float] | Array, radius: float, gid: str, **p
     return patch
 
 
+def dot(face: Any, edge: Any, label: str) -> Line2D:
+    """Return a legend entry for a disc."""
+    return Line2D(
+        [], [], linestyle="none", marker="o", markersize=5.5, markerfacecolor=face, markeredgecolor=edge, label=label
+    )
+
+
+def write_height(ax: Axes, center: Array, radius: float) -> None:
+    """Write the height z [m] beside a ball."""
+    text = ax.annotate(
+        f"{center[2]:.1f}".replace("-", "−"),
+        (center[0] + 0.75 * radius, center[1] + 0.75 * radius),
+        xytext=(1, 1),
+        textcoords="offset points",
+        fontsize=6,
+        color=INK,
+        zorder=8,
+    )
+    text.set_path_effects(halo(1.6))
+    text.set_gid("height")
+
+
 def fading_line(ax: Axes, points: Array, colour: Any, *, width: float, min_opacity: float, zorder: float) -> None:
     """Draw a line through `points` (n, d), opaque at the first point and of `min_opacity` at the last."""
     pieces = np.stack([points[:-1, :2], points[1:, :2]], axis=1)
@@ -156,11 +179,13 @@ def legend_below(ax: Axes, handles: Sequence[Any], columns: int) -> None:
     ax.legend(handles=list(handles), loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns, borderaxespad=0.0)
 
 
-def colour_bar(scale: ScalarMappable, ax: Axes, label: str, ticks: Locator | None = None) -> None:
-    """Draw a colour bar beside `ax`, of the same height; its `ticks` are by default those of the scale."""
+def colour_bar(
+    scale: ScalarMappable, ax: Axes, label: str, ticks: Locator | None = None, *, height: float = 1.0
+) -> None:
+    """Draw a colour bar beside `ax`; its `ticks` are by default those of the scale, its `height` 1 that of `ax`."""
     figure = ax.get_figure(root=False)
     assert figure is not None
-    bar = figure.colorbar(scale, cax=ax.inset_axes((1.02, 0.0, 0.04, 1.0)), spacing="proportional", ticks=ticks)
+    bar = figure.colorbar(scale, cax=ax.inset_axes((1.02, 0.0, 0.04, height)), spacing="proportional", ticks=ticks)
     bar.set_label(label)
     bar.ax.tick_params(width=0.5, length=2)
     bar.outline.set_linewidth(0.5)

@@ -17,26 +17,24 @@ from slalom.obstacle.minkowski import outline_parts
 from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.trajectory import Trajectory
 from slalom.view.bodies import body, box_of, parts_at
+from slalom.view.extent import Extent, padded_extent, times_within
+from slalom.view.goals import draw_goal, draw_target, goal_box
 from slalom.view.style import (
     FAINT,
-    GOAL,
     INK,
     NEUTRAL,
     ROBOT,
     colour_at,
-    disc,
+    dot,
     fading_line,
     halo,
     legend_below,
     style,
     time_scale,
+    write_height,
 )
 from slalom.view.uncertain import uncertain_regions
-
-Extent = tuple[float, float, float, float]
-"""Limits x from, x to, y from, y to of the panel [m]."""
 
 _HEIGHT_LABEL: Final = (0.075, 0.04)
 """[1] Width and height of the label of a height as shares of the panel, at the width of a page."""
@@ -52,6 +50,7 @@ def workspace(
     state: State,
     robot: Shape,
     goal: Goal | None = None,
+    target: Goal | None = None,
     manoeuvre: Manoeuvre | None = None,
     preferred: Manoeuvre | None = None,
     track: npt.ArrayLike | None = None,
@@ -66,6 +65,7 @@ def workspace(
     Args:
         traffic: predicted obstacles, from its `start` over its `horizon`.
         state, robot: state and shape of the robot now; an arrow shows its displacement in one second.
+        target: point of the path of a `PathGoal` to which the preferred control leads.
         manoeuvre: chosen manoeuvre, drawn over the horizon with a dot at every second.
         preferred: manoeuvre of the preferred control, dashed up to the first contact, where both outlines are drawn.
         track: positions (T, d) [m] up to now.
@@ -92,6 +92,8 @@ def workspace(
             _contact(ax, traffic, robot, preferred, times)
         if goal is not None:
             handles.append(draw_goal(ax, goal, traffic.start, traffic.start, traffic.start + traffic.horizon))
+        if target is not None:
+            handles.append(draw_target(ax, target.position(traffic.start)))
         if uncertainty:
             handles += uncertain_regions(ax, traffic)
         left, right, low, high = extent or _extent(traffic, state, robot, goal, past)
@@ -118,28 +120,6 @@ def label_axes(ax: Axes, view: str) -> None:
     """Label the axes; `view` describes the projection in space."""
     ax.set_xlabel(f"x [m]{view}")
     ax.set_ylabel("y [m]", labelpad=1)
-
-
-def times_within(trajectory: Trajectory, start: float, end: float, count: int) -> Array:
-    """Return evenly spaced times (count,) [s] from start to end within the span of a trajectory; none if disjoint."""
-    first, last = trajectory.span
-    begin, finish = max(start, first), min(end, last)
-    return np.linspace(begin, finish, count) if begin < finish else np.empty(0)
-
-
-def write_height(ax: Axes, center: Array, radius: float) -> None:
-    """Write the height z [m] beside a ball."""
-    text = ax.annotate(
-        f"{center[2]:.1f}".replace("-", "−"),
-        (center[0] + 0.75 * radius, center[1] + 0.75 * radius),
-        xytext=(1, 1),
-        textcoords="offset points",
-        fontsize=6,
-        color=INK,
-        zorder=8,
-    )
-    text.set_path_effects(halo(1.6))
-    text.set_gid("height")
 
 
 def _thin_heights(ax: Axes, side: float) -> None:
@@ -182,17 +162,10 @@ def _obstacles(ax: Axes, traffic: ObstacleWindow, times: Array) -> list[Line2D]:
                 write_height(ax, obstacle.trajectory.position(traffic.start), obstacle.shape.bounding_radius)
     handles = []
     if np.any(np.isfinite(times)):
-        handles.append(_dot(colour_at(scale, float(times.min())), INK, "hit by preferred (colour: t)"))
+        handles.append(dot(colour_at(scale, float(times.min())), INK, "hit by preferred (colour: t)"))
     if not np.all(np.isfinite(times)):
-        handles.append(_dot(NEUTRAL, INK, "obstacle and path"))
+        handles.append(dot(NEUTRAL, INK, "obstacle and path"))
     return handles
-
-
-def _dot(face: Any, edge: Any, label: str) -> Line2D:
-    """Return a legend entry for a disc."""
-    return Line2D(
-        [], [], linestyle="none", marker="o", markersize=5.5, markerfacecolor=face, markeredgecolor=edge, label=label
-    )
 
 
 def _robot_paths(
@@ -265,33 +238,7 @@ def _robot(ax: Axes, state: State, robot: Shape) -> Line2D:
         )
         arrow.set_gid("velocity")
         ax.add_patch(arrow)
-    return _dot(ROBOT, INK, "robot, arrow: 1 s")
-
-
-def draw_goal(ax: Axes, goal: Goal, now: float, start: float, end: float) -> Line2D:
-    """Draw the goal at time `now` [s]: tolerance as a circle, a cross at the center, and its path if it moves."""
-    center = goal.position(now)
-    disc(ax, center, goal.tolerance, "goal", fill=False, edgecolor=GOAL, linewidth=1.1, zorder=5.8)
-    ax.plot(*center[:2], linestyle="none", marker="+", markersize=5, markeredgewidth=0.9, color=GOAL, zorder=5.8)
-    if center.size == 3:
-        write_height(ax, center, goal.tolerance)
-    path_times = times_within(goal.trajectory, start, end, 49)
-    if path_times.size and goal.trajectory.speed_bound(float(path_times[0]), float(path_times[-1])) > 0.0:
-        fading_line(ax, goal.position(path_times), GOAL, width=0.8, min_opacity=0.1, zorder=2.1)
-    return _dot("none", GOAL, "goal")
-
-
-def padded_extent(points: Array, min_aspect: float) -> Extent:
-    """Return a bounding box of points (n, 2) with a margin of 5 %; the ratio of its sides is at least `min_aspect`."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    middle, sides = 0.5 * (low + high), 1.1 * (high - low)
-    half = 0.5 * np.maximum(sides, max(min_aspect * float(sides.max()), 1e-3))
-    return (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1])
-
-
-def disc_box(center: Array, radius: float) -> Array:
-    """Return the lower and upper corner (2, 2) of the bounding box of a disc."""
-    return np.array([center[:2] - radius, center[:2] + radius])
+    return dot(ROBOT, INK, "robot, arrow: 1 s")
 
 
 def _extent(traffic: ObstacleWindow, state: State, robot: Shape, goal: Goal | None, track: Array | None) -> Extent:
@@ -301,7 +248,7 @@ def _extent(traffic: ObstacleWindow, state: State, robot: Shape, goal: Goal | No
         if obstacle.exists(traffic.start):
             points.append(box_of(outline_parts(obstacle, traffic.start)))
     if goal is not None:
-        points.append(disc_box(goal.position(traffic.start), goal.tolerance))
+        points.append(goal_box(goal, traffic.start))
     if track is not None:
         points.append(track[:, :2])
     return padded_extent(np.concatenate(points), 1.0)

@@ -14,6 +14,7 @@ from slalom.goal import Goal
 from slalom.limits import HalfSpace, Limits
 from slalom.obstacle import Headings, Obstacle
 from slalom.path import Path
+from slalom.path_goal import PathGoal
 from slalom.shape import SHAPES, Shape, Union
 from slalom.sim.measure.hdf5_tree import Group, Texts, Value
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
@@ -135,7 +136,12 @@ def load_goal(group: Group) -> Goal:
     """Return the goal of the group of a robot."""
     trajectory = load_part(member(group.groups, "goal"), TRAJECTORIES)
     tolerance, stop = (scalar(group.attributes, name) for name in ("goal_tolerance", "goal_stop"))
-    return Goal(trajectory, tolerance, bool(stop))
+    path = group.groups.get("goal_path")  # files of older versions hold only the end of a path
+    if path is None:
+        return Goal(trajectory, tolerance, bool(stop))
+    speeds = numbers(path.datasets, "speeds") if "speeds" in path.datasets else None
+    lookahead = scalar(path.attributes, "lookahead")
+    return PathGoal(numbers(path.datasets, "points"), speeds, tolerance, bool(stop), lookahead=lookahead)
 
 
 def load_limits(group: Group, dimension: int) -> Limits:

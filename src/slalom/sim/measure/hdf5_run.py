@@ -8,6 +8,7 @@ import numpy as np
 
 from slalom.bounds import BOUNDS
 from slalom.obstacle import Headings
+from slalom.path_goal import PathGoal
 from slalom.sim.measure.hdf5_parts import HALF_SPACES, save_part, save_shape, save_trajectory
 from slalom.sim.measure.hdf5_units import add_units
 from slalom.uncertainty import UNCERTAINTIES
@@ -70,6 +71,11 @@ def _save_parts(run: Any, recording: "Recording") -> None:
             save_part(group.create_group(f"bounds/{j}"), bound, BOUNDS)
         group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
         save_trajectory(group.create_group("goal"), goal.trajectory, *span)
+        if isinstance(goal, PathGoal):
+            path = group.create_group("goal_path")
+            path["points"], path.attrs["lookahead"] = goal.points, goal.lookahead
+            if goal.speeds is not None:
+                path["speeds"] = goal.speeds
     for k, obstacle in enumerate(recording.obstacles):
         group = run.create_group(f"obstacles/{k}")
         group.attrs.update(name=obstacle.name, contact_at_rest=obstacle.contact_at_rest)
