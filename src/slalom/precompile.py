@@ -111,11 +111,16 @@ def fleets() -> None:
 
 
 def look_ahead() -> None:
-    """The search over sequences of accelerations, among discs and among polygons."""
-    state, goal = State((0.0, 0.0), (1.0, 0.0)), Goal(Stationary((9.0, 0.0)), 0.5)
+    """The search over sequences of accelerations, among discs and among polygons, and again with other predictions."""
+    goal = Goal(Stationary((9.0, 0.0)), 0.5)
     for body in (Disc(0.5), Rectangle(1.0, 0.5)):
-        robot = LookAhead(Navigator(METHODS["nao_ahead"], Disc(0.4), LIMITS))
-        robot.decide(state, [Obstacle(body, ConstantVelocity((5.0, 0.2), (-0.5, 0.0)))], goal)
+        robot, decision = LookAhead(Navigator(METHODS["nao_ahead"], Disc(0.4), LIMITS)), None
+        for now, y in ((0.0, 0.2), (0.1, 0.3)):
+            state = State((now, 0.0), (1.0, 0.0))
+            if decision is not None:
+                state = State(decision.manoeuvre.position(now), decision.manoeuvre.velocity(now))
+            obstacles = [Obstacle(body, ConstantVelocity((5.0, y), (-0.5, 0.0)))]
+            decision = robot.decide(state, obstacles, goal, now=now, previous=decision)
 
 
 def crowd() -> None:

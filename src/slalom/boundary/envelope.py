@@ -235,7 +235,7 @@ class Nodes(NamedTuple):
 
 def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control: Array) -> Nodes:
     """Discs of the points in rows (k,) with control points (4, 4, k) that may overlap the window."""
-    view = np.array([*window.center, window.radius, window.tolerance])
+    view, control = np.array([*window.center, window.radius, window.tolerance]), np.ascontiguousarray(control)
     piece, (begin, end), points, sharp = kernels.grazing_discs(control, segments.bounding_radius[rows], view)
     spans = Spans(rows[piece], begin, end, np.ascontiguousarray(np.moveaxis(points, 0, 2)), sharp)
     same, joint = spans.continues(linked_rows(segments))

@@ -238,7 +238,8 @@ class ObstacleWindow:
     def _measure(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         bodies = self.bodies(robot)
         now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
-        found = kernels.distances_now(now, bodies.hulls, position)
+        # The kernel is compiled once for arrays that can be written, and once more for others.
+        found = kernels.distances_now(now, bodies.hulls, position.copy())
         return found[:, 0], found[:, 1 : 1 + position.size]
 
 
