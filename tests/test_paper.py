@@ -161,21 +161,29 @@ def stored(name: str) -> dict:
     return json.loads((DOCS / "images" / "paper" / f"{name}.json").read_text())
 
 
+def holds(rows: list[dict], made: dict) -> bool:
+    """Whether one of the rows has the same values, numbers to rounding."""
+    return any(
+        all(pytest.approx(made[name], rel=1e-6) == row[name] for name in made if isinstance(row[name], float | int))
+        and all(made[name] == row[name] for name in made if not isinstance(row[name], float | int))
+        for row in rows
+    )
+
+
 def test_the_results_of_the_page_are_those_of_this_version() -> None:
-    """One row of each claim whose runs are simulated, made again: the numbers of the page, to rounding."""
-    kept, cell = stored("oscillation"), claims_oscillation.cells()[-1]._replace(robots=4)
+    """One row of each claim whose runs are simulated, made again: the numbers of the page."""
+    kept = stored("oscillation")
+    cell = next(one for one in claims_oscillation.cells() if one[:3] == ("nao", "both", 4))
     runs = [claims_oscillation.run_metrics(cell, seed, kept["duration"]) for seed in range(kept["seeds"])]
-    assert pytest.approx(claims_oscillation.aggregate(cell, runs), rel=1e-6) in kept["rows"]
+    assert holds(kept["rows"], claims_oscillation.aggregate(cell, runs))
 
     kept, setting = stored("smoothness"), claims_smooth.SETTINGS[-1]
     runs = [claims_smooth.run_metrics(setting, seed, kept["duration"]) for seed in range(kept["seeds"])]
-    row = next(row for row in kept["rows"] if row["method"] == setting.method and row["replan"] == setting.replan)
-    for name in set(claims_smooth.NAMES) - {"collisions", "arrived"}:
-        assert row[name] == pytest.approx(np.mean([run[name] for run in runs]), rel=1e-6), name
+    means = {name: float(np.mean([run[name] for run in runs])) for name in claims_smooth.NAMES[2:]}
+    assert holds(kept["rows"], {**setting._asdict(), **means})
 
     kept, quick = stored("sweep"), sweep.cells()[-1]
-    runs = sweep.metrics_of_seeds(quick, range(kept["seeds"]))
-    assert pytest.approx(sweep.aggregate(quick, runs), rel=1e-6) in kept["rows"]
+    assert holds(kept["rows"], sweep.aggregate(quick, sweep.metrics_of_seeds(quick, range(kept["seeds"]))))
 
 
 def test_titles_are_those_of_the_entries() -> None:
