@@ -774,7 +774,6 @@ BAD = [
     (f"compare empty --page {LONG}.md", r"\.md: expected a file that can be written, found a name that is too long$"),
     (f"run {LONG}.h5", r"expected a readable file, found a name that is too long$"),
     (f"convert {LONG}.csv a.csv", r"expected a readable file, found a name that is too long$"),
-    (f"ros replay {LONG} --goal 1,2", r"expected a bag of ROS, found a name that is too long$"),
     ("convert sample:roundabout_ring_11.csv a.csv --agents=", r"--agents: expected at least one agent .*, found none$"),
     ("fly empty", r"fly"),
     ("--fly", r"--fly"),

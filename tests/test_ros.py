@@ -162,3 +162,8 @@ def test_the_example_runs():
     done = subprocess.run([sys.executable, "examples/09_ros.py"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "0 differ" in done.stdout
+
+
+def test_a_name_too_long_for_a_bag_is_one_clear_line(capsys: pytest.CaptureFixture) -> None:
+    assert call(["ros", "replay", 300 * "a", "--goal", "1,2"]) == BAD_INPUT
+    assert capsys.readouterr().err.endswith("expected a bag of ROS, found a name that is too long\n")

@@ -150,7 +150,7 @@ class Tracks:
 
     def refuse_worlds(self, name: str) -> None:
         """Raise InvalidInput for tracks with numbers of worlds, where there is one world."""
-        if np.any(self.worlds != EVERY_WORLD):
+        if (self.worlds != EVERY_WORLD).any():
             raise InvalidInput(f"{name}: expected tracks without worlds, which only a fleet has, found some with")
 
     def refuse_probabilities(self, name: str) -> None:
