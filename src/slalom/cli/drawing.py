@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from cyclopts import Group, Parameter
 
@@ -13,6 +13,10 @@ GROUP = Group("How figures look", sort_key=2)
 FORMATS = (".svg", ".pdf", ".png")
 OPTIONS = {"width": "--figure-width", "resolution": "--resolution"}
 """Options of the arguments of the functions that size and write figures, for messages."""
+
+
+RESOLUTION: Final = 300.0
+"""Dots per inch, by default."""
 
 
 @Parameter(name="*", group=GROUP)
@@ -38,6 +42,11 @@ class VectorLook:
             if getattr(self, item.name) is not None:
                 positive(getattr(self, item.name), f"--{item.name.replace('_', '-')}")
 
+    @property
+    def dots(self) -> float:
+        """Dots per inch of what is drawn as pixels."""
+        return RESOLUTION
+
     def save(self, figure: Any, path: Path) -> Path:
         """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `writing`."""
         from slalom import view
@@ -45,7 +54,7 @@ class VectorLook:
         try:
             shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
             with writing(path):
-                return view.save(shown, path, resolution=getattr(self, "resolution", Look.resolution))
+                return view.save(shown, path, resolution=self.dots)
         except InvalidInput as error:
             name, _, text = str(error).partition(":")
             raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None
@@ -66,7 +75,11 @@ class Look(VectorLook):
         Dots per inch of .png files.
     """
 
-    resolution: float = 300.0
+    resolution: float = RESOLUTION
+
+    @property
+    def dots(self) -> float:
+        return self.resolution
 
 
 def drawable(figure: Path | None) -> None:

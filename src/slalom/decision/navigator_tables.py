@@ -105,7 +105,7 @@ class PolicyTables:
         return robots
 
     def give_back(self, robots: RobotTable) -> None:
-        """Keep a table of `robots` for the next decision: 35 new arrays take longer than to fill these."""
+        """Keep a table of `robots` for the next decision: a new one takes 7 us, a tenth of a short decision."""
         (n, pieces), q = robots.committed.points.shape[:2], robots.observed.points.shape[1]
         self._spare = {(n, pieces, q): robots}
 

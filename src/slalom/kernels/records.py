@@ -1,7 +1,7 @@
 """Records: rows of an array whose fields are numbers and small arrays, such as all that is known of one robot.
 
 A kernel takes an array of records as one argument, and one record as a pointer. With one array for each field a
-decision had 90 arrays, and every call of a kernel with all tables passed 900 numbers.
+decision had 84 arrays, and a call of a kernel with all tables passed up to 900 numbers.
 
 The length of an array in a record is a part of its type. `robot.position[:]` is of the type of any other array, for
 which the callee is compiled once.
