@@ -7,11 +7,13 @@ from draws import draws
 from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
 from slalom.kernels.guidance.grid_astar import (
     cell_costs,
+    farthest_in_sight,
+    goal_in_sight,
     line_of_sight,
-    next_waypoint,
+    new_search,
     path_lengths,
+    path_to_goal,
     shortest_path,
-    wall_costs,
 )
 from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
@@ -55,7 +57,9 @@ class TestPaths:
                             other = (x + a // 2, y + b) if abs(a) == 2 else (x + a, y + b // 2)
                             each = max(each, cost[middle], cost[other])
                         slow[x, y] = min(slow[x, y], slow[u, v] + np.hypot(a, b) * each)
-        found, most = path_lengths(cost, goal, (-1, -1), np.inf)
+        search = new_search(cost)
+        _, most = path_lengths(cost, goal, (-1, -1), np.inf, search)
+        found = search.lengths.reshape(cost.shape)
         assert all(found[cell] == pytest.approx(slow[cell]) for cell in cells)
         assert most == np.inf
 
@@ -73,27 +77,39 @@ class TestPaths:
             cost[a : a + 30, b] = WALL_COST
         ends = rng.integers(0, n, 4)
         goal, start = tuple(ends[:2]), tuple(ends[2:])
-        few, most = path_lengths(cost, goal, start, 6.0)
-        every, _ = path_lengths(cost, goal, start, np.inf)
-        known = every + np.hypot(x - ends[2], y - ends[3]) <= most
+        some, all_cells = new_search(cost), new_search(cost)
+        _, most = path_lengths(cost, goal, start, 6.0, some)
+        path_lengths(cost, goal, start, np.inf, all_cells)
+        few, every = some.lengths.reshape(n, n), all_cells.lengths.reshape(n, n)
+        # The shortest path in 16 directions where all cells are free, as the sum of two moves.
+        far, near = np.maximum(abs(x - ends[2]), abs(y - ends[3])), np.minimum(abs(x - ends[2]), abs(y - ends[3]))
+        steep = np.maximum(2 * near - far, 0)
+        straight = np.maximum(far - 2 * near, 0) + np.hypot(1, 1) * steep + np.hypot(1, 2) * (near - steep)
+        known = every + straight <= most - 1e-9
         np.testing.assert_array_equal(few[known], every[known])
         assert np.all(few >= every)
         assert np.isfinite(few).sum() < np.isfinite(every).sum()
-        whole, path = shortest_path(every, start, np.inf), shortest_path(few, start, most)
+        whole, path = shortest_path((n, n), start, np.inf, all_cells), shortest_path((n, n), start, most, some)
         assert path == whole or not path
         assert whole[-1] == goal
+        search = new_search(cost)
+        # A second search in the same memory finds the same.
+        assert path_to_goal(cost, goal, start, search) == path_to_goal(cost, goal, start, search) == whole
 
     def test_robots_that_have_arrived_and_walls_are_gone_around(self):
         clearance = np.full((41, 41), np.inf)
         clearance[20, 10:] = 0.0
         grid, positions = Grid(np.zeros(2), 0.1, clearance), np.array([(1.0, 1.0, 0.0), (2.7, 3.0, 0.0)])
-        cost = cell_costs(grid, wall_costs(grid, 0.2), 0.2, positions, np.array([0.2, 0.3]), np.array([1]), 0)
+        radii, parked = np.array([0.2, 0.3]), np.array([1])
+        cost = cell_costs(grid, 0.2, positions, radii, parked)
         assert cost[20, 30] == WALL_COST
         assert cost[27, 30] == cost[31, 30] == PARKED_COST
         assert cost[27, 36] == cost[10, 10] == 1.0
-        corner = np.zeros(3)
-        assert not next_waypoint(grid, cost, np.array([1.0, 1.0, 0.0]), np.array([1.5, 3.0, 0.0]), corner)
-        assert next_waypoint(grid, cost, np.array([1.0, 3.0, 0.0]), np.array([3.5, 3.0, 0.0]), corner)
+        positions[0] = (1.0, 1.0, 0.0)
+        assert goal_in_sight(grid, 0.2, positions, radii, parked, 0, np.array([1.5, 3.0, 0.0]))
+        positions[0], goal, corner = (1.0, 3.0, 0.0), np.array([3.5, 3.0, 0.0]), np.zeros(3)
+        assert not goal_in_sight(grid, 0.2, positions, radii, parked, 0, goal)
+        farthest_in_sight(grid, cost, positions[0], goal, new_search(cost), corner)
         assert line_of_sight(cost, 10.0, 30.0, corner[0] / 0.1, corner[1] / 0.1)
         assert corner[1] < 1.25
 

@@ -645,6 +645,13 @@ SEARCH_MARGIN: Final = 6.0
 Larger: more cells are searched. Smaller: all cells are searched more often. The path found is the same.
 """
 
+BUCKET_WIDTH: Final = 0.1
+"""[cell] Estimated lengths of paths that the queue of a search does not distinguish.
+
+Larger: cells are searched again when they are reached on a shorter path. Smaller: more empty buckets. The path found is
+the same.
+"""
+
 MAX_PATH_CELLS: Final = 4096
 """[cell] Cells of a path at most: more than a shortest path has on a grid of 400 by 400 cells without a maze.
 
@@ -1432,6 +1439,12 @@ GUIDED_ROBOTS_PER_THREAD: Final = 250
 """[1] Fewest robots whose targets are worth a thread; a target takes about a tenth of the time of a decision.
 
 Smaller: threads take longer to start than their targets to compute. Larger: fewer cores are used. It changes no target.
+"""
+
+SEARCHES_PER_THREAD: Final = 20
+"""[1] Fewest robots whose searches for waypoints are worth a thread: one search takes 3 us to several ms.
+
+Smaller: threads take longer to start than their robots to search. Larger: fewer cores are used. It changes no waypoint.
 """
 
 WAYPOINT_INTERVAL: Final = 5

@@ -23,6 +23,7 @@ from slalom.tolerances import (
     GRID_CELLS,
     GUIDED_ROBOTS_PER_THREAD,
     PARKED_SPEED,
+    SEARCHES_PER_THREAD,
     WAYPOINT_INTERVAL,
 )
 
@@ -112,16 +113,23 @@ class Guidance:
             kernels.keep_right(guide)
             kernels.give_way(guide, self.grid, self.margin, now, period)
             return
-        rows = np.arange(len(guide.radius))
-        parked = guide.present & guide.arrived & (np.linalg.norm(guide.velocity, axis=1) < PARKED_SPEED)
-        # Each robot searches anew at another decision of the interval.
-        due = guide.present & ~guide.arrived & ((rows + self._updates) % WAYPOINT_INTERVAL == 0)
-        at_goal = (guide.waypoint == guide.goal).all(axis=1)
-        guide.waypoint[at_goal] = guide.goal[at_goal]
-        kernels.update_waypoints(guide, self.grid, self.margin, np.flatnonzero(parked), np.flatnonzero(due))
-        map_in_threads(lambda part: kernels.update_targets(part, guide), rows, self.threads, GUIDED_ROBOTS_PER_THREAD)
+        self._search_waypoints()
+        update, rows = kernels.update_targets, np.arange(len(guide.radius))
+        map_in_threads(lambda part: update(part, guide), rows, self.threads, GUIDED_ROBOTS_PER_THREAD)
         kernels.give_way(guide, self.grid, self.margin, now, period)
         self._updates += 1
+
+    def _search_waypoints(self) -> None:
+        """Set waypoints around obstacles and robots at rest; each robot searches at its decision of the interval."""
+        guide, search, rows = self.guide, kernels.update_waypoints, np.arange(len(self.guide.radius))
+        still = np.linalg.norm(guide.velocity, axis=1) < PARKED_SPEED
+        parked = np.flatnonzero(guide.present & guide.arrived & still)
+        due = np.flatnonzero(guide.present & ~guide.arrived & ((rows + self._updates) % WAYPOINT_INTERVAL == 0))
+        # The costs of cells are made anew where the radius changes.
+        due = due[np.argsort(guide.radius[due], kind="stable")]
+        map_in_threads(
+            lambda part: search(guide, self.grid, self.margin, parked, part), due, self.threads, SEARCHES_PER_THREAD
+        )
 
     def _cover(self) -> None:
         """Make the grid anew if a goal, or a robot that is present, lies outside it."""

@@ -3,15 +3,14 @@
 Path lengths are in cells. Fractional cell coordinates (x, y) [cell] are (a, b) at the centre of cell (a, b).
 """
 
-import heapq
-
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.guidance.tables import Grid
+from slalom.kernels.guidance.tables import Grid, PathSearch
 from slalom.kernels.jit import kernel
 from slalom.kernels.squared import squared
 from slalom.tolerances import (
+    BUCKET_WIDTH,
     HALF_DIAGONAL,
     LONGEST_MOVE,
     MAX_PATH_CELLS,
@@ -25,6 +24,25 @@ from slalom.tolerances import (
     SQUARED_LENGTH_FLOOR,
     WALL_COST,
 )
+
+DIAGONAL, KNIGHT = np.sqrt(2.0), np.sqrt(5.0)
+"""[cell] Lengths of a diagonal move and of a knight's move."""
+MOVES = np.array(
+    sorted(
+        [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)],
+        key=lambda move: move[0] ** 2 + move[1] ** 2,
+    )
+)
+"""(16, 2) [cell] Moves to neighbours and knight's moves, the shortest first: paths in 16 directions."""
+MOVE_LENGTHS = np.sqrt((MOVES**2).sum(axis=1))
+"""(16,) [cell]"""
+
+
+@kernel
+def new_search(cost: Array) -> PathSearch:
+    """The memory of searches on a grid of cells with cost (nx, ny) [1]."""
+    buckets = int(LONGEST_MOVE * (cost.max() + 1.0) / BUCKET_WIDTH) + 2
+    return PathSearch(np.full(cost.size, np.inf), np.full(buckets, -1))
 
 
 @kernel
@@ -42,15 +60,11 @@ def nearest_cell(shape: tuple[int, int], x: float, y: float) -> tuple[int, int]:
 
 
 @kernel
-def cell_distance(a: int, b: int, c: int, d: int) -> float:
-    """Distance [cell] of the cells (a, b) and (c, d)."""
-    return float(np.sqrt((a - c) * (a - c) + (b - d) * (b - d)))
-
-
-@kernel
-def is_move(da: int, db: int) -> bool:
-    """Whether (da, db), at most 2 each, is a step to a neighbour, a knight's move, or none: paths in 16 directions."""
-    return (abs(da) != 2 or abs(db) == 1) and (abs(db) != 2 or abs(da) == 1)
+def free_length(a: int, b: int, c: int, d: int) -> float:
+    """Length [cell] of the shortest path in 16 directions between the cells (a, b) and (c, d) if all are free."""
+    x, y = abs(a - c), abs(b - d)
+    far, near = max(x, y), min(x, y)
+    return float(max(far + (KNIGHT - 2.0) * near, (KNIGHT - DIAGONAL) * far + (2.0 * DIAGONAL - KNIGHT) * near))
 
 
 @kernel
@@ -77,18 +91,14 @@ def wall_costs(grid: Grid, radius: float) -> Array:
 
 
 @kernel
-def cell_costs(
-    grid: Grid, walls: Array, radius: float, positions: Array, radii: Array, parked: Indices, i: int
-) -> Array:
-    """Cost (nx, ny) [1] of each cell for robot i, from `wall_costs` walls (nx, ny) and the robots `parked`.
+def cell_costs(grid: Grid, radius: float, positions: Array, radii: Array, parked: Indices) -> Array:
+    """Cost (nx, ny) [1] of each cell for a robot of a radius [m], margin included, from walls and robots `parked`.
 
-    radius: of robot i, margin included [m]. positions (n, 3) [m] and radii (n,) [m] of all robots.
+    positions (n, 3) [m] and radii (n,) [m] of all robots.
     """
-    cost = walls.copy()
+    cost = wall_costs(grid, radius)
     nx, ny = cost.shape
     for k in parked:
-        if k == i:
-            continue
         x, y = cell_coordinates(grid, positions[k, 0], positions[k, 1])
         r = (radii[k] + radius) / grid.width
         for a in range(max(0, int(np.ceil(x - r))), min(nx - 1, int(np.floor(x + r))) + 1):
@@ -99,70 +109,103 @@ def cell_costs(
 
 
 @kernel
-def path_lengths(cost: Array, goal: tuple[int, int], start: tuple[int, int], margin: float) -> tuple[Array, float]:
-    """Lengths (nx, ny) [cell] of the shortest paths from each cell to `goal`, weighted by cost (nx, ny); and a limit.
+def path_lengths(
+    cost: Array, goal: tuple[int, int], start: tuple[int, int], margin: float, search: PathSearch
+) -> tuple[list[tuple[int, float, int]], float]:
+    """Write the lengths [cell] of the shortest paths from cells to `goal`, weighted by cost (nx, ny), into `search`.
 
-    The limit [cell] is the length of the shortest path from `start` plus `margin` [cell]. The length of a cell is
-    exact if the path from `start` through that cell is at most that long. A* from the goal: the straight distance is
-    an admissible heuristic since no cell costs less than 1.
+    Returns the queue, an entry (cell, length, previous entry) for each time that a cell was reached, and a limit
+    [cell]: the length of the shortest path from `start` plus `margin` [cell]. The length of a cell is exact if the path
+    from `start` through that cell is at most that long. A* from the goal: `free_length` is an admissible heuristic
+    since no cell costs less than 1. Within a bucket the order does not matter, since a cell that is reached on a
+    shorter path is queued again.
     """
-    nx, ny = cost.shape
-    lengths, limit = np.full((nx, ny), np.inf), np.inf
-    c, d = start
-    lengths[goal] = 0.0
-    heap = [(cell_distance(goal[0], goal[1], c, d), goal[0] * ny + goal[1])]
-    while len(heap) > 0:
-        estimate, code = heapq.heappop(heap)
-        a, b = code // ny, code % ny
-        length = lengths[a, b]
-        if estimate > limit:
-            break
-        if estimate > length + cell_distance(a, b, c, d):
+    (nx, ny), flat, (c, d) = cost.shape, cost.ravel(), start
+    lengths, latest, limit = search.lengths, search.latest, np.inf
+    queue, waiting = [(goal[0] * ny + goal[1], 0.0, -1)], 1
+    lengths[queue[0][0]], bucket = 0.0, int(free_length(goal[0], goal[1], c, d) / BUCKET_WIDTH)
+    latest[bucket % len(latest)] = 0
+    while waiting > 0 and bucket * BUCKET_WIDTH <= limit:
+        entry = latest[bucket % len(latest)]
+        if entry < 0:
+            bucket += 1
+            continue
+        cell, length, before = queue[entry]
+        latest[bucket % len(latest)] = before
+        waiting -= 1
+        if length > lengths[cell]:
             # The cell has been reached on a shorter path since.
             continue
+        a, b = cell // ny, cell % ny
         if a == c and b == d:
             limit = length + margin
-        for da in range(-2, 3):
-            for db in range(-2, 3):
-                u, v = a + da, b + db
-                if (da == 0 and db == 0) or not is_move(da, db) or u < 0 or v < 0 or u >= nx or v >= ny:
-                    continue
-                weight = 0.5 * (cost[a, b] + cost[u, v])
-                if abs(da) + abs(db) == 3:
-                    # The cells that a knight's move crosses count too: it must not jump over thin walls.
-                    e, f = a + da // 2 if abs(da) == 2 else a, b + db // 2 if abs(db) == 2 else b
-                    weight = max(weight, max(cost[e, f], cost[u - (e - a), v - (f - b)]))
-                step = np.sqrt(da * da + db * db) * weight
-                if length + step < lengths[u, v]:
-                    lengths[u, v] = length + step
-                    heapq.heappush(heap, (length + step + cell_distance(u, v, c, d), u * ny + v))
-    return lengths, limit
+        for k in range(len(MOVES)):
+            da, db = MOVES[k, 0], MOVES[k, 1]
+            u, v = a + da, b + db
+            if u < 0 or v < 0 or u >= nx or v >= ny:
+                continue
+            to = u * ny + v
+            weight = 0.5 * (flat[cell] + flat[to])
+            if abs(da) + abs(db) == 3:
+                # The cells that a knight's move crosses count too: it must not jump over thin walls.
+                beside = da // 2 * ny if abs(da) == 2 else db // 2
+                weight = max(weight, max(flat[cell + beside], flat[to - beside]))
+            through = length + MOVE_LENGTHS[k] * weight
+            if through < lengths[to]:
+                lengths[to] = through
+                # No estimate falls, but for rounding.
+                place = max(int((through + free_length(u, v, c, d)) / BUCKET_WIDTH), bucket) % len(latest)
+                queue.append((to, through, latest[place]))
+                latest[place] = len(queue) - 1
+                waiting += 1
+    latest[:] = -1
+    return queue, limit
 
 
 @kernel
-def shortest_path(lengths: Array, start: tuple[int, int], limit: float) -> list[tuple[int, int]]:
-    """Cells of the path from `start` down the lengths (nx, ny) [cell] to 0; empty if it leaves the exact lengths.
+def shortest_path(
+    shape: tuple[int, int], start: tuple[int, int], limit: float, search: PathSearch
+) -> list[tuple[int, int]]:
+    """Cells of the path from `start` down the lengths of `search` to 0; empty if it leaves the exact lengths.
 
-    lengths and limit [cell] are those of `path_lengths`.
+    shape: of the grid. The limit [cell] is that of `path_lengths`.
     """
-    c, d = start
+    (nx, ny), (c, d), lengths = shape, start, search.lengths
     path = [start]
-    while lengths[c, d] > 0.0 and len(path) < MAX_PATH_CELLS:
-        if lengths[c, d] + cell_distance(c, d, start[0], start[1]) + LONGEST_MOVE > limit:
+    while lengths[c * ny + d] > 0.0 and len(path) < MAX_PATH_CELLS:
+        if lengths[c * ny + d] + free_length(c, d, start[0], start[1]) + LONGEST_MOVE > limit:
             path.clear()
             break
-        least, e, f = lengths[c, d], c, d
-        for da in range(-2, 3):
-            for db in range(-2, 3):
-                u, v = c + da, d + db
-                if not is_move(da, db) or u < 0 or v < 0 or u >= lengths.shape[0] or v >= lengths.shape[1]:
-                    continue
-                if lengths[u, v] < least:
-                    least, e, f = lengths[u, v], u, v
+        least, e, f = lengths[c * ny + d], c, d
+        for k in range(len(MOVES)):
+            u, v = c + MOVES[k, 0], d + MOVES[k, 1]
+            if u < 0 or v < 0 or u >= nx or v >= ny:
+                continue
+            if lengths[u * ny + v] < least:
+                least, e, f = lengths[u * ny + v], u, v
         if e == c and f == d:
             break
         c, d = e, f
         path.append((c, d))
+    return path
+
+
+@kernel
+def path_to_goal(
+    cost: Array, goal: tuple[int, int], start: tuple[int, int], search: PathSearch
+) -> list[tuple[int, int]]:
+    """Cells of the shortest path from `start` to `goal`, given the cost (nx, ny) [1] of each cell.
+
+    Few cells off the shortest path are needed; where they do not suffice, all cells are searched.
+    """
+    path = [start]
+    for margin in (SEARCH_MARGIN, np.inf):
+        reached, limit = path_lengths(cost, goal, start, margin, search)
+        path = shortest_path(cost.shape, start, limit, search)
+        for cell, _, _ in reached:
+            search.lengths[cell] = np.inf
+        if len(path) > 0:
+            break
     return path
 
 
@@ -224,23 +267,17 @@ def goal_in_sight(
 
 
 @kernel
-def next_waypoint(grid: Grid, cost: Array, position: Array, goal: Array, waypoint: Array) -> bool:
-    """Whether the straight line to a goal is blocked; then the farthest visible point of the shortest path.
+def farthest_in_sight(
+    grid: Grid, cost: Array, position: Array, goal: Array, search: PathSearch, waypoint: Array
+) -> None:
+    """Write the farthest visible point of the shortest path to a goal into waypoint (3,) [m]: x, y.
 
-    cost (nx, ny) [1] of each cell; position, goal (3,) [m]. The point goes into waypoint (3,) [m]: x, y.
+    cost (nx, ny) [1] of each cell; position, goal (3,) [m].
     """
     shape = cost.shape
     x0, y0 = cell_coordinates(grid, position[0], position[1])
     x1, y1 = cell_coordinates(grid, goal[0], goal[1])
-    if line_of_sight(cost, x0, y0, x1, y1):
-        return False
-    end, start = nearest_cell(shape, x1, y1), nearest_cell(shape, x0, y0)
-    # Few cells off the shortest path are needed; where they do not suffice, all cells are searched.
-    lengths, limit = path_lengths(cost, end, start, SEARCH_MARGIN)
-    path = shortest_path(lengths, start, limit)
-    if len(path) == 0:
-        lengths, limit = path_lengths(cost, end, start, np.inf)
-        path = shortest_path(lengths, start, limit)
+    path = path_to_goal(cost, nearest_cell(shape, x1, y1), nearest_cell(shape, x0, y0), search)
     chosen = min(len(path) - 1, MIN_WAYPOINT_CELLS)
     for k in range(len(path) - 1, chosen, -1):
         if line_of_sight(cost, x0, y0, float(path[k][0]), float(path[k][1])):
@@ -250,4 +287,3 @@ def next_waypoint(grid: Grid, cost: Array, position: Array, goal: Array, waypoin
         grid.origin[0] + grid.width * path[chosen][0],
         grid.origin[1] + grid.width * path[chosen][1],
     )
-    return True

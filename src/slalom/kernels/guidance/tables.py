@@ -39,6 +39,17 @@ class Grid(NamedTuple):
     clearance: Array  # (nx, ny) [m]; inf without obstacles
 
 
+class PathSearch(NamedTuple):
+    """Memory of searches on one grid: new memory takes longer than a search.
+
+    The queue is a list per bucket of estimates: `latest` has the last entry of each bucket. Estimates repeat after as
+    many buckets as there are, which is more than one move can add.
+    """
+
+    lengths: Array  # (nx * ny,) [cell] inf: not reached
+    latest: Indices  # (buckets,) -1: empty
+
+
 class RobotRows(NamedTuple):
     """Robots in double and single precision with the workspace of the early rejection.
 

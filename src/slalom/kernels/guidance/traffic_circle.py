@@ -8,10 +8,15 @@ import numpy as np
 from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.guidance.early_rejection import may_encounter, may_enter_circle, robot_rows, to_single_precision
-from slalom.kernels.guidance.grid_astar import cell_costs, goal_in_sight, next_waypoint, wall_costs
+from slalom.kernels.guidance.grid_astar import (
+    cell_costs,
+    farthest_in_sight,
+    goal_in_sight,
+    new_search,
+)
 from slalom.kernels.guidance.periodic_images import nearest_image
 from slalom.kernels.guidance.plane import along_and_across
-from slalom.kernels.guidance.tables import Grid, GuidanceState, RobotRows
+from slalom.kernels.guidance.tables import Grid, GuidanceState, PathSearch, RobotRows
 from slalom.kernels.jit import kernel, vectorized
 from slalom.kernels.squared import squared
 from slalom.tolerances import (
@@ -228,16 +233,16 @@ def keep_right(robots: GuidanceState) -> None:
 def update_waypoints(robots: GuidanceState, grid: Grid, margin: float, parked: Indices, due: Indices) -> None:
     """Set the waypoint of each robot in `due`, on the shortest path around walls and the robots in `parked`.
 
-    margin: kept between bodies [m].
+    No robot is in both. margin: kept between bodies [m]. Robots of one radius that follow each other take least time.
     """
-    walls, radius_of_walls = np.empty((0, 0)), np.nan
+    cost, costs_radius = np.empty((0, 0)), np.nan
+    search = PathSearch(np.empty(0), np.empty(0, np.int64))
     for i in due:
         radius = robots.radius[i] + margin
         copy_into(robots.waypoint[i], robots.goal[i])
         if goal_in_sight(grid, radius, robots.position, robots.radius, parked, i, robots.goal[i]):
             continue
-        if radius != radius_of_walls:
-            # The same costs serve all robots of one radius.
-            walls, radius_of_walls = wall_costs(grid, radius), radius
-        cost = cell_costs(grid, walls, radius, robots.position, robots.radius, parked, i)
-        next_waypoint(grid, cost, robots.position[i], robots.goal[i], robots.waypoint[i])
+        if radius != costs_radius:
+            cost, costs_radius = cell_costs(grid, radius, robots.position, robots.radius, parked), radius
+            search = new_search(cost)
+        farthest_in_sight(grid, cost, robots.position[i], robots.goal[i], search, robots.waypoint[i])
