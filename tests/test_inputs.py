@@ -1890,7 +1890,7 @@ CASES = [
         lambda _: replace(scenario(), obstacles=(BALLOON,)),
     ),
     Case(
-        "Scenario._refuse_hidden_goal",
+        "refuse_hidden_goals",
         InvalidInput,
         r"goal: expected a position that the robot can reach, found one 3.5 m deep in .* 'lid' grown by the robot",
         lambda _: replace(scenario(), obstacles=(Obstacle(Disc(3), Stationary((20, 0.5)), "lid"),)),
@@ -2035,7 +2035,7 @@ CASES = [
     ),
     Case("build", InvalidInput, r"seed: expected 0 or more, found -1", lambda _: build("empty", seed=-1)),
     Case(
-        "Scenario._refuse_hidden_goal",
+        "refuse_hidden_goals",
         InvalidInput,
         r"goal: expected a position that the robot can reach, found one 9.5 m deep in obstacle 'hill'",
         lambda _: Scenario(

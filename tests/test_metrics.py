@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from draws import draws
 from parts import disc_or_ball
 
 from slalom import (
@@ -16,17 +17,23 @@ from slalom import (
     Circular,
     ConstantAcceleration,
     ConstantVelocity,
+    Disc,
     Goal,
     Limits,
     Obstacle,
+    Polygon,
+    Polyline,
+    Rectangle,
     Sampled,
     Stationary,
     Trajectory,
+    Union,
 )
 from slalom.errors import InvalidInput
 from slalom.shape import round_shape
 from slalom.sim import Recording, metrics, simulate
 from slalom.sim.gallery import build
+from slalom.sim.measure.broad_phase import nearest_clearances
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches, positions_at
 from slalom.sim.measure.metrics import METRICS
 from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC, STALLED_SPEED
@@ -367,6 +374,46 @@ def test_closest_approaches_are_those_of_brute_force(seed: int, d: int) -> None:
         if np.isfinite(least):
             away = obstacle.trajectory.position(closest.time) - positions_at(run, 0, np.array([closest.time]))[0]
             assert np.linalg.norm(away) - 0.8 == pytest.approx(closest.clearance, abs=1e-9)
+
+
+TEE = Union((Rectangle(0.8, 0.2), Disc(0.3), Polygon([(0.0, 0.0), (2.0, 0.3), (1.5, 1.0)])))
+COURTYARD = Polyline([(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (2.0, 9.0), (2.0, 6.0)], 0.1)
+
+
+@pytest.mark.parametrize("period", [None, (25.0, np.inf), (25.0, 30.0)])
+@pytest.mark.parametrize("seed", draws(range(13)))
+def test_nearest_clearances_are_those_of_all_obstacles(period, seed: int) -> None:
+    """The nearest obstacle of each robot, and all that overlap one, have the clearance of their closest approach."""
+    rng = np.random.default_rng(seed)
+    others = [Obstacle(disc_or_ball(0.3, 2), t) for t in wild(rng, 2)]
+    turning = Obstacle(TEE, ConstantVelocity(rng.normal(0, 5, 2), rng.normal(0, 2, 2)), heading="motion")
+    tilted = Obstacle(TEE, Stationary(rng.normal(0, 5, 2)), heading=float(rng.uniform(0, 6)))
+    far = [Obstacle(Disc(0.5), Stationary(rng.uniform(-12, 12, 2))) for _ in range(30)]
+    obstacles = (*others, turning, tilted, Obstacle(COURTYARD, Stationary(rng.normal(0, 2, 2))), *far)
+    a, b = (
+        driven(rng.normal(0, 2, (40, 2)), position=rng.normal(0, 4, 2), speed=rng.normal(0, 2, 2), dt=0.1)
+        for _ in range(2)
+    )
+    rows = ("positions", "velocities", "accelerations", "controls", "decision_times")
+    run = replace(
+        a,
+        **{name: np.concatenate([getattr(a, name), getattr(b, name)], axis=1) for name in rows},
+        responses=tuple(2 * row for row in a.responses),
+        outcomes=tuple(2 * row for row in a.outcomes),
+        names=("a", "b"),
+        shapes=(Disc(0.2), TEE),
+        limits=2 * a.limits,
+        goals=2 * a.goals,
+        arrived=np.array([np.inf, np.inf]),
+        obstacles=obstacles,
+        period=period,
+    )
+    found = nearest_clearances(run)
+    every = np.array([[closest.clearance for closest in closest_approaches(run, k)] for k in range(2)])
+    counts = every <= np.maximum(every.min(axis=1, keepdims=True), 0.0)
+    np.testing.assert_allclose(found[counts], every[counts], atol=METRIC)
+    assert np.all(found >= every - METRIC)
+    assert np.isinf(found).mean() > 0.3
 
 
 @pytest.mark.parametrize("graze", [-2e-3, -1e-4, 1e-4, 2e-3])

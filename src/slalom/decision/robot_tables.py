@@ -8,7 +8,7 @@ from slalom.checks import Array, vector
 from slalom.goal import Goal
 from slalom.kernels.arrays import Flags, Indices
 from slalom.kernels.decision.tables import Bounds, Paths, Robot, RobotTable, TargetPaths
-from slalom.kernels.records import zero_records
+from slalom.kernels.records import Records, zero_records
 from slalom.limits import Limits
 from slalom.obstacle.tracks import Tracks
 from slalom.path import Path
@@ -86,6 +86,13 @@ def states_on_paths(paths: Paths, t: float) -> tuple[Array, Array]:
     slope = (1 - x) ** 2 * (p1 - p0) + 2 * x * (1 - x) * (p2 - p1) + x * x * (p3 - p2)
     position = (1 - x) ** 3 * p0 + 3 * x * (1 - x) ** 2 * p1 + 3 * x * x * (1 - x) * p2 + x**3 * p3
     return 3.0 * slope / np.where(width > 0.0, width, 1.0), position
+
+
+def reaches(each: Records[Robot], horizon: float) -> Array:
+    """How far (n,) [m] from its position the body of each robot can be within the horizon [s]."""
+    # No response makes a robot faster that exceeds its maximum speed.
+    speed = np.maximum(each["max_speed"], np.linalg.norm(each["velocity"], axis=1))
+    return np.asarray(speed * horizon + each["radius"])
 
 
 def some_robots(robots: RobotTable, rows: Indices) -> RobotTable:

@@ -15,14 +15,22 @@ from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
 from slalom.decision.navigator_checks import checked_detours, checked_holds
 from slalom.decision.navigator_tables import ARRIVE
 from slalom.decision.response_tables import response_table
-from slalom.decision.robot_tables import bounds_of, commit_to, publish, robot_table, states_on_paths, target_paths
+from slalom.decision.robot_tables import (
+    bounds_of,
+    commit_to,
+    publish,
+    reaches,
+    robot_table,
+    states_on_paths,
+    target_paths,
+)
 from slalom.errors import InvalidInput
 from slalom.fleet.guidance import guidance_of
 from slalom.fleet.images import Images
 from slalom.fleet.members import members_of
 from slalom.fleet.observation import observers_of
 from slalom.fleet.policy import Policy
-from slalom.fleet.rounds import at_once, one_by_one
+from slalom.fleet.rounds import at_once, of_one_kind, one_by_one
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, GrownBodies, RobotTable
@@ -243,22 +251,12 @@ class CommittedFleet:
     ) -> dict[int, Outcome]:
         """The outcomes of the robots in `order` that fell back; the others are in the table."""
         decide_all, fallen = one_by_one if settings.shared else at_once, dict[int, Outcome]()
-        for some in self._by_skeleton(order, settings.shared):
+        for some in of_one_kind(order, self.table.each["skeleton"], settings.shared):
             own = bodies[self.table.each["skeleton"][some[0]]]
             tables = DecisionTables(self.table, own, self.responses, self._bounds, self.targets, settings)
             fall_back = partial(self.fall_back, obstacles=obstacles, now=settings.now)
             fallen |= decide_all(some, tables, fall_back, self.threads)
         return fallen
-
-    def _by_skeleton(self, some: Indices, in_order: bool) -> Iterator[Indices]:
-        """Robots with one kind of skeleton each; in their order where each avoids the decisions before its own."""
-        kinds = self.table.each["skeleton"][some]
-        if not in_order:
-            some = some[np.argsort(kinds, kind="stable")]
-            kinds = np.sort(kinds)
-        for part in np.split(some, np.flatnonzero(np.diff(kinds)) + 1):
-            if len(part):
-                yield part
 
     def fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
         """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
@@ -269,12 +267,15 @@ class CommittedFleet:
         if self.images is not None:
             number = self.images.robot_of
             passive = [*self.images.met(table, k, passive, method.forecast, now, d)]
+        reach = reaches(each, self.horizon)
+        away = np.linalg.norm(each["position"] - each["position"][k], axis=1)
+        met = each["present"] & (each["world"] == world) & (away <= reach + reach[k] + each["margin"][k])
         others = [
             Obstacle(
                 self.members.shapes[number[j]],
                 piecewise_polynomial(table.observed.times[j], table.observed.points[j, ..., :d]),
             )
-            for j in np.flatnonzero(each["present"] & (each["world"] == world))
+            for j in np.flatnonzero(met)
             if j != k
         ]
         arrives = each["objective"][k] == ARRIVE

@@ -165,12 +165,24 @@ class Guidance:
             ]
         width = max(GRID_CELL * float(guide.radius.min()), float((high - low).max()) / GRID_CELLS)
         counts = np.ceil((high - low) / width).astype(int) + 1
-        clearance = np.full(tuple(counts), np.inf)
+        return Grid(low, width, _clearance(outlines, low, width, tuple(counts))), np.array([low, high])
+
+
+def _clearance(
+    outlines: list[tuple[shapely.Geometry, float]], low: Array, width: float, counts: tuple[int, ...]
+) -> Array:
+    """The least distance (nx, ny) [m] of the centres of cells, see `Grid`, to rounded outlines; inf without any."""
+    clearance = np.full(counts, np.inf)
+    if not outlines:
         # Points take long to make and serve nothing where no obstacle rests.
-        cells = shapely.points(np.moveaxis(np.indices(clearance.shape), 0, -1) * width + low) if outlines else None
-        for outline, radius in outlines:
-            clearance = np.minimum(clearance, shapely.distance(cells, outline) - radius)
-        return Grid(low, width, clearance), np.array([low, high])
+        return clearance
+    cells = shapely.points(np.moveaxis(np.indices(counts), 0, -1) * width + low).ravel()
+    radii = np.array([radius for _, radius in outlines])
+    for radius in np.unique(radii):
+        tree = shapely.STRtree([outline for outline, own in outlines if own == radius])
+        _, distance = tree.query_nearest(cells, return_distance=True, all_matches=False)
+        clearance = np.minimum(clearance, distance.reshape(counts) - radius)
+    return clearance
 
 
 def guidance_of(fleet: "CommittedFleet") -> Guidance:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slalom.decision.grown_bodies import moved_bodies
-from slalom.decision.robot_tables import copy_robot, some_robots
+from slalom.decision.robot_tables import copy_robot, reaches, some_robots
 from slalom.forecast import Forecast
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import GrownBodies, RobotTable
@@ -43,8 +43,7 @@ class Images:
         """
         whole, d = fleet.table, fleet.dimension
         each = whole.each
-        speed = np.maximum(each["max_speed"], np.linalg.norm(each["velocity"], axis=1))
-        reach = speed * self.horizon + each["radius"]
+        reach = reaches(each, self.horizon)
         for k in some:
             within = reach + reach[k] + each["margin"][k]
             self.robot_of, by = images_about(k, each["position"], within, self.period)

@@ -20,6 +20,20 @@ FallBack = Callable[[int], Outcome]
 """Decides for a robot (its row) for which the kernel found no decision; returns the outcome."""
 
 
+def of_one_kind(some: Indices, kinds: Indices, in_order: bool) -> Iterator[Indices]:
+    """The robots `some` (m,) in parts of one kind each; in their order where each avoids the decisions before its own.
+
+    kinds: (n,) the kind of each robot.
+    """
+    own = kinds[some]
+    if not in_order:
+        some = some[np.argsort(own, kind="stable")]
+        own = np.sort(own)
+    for part in np.split(some, np.flatnonzero(np.diff(own)) + 1):
+        if len(part):
+            yield part
+
+
 def at_once(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, Outcome]:
     """Decide for the robots `some` (m,), independently of each other; the outcomes of those that fell back."""
     cells = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)

@@ -25,7 +25,7 @@ from slalom.selection import select
 from slalom.shape import Disc
 from slalom.sim import Recording, Robot, Scenario
 from slalom.sim.gallery import build
-from slalom.sim.measure.closest_approach import closest_approaches, positions_at
+from slalom.sim.measure.broad_phase import nearest_clearances
 from slalom.sim.measure.metrics import adjustments, mean_acceleration, mean_jerk
 from slalom.sim.measure.run_log import RunLog, Step
 from slalom.sim.run.robot_states import integrate
@@ -147,39 +147,10 @@ def run(
 def hits(recording: Recording) -> tuple[int, float]:
     """Return the number of obstacles that the robot overlapped by more than COLLISION, and the least clearance [m].
 
-    Clearances are those of `closest_approaches`, in continuous time. Obstacles that `_bounds` excludes are skipped.
+    In continuous time, as of `nearest_clearances`.
     """
-    low, high = _bounds(recording)
-    candidates = [
-        o for o, lower_bound in zip(recording.obstacles, low) if lower_bound < max(0.0, high.min(initial=np.inf))
-    ]
-    clearances = [closest.clearance for closest in closest_approaches(replace(recording, obstacles=tuple(candidates)))]
-    return sum(c < -COLLISION for c in clearances), min(clearances, default=np.inf)
-
-
-def _bounds(recording: Recording, max_step: float = 0.1) -> tuple[Array, Array]:
-    """Return lower and upper bounds (n,) [m] of the least clearance to each obstacle, for bounding balls.
-
-    Between two samples the relative position stays within M h^2 / 8 of the chord, with a bound M of the relative
-    acceleration; steps h are at most `max_step` [s].
-    """
-    end = float(recording.times[-1])
-    times = np.linspace(0.0, end, max(2, int(np.ceil(end / max_step)) + 1))
-    robot_positions = positions_at(recording, 0, times)
-    robot_acceleration = float(np.linalg.norm(recording.accelerations[:, 0], axis=1).max())
-    low, high = np.empty(len(recording.obstacles)), np.empty(len(recording.obstacles))
-    for k, obstacle in enumerate(recording.obstacles):
-        relative = obstacle.trajectory.position(times) - robot_positions
-        step, before = np.diff(relative, axis=0), relative[:-1]
-        share = -np.einsum("kd,kd->k", before, step) / np.maximum(np.einsum("kd,kd->k", step, step), 1e-300)
-        chord = before + np.clip(share, 0.0, 1.0)[:, None] * step
-        deviation = (
-            (robot_acceleration + obstacle.trajectory.acceleration_bound(0.0, end)) * (times[1] - times[0]) ** 2 / 8.0
-        )
-        contact_distance = obstacle.shape.bounding_radius + ROBOT.bounding_radius
-        low[k] = np.sqrt(np.einsum("kd,kd->k", chord, chord).min()) - deviation - contact_distance
-        high[k] = np.sqrt(np.einsum("kd,kd->k", relative, relative).min()) - contact_distance
-    return low, high
+    clearances = nearest_clearances(recording)[0]
+    return int((clearances < -COLLISION).sum()), float(clearances.min(initial=np.inf))
 
 
 @lru_cache(maxsize=1024)

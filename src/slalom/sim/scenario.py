@@ -13,7 +13,6 @@ from slalom.checks import (
     OBJECTIVE,
     SHAPE,
     STATE,
-    Array,
     array_of,
     has,
     known,
@@ -34,14 +33,13 @@ from slalom.lookahead.navigator import LookAhead
 from slalom.methods import HOLDS, Method
 from slalom.objective import Arrive, Objective
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import Period, checked_period, displaced, images_met, in_box
+from slalom.obstacle.periodic import Period, checked_period, displaced, images_met
 from slalom.shape import Shape
 from slalom.sight import Sight
+from slalom.sim.hidden_goals import refuse_hidden_goals
 from slalom.sim.limited_sight import SIGHT, refuse_sight, sight_of
-from slalom.sim.shape_distance import clearances
 from slalom.state import State
 from slalom.tolerances import DETOURS, MAX_HORIZON, MAX_STEPS, WHOLE_PERIODS
-from slalom.trajectory import Stationary
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,25 +189,11 @@ class Scenario:
                     f"obstacle {obstacle.name or k!r}: expected dimension {self.dimension} as of the robots, "
                     f"found {obstacle.dimension}"
                 )
-            for robot in self.robots:
-                self._refuse_hidden_goal(obstacle, robot)
+        goals, shapes = [robot.goal for robot in self.robots], [robot.shape for robot in self.robots]
+        refuse_hidden_goals(goals, shapes, self.obstacles, self.start, self.horizon, self.period)
 
     def __repr__(self) -> str:
         return f"<Scenario {self.name}, robots: {len(self.robots)}, obstacles: {len(self.obstacles)}>"
-
-    def _refuse_hidden_goal(self, obstacle: Obstacle, robot: Robot) -> None:
-        """Raise InvalidInput for a goal at rest that an obstacle at rest covers for all time."""
-        goal = robot.goal
-        if isinstance(goal.trajectory, Stationary) and obstacle.at_rest:
-            position, radius = goal.trajectory.initial_position, robot.shape.bounding_radius
-            images = [obstacle] if self.period is None else self._images([obstacle], position, radius)
-            each = [float(clearances(image, robot.shape, np.zeros(1), position[None])[0]) for image in images]
-            clearance = min(each, default=np.inf)
-            if clearance + goal.tolerance < 0.0:
-                raise InvalidInput(
-                    f"goal: expected a position that the robot can reach, found one {-clearance:g} m deep in obstacle "
-                    f"{obstacle.name!r} grown by the robot's shape"
-                )
 
     @property
     def sight(self) -> Sight | None:
@@ -220,12 +204,6 @@ class Scenario:
         """The margin [m] of a robot: its own, or that of the scenario."""
         own = self.robots[robot].margin
         return self.margin if own is None else own
-
-    def _images(self, obstacles: Sequence[Obstacle], position: Array, radius: float) -> list[Obstacle]:
-        """The images of obstacles that may come within `radius` [m] of a position during the first horizon."""
-        assert self.period is not None
-        found = in_box(obstacles, self.period, self.start, self.horizon, position - radius, position + radius)
-        return [displaced(obstacles[k], by) for k, by in found]
 
     def around(self, state: State, now: float, method: Method) -> Sequence[Obstacle]:
         """The passive obstacles; in a periodic world their images that the only robot, in `state`, can meet."""

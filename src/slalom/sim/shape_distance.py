@@ -4,7 +4,8 @@ Two parts overlap exactly if the origin is within the sum of their radii of the 
 corners (Minkowski difference). shapely computes hulls and distances; in space only balls and capsules occur.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -29,11 +30,11 @@ class Pair(NamedTuple):
         return self.obstacle.radius + self.robot.radius
 
 
-def pairs(obstacle: Shape, robot: Shape) -> Iterator[Pair]:
-    """Every part of the obstacle with every part of the robot."""
-    for part in obstacle.parts:
+def pairs(obstacle: Shape, robot: Shape, parts: Sequence[int] | None = None) -> Iterator[Pair]:
+    """The `parts` of the obstacle, by number, with every part of the robot; None: all of them."""
+    for k in range(len(obstacle.parts)) if parts is None else parts:
         for other in robot.parts:
-            yield Pair(part, other)
+            yield Pair(obstacle.parts[k], other)
 
 
 def differences(obstacle: Obstacle, pair: Pair, times: Array, positions: Array) -> Array:
@@ -41,11 +42,7 @@ def differences(obstacle: Obstacle, pair: Pair, times: Array, positions: Array) 
 
     At absolute `times` (k,) [s] the robot is at `positions` (k, d) [m].
     """
-    corners = np.broadcast_to(pair.obstacle.corners, (len(times), *pair.obstacle.corners.shape))
-    if obstacle.angle != 0.0:
-        e = obstacle.direction(times)[:, None]
-        x, y = corners[..., :1], corners[..., 1:]
-        corners = x * e + y * np.stack([-e[..., 1], e[..., 0]], axis=-1)
+    corners = _turned(obstacle, pair.obstacle.corners, times)
     relative = obstacle.trajectory.position(times) - positions
     difference = corners[:, :, None] - pair.robot.corners[None, None]
     return np.asarray(difference.reshape(len(times), -1, positions.shape[1]) + relative[:, None])
@@ -74,9 +71,54 @@ def segment_distance(p: Array, q: Array) -> Array:
 
 def clearances(obstacle: Obstacle, robot: Shape, times: Array, positions: Array) -> Array:
     """Clearances (k,) [m] of a robot at `positions` (k, d) [m] to an obstacle, at absolute times (k,) [s]."""
-    each = pairs(obstacle.shape, robot)
+    each = list(pairs(obstacle.shape, robot))
+    if len(each) > 1:
+        each = _nearest_pairs(obstacle, robot, each, times, positions)
     found = [signed(differences(obstacle, pair, times, positions)) - pair.radius for pair in each]
     return np.asarray(np.min(found, axis=0))
+
+
+def _nearest_pairs(obstacle: Obstacle, robot: Shape, each: list[Pair], times: Array, positions: Array) -> list[Pair]:
+    """The pairs (p,) that may be the nearest at one of the times (k,) [s], by the balls that contain their parts."""
+    balls: _PairBalls = _pair_balls(obstacle.shape, robot)  # type: ignore[arg-type]  # shapes are values
+    # The clearance of the centres (k, p) is at least that of the parts.
+    relative = _turned(obstacle, balls.centers, times) - balls.others
+    relative = relative + (obstacle.trajectory.position(times) - positions)[:, None]
+    high = np.linalg.norm(relative, axis=2) - balls.radii
+    near = (high - balls.spread <= high.min(axis=1, keepdims=True)).any(axis=0)
+    return [pair for pair, yes in zip(each, near) if yes]
+
+
+class _PairBalls(NamedTuple):
+    """The balls of p pairs of parts, about the means of their corners."""
+
+    centers: Array  # (p, d) [m] of the obstacle's part
+    others: Array  # (p, d) [m] of the robot's part
+    radii: Array  # (p,) [m] the sum of both radii of the parts
+    spread: Array  # (p,) [m] the sum of the largest distances of their corners from the centres
+
+
+@lru_cache(maxsize=256)
+def _pair_balls(obstacle: Shape, robot: Shape) -> _PairBalls:
+    each = list(pairs(obstacle, robot))
+    centers = [pair.obstacle.corners.mean(axis=0) for pair in each]
+    others = [pair.robot.corners.mean(axis=0) for pair in each]
+    spread = [
+        np.linalg.norm(pair.obstacle.corners - center, axis=1).max()
+        + np.linalg.norm(pair.robot.corners - other, axis=1).max()
+        for pair, center, other in zip(each, centers, others)
+    ]
+    return _PairBalls(np.array(centers), np.array(others), np.array([pair.radius for pair in each]), np.array(spread))
+
+
+def _turned(obstacle: Obstacle, points: Array, times: Array) -> Array:
+    """Points (n, d) [m] of an obstacle's shape as the obstacle is turned at absolute times (k,) [s]: (k, n, d)."""
+    turned = np.broadcast_to(points, (len(times), *points.shape))
+    if obstacle.angle != 0.0:
+        e = obstacle.direction(times)[:, None]
+        x, y = turned[..., :1], turned[..., 1:]
+        turned = x * e + y * np.stack([-e[..., 1], e[..., 0]], axis=-1)
+    return turned
 
 
 def lowest(before: Array, after: Array, turned: Array) -> Array:

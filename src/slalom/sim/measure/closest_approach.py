@@ -6,6 +6,7 @@ clearance found so far are dropped, the others are halved. The penetration depth
 DEPTH_RESOLUTION seconds.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,19 +32,26 @@ class Balls(NamedTuple):
     """Balls that bound the motion of n robots during b blocks of steps."""
 
     first: Indices  # (b,) first step of each block
-    centers: Array  # (b, n, d) [m]
+    middle: Indices  # (b,) step at the centre of each block
+    last: Indices  # (b,) step at the end of each block
+    centers: Array  # (b, n, d) [m] the positions at the middle step
     radii: Array  # (b, n) [m]
 
 
 def closest_approaches(recording: Recording, robot: int = 0) -> list[ClosestApproach]:
     """Return the closest approach of a robot to each obstacle; clearances are at most METRIC above the true ones."""
-    return [_closest_image(recording, robot, obstacle) for obstacle in recording.obstacles]
+    return [closest_image(recording, robot, obstacle) for obstacle in recording.obstacles]
 
 
-def _closest_image(recording: Recording, robot: int, obstacle: Obstacle) -> ClosestApproach:
-    """Return the closest approach of a robot to an obstacle or to any of its periodic images."""
+def closest_image(
+    recording: Recording, robot: int, obstacle: Obstacle, parts: Sequence[int] | None = None
+) -> ClosestApproach:
+    """Return the closest approach of a robot to an obstacle or to any of its periodic images.
+
+    parts: numbers of the parts of the obstacle that count; None: all.
+    """
     steps = last_step(recording, robot)
-    found = [_closest(recording, robot, image, steps) for image in nearest_images(recording, robot, obstacle)]
+    found = [_closest(recording, robot, image, steps, parts) for image in nearest_images(recording, robot, obstacle)]
     return min(found, key=lambda closest: closest.clearance)
 
 
@@ -85,14 +93,15 @@ def between_robots(recording: Recording) -> Array:
     if n < 2 or not len(recording.accelerations):
         return least
     is_ball = np.array([len(s.parts) == 1 and len(s.parts[0].corners) == 1 for s in recording.shapes])
-    balls = _bounding_balls(recording)
+    balls = bounding_balls(recording)
+    as_obstacles = {k: robot_as_obstacle(recording, k) for k in range(n)} if not is_ball.all() else {}
     for k in range(n - 1):
         others = np.arange(k + 1, n)
         both = others[is_ball[k] & is_ball[others]]
         if both.size:
             least[k, both] = _closest_discs(recording, k, both, balls)
         for other in others[~(is_ball[k] & is_ball[others])]:
-            least[k, other] = _closest_image(recording, k, robot_as_obstacle(recording, int(other))).clearance
+            least[k, other] = closest_image(recording, k, as_obstacles[other]).clearance
     return np.asarray(np.minimum(least, least.T))
 
 
@@ -153,18 +162,19 @@ def _closest_discs(recording: Recording, robot: int, others: Indices, balls: Bal
     return np.asarray(best)
 
 
-def _bounding_balls(recording: Recording) -> Balls:
+def bounding_balls(recording: Recording) -> Balls:
     """Return balls that bound the motion of each robot during blocks of BLOCK_STEPS steps."""
     steps, dt = len(recording.accelerations), recording.dt
     first = np.arange(0, steps, BLOCK_STEPS)
     within = np.minimum(first[:, None] + np.arange(BLOCK_STEPS + 1), steps)
-    centers = recording.positions[within[:, BLOCK_STEPS // 2]]
+    middle = within[:, BLOCK_STEPS // 2]
+    centers = recording.positions[middle]
     distances = np.linalg.norm(recording.positions[within] - centers[:, None], axis=-1).max(axis=1)
     # Between two steps a robot is at most this far from the nearer one.
     ends = recording.velocities[:-1] + dt * recording.accelerations
     speed = np.maximum(np.linalg.norm(recording.velocities[:-1], axis=-1), np.linalg.norm(ends, axis=-1))
     speeds = np.maximum.reduceat(speed, first)
-    return Balls(first, centers, distances + 0.5 * dt * speeds)
+    return Balls(first, middle, within[:, -1], centers, distances + 0.5 * dt * speeds)
 
 
 def _steps_near(
@@ -208,8 +218,10 @@ def positions_at(recording: Recording, robot: int, times: Array) -> Array:
     return np.asarray(recording.positions[k, robot] + elapsed * (velocity + 0.5 * elapsed * acceleration))
 
 
-def _closest(recording: Recording, robot: int, obstacle: Obstacle, steps: int) -> ClosestApproach:
-    """Return the closest approach within the first `steps` of a run."""
+def _closest(
+    recording: Recording, robot: int, obstacle: Obstacle, steps: int, parts: Sequence[int] | None
+) -> ClosestApproach:
+    """Return the closest approach to some parts of an obstacle within the first `steps` of a run; None: to all."""
     first, last = obstacle.trajectory.span
     start, end = max(first, float(recording.times[0])), min(last, float(recording.times[steps]))
     if start > end:
@@ -220,7 +232,7 @@ def _closest(recording: Recording, robot: int, obstacle: Obstacle, steps: int) -
     robot_acceleration = np.linalg.norm(recording.accelerations[:, robot], axis=1).max(initial=0.0)
     curvature = (robot_acceleration + obstacle.trajectory.acceleration_bound(start, end)) / 8.0 if start < end else 0.0
     best = ClosestApproach(np.inf, start)
-    for pair in pairs(obstacle.shape, recording.shapes[robot]):
+    for pair in pairs(obstacle.shape, recording.shapes[robot], parts):
         best = _closest_parts(recording, robot, obstacle, pair, times, curvature, best)
     return best
 

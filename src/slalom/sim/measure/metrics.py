@@ -12,7 +12,8 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.registry import Kind, Registry
-from slalom.sim.measure.closest_approach import between_robots, closest_approaches, positions_at
+from slalom.sim.measure.broad_phase import nearest_clearances
+from slalom.sim.measure.closest_approach import between_robots, positions_at
 from slalom.sim.measure.oscillation import (
     changed_choices as changed_choices,
     heading_variation as heading_variation,
@@ -75,9 +76,8 @@ def time(recording: Recording | RunSummary) -> float:
 
 
 def _clearances(recording: Recording) -> tuple[Array, Array]:
-    """Return the least clearances (n, m) [m] to the obstacles, and (n, n) [m] between the robots."""
-    passive = [[c.clearance for c in closest_approaches(recording, k)] for k in range(len(recording.shapes))]
-    return np.array(passive), between_robots(recording)
+    """Return the least clearances (n, m) [m] as of `nearest_clearances`, and (n, n) [m] between the robots."""
+    return nearest_clearances(recording), between_robots(recording)
 
 
 def _count(passive: Array, between: Array) -> int:

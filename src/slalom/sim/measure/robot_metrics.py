@@ -12,7 +12,8 @@ import numpy as np
 from slalom.checks import Array
 from slalom.decision import Outcome
 from slalom.obstacle import Obstacle
-from slalom.sim.measure.closest_approach import closest_approaches, nearest_images, positions_at
+from slalom.sim.measure.broad_phase import nearest_clearances
+from slalom.sim.measure.closest_approach import nearest_images, positions_at
 from slalom.sim.measure.recording import Recording, Which
 from slalom.sim.measure.single_robot_view import single_robot_view
 from slalom.sim.shape_distance import clearances
@@ -54,7 +55,7 @@ def spl(recording: Recording, robot: Which = None) -> float:
     start = run.positions[0, 0]
     straight = float(np.linalg.norm(goal.position(run.times[-1]) - start)) - goal.tolerance
     longer = max(path_length(run), straight)
-    collided = any(closest.clearance < -COLLISION for closest in closest_approaches(run))
+    collided = bool((nearest_clearances(run) < -COLLISION).any())
     success = float(np.isfinite(run.arrived[0]) and not collided)
     return success * straight / longer if straight > 0.0 else success
 
