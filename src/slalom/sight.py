@@ -138,7 +138,7 @@ class Sight:
         known_now = [o.known_at(now) for o in given]
         fixed = tuple(o for o in given if o.at_rest and o.contact_at_rest)
         parts, seam = _walls(fixed)
-        numbers = [k for k, o in enumerate(given) if not o.at_rest and o.exists(now)]
+        numbers = [k for k, o in enumerate(known_now) if not given[k].at_rest and self._is_near(o, state.position, now)]
         bodies = [_body(known_now[k], now) for k in numbers]
         region = self._field(state.position, heading)
         if self.occlusion != "none":
@@ -147,7 +147,7 @@ class Sight:
         visible = np.zeros(len(given), np.bool_)
         at_rest = [k for k, o in enumerate(given) if o.at_rest]
         # The surface of a wall bounds the region.
-        visible[at_rest] = shapely.distance([_body(given[k], now) for k in at_rest], region) <= SIGHT_ERROR
+        visible[at_rest] = shapely.distance(_resting(tuple(given[k] for k in at_rest)), region) <= SIGHT_ERROR
         visible[numbers] = [_shows_beside(region, k, bodies, shadows) for k in range(len(bodies))]
         if self.occlusion == "all":
             region = region.difference(shapely.union_all(shadows))
@@ -159,6 +159,13 @@ class Sight:
         if self.occlusion == "all":
             seam = seam.union(shown.buffer(SIGHT_SEAM, SIGHT_LINES))
         return self._with_hidden(found, seam, sensor, previous)
+
+    def _is_near(self, obstacle: Obstacle, position: Array, now: float) -> bool:
+        """Whether an obstacle exists and is within the range, or may be: others are not seen and hide nothing."""
+        if not obstacle.exists(now):
+            return False
+        reach = max(self.range, self.near) + CIRCUMSCRIBED * obstacle.shape.bounding_radius + SIGHT_ERROR
+        return hypot(*(obstacle.trajectory.position(now) - position)) <= reach
 
     def _field(self, position: Array, heading: float) -> Any:
         """The disc or sector that the sensor covers, without occlusion."""
@@ -179,12 +186,9 @@ class Sight:
         nothing.
         """
         near = min(self.range, 1e6)
-        hulls = []
-        for part in parts:
-            distance = float(shapely.distance(part, shapely.Point(position)))
-            if not 0.0 < distance <= near:
-                continue
-            corners = shapely.get_coordinates(part)
+        hulls, distances = [], shapely.distance(np.array(parts, dtype=object), shapely.Point(position))
+        for k in np.flatnonzero((distances > 0.0) & (distances <= near)).tolist():
+            corners = shapely.get_coordinates(parts[k])
             away = corners - position
             far = position + away * (SIGHT_FAR * near / np.hypot(*away.T))[:, None]
             hulls.append(shapely.MultiPoint(np.vstack([corners, far])).convex_hull)
@@ -231,6 +235,12 @@ def _polygons(obstacle: Obstacle, now: float) -> list[Any]:
 def _body(obstacle: Obstacle, now: float) -> Any:
     parts = _polygons(obstacle, now)
     return parts[0] if len(parts) == 1 else shapely.union_all(parts)
+
+
+@lru_cache(maxsize=16)
+def _resting(obstacles: tuple[Obstacle, ...]) -> list[Any]:
+    """The bodies of obstacles at rest."""
+    return [_body(obstacle, 0.0) for obstacle in obstacles]
 
 
 @lru_cache(maxsize=16)
