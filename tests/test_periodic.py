@@ -21,7 +21,7 @@ from slalom import (
     Tracks,
 )
 from slalom.kernels.guidance.periodic_images import is_free
-from slalom.obstacle.periodic import between, displaced, images_about, neighbours, to_nearest
+from slalom.obstacle.periodic import between, displaced, images_near, neighbours, to_nearest
 from slalom.path import Path
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
 from slalom.sim.measure.closest_approach import between_robots, closest_approaches
@@ -67,7 +67,7 @@ def test_the_nearest_image_is_at_most_half_a_period_away():
 
 
 @pytest.mark.parametrize("period", [(3.0, 5.0), (3.0, np.inf), (np.inf, np.inf)])
-def test_all_images_within_a_distance_are_found_and_no_other(period):
+def test_all_images_within_a_distance_are_found_and_few_others(period):
     rng = np.random.default_rng(2)
     positions, far = rng.uniform(-20.0, 20.0, (6, 2)), rng.uniform(1.0, 9.0, 6)
     lattice = [
@@ -76,20 +76,21 @@ def test_all_images_within_a_distance_are_found_and_no_other(period):
         for b in range(-25, 26)
     ]
     lattice = np.unique(lattice, axis=0)
-    for k in range(6):
-        owners, by = images_about(k, np.column_stack([positions, np.zeros(6)]), far, period)
-        assert owners[:6].tolist() == list(range(6))
-        assert (owners[6:] != k).all()
-        assert not by[k].any()
+    positions = positions + to_nearest(positions, period)
+    for some in (np.arange(6), np.array([2]), np.array([4, 1])):
+        owners, by = images_near(positions, far, some, period)
+        assert np.any(by, axis=1).all()
+        found = {(owner, *shift) for owner, shift in zip(owners.tolist(), np.round(by, 6).tolist())}
+        assert len(found) == len(owners)
         for j in range(6):
-            apart = positions[j] - positions[k]
-            near = lattice[np.linalg.norm(apart + lattice, axis=1) <= far[j]]
-            found = by[owners == j][:, :2]
-            assert len(np.unique(np.round(found, 9), axis=0)) == len(found)
-            if j != k:
-                told = {tuple(row) for row in np.round(found, 6).tolist()}
-                nearest = to_nearest(apart, period)
-                assert told == {tuple(row) for row in np.round([*near, nearest], 6).tolist()}
+            shifts = lattice[np.any(lattice, axis=1)]
+            away = np.linalg.norm(positions[j] + shifts[:, None] - positions[some], axis=2)
+            near = shifts[(away <= far[j] + far[some]).any(axis=1)]
+            assert {(j, *shift) for shift in np.round(near, 6).tolist()} <= found
+        # Few are among them that no robot is near to.
+        low, high = positions[some].min(axis=0), positions[some].max(axis=0)
+        outside = np.maximum(np.maximum(low - positions[owners] - by, positions[owners] + by - high), 0.0)
+        assert np.all(np.linalg.norm(outside, axis=1) <= far[owners] + far[some].max() + 1e-12)
 
 
 def test_neighbours_are_all_that_can_come_nearer():
@@ -337,6 +338,32 @@ def test_what_rests_is_there_in_every_image():
         for x, y, free in ((12.0, 0.0, False), (12.0, 2.5, True), (9.5, 0.0, True), (13.0, 0.5, False)):
             found = is_free(x + by, y, 0.3, guidance.guide.period, guidance.grid)
             assert found == free, (x, y, by)
+
+
+@pytest.mark.parametrize("method", ["nao", "nlvo", "avo", "rvo"])
+@pytest.mark.parametrize("period", [(7.0, 8.0), (9.0, np.inf)])
+@pytest.mark.parametrize("seed", draws(range(5)))
+def test_robots_decide_as_in_a_world_with_all_images_as_robots(method, period, seed):
+    """Tiles of a world that does not repeat hold the same robots, more of them than any robot can meet."""
+    rng, n = np.random.default_rng(seed), 5
+    places = np.array([(3.0 * k % 7.0, 1.6 * k) for k in range(n)]) + rng.uniform(0.0, 0.6, (n, 2))
+    whole_periods = np.where(np.isfinite(period), period, 0.0) * rng.integers(-3, 4, (n, 2))
+    velocities, targets = rng.uniform(-1.0, 1.0, (n, 2)), places + rng.uniform(-30.0, 30.0, (n, 2))
+    around = between(np.full(2, -30.0), np.full(2, 30.0), period)
+    tiles = np.concatenate([np.zeros((1, 2)), around[np.any(around, axis=1)]])
+    shapes = [Rectangle(0.8, 0.4) if k == 2 else Disc(0.3) for k in range(n)]
+    # No robot can meet its own images, which it avoids in tiles only.
+    settings = {"horizon": 2.5, "limits": Limits(1.2, 1.5)}
+    repeating = Fleet(METHODS[method], shapes, world_period=period, **settings)
+    tiled = Fleet(METHODS[method], shapes * len(tiles), **settings)
+    for step in range(3):
+        now = 0.1 * step
+        one = repeating.step(now, places + whole_periods, velocities, targets + whole_periods)
+        every = (tiles[:, None] + places).reshape(-1, 2), np.tile(velocities, (len(tiles), 1))
+        other = tiled.step(now, *every, (tiles[:, None] + targets).reshape(-1, 2))
+        np.testing.assert_allclose(one.accelerations, other.accelerations[:n], atol=1e-7)
+        assert one.outcomes == other.outcomes[:n]
+        places, velocities = one.positions - whole_periods, one.velocities
 
 
 def test_a_robot_of_a_repeating_world_does_not_meet_tracks_of_another_one():

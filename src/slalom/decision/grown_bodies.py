@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array
 from slalom.kernels.arrays import Corners, Indices
 from slalom.kernels.decision.tables import GrownBodies, ObstacleAtHorizon, RobotBody
 from slalom.kernels.records import Records, zero_records
@@ -126,12 +125,3 @@ class _RobotBodies(NamedTuple):
     corners: Corners
     has_hulls: bool  # whether any of them is more than the origin
     rounding: float  # [m] of the skeleton
-
-
-def moved_bodies(bodies: GrownBodies, by: Array) -> GrownBodies:
-    """The same bodies, the passive ones displaced by a vector (d,) [m]."""
-    balls, at_horizon = bodies.balls.copy(), bodies.at_horizon.copy()
-    balls[:, : len(by)] += by
-    at_horizon["position"][:, : len(by)] += by
-    pieces = bodies.pieces._replace(points=bodies.pieces.points + by)
-    return bodies._replace(pieces=pieces, balls=balls, at_horizon=at_horizon)

@@ -6,7 +6,7 @@ import numpy as np
 
 from slalom.checks import Array, vector
 from slalom.goal import Goal
-from slalom.kernels.arrays import Flags, Indices
+from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import Bounds, Paths, Robot, RobotTable, TargetPaths
 from slalom.kernels.records import Records, zero_records
 from slalom.limits import Limits
@@ -67,7 +67,8 @@ def _rows(of: int, turns: int, normals: Array, offsets: Array) -> Array:
 def robot_table(n: int, committed: int, observed: int) -> RobotTable:
     """A table of n robots whose paths have up to that many pieces; all values 0, no robot committed."""
     each = zero_records(Robot, n)
-    each["priority"], each["present"], each["regret"], each["response"] = 1.0, True, np.inf, -1
+    each["number"], each["next_image"], each["priority"], each["present"] = np.arange(n), -1, 1.0, True
+    each["regret"], each["response"] = np.inf, -1
     return RobotTable(
         each=each,
         committed=Paths(np.zeros((n, committed + 1)), np.zeros((n, committed, 4, 3))),
@@ -95,19 +96,6 @@ def reaches(each: Records[Robot], horizon: float) -> Array:
     return np.asarray(speed * horizon + each["radius"])
 
 
-def some_robots(robots: RobotTable, rows: Indices) -> RobotTable:
-    """A table of the robots in `rows` (m,), as copies."""
-    committed, observed = (Paths(paths.times[rows], paths.points[rows]) for paths in robots[1:])
-    return RobotTable(robots.each[rows], committed, observed)
-
-
-def copy_robot(robots: RobotTable, k: int, into: RobotTable) -> None:
-    """Write the robot in row k into the same row of another table."""
-    into.each[k : k + 1] = robots.each[k : k + 1]
-    for paths, copied in zip(robots[1:], into[1:]):
-        copied.times[k], copied.points[k] = paths.times[k], paths.points[k]
-
-
 def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> None:
     """Put others into all rows but the first: on their predicted paths, see `Tracks.paths`.
 
@@ -130,12 +118,14 @@ def commit_to(robots: RobotTable, k: int, path: Path) -> None:
 
 
 def publish(robots: RobotTable, k: int) -> None:
-    """Let the others observe the committed path of the robot in row k."""
-    committed, observed = robots.committed, robots.observed
+    """Let the others observe the committed path of the robot in row k, and its images on it."""
+    committed, observed, each, row = robots.committed, robots.observed, robots.each, k
     p = committed.points.shape[1]
-    observed.times[k] = committed.times[k, -1]
-    observed.times[k, : p + 1] = committed.times[k]
-    observed.points[k, :p] = committed.points[k]
+    while row >= 0:
+        observed.times[row] = committed.times[k, -1]
+        observed.times[row, : p + 1] = committed.times[k]
+        observed.points[row, :p] = committed.points[k] + (each["position"][row] - each["position"][k])
+        row = int(each["next_image"][row])
 
 
 def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:

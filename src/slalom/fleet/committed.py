@@ -1,6 +1,7 @@
 """Robots with committed manoeuvres, their predictions of each other, and the decisions that change the manoeuvres."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from functools import partial
 
 import numpy as np
@@ -234,10 +235,8 @@ class CommittedFleet:
         if self._turning:
             states = [self._state(k) for k in range(len(self.members.limits))]
             self._bounds = bounds_of(self.members.limits, states)
-        fallen: dict[int, Outcome] = {}
-        groups = [(order, bodies)] if self.images is None else self.images.about(self, order, bodies)
-        for together, among in groups:
-            fallen |= self._decide_together(together, settings, among, obstacles)
+        with nullcontext() if self.images is None else self.images.around(self, order):
+            fallen = self._decide_together(order, settings, bodies, obstacles)
         found = self.table.each["outcome"].tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
 
@@ -261,11 +260,10 @@ class CommittedFleet:
     def fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
         """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
         table, each, d = self.table, self.table.each, self.dimension
-        number, method, world = np.arange(len(each)), self.members.methods[k], int(each["world"][k])
+        number, method, world = each["number"], self.members.methods[k], int(each["world"][k])
         state = self._state(k)
         passive = in_world(obstacles, world)
         if self.images is not None:
-            number = self.images.robot_of
             passive = [*self.images.met(table, k, passive, method.forecast, now, d)]
         reach = reaches(each, self.horizon)
         away = np.linalg.norm(each["position"] - each["position"][k], axis=1)
@@ -276,7 +274,7 @@ class CommittedFleet:
                 piecewise_polynomial(table.observed.times[j], table.observed.points[j, ..., :d]),
             )
             for j in np.flatnonzero(met)
-            if j != k
+            if number[j] != k
         ]
         arrives = each["objective"][k] == ARRIVE
         position = each["target"][k, :d] if arrives else state.position + self.horizon * each["wanted"][k, :d]

@@ -1,17 +1,17 @@
-"""Decisions in a periodic world: each robot among the images of the others and of obstacles that it can meet."""
+"""Decisions in a periodic world: robots among the images of each other and of obstacles that they can meet."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slalom.decision.grown_bodies import moved_bodies
-from slalom.decision.robot_tables import copy_robot, reaches, some_robots
+from slalom.decision.robot_tables import publish, reaches
 from slalom.forecast import Forecast
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import GrownBodies, RobotTable
+from slalom.kernels.decision.tables import Paths, RobotTable
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import Period, checked_period, displaced, images_about, images_met, to_nearest
+from slalom.obstacle.periodic import Period, checked_period, displaced, images_met, images_near, to_nearest
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, in_world, listed
 
@@ -20,41 +20,57 @@ if TYPE_CHECKING:
 
 
 class Images:
-    """The images of robots and obstacles in a world with a `period` (d,) [m].
-
-    Attributes:
-        robot_of: the robot in each row of the table of the fleet; between decisions the rows are the robots.
-    """
+    """The images of robots and obstacles in a world with a `period` (d,) [m]."""
 
     def __init__(self, fleet: "CommittedFleet", period: Period) -> None:
         table = fleet.table
         wide = 2.0 * float(table.each["radius"].max()) + float(fleet.members.margins.max())
         self.period = checked_period(period, fleet.dimension, wide, "world_period")
         self.horizon = fleet.horizon
-        self.robot_of = np.arange(len(table.each))
 
-    def about(
-        self, fleet: "CommittedFleet", some: Indices, bodies: list[GrownBodies]
-    ) -> Iterator[tuple[Indices, list[GrownBodies]]]:
-        """Each of the robots `some` alone, with all images of the others that it can meet in the table of the fleet.
+    @contextmanager
+    def around(self, fleet: "CommittedFleet", some: Indices) -> Iterator[None]:
+        """Let the table of the fleet hold the robots in the cell about the origin, and images near `some` of them.
 
-        Also all `bodies` grown by each kind of skeleton, from `window`. Images of a robot move as it does and need not
-        be avoided by it.
+        Passive obstacles are those about that cell, see `window`. Afterwards the table holds the robots alone, where
+        they were, with the decisions made meanwhile.
         """
-        whole, d = fleet.table, fleet.dimension
-        each = whole.each
-        reach = reaches(each, self.horizon)
-        for k in some:
-            within = reach + reach[k] + each["margin"][k]
-            self.robot_of, by = images_about(k, each["position"], within, self.period)
-            # Passive obstacles are those of the cell about the origin, into which `home` brings the robot.
-            home = to_nearest(each["position"][k], self.period)[:d]
-            fleet.table = own = some_robots(whole, self.robot_of)
-            own.each["position"] += by
-            own.observed.points[:] += by[:, None, None]
-            yield np.array([k]), [moved_bodies(each, -home) for each in bodies]
-            copy_robot(own, k, whole)
-            fleet.table, self.robot_of = whole, np.arange(len(whole.each))
+        whole, targets, d = fleet.table, fleet.targets, fleet.dimension
+        home = to_nearest(whole.each["position"], self.period)
+        positions = whole.each["position"] + home
+        distances = reaches(whole.each, self.horizon) + whole.each["margin"]
+        robots, shifts = images_near(positions[:, :d], distances, some, self.period)
+        rows, by = np.concatenate([np.arange(len(home)), robots]), np.concatenate([home, home[robots]])
+        by[len(home) :, :d] += shifts
+        each = whole.each[rows]
+        each["position"] += by
+        each["target"] += by
+        each["next_image"] = _next_images(rows)
+        committed, observed = whole.committed, whole.observed
+        moved = committed.points + home[:, None, None]
+        fleet.table = own = RobotTable(
+            each,
+            Paths(committed.times.copy(), moved.copy()),
+            Paths(observed.times[rows], observed.points[rows] + by[:, None, None]),
+        )
+        if len(targets.points):
+            of_paths = np.repeat(home, np.diff(targets.first), axis=0)
+            fleet.targets = targets._replace(points=targets.points + of_paths[:, None])
+        try:
+            yield
+        finally:
+            fleet.table, fleet.targets = whole, targets
+        decided, kept = each[: len(home)], ("position", "target", "next_image")
+        for name in kept:
+            decided[name] = whole.each[name]
+        whole.each[:] = decided
+        changed = (own.committed.points != moved).any(axis=(1, 2, 3))
+        changed |= (own.committed.times != committed.times).any(axis=1)
+        committed.times[changed] = own.committed.times[changed]
+        committed.points[changed] = own.committed.points[changed] - home[changed, None, None]
+        for k in np.flatnonzero(changed).tolist():
+            if fleet.members.methods[k].shared:
+                publish(whole, k)
 
     def window(self, table: RobotTable, obstacles: Obstacles, forecast: Forecast, now: float) -> ObstacleWindow:
         """The images of predicted obstacles that robots in the cell about the origin can meet."""
@@ -81,3 +97,12 @@ class Images:
             each_of(obstacles), forecast, self.period, now, self.horizon, position - reach, position + reach
         )
         return [displaced(obstacle, by) for obstacle, _, by in each]
+
+
+def _next_images(rows: Indices) -> Indices:
+    """The next image of each of the rows (n,), of which each states the number of its robot; -1: none."""
+    following = np.full(len(rows), -1)
+    order = np.argsort(rows, kind="stable")
+    same = rows[order[1:]] == rows[order[:-1]]
+    following[order[:-1][same]] = order[1:][same]
+    return following

@@ -73,23 +73,21 @@ def between(low: Array, high: Array, period: Period) -> Array:
     return np.array(list(product(*axes))).reshape(-1, len(period))
 
 
-def images_about(k: int, positions: Array, distances: Array, period: Period) -> tuple[Indices, Array]:
-    """The images near robot k: the numbers of their obstacles or robots (m,), and displacements (m, 3) [m].
+def images_near(positions: Array, distances: Array, some: Indices, period: Period) -> tuple[Indices, Array]:
+    """The images that any of `some` robots (m,) may be near to: their robots (i,) and displacements (i, d) [m].
 
-    The first n are the nearest images of all n robots, in the order of `positions` (n, 3) [m]. Then follow the other
-    images of each robot but k that are within its entry of `distances` (n,) [m] of robot k.
+    A robot and an image of another one are near if they are no farther apart than the sum of their `distances` (n,)
+    [m]. positions: (n, d) [m]. Images that no robot is near to may be among them; robots themselves are not.
     """
-    d, nearest = len(period), to_nearest(positions - positions[k], period)
-    displacement = (positions - positions[k] + nearest)[:, :d]
-    largest = float(distances.max())
-    more = between(-largest - displacement.max(axis=0), largest - displacement.min(axis=0), period)
-    more = more[np.any(more, axis=1)]
-    within = np.linalg.norm(displacement + more[:, None], axis=2) <= distances
-    within[:, k] = False
-    which, robot = np.nonzero(within)
-    shifts = nearest[robot]
-    shifts[:, :d] += more[which]
-    return np.concatenate([np.arange(len(positions)), robot]), np.concatenate([nearest, shifts])
+    low, high = positions[some].min(axis=0), positions[some].max(axis=0)
+    most = float(distances[some].max())
+    reach = most + float(distances.max())
+    shifts = between(low - reach - positions.max(axis=0), high + reach - positions.min(axis=0), period)
+    shifts = shifts[np.any(shifts, axis=1)]
+    images = positions + shifts[:, None]
+    away = np.linalg.norm(np.maximum(np.maximum(low - images, images - high), 0.0), axis=2)
+    which, robot = np.nonzero(away <= distances + most)
+    return robot, shifts[which]
 
 
 @dataclass(frozen=True, eq=False)

@@ -101,6 +101,24 @@ def predict(k: int, robots: RobotTable, settings: DecisionSettings) -> None:
 
 
 @kernel
+def publish(i: int, robots: RobotTable, settings: DecisionSettings) -> None:
+    """Let the others observe the committed path of robot i, and its images on it, each displaced as it is now."""
+    committed, observed, image = robots.committed, robots.observed, robots.each[i].next_image
+    copy_into(observed.times[i], committed.times[i])
+    copy_into(observed.points[i], committed.points[i])
+    predict(i, robots, settings)
+    while image >= 0:
+        copy_into(observed.times[image], committed.times[i])
+        for p in range(committed.points.shape[1]):
+            for c in range(4):
+                for axis in range(3):
+                    away = robots.each[image].position[axis] - robots.each[i].position[axis]
+                    observed.points[image, p, c, axis] = committed.points[i, p, c, axis] + away
+        predict(image, robots, settings)
+        image = robots.each[image].next_image
+
+
+@kernel
 def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> None:
     """Commit robot i to control u (3,) of response r from now on; other robots observe it at once where shared."""
     robot = robots.each[i]
@@ -108,9 +126,7 @@ def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTabl
     robot.response = r
     copy_into(robot.control[:], u)
     if settings.shared:
-        copy_into(robots.observed.times[i], robots.committed.times[i])
-        copy_into(robots.observed.points[i], robots.committed.points[i])
-        predict(i, robots, settings)
+        publish(i, robots, settings)
 
 
 @inlined
@@ -138,8 +154,7 @@ def continue_from_state(
             for axis in range(settings.dimension):
                 points[p, c, axis] += position[axis] + elapsed * velocity[axis]
     if settings.shared:
-        copy_into(robots.observed.points[i], robots.committed.points[i])
-        predict(i, robots, settings)
+        publish(i, robots, settings)
 
 
 @kernel
