@@ -74,15 +74,13 @@ class Images:
 
     def window(self, table: RobotTable, obstacles: Obstacles, forecast: Forecast, now: float) -> ObstacleWindow:
         """The images of predicted obstacles that robots in the cell about the origin can meet."""
-        # No response makes a robot faster that exceeds its maximum speed.
         each, worlds = table.each, np.unique(table.each["world"]).tolist()
         if len(worlds) == 1:
             obstacles = in_world(obstacles, worlds[0])
         for one in listed(obstacles):
             if isinstance(one, Tracks):
                 one.refuse_worlds("others")
-        speed = max(each["max_speed"].max(), np.linalg.norm(each["velocity"], axis=1).max())
-        reach = 0.5 * np.array(self.period) + speed * self.horizon + each["radius"].max() + each["margin"].max()
+        reach = 0.5 * np.array(self.period) + (reaches(each, self.horizon) + each["margin"]).max()
         images = images_met(each_of(obstacles), forecast, self.period, now, self.horizon, -reach, reach)
         return ObstacleWindow([displaced(predicted, by) for _, predicted, by in images], now, self.horizon)
 
@@ -91,8 +89,7 @@ class Images:
     ) -> list[Obstacle]:
         """The images of obstacles that robot k can meet."""
         robot, position = table.each[k : k + 1], table.each["position"][k, :d]
-        speed = max(float(robot["max_speed"][0]), float(np.linalg.norm(robot["velocity"])))
-        reach = speed * self.horizon + float(robot["radius"][0] + robot["margin"][0])
+        reach = float((reaches(robot, self.horizon) + robot["margin"])[0])
         each = images_met(
             each_of(obstacles), forecast, self.period, now, self.horizon, position - reach, position + reach
         )
