@@ -259,6 +259,25 @@ def test_a_window_without_some_tracks_is_the_window_without_their_obstacles(abse
     assert np.flatnonzero(np.isinf(first.initial_clearances)).tolist() == absent
 
 
+@pytest.mark.parametrize("forecast", [AtConstantTurn(), AcceleratingBriefly(0.5), None])
+@pytest.mark.parametrize("start", [1.0, 1.3, 4.0])
+def test_balls_at_the_horizon_are_those_of_the_obstacles_one_by_one(start: float, forecast: Forecast | None) -> None:
+    """Of tracks, tables and lists, without those that are left out, have gone, or have several parts."""
+    places, velocities, accelerations, radii = crowd(np.random.default_rng(8), 2)
+    tracks = Tracks(places, velocities, radii, 1.0, accelerations=accelerations, forecast=forecast)
+    walls = Obstacle(Polyline([(0.0, 3.0), (12.0, 3.0), (12.0, 9.0)]), Stationary((0.0, 0.0)))
+    given = [*street(), walls, Obstacle(Disc(0.3), Stationary((1.0, 2.0)), contact_at_rest=False)]
+    every, without = [*given, *tracks.obstacles], [1, 7, 9]
+    end = start + 4.0
+    kept = [k for k, o in enumerate(every) if len(o.shape.parts) == 1 and o.contact_at_rest and k not in without]
+    kept = [k for k in kept if every[k].exists(end)]
+    for together in (every, [ObstacleTable(given), tracks], [*given, tracks], [ObstacleTable(given), *every[7:]]):
+        found = ObstacleWindow(together, start, 4.0).without(np.array(without)).at_horizon()
+        expected = [every[k].trajectory.position(end) for k in kept]
+        np.testing.assert_allclose(found["position"][:, :2], expected, atol=1e-9)
+        np.testing.assert_array_equal(found["radius"], [every[k].shape.bounding_radius for k in kept])
+
+
 def test_an_obstacle_by_its_number() -> None:
     """Obstacles and tracks are numbered one after the other; no others exist."""
     rock = Obstacle(Disc(1.0), Stationary((9.0, 9.0)))

@@ -1,6 +1,8 @@
 """Forecasts of other robots that are linear in the observed state, as tables."""
 
-from typing import NamedTuple
+from collections.abc import Hashable
+from functools import lru_cache
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -35,6 +37,39 @@ def linear_forecast(forecast: Forecast, span: float) -> LinearForecast | None:
         return None
     table = LinearForecast(expected.times, np.stack([path.points[..., 0] for path in paths], axis=-1))
     return table if np.allclose(table.points(probe), expected.points) else None
+
+
+def until(forecast: Forecast, duration: float) -> LinearForecast | None:
+    """A forecast as a table up to a `duration` [s] at least, one for many decisions; None: it is not linear."""
+    return _tabulated(cast(Hashable, forecast), _span(duration))
+
+
+def window(forecast: Forecast, since: float, horizon: float, parts: int) -> LinearForecast | None:
+    """A forecast up to `horizon` [s] from a time `since` [s] after the observation, with times from then on.
+
+    In equal `parts` at least. One for many decisions; None: the forecast is not linear.
+    """
+    return _window(cast(Hashable, forecast), since, horizon, parts)
+
+
+@lru_cache(maxsize=64)
+def _tabulated(forecast: Hashable, span: float) -> LinearForecast | None:
+    return linear_forecast(cast(Forecast, forecast), span)
+
+
+@lru_cache(maxsize=64)
+def _window(forecast: Hashable, since: float, horizon: float, parts: int) -> LinearForecast | None:
+    rule = _tabulated(forecast, _span(since + horizon))
+    if rule is None:
+        return None
+    knots = np.union1d(np.clip(rule.times, since, since + horizon), np.linspace(since, since + horizon, parts + 1))
+    path = Path(rule.times, rule.shares, np.zeros(len(rule.shares))).cut(knots)
+    return LinearForecast(path.times - since, path.points)
+
+
+def _span(duration: float) -> float:
+    """A power of 2 [s] of at least a duration [s] and 1 s."""
+    return float(2.0 ** np.ceil(np.log2(max(duration, 1.0))))
 
 
 def _path(forecast: Forecast, state: Array, span: float) -> Path:

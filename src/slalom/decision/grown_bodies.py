@@ -59,10 +59,8 @@ class Skeletons:
         return self._made(kind, obstacles, around, detours=detours)
 
     def _made(self, kind: int, obstacles: ObstacleWindow, around: Reach | None, *, detours: bool) -> GrownBodies:
-        shape, d, end = self.shapes[kind], self.dimension, obstacles.start + obstacles.horizon
+        shape = self.shapes[kind]
         bodies = obstacles.bodies(shape) if around is None else obstacles.bodies_near(shape, around)
-        # Obstacles of several parts, such as walls, are left out: a disc does not represent them.
-        staying, worlds = obstacles.staying(end) if detours else ([], np.empty(0, np.int64))
         robots, corners = self._robots(kind), Corners(bodies.corners, bodies.first, bodies.unordered)
         if len(robots.each):
             corners = Corners(
@@ -70,10 +68,6 @@ class Skeletons:
                 np.concatenate([bodies.first, bodies.first[-1] + robots.corners.first[1:]]),
                 np.concatenate([bodies.unordered, robots.corners.unordered]),
             )
-        at_horizon = zero_records(ObstacleAtHorizon, len(staying))
-        for e, obstacle in enumerate(staying):
-            at_horizon["position"][e, :d] = obstacle.trajectory.position(end)
-            at_horizon["radius"][e], at_horizon["world"][e] = obstacle.shape.bounding_radius, worlds[e]
         return GrownBodies(
             pieces=bodies.pieces,
             balls=bodies.balls,
@@ -81,7 +75,7 @@ class Skeletons:
             hull=bodies.hull,
             corners=corners if bodies.has_hulls or robots.has_hulls else (),
             heads=bodies.heads,
-            at_horizon=at_horizon,
+            at_horizon=obstacles.at_horizon() if detours else zero_records(ObstacleAtHorizon, 0),
             reach=np.inf if around is None else around.distance,
             robot_rounding=robots.rounding,
             robot_first=robots.first,

@@ -1,6 +1,7 @@
 """Obstacles that serve many decisions, made into tables once by the caller."""
 
 from collections.abc import Iterable, Iterator
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +10,9 @@ from slalom import kernels
 from slalom.checks import Array, has
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Flags, Indices
+from slalom.kernels.decision.tables import ObstacleAtHorizon
+from slalom.kernels.records import Records, zero_records
+from slalom.obstacle.at_horizon import at_horizon, represented
 from slalom.obstacle.minkowski import minkowski_sum
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Bodies, Reach, joined, no_bodies, rows_of
@@ -120,6 +124,24 @@ class ObstacleTable:
         )
         found = bodies._replace(pieces=pieces, balls=balls, heads=heads)
         return found if each is bodies.each else found._replace(each=each, hull=bodies.hull[some])
+
+    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
+        """The obstacles that balls represent and that exist after `horizon` [s] from the start: numbers and balls."""
+        t, (some, still, resting) = start + horizon, self._represented
+        there = self.exist(t)[some]
+        found = resting.copy()
+        moving = np.flatnonzero(there & ~still)
+        found[moving] = at_horizon(self.obstacles, some[moving], t)
+        return some[there], found[there]
+
+    @cached_property
+    def _represented(self) -> tuple[Indices, Flags, Records[ObstacleAtHorizon]]:
+        """The obstacles (m,) that balls represent, which of them are at rest, and the balls of these."""
+        some = represented(self.obstacles)
+        still = np.array([self.obstacles[k].at_rest for k in some], np.bool_)
+        found = zero_records(ObstacleAtHorizon, len(some))
+        found[still] = at_horizon(self.obstacles, some[still], 0.0)
+        return some, still, found
 
     def _made(self, robot: Shape, begin: float, end: float) -> "_Stretch":
         """All bodies from begin to end [s]."""

@@ -1,8 +1,8 @@
 """Discs and balls that are observed anew at every decision, as arrays."""
 
-from collections.abc import Hashable, Sequence
-from functools import cached_property, lru_cache
-from typing import Any, TypeVar, cast
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,12 +24,13 @@ from slalom.checks import (
 from slalom.errors import InvalidInput
 from slalom.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.kernels.arrays import Indices, Pieces
-from slalom.kernels.decision.tables import EVERY_WORLD
-from slalom.linear_forecast import LinearForecast, linear_forecast
+from slalom.kernels.decision.tables import EVERY_WORLD, ObstacleAtHorizon
+from slalom.kernels.records import Records, zero_records
+from slalom.linear_forecast import until as forecast_until, window
+from slalom.obstacle.at_horizon import at_horizon
 from slalom.obstacle.minkowski import sum_of_shapes
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import NO_TURNS, Bodies, Reach, no_bodies, passive_bodies, pieces_of_each
-from slalom.path import Path
 from slalom.shape import Shape, round_shape
 from slalom.tolerances import UNCERTAINTY_PIECES
 from slalom.trajectory import ConstantAcceleration
@@ -201,7 +202,7 @@ class Tracks:
 
     def paths(self, end: float) -> tuple[Array, Array]:
         """The predicted motion of each up to `end` [s]: knots (n, q + 1) [s], control points (n, q, 4, d) [m]."""
-        rule = self._rule(end)
+        rule = forecast_until(self.forecast, end - self.t)
         if rule is not None:
             knots = np.empty((len(self), len(rule.times)))
             knots[:] = self.t + rule.times
@@ -215,9 +216,16 @@ class Tracks:
             times[k, : len(path.times)], points[k, : len(path.points)] = path.times, path.points
         return times, points
 
-    def _rule(self, end: float) -> LinearForecast | None:
-        """The forecast as a table up to `end` [s] at least: one for many decisions."""
-        return _tabulated(cast(Hashable, self.forecast), _span(end - self.t))
+    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
+        """All tracks after `horizon` [s] from the start, see `ObstacleTable.at_horizon`."""
+        rule, every = window(self.forecast, start - self.t, horizon, 1), np.arange(len(self))
+        if rule is None:
+            found = at_horizon(self.obstacles, every, start + horizon)
+        else:
+            found = zero_records(ObstacleAtHorizon, len(self))
+            found["position"][:, : self.dimension], found["radius"] = rule.points(self.states)[:, -1, 3], self.radii
+        found["world"] = self.worlds
+        return every, found
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Bodies of the tracks, see `ObstacleTable.bodies`. Raises InvalidInput for tracks observed after `start`."""
@@ -232,17 +240,17 @@ class Tracks:
             return found
         exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
         cuts = 1 if exact.all() else UNCERTAINTY_PIECES
-        window = _window(cast(Hashable, self.forecast), start - self.t, horizon, cuts)
-        if window is None or np.any(until != horizon):
+        rule = window(self.forecast, start - self.t, horizon, cuts)
+        if rule is None or np.any(until != horizon):
             found = pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
             found.each["world"] = self.worlds[found.each["owner"]]
             return found
-        shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(window.shares)
+        shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(rule.shares)
         b, d = len(shape.radius), self.dimension
-        points = np.asarray(window.points(self.states)[:, None] + shape.offsets[:, None, None])
+        points = np.asarray(rule.points(self.states)[:, None] + shape.offsets[:, None, None])
         total = n * b
         number = np.arange(total)
-        widths = np.repeat(self._widths(window.times + (start - self.t)), b, axis=0)
+        widths = np.repeat(self._widths(rule.times + (start - self.t)), b, axis=0)
         point = _each((shape.counts == 1) & (shape.hull_radius == 0.0), n) & np.repeat(exact, b)
         hull, each = np.where(point, -1, number), passive_bodies(total)
         each["owner"], each["world"], each["uncertain"] = (
@@ -251,7 +259,7 @@ class Tracks:
         each["radius"] = np.add.outer(self.radii, shape.radius).reshape(-1)
         each["hull_radius"] = _each(shape.hull_radius, n)
         pieces = Pieces(
-            _each(np.stack([window.times[:-1], window.times[1:]], axis=1), total),
+            _each(np.stack([rule.times[:-1], rule.times[1:]], axis=1), total),
             points.reshape(total * k, 4, d),
             widths[:, :-1].ravel(),
             np.diff(widths, axis=1).ravel(),
@@ -289,26 +297,6 @@ def _usable(forecast: Forecast) -> Forecast:
     return forecast
 
 
-@lru_cache(maxsize=64)
-def _tabulated(forecast: Hashable, span: float) -> LinearForecast | None:
-    """The forecast as a table over `span` [s]."""
-    return linear_forecast(cast(Forecast, forecast), span)
-
-
-@lru_cache(maxsize=64)
-def _window(forecast: Hashable, since: float, horizon: float, parts: int) -> LinearForecast | None:
-    """The forecast up to `horizon` [s] from a time `since` [s] after the observation, with times from then on.
-
-    In equal `parts` at least. One for many decisions.
-    """
-    rule = _tabulated(forecast, _span(since + horizon))
-    if rule is None:
-        return None
-    knots = np.union1d(np.clip(rule.times, since, since + horizon), np.linspace(since, since + horizon, parts + 1))
-    path = Path(rule.times, rule.shares, np.zeros(len(rule.shares))).cut(knots)
-    return LinearForecast(path.times - since, path.points)
-
-
 def told_apart(ids: Sequence[object], name: str) -> None:
     """Raise InvalidInput if two of the ids are equal, or are the same text."""
     seen = set[str]()
@@ -318,11 +306,6 @@ def told_apart(ids: Sequence[object], name: str) -> None:
                 f"{name}: expected different ones, by which tracks are told apart; found {text_of_id} twice"
             )
         seen.add(text_of_id)
-
-
-def _span(duration: float) -> float:
-    """A power of 2 [s] of at least a duration [s] and 1 s."""
-    return float(2.0 ** np.ceil(np.log2(max(duration, 1.0))))
 
 
 def _each(rows: npt.NDArray[Scalar], n: int) -> npt.NDArray[Scalar]:

@@ -13,7 +13,9 @@ from slalom.checks import Array, array, duration, has, number
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Forecast, futures
 from slalom.kernels.arrays import Flags, Indices, Snapshot
-from slalom.kernels.decision.tables import EVERY_WORLD
+from slalom.kernels.decision.tables import ObstacleAtHorizon
+from slalom.kernels.records import Records, joined_records, zero_records
+from slalom.obstacle.at_horizon import at_horizon, represented
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Bodies, Reach, merged, no_bodies, pieces_of_each
 from slalom.obstacle.table import ObstacleTable, one_dimension, same_dimension
@@ -48,6 +50,9 @@ class _Source(Protocol):
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Their pieces from `start` on, up to `until` (n,) [s] after it, see `ObstacleTable.bodies`."""
 
+    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
+        """Those that balls represent and that exist after `horizon` [s] from the start: numbers (m,) and balls."""
+
 
 class _Listed:
     """Obstacles of this decision only."""
@@ -64,6 +69,12 @@ class _Listed:
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """The pieces of all from `start` on, up to `until` (n,) [s] after it; none of those that do not exist then."""
         return pieces_of_each(self.obstacles, robot, start, until)
+
+    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
+        """Those that balls represent and that exist after `horizon` [s] from the start: numbers (m,) and balls."""
+        t, some = start + horizon, represented(self.obstacles)
+        there = some[np.array([self.obstacles[k].exists(t) for k in some], np.bool_)]
+        return there, at_horizon(self.obstacles, there, t)
 
 
 class ObstacleWindow:
@@ -140,26 +151,19 @@ class ObstacleWindow:
             index -= count
         raise IndexError(f"index: expected a number below {len(self)}")
 
-    @cached_property
-    def worlds(self) -> Indices:
-        """The world of each obstacle (n,), see `Tracks`; EVERY_WORLD for those that are in all of them."""
-        each = [s.worlds if isinstance(s, Tracks) else np.full(len(s), EVERY_WORLD) for s in self._sources]
-        return np.concatenate([np.empty(0, np.int64), *each])
-
     @property
     def has_futures(self) -> bool:
         """Whether some obstacles are futures with a probability below 1."""
         return any(s.has_futures for s in self._sources)
 
-    def staying(self, t: float) -> tuple[list[Obstacle], Indices]:
-        """The obstacles that are known and exist at time t [s], of one part; and their worlds (m,)."""
-        known = self.until > 0.0
-        found = [
-            k
-            for k, o in enumerate(self.obstacles)
-            if known[k] and o.contact_at_rest and len(o.shape.parts) == 1 and o.exists(t)
-        ]
-        return [self.obstacles[k] for k in found], self.worlds[found]
+    def at_horizon(self) -> Records[ObstacleAtHorizon]:
+        """The obstacles that balls represent and that are known and exist at the horizon."""
+        parts, first = [zero_records(ObstacleAtHorizon, 0)], 0
+        for source, count in zip(self._sources, self._counts):
+            some, found = source.at_horizon(self.start, self.horizon)
+            parts.append(found[self.until[first + some] > 0.0])
+            first += count
+        return joined_records(parts)
 
     @property
     def is_passive(self) -> bool:
