@@ -264,8 +264,9 @@ def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float) -> Obstacle:
     """The obstacle on a predicted trajectory."""
     if isinstance(obstacle.heading, Headings):
         return replace(obstacle, trajectory=trajectory, heading=float(obstacle.heading.angle(now)))
-    rests = np.linalg.norm(trajectory.velocity(now)) <= AT_REST
-    if obstacle.turns and rests and not np.any(trajectory.acceleration(now)):
-        x, y = obstacle.direction(now)
-        return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))
+    if obstacle.turns:
+        rests = np.linalg.norm(trajectory.velocity(now)) <= AT_REST
+        if rests and not np.any(trajectory.acceleration(now)):
+            x, y = obstacle.direction(now)
+            return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))
     return replace(obstacle, trajectory=trajectory)

@@ -172,8 +172,10 @@ def continued(positions: Array, most: int = 1, later: float = MODEL_LEAD) -> lis
     weights /= weights.sum()
     fitted = fits.now @ positions
     moved, velocities = _moved(fitted[:, :1], fitted[:, 1:], np.array(MODEL_KNOTS))
-    places = _moved(fitted[:, :1], fitted[:, 1:], np.array([later]))[0][:, 0]
-    groups = _grouped(places, weights, most, least * (later / MODEL_LEAD) ** 2) if most > 1 else []
+    groups: list[list[int]] = []
+    if most > 1:
+        places = _moved(fitted[:, :1], fitted[:, 1:], np.array([later]))[0][:, 0]
+        groups = _grouped(places, weights, most, least * (later / MODEL_LEAD) ** 2)
     if len(groups) <= 1:
         return [Continuation(np.tensordot(weights, moved, 1), np.tensordot(weights, velocities, 1), least)]
     sums = [float(weights[group].sum()) for group in groups]

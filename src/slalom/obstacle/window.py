@@ -95,9 +95,9 @@ class ObstacleWindow:
         self, obstacles: Obstacles, start: float, horizon: float, horizons: npt.ArrayLike | None = None
     ) -> None:
         self.start = number(start, "start")
-        self._sources = _sources(listed(obstacles), self.start)
-        self._counts = [len(source) for source in self._sources]
         self.horizon = duration(horizon, "horizon")
+        self._sources = _sources(listed(obstacles), self.start, self.start + self.horizon)
+        self._counts = [len(source) for source in self._sources]
         self.dimension = one_dimension(source.dimension for source in self._sources)
         self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
         self._at_rest = True
@@ -313,13 +313,16 @@ def _within(source: Obstacle | ObstacleTable | Tracks) -> Sequence[Obstacle]:
     return source.given if isinstance(source, ObstacleTable) else source.obstacles
 
 
-def _sources(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float) -> list[_Source]:
-    """Tables and tracks as they are, obstacles that follow each other together, as they are known at `now` [s]."""
+def _sources(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float, end: float) -> list[_Source]:
+    """Tables and tracks as they are, obstacles that follow each other together, as they are known at `now` [s].
+
+    A trajectory that lasts up to the `end` [s] of the window needs no continuation.
+    """
     found: list[_Source] = []
     plain: list[Obstacle] = []
     for one in obstacles:
         if isinstance(one, Obstacle):
-            plain.append(one.known_at(now))
+            plain.append(one if one.trajectory.span[1] >= end else one.known_at(now))
             continue
         if plain:
             found.append(_Listed(plain))
