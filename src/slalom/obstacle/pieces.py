@@ -157,24 +157,32 @@ def pieces_of_each(
 
 
 def _paths_at_once(obstacles: Sequence[Obstacle], spans: Sequence[tuple[float, float]]) -> dict[int, Path]:
-    """Paths by number of obstacles on cubic trajectories with the same times, such as predictions of one moment.
+    """Paths by number of obstacles, such as predictions of one moment, which take less time together than one by one.
 
-    Those of uncertain ones are cut as `rows_of` needs them.
+    They are those of cubic trajectories with the same times, and of uncertain obstacles, cut as `rows_of` needs them.
     """
-    groups: dict[tuple[bytes, int, bool, tuple[float, float]], list[int]] = {}
+    groups: dict[tuple[bytes, int, tuple[float, float]], list[int]] = {}
+    found = {}
     for k, (obstacle, span) in enumerate(zip(obstacles, spans, strict=True)):
         ahead = obstacle.trajectory
         if isinstance(ahead, PiecewisePolynomial) and ahead.is_cubic:
-            key = (ahead.times.tobytes(), ahead.coefficients.shape[1], obstacle.uncertainty is None, span)
-            groups.setdefault(key, []).append(k)
-    found = {}
-    for (_, _, exact, (begin, end)), some in groups.items():
+            groups.setdefault((ahead.times.tobytes(), ahead.coefficients.shape[1], span), []).append(k)
+        elif obstacle.uncertainty is not None:
+            found[k] = ahead.path(*span)
+    for (_, _, (begin, end)), some in groups.items():
         times, points = cubic_paths([cast(PiecewisePolynomial, obstacles[k].trajectory) for k in some], begin, end)
-        path = Path(times, np.moveaxis(points, 0, 1), np.zeros(len(times) - 1))
-        if not exact:
-            path = path.cut(_uncertain_knots(path, begin, end))
-        for k, own in zip(some, np.ascontiguousarray(np.moveaxis(path.points, 1, 0)), strict=True):
-            found[k] = path._replace(points=own)
+        found |= {k: Path(times, own, np.zeros(len(times) - 1)) for k, own in zip(some, points, strict=True)}
+    uncertain: dict[bytes, list[int]] = {}
+    for k, path in found.items():
+        if obstacles[k].uncertainty is not None:
+            uncertain.setdefault(path.times.tobytes(), []).append(k)
+    for some in uncertain.values():
+        paths = [found[k] for k in some]
+        points, errors = np.stack([path.points for path in paths], axis=1), np.stack([p.error for p in paths], axis=1)
+        together = Path(paths[0].times, points, errors)
+        cut = together.cut(_uncertain_knots(together, float(together.times[0]), float(together.times[-1])))
+        for row, k in enumerate(some):
+            found[k] = Path(cut.times, np.ascontiguousarray(cut.points[:, row]), cut.error[:, row].copy())
     return found
 
 
