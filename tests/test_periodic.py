@@ -9,6 +9,7 @@ from draws import draws
 from slalom import (
     METHODS,
     Circular,
+    ConstantVelocity,
     Disc,
     Fleet,
     Goal,
@@ -135,6 +136,21 @@ def test_a_run_shifted_by_periods_is_the_same_run(method):
         other = simulate(meeting(shifts=shifts), METHODS[method])
         assert other.outcomes == one.outcomes
         assert np.allclose(other.positions - np.array(shifts), one.positions, atol=1e-7)
+
+
+@pytest.mark.parametrize("method", ["nao", "nao_shared"])
+def test_so_is_one_whose_goals_move(method):
+    """Each goal moves beside its robot's way, so that all of them change their manoeuvres."""
+
+    def run(period, shifts):
+        scenario = meeting(period, shifts)
+        moving = (ConstantVelocity(r.goal.position(0.0), (0.5, -0.8)) for r in scenario.robots)
+        robots = (replace(r, goal=replace(r.goal, trajectory=t)) for r, t in zip(scenario.robots, moving))
+        return simulate(replace(scenario, robots=tuple(robots)), METHODS[method])
+
+    one, other = run(None, ((0.0, 0.0),) * 3), run(PERIOD, SHIFTS)
+    assert other.outcomes == one.outcomes
+    assert np.allclose(other.positions - np.array(SHIFTS), one.positions, atol=1e-7)
 
 
 @pytest.mark.parametrize(

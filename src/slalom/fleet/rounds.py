@@ -20,18 +20,17 @@ FallBack = Callable[[int], Outcome]
 """Decides for a robot (its row) for which the kernel found no decision; returns the outcome."""
 
 
-def of_one_kind(some: Indices, kinds: Indices, in_order: bool) -> Iterator[Indices]:
+def of_one_kind(some: Indices, kinds: Indices, in_order: bool) -> list[Indices]:
     """The robots `some` (m,) in parts of one kind each; in their order where each avoids the decisions before its own.
 
     kinds: (n,) the kind of each robot.
     """
     own = kinds[some]
-    if not in_order:
-        some = some[np.argsort(own, kind="stable")]
-        own = np.sort(own)
-    for part in np.split(some, np.flatnonzero(np.diff(own)) + 1):
-        if len(part):
-            yield part
+    if (own == own[:1]).all():
+        # Most fleets: sorting would take as long as some decisions.
+        return [some] if len(some) else []
+    order = np.arange(len(some)) if in_order else np.argsort(own, kind="stable")
+    return np.split(some[order], np.flatnonzero(np.diff(own[order])) + 1)
 
 
 def at_once(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, Outcome]:
