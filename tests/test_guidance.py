@@ -10,7 +10,7 @@ from slalom.kernels.guidance.grid_astar import (
     farthest_in_sight,
     goal_in_sight,
     line_of_sight,
-    new_search,
+    new_path_search,
     path_lengths,
     path_to_goal,
     shortest_path,
@@ -57,7 +57,7 @@ class TestPaths:
                             other = (x + a // 2, y + b) if abs(a) == 2 else (x + a, y + b // 2)
                             each = max(each, cost[middle], cost[other])
                         slow[x, y] = min(slow[x, y], slow[u, v] + np.hypot(a, b) * each)
-        search = new_search(cost)
+        search = new_path_search(cost)
         _, most = path_lengths(cost, goal, (-1, -1), np.inf, search)
         found = search.lengths.reshape(cost.shape)
         assert all(found[cell] == pytest.approx(slow[cell]) for cell in cells)
@@ -77,7 +77,7 @@ class TestPaths:
             cost[a : a + 30, b] = WALL_COST
         ends = rng.integers(0, n, 4)
         goal, start = tuple(ends[:2]), tuple(ends[2:])
-        some, all_cells = new_search(cost), new_search(cost)
+        some, all_cells = new_path_search(cost), new_path_search(cost)
         _, most = path_lengths(cost, goal, start, 6.0, some)
         path_lengths(cost, goal, start, np.inf, all_cells)
         few, every = some.lengths.reshape(n, n), all_cells.lengths.reshape(n, n)
@@ -92,7 +92,7 @@ class TestPaths:
         whole, path = shortest_path((n, n), start, np.inf, all_cells), shortest_path((n, n), start, most, some)
         assert path == whole or not path
         assert whole[-1] == goal
-        search = new_search(cost)
+        search = new_path_search(cost)
         # A second search in the same memory finds the same.
         assert path_to_goal(cost, goal, start, search) == path_to_goal(cost, goal, start, search) == whole
 
@@ -109,7 +109,7 @@ class TestPaths:
         assert goal_in_sight(grid, 0.2, positions, radii, parked, 0, np.array([1.5, 3.0, 0.0]))
         positions[0], goal, corner = (1.0, 3.0, 0.0), np.array([3.5, 3.0, 0.0]), np.zeros(3)
         assert not goal_in_sight(grid, 0.2, positions, radii, parked, 0, goal)
-        farthest_in_sight(grid, cost, positions[0], goal, new_search(cost), corner)
+        farthest_in_sight(grid, cost, positions[0], goal, new_path_search(cost), corner)
         assert line_of_sight(cost, 10.0, 30.0, corner[0] / 0.1, corner[1] / 0.1)
         assert corner[1] < 1.25
 

@@ -39,7 +39,7 @@ MOVE_LENGTHS = np.sqrt((MOVES**2).sum(axis=1))
 
 
 @kernel
-def new_search(cost: Array) -> PathSearch:
+def new_path_search(cost: Array) -> PathSearch:
     """The memory of searches on a grid of cells with cost (nx, ny) [1]."""
     buckets = int(LONGEST_MOVE * (cost.max() + 1.0) / BUCKET_WIDTH) + 2
     return PathSearch(np.full(cost.size, np.inf), np.full(buckets, -1))

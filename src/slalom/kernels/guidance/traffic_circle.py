@@ -12,7 +12,7 @@ from slalom.kernels.guidance.grid_astar import (
     cell_costs,
     farthest_in_sight,
     goal_in_sight,
-    new_search,
+    new_path_search,
 )
 from slalom.kernels.guidance.periodic_images import nearest_image
 from slalom.kernels.guidance.plane import along_and_across
@@ -244,5 +244,5 @@ def update_waypoints(robots: GuidanceState, grid: Grid, margin: float, parked: I
             continue
         if radius != costs_radius:
             cost, costs_radius = cell_costs(grid, radius, robots.position, robots.radius, parked), radius
-            search = new_search(cost)
+            search = new_path_search(cost)
         farthest_in_sight(grid, cost, robots.position[i], robots.goal[i], search, robots.waypoint[i])
