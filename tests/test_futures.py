@@ -253,7 +253,7 @@ def track(turn: float) -> Sampled:
 
 def test_futures_of_models_are_groups_whose_probabilities_are_1_together() -> None:
     person = Obstacle(Disc(0.3), track(1.5), "person")
-    found = futures(person, FromModels(futures=3), 6.0, 1.0)
+    (found,) = futures([person], FromModels(futures=3), 6.0, [0], 1.0)
     assert 1 < len(found) <= 3
     weights = [one.probability for one in found]
     assert sum(weights) == pytest.approx(1.0, abs=1e-12)
@@ -266,7 +266,7 @@ def test_futures_of_models_are_groups_whose_probabilities_are_1_together() -> No
     places = np.array([one.trajectory.position(knot) for one in found])
     assert np.allclose(weights @ places, FromModels()(person.trajectory, 6.0).position(knot), atol=1e-12)
     assert np.linalg.norm(ends - mean, axis=1).max() > 0.1
-    doubtful = futures(replace(person, probability=0.5), FromModels(futures=3), 6.0, 1.0)
+    (doubtful,) = futures([replace(person, probability=0.5)], FromModels(futures=3), 6.0, [0], 1.0)
     assert sum(one.probability for one in doubtful) == pytest.approx(0.5)
     assert {one.owner for one in doubtful} == {"person"}
 
@@ -274,11 +274,35 @@ def test_futures_of_models_are_groups_whose_probabilities_are_1_together() -> No
 def test_a_track_with_one_future_is_predicted_as_by_the_mean() -> None:
     times = np.arange(0.0, 6.01, 0.1)
     straight = Obstacle(Disc(0.3), Sampled(times, np.outer(times, (1.3, 0.0)), interpolation="linear"), "person")
-    (found,) = futures(straight, FromModels(futures=3), 6.0, 1.0)
-    (mean,) = futures(straight, FromModels(), 6.0, 1.0)
+    ((found,),) = futures([straight], FromModels(futures=3), 6.0, [0], 1.0)
+    ((mean,),) = futures([straight], FromModels(), 6.0, [0], 1.0)
     ahead = np.linspace(6.0, 9.0, 7)
     assert found.probability == 1.0
     assert np.array_equal(found.trajectory.position(ahead), mean.trajectory.position(ahead))
+
+
+@pytest.mark.parametrize("most", [1, 3])
+def test_obstacles_are_predicted_together_as_alone(most: int) -> None:
+    """To the bit: some are at rest, some appeared later, and one has another spacing of its samples."""
+    rng = np.random.default_rng(most)
+    rule = FromModels(futures=most)
+    walks = [track(turn) for turn in (0.0, 0.4, 1.5, -0.8)]
+    walks += [Stationary((3.0, 1.0)), ConstantVelocity((0.0, 0.0), (0.5, 0.2))]
+    walks += [
+        Sampled(t, rng.normal(0.0, 0.3, (len(t), 2)).cumsum(axis=0))
+        for t in (np.arange(5.0, 9.0, 0.4), np.arange(0.0, 9.0, 0.1))
+    ]
+    people = [Obstacle(Disc(0.3), walk, "one" if k % 2 else "") for k, walk in enumerate(walks)]
+    numbers = list(range(10, 10 + len(people)))
+    together = futures(people, rule, 6.0, numbers, 0.7)
+    times = np.linspace(6.0, 12.0, 25)
+    for person, number, found in zip(people, numbers, together, strict=True):
+        (alone,) = futures([person], rule, 6.0, [number], 0.7)
+        assert [one.probability for one in found] == [one.probability for one in alone]
+        assert [one.owner for one in found] == [one.owner for one in alone]
+        for one, other in zip(found, alone, strict=True):
+            np.testing.assert_array_equal(one.trajectory.position(times), other.trajectory.position(times))
+            assert one.uncertainty == other.uncertainty
 
 
 def test_robots_avoid_all_futures_of_a_turning_person() -> None:
@@ -290,7 +314,7 @@ def test_robots_avoid_all_futures_of_a_turning_person() -> None:
     robot = replace(navigator(), method=replace(method("nao"), forecast=rule))
     found = robot.decide(state, [person], goal, now=6.0)
     blocked = control_obstacle(
-        found.manoeuvre.response, state, futures(person, rule, 6.0), ROBOT, horizon=HORIZON, start=6.0
+        found.manoeuvre.response, state, *futures([person], rule, 6.0, [0]), ROBOT, horizon=HORIZON, start=6.0
     )
     assert found.safe
     assert not blocked.contains(found.manoeuvre.control)
@@ -298,7 +322,8 @@ def test_robots_avoid_all_futures_of_a_turning_person() -> None:
     sequence = ahead.decide(state, [person], goal, now=6.0)
     assert sequence.safe
     times = np.linspace(6.0, 10.0, 81)
-    for one in futures(person, rule, 6.0, LIMITS.max_speed / LIMITS.max_acceleration):
+    (each,) = futures([person], rule, 6.0, [0], LIMITS.max_speed / LIMITS.max_acceleration)
+    for one in each:
         gaps = np.linalg.norm(sequence.manoeuvre.position(times) - one.trajectory.position(times), axis=1)
         radius = 0.0 if one.uncertainty is None else one.uncertainty.radius(times - 6.0, 2)
         assert (gaps >= 0.6 + radius - 1e-6).all()

@@ -1,5 +1,6 @@
 """Forecasts: rules that predict an obstacle's trajectory from the present information about it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Final, Protocol, runtime_checkable
 
@@ -235,24 +236,32 @@ def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 
     return _moving(obstacle, trajectory, now)
 
 
-def futures(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 0.0, number: int = 0) -> list[Obstacle]:
-    """The obstacle on each of its predicted trajectories, with their probabilities; as `predicted` if there is one.
+def futures(
+    obstacles: Sequence[Obstacle], forecast: Forecast, now: float, numbers: Sequence[int], rise: float = 0.0
+) -> list[list[Obstacle]]:
+    """Each obstacle on each of its predicted trajectories, with their probabilities; as `predicted` if there is one.
 
-    `number`: of the obstacle among all, which distinguishes obstacles of one name.
+    `numbers`: of the obstacles among all, which distinguish those of one name.
     """
-    if not isinstance(forecast, FromModels) or forecast.futures == 1:
-        return [predicted(obstacle, forecast, now, rise)]
-    obstacle = obstacle.known_at(now)
-    each, error = forecast.with_futures(obstacle.trajectory, now, rise)
-    obstacle = _uncertain(obstacle, error)
-    if len(each) == 1:
-        return [_moving(obstacle, each[0][1], now)]
-    one_of_several = obstacle.probability < 1.0
-    owner = obstacle.owner or obstacle.name if one_of_several else f"{obstacle.name} (obstacle {number})"
-    return [
-        replace(_moving(obstacle, trajectory, now), probability=obstacle.probability * p, owner=owner)
-        for p, trajectory in each
-    ]
+    if not isinstance(forecast, FromModels):
+        return [[predicted(obstacle, forecast, now, rise)] for obstacle in obstacles]
+    there = [obstacle.known_at(now) for obstacle in obstacles]
+    found: list[list[Obstacle]] = []
+    several = forecast.predictions([one.trajectory for one in there], now, rise)
+    for one, number, (each, error) in zip(there, numbers, several, strict=True):
+        unsure = _uncertain(one, error)
+        if len(each) == 1:
+            found.append([_moving(unsure, each[0][1], now)])
+            continue
+        one_of_several = unsure.probability < 1.0
+        owner = unsure.owner or unsure.name if one_of_several else f"{unsure.name} (obstacle {number})"
+        found.append(
+            [
+                replace(_moving(unsure, trajectory, now), probability=unsure.probability * p, owner=owner)
+                for p, trajectory in each
+            ]
+        )
+    return found
 
 
 def _uncertain(obstacle: Obstacle, error: BoundedError) -> Obstacle:

@@ -5,7 +5,8 @@ fitted to some positions, with an acceleration that lasts a while or a turn rate
 lines and parabolas through the newest position, which are linear in the positions: one table for each number of them.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, ClassVar, Final, NamedTuple, cast
 
@@ -99,19 +100,17 @@ class FromModels:
 
     def with_error(self, trajectory: Trajectory, now: float, rise: float = 0.0) -> tuple[Trajectory, BoundedError]:
         """The mean prediction and its radius; `rise` [s] is the time of the robot from rest to its maximum speed."""
-        [(_, mean)], error = self._predicted(trajectory, now, rise, 1)
+        [([(_, mean)], error)] = replace(self, futures=1).predictions([trajectory], now, rise)
         return mean, error
 
-    def with_futures(self, trajectory: Trajectory, now: float, rise: float = 0.0) -> "Futures":
-        """All futures, the most probable one first, and their radius; `rise` as in `with_error`."""
-        return self._predicted(trajectory, now, rise, self.futures)
-
-    def _predicted(self, trajectory: Trajectory, now: float, rise: float, most: int) -> "Futures":
-        # Trajectories are never changed. A decision may predict one more than once, with another `rise`.
-        fixed = type(trajectory).__hash__ is object.__hash__
-        ahead = (_known if fixed else _ahead)(cast(Any, trajectory), now, most, rise if most > 1 else 0.0)
-        growth = self.share * ahead.error * max(rise, ahead.lead) / ahead.lead**2 if ahead.lead else 0.0
-        return Futures(ahead.each, BoundedError(velocity=growth))
+    def predictions(self, trajectories: Sequence[Trajectory], now: float, rise: float = 0.0) -> "list[Futures]":
+        """All futures of each trajectory; together they take less time than one by one. `rise` as in `with_error`."""
+        # Trajectories are never changed. A decision may predict them more than once, with another `rise`.
+        fixed = all(type(each).__hash__ is object.__hash__ for each in trajectories)
+        later = rise if self.futures > 1 else 0.0
+        found = (_known if fixed else _ahead)(cast(Any, tuple(trajectories)), now, self.futures, later)
+        growths = [self.share * a.error * max(rise, a.lead) / a.lead**2 if a.lead else 0.0 for a in found]
+        return [Futures(a.each, BoundedError(velocity=growth)) for a, growth in zip(found, growths)]
 
 
 class Futures(NamedTuple):
@@ -129,24 +128,31 @@ class _Ahead(NamedTuple):
     lead: float = 0.0  # [s] of this error; 0 for an obstacle at rest
 
 
-def _ahead(trajectory: Trajectory, now: float, most: int, rise: float) -> _Ahead:
-    """Up to `most` predictions, apart at the time `rise` [s]."""
-    position, first = trajectory.position(now), trajectory.span[0]
-    spacing = min(_spacing(trajectory, now), (now - first) / FEWEST_PAST)
-    at_rest = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
-    if spacing <= 0.0:
-        return at_rest
-    count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + WHOLE_COUNT)), FEWEST_PAST)))
-    positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
-    if np.abs(positions[: MODEL_LEAD + 1] - position).max() <= REST * MODEL_LEAD * spacing:
-        return at_rest
-    lead = MODEL_LEAD * spacing
-    ahead = continued(positions, most, max(rise, lead) / spacing)
-    each = tuple((one.probability, _joined(position, one, spacing, now)) for one in ahead)
-    return _Ahead(each, ahead[0].error, lead)
+def _ahead(trajectories: Sequence[Trajectory], now: float, most: int, rise: float) -> list[_Ahead]:
+    """Up to `most` predictions of each trajectory, apart at the time `rise` [s]."""
+    found: dict[int, _Ahead] = {}
+    alike: dict[tuple[int, ...], list[tuple[int, float, Array]]] = {}
+    for k, trajectory in enumerate(trajectories):
+        position, first = trajectory.position(now), trajectory.span[0]
+        spacing = min(_spacing(trajectory, now), (now - first) / FEWEST_PAST)
+        if spacing > 0.0:
+            count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + WHOLE_COUNT)), FEWEST_PAST)))
+            positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
+            if np.abs(positions[: MODEL_LEAD + 1] - position).max() > REST * MODEL_LEAD * spacing:
+                alike.setdefault(positions.shape, []).append((k, spacing, positions))
+                continue
+        found[k] = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
+    for group in alike.values():
+        spacings = np.array([spacing for _, spacing, _ in group])
+        later = np.maximum(rise / spacings, MODEL_LEAD)
+        several = continued(np.stack([positions for _, _, positions in group]), most, later)
+        for (k, spacing, positions), ahead in zip(group, several):
+            each = tuple((one.probability, _joined(positions[0], one, spacing, now)) for one in ahead)
+            found[k] = _Ahead(each, ahead[0].error, MODEL_LEAD * spacing)
+    return [found[k] for k in range(len(trajectories))]
 
 
-_known = lru_cache(maxsize=512)(_ahead)
+_known = lru_cache(maxsize=8)(_ahead)
 
 
 class _Fits(NamedTuple):
@@ -157,25 +163,36 @@ class _Fits(NamedTuple):
     checks: Indices  # (c,) spacings ago
 
 
-def continued(positions: Array, most: int = 1, later: float = MODEL_LEAD) -> list[Continuation]:
-    """Up to `most` continuations of a track, each the mean of a group of models, weighted by their past errors.
+def continued(positions: Array, most: int, later: Array) -> list[list[Continuation]]:
+    """Up to `most` continuations of n tracks, each the mean of a group of models, weighted by their past errors.
 
     Args:
-        positions: (k + 1, d) [m] at equal spacings, the newest first, k of at least 1.
-        later: [spacings] of at least MODEL_LEAD, at which models are compared to group them.
+        positions: (n, k + 1, d) [m] at equal spacings, the newest first, k of at least 1.
+        later: (n,) [spacings] of at least MODEL_LEAD, at which models are compared to group them.
     """
-    fits = _fits(len(positions) - 1)
+    fits = _fits(positions.shape[1] - 1)
     errors = _past_errors(positions, fits)
-    least = float(errors.min())
+    leasts = errors.min(axis=1)
     # Relative to the least: powers of small distances would underflow.
-    weights = (np.maximum(errors, np.finfo(float).tiny) / max(least, np.finfo(float).tiny)) ** -MODEL_SHARPNESS
-    weights /= weights.sum()
-    fitted = fits.now @ positions
-    moved, velocities = _moved(fitted[:, :1], fitted[:, 1:], np.array(MODEL_KNOTS))
-    groups: list[list[int]] = []
-    if most > 1:
-        places = _moved(fitted[:, :1], fitted[:, 1:], np.array([later]))[0][:, 0]
-        groups = _grouped(places, weights, most, least * (later / MODEL_LEAD) ** 2)
+    tiny = np.finfo(float).tiny
+    weights = (np.maximum(errors, tiny) / np.maximum(leasts, tiny)[:, None]) ** -MODEL_SHARPNESS
+    weights /= weights.sum(axis=1, keepdims=True)
+    fitted = fits.now @ positions[:, None]
+    moved, velocities = _moved(fitted[:, :, :1], fitted[:, :, 1:], np.array(MODEL_KNOTS))
+    found = []
+    for k, least in enumerate(leasts.tolist()):
+        groups: list[list[int]] = []
+        if most > 1:
+            places = _moved(fitted[k][:, :1], fitted[k][:, 1:], later[k : k + 1])[0][:, 0]
+            groups = _grouped(places, weights[k], most, least * (later[k] / MODEL_LEAD) ** 2)
+        found.append(_means(weights[k], moved[k], velocities[k], least, groups))
+    return found
+
+
+def _means(
+    weights: Array, moved: Array, velocities: Array, least: float, groups: list[list[int]]
+) -> list[Continuation]:
+    """The mean of the models (m,) in each group; of all if there is at most one group."""
     if len(groups) <= 1:
         return [Continuation(np.tensordot(weights, moved, 1), np.tensordot(weights, velocities, 1), least)]
     sums = [float(weights[group].sum()) for group in groups]
@@ -204,29 +221,30 @@ def _grouped(places: Array, weights: Array, most: int, apart: float) -> list[lis
 
 
 def _past_errors(positions: Array, fits: _Fits) -> Array:
-    """Mean error (m,) [m] over MODEL_LEAD spacings at the checks, with a prior that counts as one check."""
-    k = min(len(positions) - 1, 5)
-    speed = float(np.linalg.norm(positions[0] - positions[k])) / k
-    prior = _PRIORS * speed * MODEL_LEAD
+    """Mean error (n, m) [m] over MODEL_LEAD spacings at the checks, with a prior that counts as one check."""
+    k = min(positions.shape[1] - 1, 5)
+    speeds = np.array([float(np.linalg.norm(track[0] - track[k])) / k for track in positions])
+    prior = _PRIORS * speeds[:, None] * MODEL_LEAD
     if not len(fits.checks):
         return np.asarray(prior)
-    fitted = fits.then @ positions
-    moved, _ = _moved(fitted[:, :, 0], fitted[:, :, 1], np.array([MODEL_LEAD]))
-    errors = np.linalg.norm(positions[fits.checks + MODEL_LEAD] + moved - positions[fits.checks], axis=-1)
-    return np.asarray((errors.sum(axis=1) + prior) / (len(fits.checks) + 1))
+    fitted = fits.then @ positions[:, None, None]
+    moved, _ = _moved(fitted[..., 0, :], fitted[..., 1, :], np.array([MODEL_LEAD]))
+    then, since = positions[:, None, fits.checks + MODEL_LEAD], positions[:, None, fits.checks]
+    errors = np.linalg.norm(then + moved - since, axis=-1)
+    return np.asarray((errors.sum(axis=-1) + prior) / (len(fits.checks) + 1))
 
 
 def _moved(velocity: Array, acceleration: Array, times: Array) -> tuple[Array, Array]:
-    """Displacements and velocities (m, k, d) of each model.
+    """Displacements and velocities (..., m, k, d) of each model.
 
     Args:
-        velocity, acceleration: (m, k or 1, d) per spacing. times: (k or 1,) [spacings].
+        velocity, acceleration: (..., m, k or 1, d) per spacing. times: (k or 1,) [spacings].
     """
-    t = times[None, :, None].astype(np.float64)
+    t, turns = times[None, :, None].astype(np.float64), np.flatnonzero(_TURNS)
     held = np.minimum(_HOLDS[:, None, None], t)
     moved = t * velocity + acceleration * (held * (t - 0.5 * held))
     final = velocity + acceleration * held
-    v, a = velocity[_TURNS], acceleration[_TURNS]
+    v, a = velocity[..., turns, :, :], acceleration[..., turns, :, :]
     speed = np.linalg.norm(v, axis=-1, keepdims=True)
     along = v / np.maximum(speed, np.finfo(float).tiny)
     across = a - along * (a * along).sum(axis=-1, keepdims=True)
@@ -234,8 +252,8 @@ def _moved(velocity: Array, acceleration: Array, times: Array) -> tuple[Array, A
     across = across / np.maximum(lateral, np.finfo(float).tiny)
     angle = np.minimum(lateral / np.maximum(speed, np.finfo(float).tiny), np.pi) * t
     # sin x / x and (1 - cos x) / x, without loss of digits near 0.
-    moved[_TURNS] = speed * t * (_sinc(angle) * along + np.sin(0.5 * angle) * _sinc(0.5 * angle) * across)
-    final[_TURNS] = speed * (np.cos(angle) * along + np.sin(angle) * across)
+    moved[..., turns, :, :] = speed * t * (_sinc(angle) * along + np.sin(0.5 * angle) * _sinc(0.5 * angle) * across)
+    final[..., turns, :, :] = speed * (np.cos(angle) * along + np.sin(angle) * across)
     return moved, final
 
 

@@ -95,5 +95,6 @@ def interval_of(navigator: Navigator) -> float:
 def motions_of(navigator: Navigator, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
     """Obstacles that count at `now` [s], on their predicted trajectories."""
     forecast, rise = navigator.method.forecast, rise_of(navigator)
-    there = [(k, o) for k, o in enumerate(obstacles) if forecast.includes_future or o.exists(now)]
-    return [motion for k, o in there for motion in futures(o, forecast, now, rise, k)]
+    there = [k for k, o in enumerate(obstacles) if forecast.includes_future or o.exists(now)]
+    each = futures([obstacles[k] for k in there], forecast, now, there, rise)
+    return [motion for motions in each for motion in motions]

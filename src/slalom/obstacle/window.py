@@ -1,6 +1,6 @@
 """Obstacles over a window of time: what all control obstacles of a decision are made of."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
 from typing import TypeAlias, cast
@@ -56,29 +56,22 @@ class ObstacleWindow:
     @classmethod
     def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
         """The obstacles as a forecast predicts them at `start` [s]; later ones only if the forecast contains them."""
-        sources: list[Obstacle | ObstacleTable | Tracks] = []
-        unknown: list[tuple[int, Flags]] = []
-        count, exact = 0, isinstance(forecast, EXACT)
-        for source in listed(obstacles):
-            if isinstance(source, Tracks):
-                sources.append(source if exact else source.with_forecast(forecast))
-                count += len(source)
-                continue
-            others: Iterable[Obstacle] = [source] if isinstance(source, Obstacle) else ()
+        exact, given = isinstance(forecast, EXACT), list[Obstacle | ObstacleTable | Tracks]()
+        for one in listed(obstacles):
+            if isinstance(one, ObstacleTable):
+                table, others = one.split(at_rest=not exact)
+                given += [table, *others]
+            else:
+                given.append(one.with_forecast(forecast) if isinstance(one, Tracks) and not exact else one)
+        single = {k: one for k, one in enumerate(given) if isinstance(one, Obstacle)}
+        there = [k for k, one in single.items() if forecast.includes_future or one.exists(start)]
+        expected = dict(zip(there, futures([single[k] for k in there], forecast, start, there)))
+        sources = [each for k, one in enumerate(given) for each in (expected.get(k, ()) if k in single else (one,))]
+        window, first = cls(sources, start, horizon), 0
+        for source in sources if not forecast.includes_future else ():
             if isinstance(source, ObstacleTable):
-                table, others = source.split(at_rest=not exact)
-                sources.append(table)
-                if not forecast.includes_future:
-                    unknown.append((count, ~table.exist(start)))
-                count += len(table)
-            for obstacle in others:
-                if forecast.includes_future or obstacle.exists(start):
-                    expected = futures(obstacle, forecast, start, number=count)
-                    sources += expected
-                    count += len(expected)
-        window = cls(sources, start, horizon)
-        for first, absent in unknown:
-            window.until[first : first + len(absent)][absent] = 0.0
+                window.until[first : first + len(source)][~source.exist(start)] = 0.0
+            first += 1 if isinstance(source, Obstacle) else len(source)
         return window
 
     def __repr__(self) -> str:
