@@ -27,13 +27,8 @@ from slalom.tolerances import (
 
 DIAGONAL, KNIGHT = np.sqrt(2.0), np.sqrt(5.0)
 """[cell] Lengths of a diagonal move and of a knight's move."""
-MOVES = np.array(
-    sorted(
-        [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)],
-        key=lambda move: move[0] ** 2 + move[1] ** 2,
-    )
-)
-"""(16, 2) [cell] Moves to neighbours and knight's moves, the shortest first: paths in 16 directions."""
+MOVES = np.array([(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)])
+"""(16, 2) [cell] Moves to neighbours and knight's moves: paths in 16 directions. Of equal paths the first counts."""
 MOVE_LENGTHS = np.sqrt((MOVES**2).sum(axis=1))
 """(16,) [cell]"""
 
