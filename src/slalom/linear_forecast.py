@@ -39,12 +39,12 @@ def linear_forecast(forecast: Forecast, span: float) -> LinearForecast | None:
     return table if np.allclose(table.points(probe), expected.points) else None
 
 
-def until(forecast: Forecast, duration: float) -> LinearForecast | None:
+def table_until(forecast: Forecast, duration: float) -> LinearForecast | None:
     """A forecast as a table up to a `duration` [s] at least, one for many decisions; None: it is not linear."""
     return _tabulated(cast(Hashable, forecast), _span(duration))
 
 
-def window(forecast: Forecast, since: float, horizon: float, parts: int) -> LinearForecast | None:
+def table_between(forecast: Forecast, since: float, horizon: float, parts: int) -> LinearForecast | None:
     """A forecast up to `horizon` [s] from a time `since` [s] after the observation, with times from then on.
 
     In equal `parts` at least. One for many decisions; None: the forecast is not linear.

@@ -26,7 +26,7 @@ from slalom.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, 
 from slalom.kernels.arrays import Indices, Pieces
 from slalom.kernels.decision.tables import EVERY_WORLD, ObstacleAtHorizon
 from slalom.kernels.records import Records, zero_records
-from slalom.linear_forecast import until as forecast_until, window
+from slalom.linear_forecast import table_between, table_until
 from slalom.obstacle.at_horizon import at_horizon
 from slalom.obstacle.minkowski import sum_of_shapes
 from slalom.obstacle.obstacle import Obstacle
@@ -202,7 +202,7 @@ class Tracks:
 
     def paths(self, end: float) -> tuple[Array, Array]:
         """The predicted motion of each up to `end` [s]: knots (n, q + 1) [s], control points (n, q, 4, d) [m]."""
-        rule = forecast_until(self.forecast, end - self.t)
+        rule = table_until(self.forecast, end - self.t)
         if rule is not None:
             knots = np.empty((len(self), len(rule.times)))
             knots[:] = self.t + rule.times
@@ -218,7 +218,7 @@ class Tracks:
 
     def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
         """All tracks after `horizon` [s] from the start, see `ObstacleTable.at_horizon`."""
-        rule, every = window(self.forecast, start - self.t, horizon, 1), np.arange(len(self))
+        rule, every = table_between(self.forecast, start - self.t, horizon, 1), np.arange(len(self))
         if rule is None:
             found = at_horizon(self.obstacles, every, start + horizon)
         else:
@@ -240,7 +240,7 @@ class Tracks:
             return found
         exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
         cuts = 1 if exact.all() else UNCERTAINTY_PIECES
-        rule = window(self.forecast, start - self.t, horizon, cuts)
+        rule = table_between(self.forecast, start - self.t, horizon, cuts)
         if rule is None or np.any(until != horizon):
             found = pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
             found.each["world"] = self.worlds[found.each["owner"]]
