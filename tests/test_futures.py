@@ -293,11 +293,10 @@ def test_obstacles_are_predicted_together_as_alone(most: int) -> None:
         for t in (np.arange(5.0, 9.0, 0.4), np.arange(0.0, 9.0, 0.1))
     ]
     people = [Obstacle(Disc(0.3), walk, "one" if k % 2 else "") for k, walk in enumerate(walks)]
-    numbers = list(range(10, 10 + len(people)))
-    together = futures(people, rule, 6.0, numbers, 0.7)
+    together = futures(people, rule, 6.0, range(len(people)), 0.7)
     times = np.linspace(6.0, 12.0, 25)
-    for person, number, found in zip(people, numbers, together, strict=True):
-        (alone,) = futures([person], rule, 6.0, [number], 0.7)
+    for number, found in enumerate(together):
+        (alone,) = futures(people, rule, 6.0, [number], 0.7)
         assert [one.probability for one in found] == [one.probability for one in alone]
         assert [one.owner for one in found] == [one.owner for one in alone]
         for one, other in zip(found, alone, strict=True):

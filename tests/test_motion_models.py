@@ -101,7 +101,7 @@ def test_the_model_that_fits_is_found(kind: str) -> None:
 
 
 def test_the_radius_is_a_share_of_past_errors() -> None:
-    """Noise raises it; it grows with the rise of the robot beyond the lead, and with the share."""
+    """Noise raises it; it grows with the rise of the robot beyond the lead, and with the shares."""
     smooth = STAMPS[:, None] * np.array([1.0, 0.5])
     noisy = smooth + np.random.default_rng(0).normal(0.0, 0.1, smooth.shape)
     small, large = (FromModels().with_error(linear(p), 8.0)[1].velocity for p in (smooth, noisy))
@@ -109,7 +109,9 @@ def test_the_radius_is_a_share_of_past_errors() -> None:
     lead = MODEL_LEAD * STEP
     errors = [FromModels().with_error(linear(noisy), 8.0, rise)[1].velocity for rise in (0.5 * lead, lead, 3.0 * lead)]
     np.testing.assert_allclose(np.array(errors) / large, [1.0, 1.0, 3.0])
-    assert FromModels(1.0).with_error(linear(noisy), 8.0)[1].velocity == pytest.approx(2.0 * large)
+    twice = FromModels(share=0.2, offset=1.0).with_error(linear(noisy), 8.0)[1]
+    assert twice.velocity == pytest.approx(2.0 * large)
+    assert twice.position == pytest.approx(2.0 * FromModels().with_error(linear(noisy), 8.0)[1].position)
     own = Obstacle(Disc(0.3), linear(noisy), uncertainty=BoundedError(0.1))
     assert predicted(own, FromModels(), 8.0).uncertainty is own.uncertainty
     with pytest.raises(InvalidInput, match="share"):

@@ -9,7 +9,7 @@ import numpy as np
 from slalom.checks import FORECAST, NotNegative, Positive, has
 from slalom.errors import InvalidInput
 from slalom.fields import check_fields
-from slalom.motion_models import FromModels as FromModels
+from slalom.forecast_from_models import FromModels as FromModels
 from slalom.obstacle import Headings, Obstacle
 from slalom.tolerances import AT_REST, LONGEST_FORECAST, PAST_POSITIONS, REST, STRAIGHT_TURN_RATE
 from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
@@ -21,7 +21,7 @@ class Forecast(Protocol):
     """Rule from an obstacle's true trajectory and the time of observation to the predicted trajectory.
 
     Law: a rule uses the true trajectory at `now` only. Exceptions: `Known` and `Present` use all of it, `FromPast` and
-    `FromModels` use its past.
+    `FromModels` use its past, `FromModels` that of others too.
     """
 
     @property
@@ -237,18 +237,19 @@ def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 
 
 
 def futures(
-    obstacles: Sequence[Obstacle], forecast: Forecast, now: float, numbers: Sequence[int], rise: float = 0.0
+    obstacles: Sequence[Obstacle], forecast: Forecast, now: float, there: Sequence[int], rise: float = 0.0
 ) -> list[list[Obstacle]]:
-    """Each obstacle on each of its predicted trajectories, with their probabilities; as `predicted` if there is one.
+    """Obstacles `there`, by number, on each of their predicted trajectories; as `predicted` if there is one.
 
-    `numbers`: of the obstacles among all, which distinguish those of one name.
+    With the probabilities of these. `FromModels` learns from the past of all obstacles, also of those that have left.
     """
     if not isinstance(forecast, FromModels):
-        return [[predicted(obstacle, forecast, now, rise)] for obstacle in obstacles]
-    there = [obstacle.known_at(now) for obstacle in obstacles]
+        return [[predicted(obstacles[k], forecast, now, rise)] for k in there]
+    known = [obstacles[k].known_at(now) for k in there]
     found: list[list[Obstacle]] = []
-    several = forecast.predictions([one.trajectory for one in there], now, rise)
-    for one, number, (each, error) in zip(there, numbers, several, strict=True):
+    seen = [obstacle.continued.trajectory for obstacle in obstacles]
+    several = forecast.predictions([one.trajectory for one in known], now, rise, seen)
+    for one, number, (each, error) in zip(known, there, several, strict=True):
         unsure = _uncertain(one, error)
         if len(each) == 1:
             found.append([_moving(unsure, each[0][1], now)])
@@ -264,9 +265,12 @@ def futures(
     return found
 
 
+_NONE = BoundedError()
+
+
 def _uncertain(obstacle: Obstacle, error: BoundedError) -> Obstacle:
     """The obstacle with this error of its prediction, unless it has an uncertainty of its own."""
-    return replace(obstacle, uncertainty=error) if obstacle.uncertainty is None and error.velocity else obstacle
+    return replace(obstacle, uncertainty=error) if obstacle.uncertainty is None and error != _NONE else obstacle
 
 
 def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float) -> Obstacle:

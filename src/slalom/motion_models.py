@@ -5,33 +5,21 @@ fitted to some positions, with an acceleration that lasts a while or a turn rate
 lines and parabolas through the newest position, which are linear in the positions: one table for each number of them.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, ClassVar, Final, NamedTuple, cast
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, NotNegative, whole
-from slalom.fields import check_fields
+from slalom.checks import Array
 from slalom.kernels.arrays import Indices
 from slalom.tolerances import (
-    FEWEST_PAST,
     LEAST_FUTURE,
-    LONGEST_FORECAST,
     MODEL_CHECKS,
     MODEL_KNOTS,
     MODEL_LEAD,
     MODEL_PRIOR,
     MODEL_SHARPNESS,
-    NEWEST_SAMPLES,
-    PAST_SPACING,
-    REST,
-    SPACINGS,
-    WHOLE_COUNT,
 )
-from slalom.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Trajectory
-from slalom.uncertainty import BoundedError
 
 
 class _Model(NamedTuple):
@@ -65,94 +53,14 @@ class Continuation(NamedTuple):
     probability: float = 1.0  # the sum of the weights of its models
 
 
-@dataclass(frozen=True)
-class FromModels:
-    """The mean of several motion models, weighted by how well each predicted this obstacle so far.
+class FurtherModel(NamedTuple):
+    """Predictions of n tracks by a model that is not fitted to each track alone."""
 
-    The models are constant velocities, accelerations that last a while, and constant turns, fitted to several numbers
-    of past positions. Each is tried on the past: it predicts MODEL_LEAD spacings ahead of several earlier moments. Its
-    weight is its mean error to the power of -MODEL_SHARPNESS. All times are multiples of the spacing of the track. For
-    a `Sampled` trajectory that is the median spacing of the newest samples, else PAST_SPACING.
-
-    An obstacle without an uncertainty of its own gets a radius that grows with time, by `share` of the mean error of
-    the best model. That error grows with the square of the time. The line reaches it at the time that the robot takes
-    from rest to its maximum speed, or at MODEL_LEAD spacings if that is later.
-
-    An obstacle that appears at this moment is predicted at rest, since only one position is known. So is one that did
-    not move for MODEL_LEAD spacings.
-
-    With more than one of `futures` the models form up to so many groups. Each is a future, with the sum of the weights
-    as its probability. Groups are apart by more than the error above at that time, and none is less probable than
-    LEAST_FUTURE. Models are joined as by Ward (Journal of the American Statistical Association 58, 1963): always the
-    two groups whose union adds the least weighted square of distances.
-    """
-
-    includes_future: ClassVar[bool] = False
-    share: NotNegative = 0.5
-    futures: int = 1
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-        object.__setattr__(self, "futures", whole(self.futures, "futures", 1))
-
-    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
-        return self.with_error(trajectory, now)[0]
-
-    def with_error(self, trajectory: Trajectory, now: float, rise: float = 0.0) -> tuple[Trajectory, BoundedError]:
-        """The mean prediction and its radius; `rise` [s] is the time of the robot from rest to its maximum speed."""
-        [([(_, mean)], error)] = replace(self, futures=1).predictions([trajectory], now, rise)
-        return mean, error
-
-    def predictions(self, trajectories: Sequence[Trajectory], now: float, rise: float = 0.0) -> "list[Futures]":
-        """All futures of each trajectory; together they take less time than one by one. `rise` as in `with_error`."""
-        # Trajectories are never changed. A decision may predict them more than once, with another `rise`.
-        fixed = all(type(each).__hash__ is object.__hash__ for each in trajectories)
-        later = rise if self.futures > 1 else 0.0
-        found = (_known if fixed else _ahead)(cast(Any, tuple(trajectories)), now, self.futures, later)
-        growths = [self.share * a.error * max(rise, a.lead) / a.lead**2 if a.lead else 0.0 for a in found]
-        return [Futures(a.each, BoundedError(velocity=growth)) for a, growth in zip(found, growths)]
-
-
-class Futures(NamedTuple):
-    """Predictions of one obstacle with their probabilities, the most probable one first."""
-
-    each: tuple[tuple[float, Trajectory], ...]  # probabilities [1] of sum 1
-    error: BoundedError  # radius of each
-
-
-class _Ahead(NamedTuple):
-    """Predictions of one obstacle, see `Futures`."""
-
-    each: tuple[tuple[float, Trajectory], ...]
-    error: float = 0.0  # [m] see `Continuation`
-    lead: float = 0.0  # [s] of this error; 0 for an obstacle at rest
-
-
-def _ahead(trajectories: Sequence[Trajectory], now: float, most: int, rise: float) -> list[_Ahead]:
-    """Up to `most` predictions of each trajectory, apart at the time `rise` [s]."""
-    found: dict[int, _Ahead] = {}
-    alike: dict[tuple[int, ...], list[tuple[int, float, Array]]] = {}
-    for k, trajectory in enumerate(trajectories):
-        position, first = trajectory.position(now), trajectory.span[0]
-        spacing = min(_spacing(trajectory, now), (now - first) / FEWEST_PAST)
-        if spacing > 0.0:
-            count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + WHOLE_COUNT)), FEWEST_PAST)))
-            positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
-            if np.abs(positions[: MODEL_LEAD + 1] - position).max() > REST * MODEL_LEAD * spacing:
-                alike.setdefault(positions.shape, []).append((k, spacing, positions))
-                continue
-        found[k] = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
-    for group in alike.values():
-        spacings = np.array([spacing for _, spacing, _ in group])
-        later = np.maximum(rise / spacings, MODEL_LEAD)
-        several = continued(np.stack([positions for _, _, positions in group]), most, later)
-        for (k, spacing, positions), ahead in zip(group, several):
-            each = tuple((one.probability, _joined(positions[0], one, spacing, now)) for one in ahead)
-            found[k] = _Ahead(each, ahead[0].error, MODEL_LEAD * spacing)
-    return [found[k] for k in range(len(trajectories))]
-
-
-_known = lru_cache(maxsize=8)(_ahead)
+    error: Array  # (n,) [m] see `_past_errors`
+    moved: Array  # (n, 1, k, d) [m] at MODEL_KNOTS
+    velocities: Array  # (n, 1, k, d) [m per spacing]
+    variance: Array  # (n, k) [m^2] of the motions that it repeats
+    trust: Array  # (n, k) [1] 0 where it repeats none, near 1 where it repeats many
 
 
 class _Fits(NamedTuple):
@@ -163,27 +71,41 @@ class _Fits(NamedTuple):
     checks: Indices  # (c,) spacings ago
 
 
-def continued(positions: Array, most: int, later: Array) -> list[list[Continuation]]:
+def continued(positions: Array, most: int, later: Array, more: FurtherModel | None = None) -> list[list[Continuation]]:
     """Up to `most` continuations of n tracks, each the mean of a group of models, weighted by their past errors.
 
     Args:
         positions: (n, k + 1, d) [m] at equal spacings, the newest first, k of at least 1.
         later: (n,) [spacings] of at least MODEL_LEAD, at which models are compared to group them.
+        more: a further model.
     """
     fits = _fits(positions.shape[1] - 1)
     errors = _past_errors(positions, fits)
+    fitted = fits.now @ positions[:, None]
+    moved, velocities = _moved(fitted[:, :, :1], fitted[:, :, 1:], np.array(MODEL_KNOTS))
+    if more is not None:
+        errors = np.concatenate([errors, more.error[:, None]], axis=1)
+        moved, velocities = np.concatenate([moved, more.moved], 1), np.concatenate([velocities, more.velocities], 1)
     leasts = errors.min(axis=1)
     # Relative to the least: powers of small distances would underflow.
     tiny = np.finfo(float).tiny
     weights = (np.maximum(errors, tiny) / np.maximum(leasts, tiny)[:, None]) ** -MODEL_SHARPNESS
     weights /= weights.sum(axis=1, keepdims=True)
-    fitted = fits.now @ positions[:, None]
-    moved, velocities = _moved(fitted[:, :, :1], fitted[:, :, 1:], np.array(MODEL_KNOTS))
+    if more is not None:
+        # The past of a track does not announce a bend. Others that passed here do, where they agree.
+        apart = ((np.einsum("nm,nmkd->nkd", weights, moved) - more.moved[:, 0]) ** 2).sum(axis=2)
+        # At 0 nothing has moved; an infinite error makes it not a number.
+        unsure = more.variance + (more.error[:, None] / MODEL_LEAD * np.maximum(MODEL_KNOTS, 1)) ** 2
+        pull = (more.trust * apart / np.maximum(apart + unsure, tiny))[:, None, :, None]
+        moved, velocities = moved + pull * (more.moved - moved), velocities + pull * (more.velocities - velocities)
     found = []
     for k, least in enumerate(leasts.tolist()):
         groups: list[list[int]] = []
         if most > 1:
             places = _moved(fitted[k][:, :1], fitted[k][:, 1:], later[k : k + 1])[0][:, 0]
+            if more is not None:
+                place = [np.interp(later[k], MODEL_KNOTS, axis) for axis in more.moved[k, 0].T]
+                places = np.concatenate([places, [place]])
             groups = _grouped(places, weights[k], most, least * (later[k] / MODEL_LEAD) ** 2)
         found.append(_means(weights[k], moved[k], velocities[k], least, groups))
     return found
@@ -281,26 +203,3 @@ def _fit(k: int, newest: int, samples: int, order: int) -> Array:
     rows[:order, newest + 1 : newest + samples + 1] = weights
     rows[:order, newest] = -weights.sum(axis=1)
     return rows
-
-
-def _spacing(trajectory: Trajectory, now: float) -> float:
-    """[s] between the positions of the past that are used."""
-    if not isinstance(trajectory, Sampled):
-        return PAST_SPACING
-    stamps = trajectory.breaks(max(trajectory.span[0], now - NEWEST_SAMPLES), now)
-    if len(stamps) < FEWEST_PAST:
-        return PAST_SPACING
-    return float(np.clip(np.median(np.diff(stamps)), *SPACINGS))
-
-
-def _joined(position: Array, ahead: Continuation, spacing: float, now: float) -> PiecewisePolynomial:
-    """Cubic pieces through the knots of a continuation, then a straight line."""
-    places, velocities = position + ahead.displacements, ahead.velocities / spacing
-    h = spacing * np.diff(MODEL_KNOTS)[:, None]
-    chord = np.diff(places, axis=0) / h
-    before, after = velocities[:-1], velocities[1:]
-    curves = [places[:-1], before, (3.0 * chord - 2.0 * before - after) / h, (before + after - 2.0 * chord) / h**2]
-    last = np.stack([places[-1], velocities[-1], 0.0 * position, 0.0 * position])
-    return PiecewisePolynomial(
-        np.append(h[:, 0], LONGEST_FORECAST), np.concatenate([np.stack(curves, axis=1), last[None]]), now
-    )

@@ -15,6 +15,7 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision
 from slalom.decision.navigator import Navigator
 from slalom.fleet.fleet import Fleet
+from slalom.forecast import FromModels
 from slalom.goal import Goal
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
@@ -124,7 +125,8 @@ def look_ahead() -> None:
 
 
 def crowd() -> None:
-    """The forecast of a crowd that avoids itself."""
+    """The forecasts of a crowd that avoids itself, and from similar motions."""
+    FromModels()(ConstantVelocity((0.0, 0.0), (1.0, 0.0)), 0.0)
     forecast, places = AvoidingCrowd(0.1), np.array([(-3.0, 0.0), (3.0, 0.0)])
     for k in range(2):
         forecast.predict(Tracks(places - 0.01 * k * places, -0.1 * places, 0.3, 0.1 * k))

@@ -1003,6 +1003,45 @@ MODEL_KNOTS: Final = (0, 4, 8, 14, 22, 32, 45, 60)
 Later ones: turns are predicted further, for more pieces. Fewer: the curve leaves the mean of the models.
 """
 
+SIMILAR_PLACE: Final = 3.0
+"""[spacings] Scale of the distance between similar motions: the way in this time at the present speed.
+
+Larger: motions of other lanes count. Smaller: few earlier motions are similar.
+"""
+
+SIMILAR_VELOCITY: Final = 0.3
+"""[1] Scale of the difference between velocities of similar motions, as a share of the present speed.
+
+Larger: motions that turn elsewhere count. Smaller: few earlier motions are similar.
+"""
+
+SIMILAR_REACH: Final = 4.0
+"""[1] Scales beyond which motions are not similar. Larger: weights of 0 are added. Smaller: weights jump to 0."""
+
+SIMILAR_VELOCITY_SPAN: Final = 5
+"""[spacings] Over which the velocities of similar motions are measured.
+
+Larger: turns are seen later. Smaller: noise of positions enters.
+"""
+
+SIMILAR_DOUBT: Final = 0.5
+"""[1] Weight of the present velocity beside the weights of similar motions, each at most 1.
+
+Larger: single earlier motions count less. Smaller: one earlier motion is repeated as it was.
+"""
+
+SIMILAR_CANDIDATES: Final = 4
+"""[1] Similar motions that are kept, in multiples of those that count: some end too early for later knots.
+
+Larger: more work. Smaller: fewer count at late knots.
+"""
+
+SIMILAR_MEMORY: Final = 1000
+"""[spacings] Past in which motions are searched. Larger: more work and memory. Smaller: rare motions are forgotten."""
+
+SIMILAR_BLOCK: Final = 200
+"""[spacings] Past positions that are sampled and kept together. Larger: the newest ones are sampled anew more often."""
+
 STRETCH_HORIZONS: Final = 4.0
 """[1] Length of a stretch of time over which the pieces of an `ObstacleTable` are made at once, in horizons.
 

@@ -17,7 +17,7 @@ LEVEL_SENTENCES: Final = {
 FORESIGHT_SENTENCES: Final = {
     "recorded": "The future motion of all obstacles is known, including obstacles that appear later.",
     "present": "The future motion of the obstacles present now is known.",
-    "observed": "Only past motion is known; predictions hold the acceleration for one second.",
+    "observed": "Only past motion is known; several motion models and similar motions of others continue it.",
     "observed_velocity": "Only past motion is known; predictions hold the velocity.",
     "observed_turn": "Only past motion is known; predictions hold the speed and the rate of turn.",
 }

@@ -5,6 +5,7 @@ from .compile_notice import (
     when_compiling as when_compiling,
 )
 from .crowd.mutual_avoidance import avoiding_velocities as avoiding_velocities
+from .crowd.similar_motions import similar_displacements as similar_displacements
 from .decision.cell_list import (
     build_cell_list as build_cell_list,
     independent_rounds as independent_rounds,

@@ -114,3 +114,11 @@ class Workspace(NamedTuple):
     path: Array  # (4, 5) control points of one hull's origin and direction
     corners: Array  # (c, 3) [m] corners of one hull
     element: Array  # (5,) place on a segment in [0, 1], centre and radius of a ball of controls
+
+
+class TrackSamples(NamedTuple):
+    """Positions of tracks at equal spacings."""
+
+    positions: Array  # (n, k, d) [m] nan where a track does not exist
+    first: Indices  # (n,) the first column of each track
+    last: Indices  # (n,) its last column; before the first where there is none

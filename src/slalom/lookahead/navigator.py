@@ -13,11 +13,11 @@ from slalom.decision.navigator import Navigator
 from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT, Known
+from slalom.forecast_from_models import FromModels
 from slalom.goal import Goal
 from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, interval_of, motions_of, time_left
 from slalom.lookahead.search import Search, Work, new_search, run_searches, step_of
 from slalom.lookahead.spacetime_index import PredictedObstacles
-from slalom.motion_models import FromModels
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed

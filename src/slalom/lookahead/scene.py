@@ -96,5 +96,5 @@ def motions_of(navigator: Navigator, obstacles: Sequence[Obstacle], now: float) 
     """Obstacles that count at `now` [s], on their predicted trajectories."""
     forecast, rise = navigator.method.forecast, rise_of(navigator)
     there = [k for k, o in enumerate(obstacles) if forecast.includes_future or o.exists(now)]
-    each = futures([obstacles[k] for k in there], forecast, now, there, rise)
+    each = futures(obstacles, forecast, now, there, rise)
     return [motion for motions in each for motion in motions]

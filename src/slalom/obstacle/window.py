@@ -63,10 +63,12 @@ class ObstacleWindow:
                 given += [table, *others]
             else:
                 given.append(one.with_forecast(forecast) if isinstance(one, Tracks) and not exact else one)
-        single = {k: one for k, one in enumerate(given) if isinstance(one, Obstacle)}
-        there = [k for k, one in single.items() if forecast.includes_future or one.exists(start)]
-        expected = dict(zip(there, futures([single[k] for k in there], forecast, start, there)))
-        sources = [each for k, one in enumerate(given) for each in (expected.get(k, ()) if k in single else (one,))]
+        rows = [k for k, one in enumerate(given) if isinstance(one, Obstacle)]
+        single = [cast(Obstacle, given[k]) for k in rows]
+        there = [n for n, one in enumerate(single) if forecast.includes_future or one.exists(start)]
+        expected: dict[int, Sequence[Obstacle]] = dict.fromkeys(rows, ())
+        expected |= {rows[n]: each for n, each in zip(there, futures(single, forecast, start, there))}
+        sources = [each for k, one in enumerate(given) for each in expected.get(k, (one,))]
         window, first = cls(sources, start, horizon), 0
         for source in sources if not forecast.includes_future else ():
             if isinstance(source, ObstacleTable):

@@ -1,0 +1,95 @@
+"""Displacements of tracks, from what tracks with similar positions and velocities did before.
+
+Each earlier step of each track is a motion. Its weight falls with the distances of its position and velocity from the
+present ones, as a Gaussian. The mean deviation of the nearest motions from their velocities is added to the present
+velocity: a regression as by Nadaraya (Theory of Probability and Its Applications 9, 1964).
+"""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Indices, TrackSamples
+from slalom.kernels.jit import kernel
+from slalom.kernels.squared import squared
+from slalom.tolerances import (
+    SIMILAR_CANDIDATES,
+    SIMILAR_DOUBT,
+    SIMILAR_PLACE,
+    SIMILAR_REACH,
+    SIMILAR_VELOCITY,
+    SIMILAR_VELOCITY_SPAN,
+)
+
+
+@kernel
+def similar_displacements(places: Array, velocities: Array, knots: Indices, samples: TrackSamples, count: int) -> Array:
+    """Displacements (q, m, d + 2) [m] after `knots` (m,) [spacings] of tracks at `places` (q, d) [m].
+
+    Up to `count` similar motions have a weight at each knot: those that reach it within the samples, whose last column
+    is the present. Where there is none, the present velocity lasts. The last two columns are the variance [m^2] of the
+    motions about their mean, and their share [1] of all weights: the present velocity has the rest.
+
+    Args:
+        velocities: (q, d) [m per spacing]. knots: of at least 0, increasing.
+    """
+    q, m, d = len(places), len(knots), places.shape[1]
+    found, motion = np.zeros((q, m, d + 2)), np.empty(d)
+    near, distances = np.empty((SIMILAR_CANDIDATES * count, 2), np.int64), np.empty(SIMILAR_CANDIDATES * count)
+    for j in range(q):
+        kept = nearest_motions(places[j], velocities[j], samples, near, distances)
+        for k in range(m):
+            total, square, used = SIMILAR_DOUBT, 0.0, 0
+            motion[:] = 0.0
+            for c in range(kept):
+                i, begin = near[c, 0], near[c, 1]
+                end = begin + knots[k]
+                if used == count or end > samples.last[i]:
+                    continue
+                weight, used = np.exp(-0.5 * distances[c]), used + 1
+                total += weight
+                for axis in range(d):
+                    track = samples.positions[i, :, axis]
+                    velocity = (track[begin] - track[begin - SIMILAR_VELOCITY_SPAN]) / SIMILAR_VELOCITY_SPAN
+                    deviation = track[end] - track[begin] - knots[k] * velocity
+                    motion[axis] += weight * deviation
+                    square += weight * squared(deviation)
+            variance = square / total
+            for axis in range(d):
+                mean = motion[axis] / total
+                variance -= squared(mean)
+                found[j, k, axis] = velocities[j, axis] * knots[k] + mean
+            found[j, k, d], found[j, k, d + 1] = max(variance, 0.0), 1.0 - SIMILAR_DOUBT / total
+    return found
+
+
+@kernel
+def nearest_motions(place: Array, velocity: Array, samples: TrackSamples, near: Indices, distances: Array) -> int:
+    """Number of motions similar to one at `place` (d,) [m] with `velocity` (d,) [m per spacing].
+
+    Their tracks and columns go into `near` (c, 2), the squares of their distances [1] into `distances` (c,), the
+    nearest first; of equal ones the first track, then the first column.
+    """
+    d, kept, square = len(place), 0, 0.0
+    for axis in range(d):
+        square += squared(velocity[axis])
+    if square == 0.0:
+        return 0
+    per_place, per_velocity = 1.0 / (squared(SIMILAR_PLACE) * square), 1.0 / (squared(SIMILAR_VELOCITY) * square)
+    for i in range(len(samples.first)):
+        for k in range(samples.first[i] + SIMILAR_VELOCITY_SPAN, samples.last[i] + 1):
+            distance, track = 0.0, samples.positions[i]
+            for axis in range(d):
+                distance += per_place * squared(track[k, axis] - place[axis])
+            if distance >= squared(SIMILAR_REACH):
+                continue
+            for axis in range(d):
+                mean = (track[k, axis] - track[k - SIMILAR_VELOCITY_SPAN, axis]) / SIMILAR_VELOCITY_SPAN
+                distance += per_velocity * squared(mean - velocity[axis])
+            if distance >= squared(SIMILAR_REACH) or (kept == len(distances) and distance >= distances[kept - 1]):
+                continue
+            at = min(kept, len(distances) - 1)
+            while at > 0 and distances[at - 1] > distance:
+                distances[at], near[at, 0], near[at, 1] = distances[at - 1], near[at - 1, 0], near[at - 1, 1]
+                at -= 1
+            distances[at], near[at, 0], near[at, 1] = distance, i, k
+            kept = min(kept + 1, len(distances))
+    return kept
