@@ -5,6 +5,7 @@ multiples of one spacing, are searched for motions that began near the present o
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -40,7 +41,7 @@ class SimilarMotions:
 
         velocities: (n, d) [m per spacing]. times: [spacings] whole, from 0 on.
         """
-        samples, _ = _samples(self.tracks, self.spacing, self.step)
+        samples = _sampled(self.tracks, self.spacing, self.step).until(self.step)
         return kernels.similar_displacements(places, velocities, times, samples, self.count)
 
     def past_errors(self, tracks: Sequence[Trajectory], lead: int, checks: Sequence[int]) -> list[list[float]]:
@@ -50,10 +51,10 @@ class SimilarMotions:
         """
         numbers = {id(track): k for k, track in enumerate(self.tracks)}
         some = [numbers[id(track)] for track in tracks if id(track) in numbers]
-        (positions, _, _), rows = _samples(self.tracks, self.spacing, self.step)
-        places, errors = positions[np.searchsorted(rows, some)], []
+        sampled = _sampled(self.tracks, self.spacing, self.step)
+        places, errors = sampled.positions[np.searchsorted(sampled.rows, some)], []
         for ago in checks:
-            expected = _expected(self.tracks, self.spacing, self.step - ago - lead, lead, self.count)
+            expected = _expected(_Moment(self.tracks, self.spacing, self.step - ago - lead, sampled), lead, self.count)
             errors.append(np.linalg.norm(expected[some] - places[:, -1 - ago], axis=1))
         each = dict(zip(some, np.array(errors).T.tolist()))
         return [[e for e in each.get(numbers.get(id(track), -1), []) if e == e] for track in tracks]
@@ -64,16 +65,42 @@ def rounded(spacing: float) -> float:
     return round(spacing, 2 - int(np.floor(np.log10(spacing))))
 
 
+class _Sampled(NamedTuple):
+    """Samples of tracks up to a step, of more steps than are searched: they serve earlier steps too."""
+
+    rows: Indices  # (r,) the tracks that exist then
+    positions: Array  # (r, k, d) [m] nan where a track does not exist
+    first: Indices  # (r,) the first column of each
+    last: Indices  # (r,) its last column
+    step: int  # of the last column
+
+    def until(self, step: int) -> TrackSamples:
+        """The samples of the last SIMILAR_MEMORY steps up to `step`."""
+        column = self.positions.shape[1] - 1 - (self.step - step)
+        first, last = np.maximum(self.first, column - SIMILAR_MEMORY), np.minimum(self.last, column)
+        return TrackSamples(self.positions, first, last)
+
+
+@dataclass(frozen=True)
+class _Moment:
+    """A step of tracks. What is known at it does not depend on how much later the samples end."""
+
+    tracks: Tracks
+    spacing: float
+    step: int
+    sampled: _Sampled = field(compare=False)
+
+
 @lru_cache(maxsize=64)
-def _expected(tracks: Tracks, spacing: float, step: int, lead: int, count: int) -> Array:
+def _expected(at: _Moment, lead: int, count: int) -> Array:
     """Positions (n, d) [m] that were expected at a step for `lead` spacings later; nan for tracks that were not."""
-    (samples, rows), span = _samples(tracks, spacing, step), SIMILAR_VELOCITY_SPAN
-    newest = samples.positions.shape[1] - 1
+    samples, span = at.sampled.until(at.step), SIMILAR_VELOCITY_SPAN
+    newest = samples.positions.shape[1] - 1 - (at.sampled.step - at.step)
     there = np.flatnonzero((samples.last == newest) & (samples.first <= newest - span))
     places, before = samples.positions[there, newest], samples.positions[there, newest - span]
     moved = kernels.similar_displacements(places, (places - before) / span, np.array([lead]), samples, count)
-    found = np.full((len(tracks), tracks[0].dimension), np.nan)
-    found[rows[there]] = places + moved[:, 0, :-2]
+    found = np.full((len(at.tracks), at.tracks[0].dimension), np.nan)
+    found[at.sampled.rows[there]] = places + moved[:, 0, :-2]
     return found
 
 
@@ -84,11 +111,10 @@ class _Block(NamedTuple):
     positions: Array  # (r, k, d) [m] nan where a track does not exist
 
 
-@lru_cache(maxsize=16)
-def _samples(tracks: Tracks, spacing: float, step: int) -> tuple[TrackSamples, Indices]:
-    """The samples of the last SIMILAR_MEMORY steps up to `step`, and the numbers (r,) of the tracks that exist then."""
-    first = step - SIMILAR_MEMORY
-    numbers = range(first // SIMILAR_BLOCK, (step + 1) // SIMILAR_BLOCK)
+@lru_cache(maxsize=4)
+def _sampled(tracks: Tracks, spacing: float, step: int) -> _Sampled:
+    """The samples up to `step`, of whole blocks before it."""
+    numbers = range((step - SIMILAR_MEMORY) // SIMILAR_BLOCK - 1, (step + 1) // SIMILAR_BLOCK)
     blocks = [_whole_block(tracks, spacing, number) for number in numbers]
     blocks.append(_block(tracks, spacing, numbers.stop * SIMILAR_BLOCK, step + 1))
     rows, column = np.unique(np.concatenate([block.rows for block in blocks])), 0
@@ -98,10 +124,8 @@ def _samples(tracks: Tracks, spacing: float, step: int) -> tuple[TrackSamples, I
         end = column + block.positions.shape[1]
         positions[np.searchsorted(rows, block.rows), column:end] = block.positions
         column = end
-    positions = positions[:, columns - SIMILAR_MEMORY - 1 :].copy()
     there = ~np.isnan(positions[..., 0])
-    last = np.where(there.any(axis=1), there.shape[1] - 1 - there[:, ::-1].argmax(axis=1), -1)
-    return TrackSamples(positions, there.argmax(axis=1), last), rows
+    return _Sampled(rows, positions, there.argmax(axis=1), columns - 1 - there[:, ::-1].argmax(axis=1), step)
 
 
 @lru_cache(maxsize=64)
