@@ -87,7 +87,8 @@ def test_displacements_follow_the_definition(seed: int, d: int) -> None:
     for track, begin, end in zip(positions, first, last, strict=True):
         track[:begin], track[end + 1 :] = np.nan, np.nan
     column, knots, count = 39, np.array([0, 2, 5, 11]), 4
-    samples = TrackSamples(positions, first, np.where(last >= first, last, -1))
+    ways = np.nan_to_num(np.linalg.norm(np.diff(positions, axis=1), axis=2)).max(axis=1)
+    samples = TrackSamples(positions, first, np.where(last >= first, last, -1), ways)
     places, velocities = rng.uniform(0.0, 3.0, (12, d)), rng.normal(0.1, 0.05, (12, d))
     velocities[0] = 0.0
     found = kernels.similar_displacements(places, velocities, knots, samples, count)

@@ -60,8 +60,8 @@ class FromModels:
 
     includes_future: ClassVar[bool] = False
     share: NotNegative = 0.1
-    offset: NotNegative = 0.5
     futures: int = 1
+    offset: NotNegative = 0.5
     similar: int = 20
 
     def __post_init__(self) -> None:
@@ -92,15 +92,15 @@ class FromModels:
         # Trajectories are never changed. A decision may predict them more than once, with another `rise`.
         fixed = all(type(each).__hash__ is object.__hash__ for each in trajectories)
         later, among = rise if self.futures > 1 else 0.0, trajectories if seen is None else seen
-        known = tuple(each for each in among if _teaches(each)) if self.similar else ()
+        known = tuple(each for each in among if _is_searched(each)) if self.similar else ()
         found = (_known if fixed else _ahead)(tuple(trajectories), now, self.futures, later, known, self.similar)
         growths = [self.share * a.error * max(rise, a.lead) / a.lead**2 if a.lead else 0.0 for a in found]
         errors = [BoundedError(self.offset * a.error, growth) for a, growth in zip(found, growths)]
         return [Futures(a.each, error) for a, error in zip(found, errors)]
 
 
-def _teaches(track: Trajectory) -> bool:
-    """Whether the motion of a track counts for others: it moves, and it is never changed."""
+def _is_searched(track: Trajectory) -> bool:
+    """Whether similar motions are searched in a track: it moves, and it is never changed."""
     return type(track).__hash__ is object.__hash__ and not isinstance(track, Stationary)
 
 

@@ -7,7 +7,9 @@ multiples of one spacing, are searched for motions that began near the present o
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from math import isnan
 from typing import NamedTuple
+from weakref import ref
 
 import numpy as np
 
@@ -54,10 +56,11 @@ class SimilarMotions:
         sampled = _sampled(self.tracks, self.spacing, self.step)
         places, errors = sampled.positions[np.searchsorted(sampled.rows, some)], []
         for ago in checks:
-            expected = _expected(_Moment(self.tracks, self.spacing, self.step - ago - lead, sampled), lead, self.count)
+            moment = _Moment(self.tracks, self.spacing, self.step - ago - lead, ref(sampled))
+            expected = _expected(moment, lead, self.count)
             errors.append(np.linalg.norm(expected[some] - places[:, -1 - ago], axis=1))
         each = dict(zip(some, np.array(errors).T.tolist()))
-        return [[e for e in each.get(numbers.get(id(track), -1), []) if e == e] for track in tracks]
+        return [[e for e in each.get(numbers.get(id(track), -1), []) if not isnan(e)] for track in tracks]
 
 
 def rounded(spacing: float) -> float:
@@ -65,42 +68,48 @@ def rounded(spacing: float) -> float:
     return round(spacing, 2 - int(np.floor(np.log10(spacing))))
 
 
-class _Sampled(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Sampled:
     """Samples of tracks up to a step, of more steps than are searched: they serve earlier steps too."""
 
     rows: Indices  # (r,) the tracks that exist then
     positions: Array  # (r, k, d) [m] nan where a track does not exist
     first: Indices  # (r,) the first column of each
     last: Indices  # (r,) its last column
+    longest: Array  # (r,) [m] the longest way of each in one spacing
     step: int  # of the last column
 
     def until(self, step: int) -> TrackSamples:
         """The samples of the last SIMILAR_MEMORY steps up to `step`."""
         column = self.positions.shape[1] - 1 - (self.step - step)
         first, last = np.maximum(self.first, column - SIMILAR_MEMORY), np.minimum(self.last, column)
-        return TrackSamples(self.positions, first, last)
+        return TrackSamples(self.positions, first, last, self.longest)
 
 
 @dataclass(frozen=True)
 class _Moment:
-    """A step of tracks. What is known at it does not depend on how much later the samples end."""
+    """A step of tracks. What is known at it does not depend on how much later the samples end.
+
+    Moments are keys of a cache, which would keep the samples without a weak reference.
+    """
 
     tracks: Tracks
     spacing: float
     step: int
-    sampled: _Sampled = field(compare=False)
+    sampled: "ref[_Sampled]" = field(compare=False)
 
 
 @lru_cache(maxsize=64)
 def _expected(at: _Moment, lead: int, count: int) -> Array:
     """Positions (n, d) [m] that were expected at a step for `lead` spacings later; nan for tracks that were not."""
-    samples, span = at.sampled.until(at.step), SIMILAR_VELOCITY_SPAN
-    newest = samples.positions.shape[1] - 1 - (at.sampled.step - at.step)
+    sampled, span = at.sampled(), SIMILAR_VELOCITY_SPAN
+    assert sampled is not None
+    samples, newest = sampled.until(at.step), sampled.positions.shape[1] - 1 - (sampled.step - at.step)
     there = np.flatnonzero((samples.last == newest) & (samples.first <= newest - span))
     places, before = samples.positions[there, newest], samples.positions[there, newest - span]
     moved = kernels.similar_displacements(places, (places - before) / span, np.array([lead]), samples, count)
     found = np.full((len(at.tracks), at.tracks[0].dimension), np.nan)
-    found[at.sampled.rows[there]] = places + moved[:, 0, :-2]
+    found[sampled.rows[there]] = places + moved[:, 0, :-2]
     return found
 
 
@@ -125,7 +134,9 @@ def _sampled(tracks: Tracks, spacing: float, step: int) -> _Sampled:
         positions[np.searchsorted(rows, block.rows), column:end] = block.positions
         column = end
     there = ~np.isnan(positions[..., 0])
-    return _Sampled(rows, positions, there.argmax(axis=1), columns - 1 - there[:, ::-1].argmax(axis=1), step)
+    first, last = there.argmax(axis=1), columns - 1 - there[:, ::-1].argmax(axis=1)
+    ways = np.nan_to_num(np.linalg.norm(np.diff(positions, axis=1), axis=2))
+    return _Sampled(rows, positions, first, last, ways.max(axis=1), step)
 
 
 @lru_cache(maxsize=64)

@@ -122,3 +122,4 @@ class TrackSamples(NamedTuple):
     positions: Array  # (n, k, d) [m] nan where a track does not exist
     first: Indices  # (n,) the first column of each track
     last: Indices  # (n,) its last column; before the first where there is none
+    longest: Array  # (n,) [m] the longest way of each in one spacing

@@ -13,6 +13,7 @@ from slalom.kernels.squared import squared
 from slalom.tolerances import (
     SIMILAR_CANDIDATES,
     SIMILAR_DOUBT,
+    SIMILAR_MEMORY,
     SIMILAR_PLACE,
     SIMILAR_REACH,
     SIMILAR_VELOCITY,
@@ -75,11 +76,17 @@ def nearest_motions(place: Array, velocity: Array, samples: TrackSamples, near: 
         return 0
     per_place, per_velocity = 1.0 / (squared(SIMILAR_PLACE) * square), 1.0 / (squared(SIMILAR_VELOCITY) * square)
     for i in range(len(samples.first)):
-        for k in range(samples.first[i] + SIMILAR_VELOCITY_SPAN, samples.last[i] + 1):
-            distance, track = 0.0, samples.positions[i]
+        track, following = samples.positions[i], samples.first[i] + SIMILAR_VELOCITY_SPAN
+        while following <= samples.last[i]:
+            k, distance = following, 0.0
+            following += 1
             for axis in range(d):
                 distance += per_place * squared(track[k, axis] - place[axis])
             if distance >= squared(SIMILAR_REACH):
+                # The track needs some spacings to come near.
+                far = (np.sqrt(distance) - SIMILAR_REACH) * SIMILAR_PLACE * np.sqrt(square)
+                steps = far / samples.longest[i] if samples.longest[i] > 0.0 else np.inf
+                following += int(min(steps, float(SIMILAR_MEMORY)))
                 continue
             for axis in range(d):
                 mean = (track[k, axis] - track[k - SIMILAR_VELOCITY_SPAN, axis]) / SIMILAR_VELOCITY_SPAN
