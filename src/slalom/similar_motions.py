@@ -19,7 +19,7 @@ from slalom.kernels.arrays import Indices, TrackSamples
 from slalom.tolerances import SIMILAR_BLOCK, SIMILAR_MEMORY, SIMILAR_VELOCITY_SPAN
 from slalom.trajectory import Trajectory
 
-Tracks = tuple[Trajectory, ...]
+Trajectories = tuple[Trajectory, ...]
 
 
 class SimilarMotions:
@@ -33,7 +33,7 @@ class SimilarMotions:
     """
 
     def __init__(self, tracks: Sequence[Trajectory], spacing: float, now: float, count: int) -> None:
-        self.tracks: Tracks = tuple(tracks)
+        self.tracks: Trajectories = tuple(tracks)
         self.spacing, self.count = spacing, count
         self.step = int(np.floor(now / spacing))
         self.step -= self.step * spacing > now
@@ -93,7 +93,7 @@ class _Moment:
     Moments are keys of a cache, which would keep the samples without a weak reference.
     """
 
-    tracks: Tracks
+    tracks: Trajectories
     spacing: float
     step: int
     sampled: "ref[_Sampled]" = field(compare=False)
@@ -121,7 +121,7 @@ class _Block(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def _sampled(tracks: Tracks, spacing: float, step: int) -> _Sampled:
+def _sampled(tracks: Trajectories, spacing: float, step: int) -> _Sampled:
     """The samples up to `step`, of whole blocks before it."""
     numbers = range((step - SIMILAR_MEMORY) // SIMILAR_BLOCK - 1, (step + 1) // SIMILAR_BLOCK)
     blocks = [_whole_block(tracks, spacing, number) for number in numbers]
@@ -140,11 +140,11 @@ def _sampled(tracks: Tracks, spacing: float, step: int) -> _Sampled:
 
 
 @lru_cache(maxsize=64)
-def _whole_block(tracks: Tracks, spacing: float, number: int) -> _Block:
+def _whole_block(tracks: Trajectories, spacing: float, number: int) -> _Block:
     return _block(tracks, spacing, number * SIMILAR_BLOCK, (number + 1) * SIMILAR_BLOCK)
 
 
-def _block(tracks: Tracks, spacing: float, begin: int, end: int) -> _Block:
+def _block(tracks: Trajectories, spacing: float, begin: int, end: int) -> _Block:
     """The tracks at the steps from `begin` to `end`."""
     times, spans = spacing * np.arange(begin, end), _spans(tracks)
     firsts, lasts = np.searchsorted(times, spans[:, 0]), np.searchsorted(times, spans[:, 1], side="right")
@@ -156,6 +156,6 @@ def _block(tracks: Tracks, spacing: float, begin: int, end: int) -> _Block:
 
 
 @lru_cache(maxsize=8)
-def _spans(tracks: Tracks) -> Array:
+def _spans(tracks: Trajectories) -> Array:
     """First and last time (n, 2) [s] of each track."""
     return np.array([track.span for track in tracks])
