@@ -161,11 +161,12 @@ def test_a_track_that_has_just_appeared_is_predicted_from_itself() -> None:
     np.testing.assert_array_equal(results[0], results[1])
 
 
-def test_a_first_track_and_walls_alone_teach_nothing_else() -> None:
-    """Without others a straight track is predicted straight; obstacles at rest are no motions."""
+def test_without_motions_of_others_a_straight_track_stays_straight() -> None:
+    """Obstacles at rest are no motions; neither are tracks that ended long ago or are yet to begin."""
     times = np.arange(0.0, 8.0, STEP)
     track, wall = Sampled(times, np.stack([times, 0.0 * times], axis=1), "linear"), Stationary((1.0, 0.0))
-    some: list[list[Trajectory] | None] = [None, [wall], [wall, track]]
+    old, new = (Sampled(times + begin, np.stack([times, times], axis=1)) for begin in (-500.0, 50.0))
+    some: list[list[Trajectory] | None] = [None, [wall], [wall, track], [old], [new], [old, new, track]]
     for seen in some:
         (found,) = FromModels().predictions([track], 5.0, 1.0, seen)
         np.testing.assert_allclose(found.each[0][1].position(7.0), (7.0, 0.0), atol=1e-9)

@@ -241,7 +241,7 @@ def futures(
 ) -> list[list[Obstacle]]:
     """Obstacles `there`, by number, on each of their predicted trajectories; as `predicted` if there is one.
 
-    With the probabilities of these. `FromModels` learns from the past of all obstacles, also of those that have left.
+    With the probabilities of these. `FromModels` uses the past of all obstacles, also of those that have left.
     """
     if not isinstance(forecast, FromModels):
         return [[predicted(obstacles[k], forecast, now, rise)] for k in there]

@@ -131,7 +131,7 @@ def _ahead(
 
     known: tracks, of whose motions up to `similar` count.
     """
-    found, pasts = dict[int, _Ahead](), dict[int, _Past]()
+    found, pasts = dict[int, _Ahead](), list[_Past]()
     for k, trajectory in enumerate(trajectories):
         position, first, usual = trajectory.position(now), trajectory.span[0], _spacing(trajectory, now)
         spacing = min(usual, (now - first) / FEWEST_PAST)
@@ -139,22 +139,21 @@ def _ahead(
             count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + WHOLE_COUNT)), FEWEST_PAST)))
             positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
             if np.abs(positions[: MODEL_LEAD + 1] - position).max() > REST * MODEL_LEAD * spacing:
-                pasts[k] = _Past(trajectory, spacing, spacing == usual, positions)
+                pasts.append(_Past(k, trajectory, spacing, spacing == usual, positions))
                 continue
         found[k] = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
-    more = _similar(list(pasts.values()), now, known, similar) if similar and known and pasts else None
+    more = _similar(pasts, now, known, similar) if similar and known and pasts else None
     alike: dict[tuple[int, ...], list[int]] = {}
-    for row, past in enumerate(pasts.values()):
+    for row, past in enumerate(pasts):
         alike.setdefault(past.positions.shape, []).append(row)
-    numbers, each_past = list(pasts), list(pasts.values())
     for rows in alike.values():
-        group = [each_past[row] for row in rows]
+        group = [pasts[row] for row in rows]
         later = np.array([max(rise / past.spacing, MODEL_LEAD) for past in group])
         further = None if more is None else FurtherModel(*(each[rows] for each in more))
         several = continued(np.stack([past.positions for past in group]), most, later, further)
-        for row, past, ahead in zip(rows, group, several):
+        for past, ahead in zip(group, several):
             each = tuple((one.probability, _joined(past.positions[0], one, past.spacing, now)) for one in ahead)
-            found[numbers[row]] = _Ahead(each, ahead[0].error, MODEL_LEAD * past.spacing)
+            found[past.number] = _Ahead(each, ahead[0].error, MODEL_LEAD * past.spacing)
     return [found[k] for k in range(len(trajectories))]
 
 
@@ -164,6 +163,7 @@ _known = lru_cache(maxsize=8)(_ahead)
 class _Past(NamedTuple):
     """What is known of a track that moves."""
 
+    number: int  # among those that are predicted
     track: Trajectory
     spacing: float  # [s]
     usual: bool  # whether it is that of the sensor; of a track that has just appeared it is shorter

@@ -60,7 +60,7 @@ class FurtherModel(NamedTuple):
     moved: Array  # (n, 1, k, d) [m] at MODEL_KNOTS
     velocities: Array  # (n, 1, k, d) [m per spacing]
     variance: Array  # (n, k) [m^2] of the motions that it repeats
-    trust: Array  # (n, k) [1] 0 where it repeats none, near 1 where it repeats many
+    weight: Array  # (n, k) [1] of these motions: 0 where there is none, near 1 where there are many
 
 
 class _Fits(NamedTuple):
@@ -92,12 +92,12 @@ def continued(positions: Array, most: int, later: Array, more: FurtherModel | No
     weights = (np.maximum(errors, tiny) / np.maximum(leasts, tiny)[:, None]) ** -MODEL_SHARPNESS
     weights /= weights.sum(axis=1, keepdims=True)
     if more is not None:
-        # The past of a track does not announce a bend. Others that passed here do, where they agree.
+        # The past of a track shows no bend ahead. The motions of others at this place do, where they agree.
         apart = ((np.einsum("nm,nmkd->nkd", weights, moved) - more.moved[:, 0]) ** 2).sum(axis=2)
         # At 0 nothing has moved; an infinite error makes it not a number.
         unsure = more.variance + (more.error[:, None] / MODEL_LEAD * np.maximum(MODEL_KNOTS, 1)) ** 2
-        pull = (more.trust * apart / np.maximum(apart + unsure, tiny))[:, None, :, None]
-        moved, velocities = moved + pull * (more.moved - moved), velocities + pull * (more.velocities - velocities)
+        part = (more.weight * apart / np.maximum(apart + unsure, tiny))[:, None, :, None]
+        moved, velocities = moved + part * (more.moved - moved), velocities + part * (more.velocities - velocities)
     found = []
     for k, least in enumerate(leasts.tolist()):
         groups: list[list[int]] = []
