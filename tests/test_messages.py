@@ -213,7 +213,7 @@ def test_forecasts_as_tables(name, state):
     rows = np.array(state).reshape(3, 2)
     path = forecast(ConstantAcceleration(*rows, 0.0), 0.0).path(0.0, 30.0)
     assert np.allclose(table.times, path.times)
-    assert np.allclose(table.points(rows), path.points, atol=METRIC)
+    assert np.allclose(table.points(rows[None])[0], path.points, atol=METRIC)
 
 
 def test_a_forecast_that_is_not_linear_is_no_table():

@@ -39,7 +39,7 @@ from slalom import (
     Trajectory,
     Uncertainty,
 )
-from slalom.obstacle.pieces import Bodies
+from slalom.obstacle.pieces import Bodies, Reach
 from slalom.peers import contender
 from slalom.tolerances import INTERPOLATION
 
@@ -293,10 +293,27 @@ def test_what_covers_a_point_is_at_rest_throughout() -> None:
     """A car that stops within the window moves, whatever its last piece does."""
     stops = PiecewisePolynomial([1.0, 9.0], [[(4.0, 0.0), (1.0, 0.0)], [(5.0, 0.0), (0.0, 0.0)]])
     moving, resting = Obstacle(Disc(2.0), stops), Obstacle(Disc(2.0), Stationary((4.5, 0.0)))
-    point = np.array([4.5, 0.0])
-    assert not ObstacleWindow([moving], 0.0, 6.0).covers(point, Disc(0.3), 0.1)
-    assert ObstacleWindow([moving, resting], 0.0, 6.0).covers(point, Disc(0.3), 0.1)
-    assert not ObstacleWindow([moving, resting], 0.0, 6.0).covers(np.array([9.0, 0.0]), Disc(0.3), 0.1)
+    points = np.array([(4.5, 0.0), (9.0, 0.0)])
+    assert ObstacleWindow([moving], 0.0, 6.0).covered(points, Disc(0.3), 0.1).tolist() == [False, False]
+    assert ObstacleWindow([moving, resting], 0.0, 6.0).covered(points, Disc(0.3), 0.1).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("around", [None, Reach(np.zeros(2), 3.0, 0.3), Reach(np.zeros(2), 9.0, 0.3)])
+def test_what_covers_a_point_is_nearer_than_the_margin(around: Reach | None) -> None:
+    """Obstacles of all kinds at rest, in a table and alone, against the distance from each; points out of reach too."""
+    rng = np.random.default_rng(5)
+    shapes = [Disc(0.8), Rectangle(2.0, 0.5), Polyline([(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0)], 0.1)]
+    some = [
+        Obstacle(shapes[k % 3], Stationary(rng.uniform(-6.0, 6.0, 2)), heading=float(rng.uniform(0.0, 6.0)))
+        for k in range(12)
+    ]
+    unsure = Obstacle(Disc(0.5), Stationary((1.0, 1.0)), uncertainty=BoundedError(0.4))
+    robot, points = Rectangle(0.6, 0.4), rng.uniform(-6.0, 6.0, (200, 2))
+    found = ObstacleWindow([ObstacleTable(some[:8]), *some[8:], unsure], 0.0, 4.0).covered(points, robot, 0.3, around)
+    each = [ObstacleWindow([one], 0.0, 4.0) for one in [*some, unsure]]
+    gaps = [[float((w.distances(robot, p)[0] - w.bodies(robot).radius).min()) for w in each] for p in points]
+    np.testing.assert_array_equal(found, np.array(gaps).min(axis=1) < 0.3)
+    assert 20 < np.count_nonzero(found) < 180
 
 
 def test_threads_share_a_table() -> None:

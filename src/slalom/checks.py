@@ -1,7 +1,8 @@
 """Checks of all numbers from outside: one message per error, no repairs."""
 
 from collections.abc import Callable, Mapping, Sequence, Set
-from typing import Annotated, Any, Final, TypeAlias
+from math import isfinite
+from typing import Annotated, Any, Final, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +26,8 @@ def array(value: npt.ArrayLike, name: str) -> Array:
         result = None
     if result is None:
         raise InvalidInput(f"{name}: expected numbers, found {shown(value)}")
-    if not np.isfinite(result).all():
+    # Of a vector in a third of the time that numpy takes.
+    if not (all(map(isfinite, result.ravel().tolist())) if result.size <= 3 else np.isfinite(result).all()):
         raise InvalidInput(f"{name}: expected finite numbers, found {short(result)}")
     result.setflags(write=False)
     return result
@@ -42,7 +44,7 @@ def vector(value: npt.ArrayLike, name: str, dimension: int | None = None) -> Arr
 
 def not_huge(values: Array, name: str) -> Array:
     """The same array of vectors. Raises InvalidInput for components above LARGEST."""
-    if np.abs(values).max(initial=0.0) > LARGEST:
+    if (max(map(abs, values.ravel().tolist()), default=0.0) if values.size <= 3 else np.abs(values).max()) > LARGEST:
         raise InvalidInput(f"{name}: expected numbers of magnitude up to {LARGEST:g}, found {short(values)}")
     return values
 
@@ -247,8 +249,7 @@ def text(value: object, name: str) -> str:
 def known(name: str, what: str, names: Sequence[str], others: str = "") -> str:
     """Return `name` if it is one of `names`; otherwise raise InvalidInput with all of them, and the nearest.
 
-    Args:
-        others: what else is accepted, for the message: "a .yaml file or ".
+    others: what else is accepted, for the message: "a .yaml file or ".
     """
     if not isinstance(name, str) or name not in names:
         hint = did_you_mean(name, names)
@@ -323,8 +324,7 @@ class Checked:
     def __get__(self, instance: Any, owner: type | None = None) -> Array:
         if instance is None:
             raise AttributeError(self.name)  # makes the field one without a default
-        value: Array = instance.__dict__[self.name]
-        return value
+        return cast(Array, instance.__dict__[self.name])
 
     def __set__(self, instance: Any, value: npt.ArrayLike) -> None:
         instance.__dict__[self.name] = self.check(value, self.name)

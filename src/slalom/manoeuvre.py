@@ -32,7 +32,8 @@ class Manoeuvre:
     def __post_init__(self) -> None:
         has(self.response, *RESPONSE, "response")
         has(self.state, *STATE, "state")
-        vector(self.control, "control", self.state.dimension)
+        if self.control.size != self.state.dimension:
+            vector(self.control, "control", self.state.dimension)
         check_fields(self)
 
     @property

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from slalom.checks import Array, array, not_huge, positive
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
+from slalom.kernels.arrays import Flags
 from slalom.tolerances import PATH_OFFSETS, PATH_SAMPLES, PATH_TOLERANCE
 from slalom.trajectory import Stationary
 
@@ -81,7 +82,11 @@ class PathGoal(Goal):
 
     def point(self, progress: float) -> Array:
         """The point (d,) [m] of the path at a length [m] from its start."""
-        return np.array([np.interp(progress, self._at, column) for column in self.points.T])
+        return np.asarray(self.points_at(np.array([progress]))[0])
+
+    def points_at(self, progress: Array) -> Array:
+        """The points (k, d) [m] of the path at lengths (k,) [m] from its start."""
+        return np.stack([np.interp(progress, self._at, column) for column in self.points.T], axis=1)
 
     def allowed_speed(self, progress: float, max_speed: float, braking: float) -> float:
         """The speed [m/s] at a length [m] from the start that the profile and `braking` [m/s^2] allow."""
@@ -111,15 +116,16 @@ class PathGoal(Goal):
         braking: float,
         period: float,
         size: float = 1.0,
-        covered: Callable[[Array], bool] = lambda _: False,
+        covered: Callable[[Array], Flags] = lambda points: np.zeros(len(points), np.bool_),
     ) -> PathStep:
         """The target of a robot at a position (d,) [m]: a point ahead on the path, or beside a covered part of it.
 
         Args:
             progress: [m] at its last decision; None: it is at the nearest point of the whole path.
             max_speed: [m/s], braking: [m/s^2] of the robot. period: [s] until its next decision.
-            size: [m] by which points beside the path differ. covered: whether an obstacle at rest covers a point (d,)
-                [m]. The target is then the nearest free one beside the path, on the right where both are as near.
+            size: [m] by which points beside the path differ. covered: whether an obstacle at rest covers each of the
+                points (k, d) [m]. The target is then the nearest free one beside the path, on the right where both are
+                as near.
         """
         reach = self.lookahead * max_speed
         if progress is None:
@@ -131,19 +137,21 @@ class PathGoal(Goal):
         distance = self.lookahead * speed
         ahead = progress + distance
         shares = np.arange(1, PATH_SAMPLES + 1) / PATH_SAMPLES
-        between = [at for at in progress + shares * distance if at < self.length]
-        blocked = [at for at in between if covered(self.point(at))]
-        if not blocked:
+        between = progress + shares * distance
+        between = between[between < self.length]
+        blocked = covered(self.points_at(between)) if len(between) else np.zeros(0, np.bool_)
+        if not blocked.any():
             if ahead >= self.length:
                 return PathStep(progress, Goal(self.trajectory, self.tolerance, self.stop), speed, True)
             return PathStep(progress, self._pass(self.point(ahead), distance), speed, False)
-        around = [at for at in between if at >= blocked[0]]
+        rest = between[int(np.argmax(blocked)) :]
+        on_path, left = self.points_at(rest), np.stack([self.left(at) for at in rest])
         for k in range(1, PATH_OFFSETS + 1):
             for offset in (-k * size, k * size):
-                points = [self.point(at) + offset * self.left(at) for at in around]
-                if not any(covered(point) for point in points):
+                points = on_path + offset * left
+                if not covered(points).any():
                     return PathStep(progress, self._pass(points[-1], distance), speed, False)
-        return PathStep(progress, self._pass(self.point(around[-1]), distance), speed, False)
+        return PathStep(progress, self._pass(on_path[-1], distance), speed, False)
 
     def left(self, progress: float) -> Array:
         """The unit vector (d,) to the left of the path at a length [m] from its start, level in space."""

@@ -26,6 +26,7 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.path_goal import PathGoal
 from slalom.response import Acceleration
 from slalom.selection import select_many
 from slalom.shape import Disc, Polyline, Rectangle, Shape, round_shape
@@ -46,7 +47,9 @@ def _decide(robot: Shape, obstacles: Sequence[Obstacle], d: int = 2) -> None:
     for name in ("nao", "vo", "avo"):
         navigator = Navigator(METHODS[name], robot, LIMITS)
         some: list[Obstacles] = [list(obstacles), ObstacleTable(obstacles), [*obstacles, tracks]]
+        path = PathGoal([state.position, goal.position(0.0)])
         for around in some:
+            navigator.decide(state, around, path)
             decision: Decision | None = None
             for now in (0.0, 0.1):
                 decision = navigator.decide(state, around, goal, now=now, previous=decision)

@@ -1,6 +1,7 @@
 """Bounds on the distance of an obstacle from its predicted position: a radius that grows with the prediction time."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import erf, exp, log, pi, sqrt
 from typing import Final, Protocol, runtime_checkable
 
@@ -132,6 +133,7 @@ class Scaled:
         return self.share * self.of.radius(t, dimension)
 
 
+@lru_cache(maxsize=64)
 def chi_quantile(probability: float, degrees: int) -> float:
     """Value k that a chi-distributed number with `degrees` degrees of freedom exceeds with `probability`.
 

@@ -1,7 +1,7 @@
 """Decisions and their outcomes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
 from pathlib import Path as FilePath
@@ -245,7 +245,7 @@ def completed(
     """
     before, limits, now = None if previous is None else previous.commitment, inputs.navigator.limits, inputs.now
     last = None if before is None else before.approach
-    found = replace(
+    found = _with(
         decision,
         earlier=decision.manoeuvres_before(previous, now - inputs.navigator.horizon),
         progress=progress,
@@ -255,6 +255,13 @@ def completed(
     )
     log(found)
     return found
+
+
+def _with(decision: Decision, **attributes: Any) -> Decision:
+    """The same decision with other attributes; `dataclasses.replace` takes six times as long."""
+    other = object.__new__(type(decision))
+    other.__dict__.update(decision.__dict__, **attributes)
+    return other
 
 
 def made(blocked: ControlObstacle) -> Callable[[], ControlObstacle]:

@@ -160,7 +160,8 @@ class Navigator:
         around = (*listed_obstacles, unyielding) if unyielding is not None else listed_obstacles
         window = self.predict(around, state, now)
         check_dimensions(self.robot, state, window, others)
-        step = self._step(goal, state, window, previous) if isinstance(goal, PathGoal) else None
+        progress = None if previous is None else previous.progress
+        step = self.step_along(goal, state, window, progress) if isinstance(goal, PathGoal) else None
         if not is_compiled(robot.objective):
             if others is not None:
                 raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
@@ -179,16 +180,20 @@ class Navigator:
         inputs = DecisionInputs(robot, state, listed_obstacles, given, robots, now, budget, None)
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
-    def _step(self, goal: PathGoal, state: State, window: ObstacleWindow, previous: Decision | None) -> PathStep:
-        """The target of a robot on a path, and the largest speed allowed there."""
+    def step_along(self, goal: PathGoal, state: State, window: ObstacleWindow, progress: float | None) -> PathStep:
+        """The target of a robot on a path, and the largest speed allowed there.
+
+        progress: [m] along the path at the last decision; None: it is at the nearest point of the whole path.
+        """
+        around = self._alone.reach(state) if is_compiled(self.objective) else None
         return goal.step(
             state.position,
-            None if previous is None else previous.progress,
+            progress,
             self.limits.max_speed,
             PATH_BRAKING * self.limits.braking,
             self.period,
             self.robot.bounding_radius,
-            lambda point: window.covers(point, self.robot, self.margin),
+            lambda points: window.covered(points, self.robot, self.margin, around),
         )
 
     def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:

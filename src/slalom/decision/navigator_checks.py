@@ -87,12 +87,9 @@ def goal_or_place(goal: Goal | None, state: State, objective: Objective) -> Goal
 
 def check_dimensions(robot: Shape, state: State, obstacles: ObstacleWindow, others: Tracks | None) -> None:
     """Raise InvalidInput for parts of another dimension than the state; for robots observed after the decision."""
-    sizes = {
-        "robot": robot.dimension,
-        "obstacles": obstacles.dimension,
-        "robots": None if others is None else others.dimension,
-    }
-    for what, dimension in sizes.items():
-        same_dimension(dimension, state.dimension, what, "state")
+    d = state.dimension
+    same_dimension(robot.dimension, d, "robot", "state")
+    same_dimension(obstacles.dimension, d, "obstacles", "state")
     if others is not None:
+        same_dimension(others.dimension, d, "robots", "state")
         others.refuse_later(obstacles.start, "robots")

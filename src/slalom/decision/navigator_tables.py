@@ -109,6 +109,11 @@ class PolicyTables:
         (n, pieces), q = robots.committed.points.shape[:2], robots.observed.points.shape[1]
         self._spare = {(n, pieces, q): robots}
 
+    def reach(self, state: State) -> Reach:
+        """Where bodies count for a robot in this state."""
+        fastest = max(self.robot.limits.max_speed, hypot(*state.velocity))
+        return Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, self._clearance)
+
     def decision(self, robots: RobotTable, obstacles: ObstacleWindow, request: Request) -> DecisionTables:
         """The tables of a decision, with the robot in row 0 of `robots`.
 
@@ -127,9 +132,8 @@ class PolicyTables:
             distance = float(np.linalg.norm(target - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, own["moving"] = target_paths([goal], now, now + self.robot.horizon + latest)
-        fastest = max(limits.max_speed, hypot(*state.velocity))
-        around = Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, self._clearance)
-        bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(self.robot.detours), around=around)
+        detours, around = bool(self.robot.detours), self.reach(state)
+        bodies = self._skeletons.grown_bodies(0, obstacles, detours=detours, around=around)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
         settings = self._settings._replace(now=float(now), budget=1e6 * float(request.limit))
         if others is not None and others.shares is not None and settings.share < 1.0:

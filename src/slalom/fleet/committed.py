@@ -185,7 +185,7 @@ class CommittedFleet:
                 PATH_BRAKING * limits.braking,
                 self.period,
                 shape.bounding_radius,
-                partial(window.covers, robot=shape, margin=float(self.members.margins[k])),
+                partial(window.covered, robot=shape, margin=float(self.members.margins[k])),
             )
             self.progress[k], each["max_speed"][k], each["final"][k] = step.progress, step.max_speed, step.final
             each["target"][k, :d] = step.goal.position(0.0)

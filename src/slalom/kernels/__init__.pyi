@@ -11,6 +11,7 @@ from .decision.cell_list import (
     independent_rounds as independent_rounds,
 )
 from .decision.manoeuvre_cost import detour_lengths as detour_lengths
+from .decision.paths import predicted_points as predicted_points
 from .decision.policy import decide_all as decide_all
 from .decision.time_to_go import (
     earliest_arrival as earliest_arrival,
@@ -35,6 +36,7 @@ from .relative_motion.speed_limit import allowed_speed as allowed_speed
 from .relative_motion.window import (
     balls_near as balls_near,
     body_balls as body_balls,
+    covered_at_rest as covered_at_rest,
     distances_now as distances_now,
     in_balls as in_balls,
     kept_radii as kept_radii,

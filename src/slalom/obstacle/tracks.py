@@ -90,7 +90,7 @@ class Tracks:
         listing(ids, "names", "ids")
         if len(ids) not in (0, n):
             raise InvalidInput(f"ids: expected {n}, found {len(ids)}")
-        self.radii, self.t, self.ids = np.broadcast_to(radius, (n,)), number(t, "t"), tuple(ids) or tuple(range(n))
+        self.radii, self.t, self.ids = np.full(n, radius), number(t, "t"), tuple(ids) or tuple(range(n))
         self.uncertainties: tuple[Uncertainty | None, ...]
         if uncertainty is None or isinstance(uncertainty, Uncertainty):
             self.uncertainties = (uncertainty,) * n
@@ -103,6 +103,7 @@ class Tracks:
         if len(self.uncertainties) != n:
             raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
+        self._everywhere = worlds is None
         self.shares = None if shares is None else self._checked(shares)
         self.probabilities = None if probabilities is None else array_of(probabilities, "probabilities", (n,))
         for k, weight in enumerate(() if self.probabilities is None else self.probabilities.tolist()):
@@ -151,7 +152,7 @@ class Tracks:
 
     def refuse_worlds(self, name: str) -> None:
         """Raise InvalidInput for tracks with numbers of worlds, where there is one world."""
-        if (self.worlds != EVERY_WORLD).any():
+        if not self._everywhere and len(self):
             raise InvalidInput(f"{name}: expected tracks without worlds, which only a fleet has, found some with")
 
     def refuse_probabilities(self, name: str) -> None:
@@ -162,7 +163,7 @@ class Tracks:
     def in_world(self, world: int) -> "Tracks":
         """The tracks in a world, without numbers of worlds."""
         some = self._some(np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD)))
-        return some._changed(worlds=np.full(len(some), EVERY_WORLD))
+        return some._changed(worlds=np.full(len(some), EVERY_WORLD), _everywhere=True)
 
     def _some(self, some: Indices) -> "Tracks":
         """The tracks of some indices."""

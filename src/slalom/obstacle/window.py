@@ -50,7 +50,7 @@ class ObstacleWindow:
         self.dimension = one_dimension(source.dimension for source in self._sources)
         self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
         self._at_rest = True
-        self._bodies: dict[Shape, Bodies] = {}
+        self._bodies: dict[tuple[Shape, tuple[object, ...] | None], Bodies] = {}
         self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
 
     @classmethod
@@ -63,12 +63,7 @@ class ObstacleWindow:
                 given += [table, *others]
             else:
                 given.append(one.with_forecast(forecast) if isinstance(one, Tracks) and not exact else one)
-        rows = [k for k, one in enumerate(given) if isinstance(one, Obstacle)]
-        single = [cast(Obstacle, given[k]) for k in rows]
-        there = [n for n, one in enumerate(single) if forecast.includes_future or one.exists(start)]
-        expected: dict[int, Sequence[Obstacle]] = dict.fromkeys(rows, ())
-        expected |= {rows[n]: each for n, each in zip(there, futures(single, forecast, start, there))}
-        sources = [each for k, one in enumerate(given) for each in expected.get(k, (one,))]
+        sources = _foreseen(given, forecast, start)
         window, first = cls(sources, start, horizon), 0
         for source in sources if not forecast.includes_future else ():
             if isinstance(source, ObstacleTable):
@@ -124,14 +119,17 @@ class ObstacleWindow:
         window._at_rest = False
         return window
 
-    def covers(self, point: Array, robot: Shape, margin: float) -> bool:
-        """Whether a robot at a point (d,) [m] would be closer than the margin [m] to an obstacle at rest."""
-        bodies = self.bodies(robot)
-        near = np.flatnonzero(self._measure(robot, point)[0] < bodies.radius + margin)
-        of_near = np.isin(bodies.pieces.body, near)
-        points, moves = bodies.pieces.points[of_near], np.zeros(len(bodies.each), np.bool_)
-        np.logical_or.at(moves, bodies.pieces.body[of_near], np.any(points != points[:, :1], axis=(1, 2)))
-        return not moves[near].all()
+    def covered(self, points: Array, robot: Shape, margin: float, around: Reach | None = None) -> Flags:
+        """Whether a robot at each of the points (k, d) [m] is closer than the margin [m] to an obstacle at rest: (k,).
+
+        around: of the decision, with a clearance of at least the margin; it saves time where all points are within it.
+        """
+        away = np.inf if around is None else float(np.linalg.norm(points - around.position, axis=1).max())
+        inside = around is not None and away <= around.distance
+        bodies = self.bodies_near(robot, around if inside else None)
+        now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
+        radii = bodies.radius, bodies.hull_radius
+        return kernels.covered_at_rest(now, bodies.balls, *radii, bodies.hulls, points, margin)
 
     def within(self, horizons: npt.ArrayLike) -> "ObstacleWindow":
         """The same obstacles with other horizons (n,) [s]; each counts for the shorter of both."""
@@ -156,21 +154,22 @@ class ObstacleWindow:
 
     def bodies(self, robot: Shape) -> Bodies:
         """The pieces of all obstacles grown by a robot's shape."""
-        if robot not in self._bodies:
-            self._bodies[robot] = self.bodies_near(robot, None)
-        return self._bodies[robot]
+        return self.bodies_near(robot, None)
 
     def bodies_near(self, robot: Shape, reach: Reach | None) -> Bodies:
-        """As `bodies`, made anew without bodies of tables that are out of reach; None: with all."""
-        parts, first = list[Bodies](), 0
-        for source, count in zip(self._sources, self._counts):
-            parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon, reach))
-            first += count
-        bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
-        if not self._at_rest:
-            bodies = bodies._replace(each=bodies.each.copy())
-            bodies.each["at_rest"] = False
-        return bodies
+        """As `bodies`, without bodies of tables that are out of reach; None: with all."""
+        key = (robot, None if reach is None else (reach.position.tobytes(), *reach[1:]))
+        if key not in self._bodies:
+            parts, first = list[Bodies](), 0
+            for source, count in zip(self._sources, self._counts):
+                parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon, reach))
+                first += count
+            bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
+            if not self._at_rest:
+                bodies = bodies._replace(each=bodies.each.copy())
+                bodies.each["at_rest"] = False
+            self._bodies[key] = bodies
+        return self._bodies[key]
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).
@@ -189,6 +188,20 @@ class ObstacleWindow:
         # The kernel is compiled once for arrays that can be written, and once more for others.
         found = kernels.distances_now(now, bodies.hulls, position.copy())
         return found[:, 0], found[:, 1 : 1 + position.size]
+
+
+def _foreseen(
+    given: list[Obstacle | ObstacleTable | Tracks], forecast: Forecast, start: float
+) -> list[Obstacle | ObstacleTable | Tracks]:
+    """The tables and tracks as `given`, and in place of each obstacle what a forecast expects of it at `start` [s]."""
+    rows = [k for k, one in enumerate(given) if isinstance(one, Obstacle)]
+    if not rows:
+        return given
+    single = [cast(Obstacle, given[k]) for k in rows]
+    there = [n for n, one in enumerate(single) if forecast.includes_future or one.exists(start)]
+    expected: dict[int, Sequence[Obstacle]] = dict.fromkeys(rows, ())
+    expected |= {rows[n]: each for n, each in zip(there, futures(single, forecast, start, there))}
+    return [each for k, one in enumerate(given) for each in expected.get(k, (one,))]
 
 
 def listed(obstacles: Obstacles, name: str = "obstacles") -> Sequence[Obstacle | ObstacleTable | Tracks]:

@@ -14,7 +14,6 @@ from slalom.obstacle.window import ObstacleWindow
 from slalom.path_goal import PathGoal
 from slalom.response import Response
 from slalom.state import State
-from slalom.tolerances import PATH_BRAKING
 from slalom.view.kinds import kind
 
 
@@ -64,15 +63,7 @@ def target_of(
     limits = navigator.limits
     if not isinstance(goal, PathGoal):
         return goal, limits.max_speed
-    step = goal.step(
-        state.position,
-        progress,
-        limits.max_speed,
-        PATH_BRAKING * limits.braking,
-        navigator.period,
-        navigator.robot.bounding_radius,
-        lambda point: window.covers(point, navigator.robot, navigator.margin),
-    )
+    step = navigator.step_along(goal, state, window, progress)
     return step.goal, step.max_speed
 
 

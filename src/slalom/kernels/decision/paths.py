@@ -24,6 +24,22 @@ def ball_of(low: Array, high: Array, middle: Array) -> float:
 
 
 @kernel
+def predicted_points(shares: Array, states: Array) -> Array:
+    """The control points (n, q, 4, d) [m] of paths that are linear in the observed `states` (n, 3, d).
+
+    shares: (q, 4, 3) of position, velocity and acceleration in each control point.
+    """
+    points = np.empty((len(states), len(shares), 4, states.shape[2]))
+    for k in range(len(states)):
+        for q in range(len(shares)):
+            for c in range(4):
+                for axis in range(states.shape[2]):
+                    first_two = shares[q, c, 0] * states[k, 0, axis] + shares[q, c, 1] * states[k, 1, axis]
+                    points[k, q, c, axis] = first_two + shares[q, c, 2] * states[k, 2, axis]
+    return points
+
+
+@kernel
 def bounding_balls(times: Array, points: Array, settings: DecisionSettings, centers: Array, radii: Array) -> None:
     """Bounding balls of a path in windows of the horizon: `centers` (w, 3) [m] and `radii` (w,) [m] are written.
 

@@ -255,6 +255,47 @@ def distances_now(bodies: Snapshot, hulls: MaybeHulls, position: Array) -> Array
 
 
 @kernel
+def bodies_at_rest(pieces: Pieces, count: int) -> Flags:
+    """Flags (b,): which of `count` bodies do not move on any of their pieces."""
+    still = np.ones(count, np.bool_)
+    for s in range(len(pieces.body)):
+        for j in range(1, 4):
+            for axis in range(pieces.points.shape[2]):
+                if pieces.points[s, j, axis] != pieces.points[s, 0, axis]:
+                    still[pieces.body[s]] = False
+    return still
+
+
+@kernel
+def covered_at_rest(
+    bodies: Snapshot, balls: Array, radius: Array, hull_radius: Array, hulls: MaybeHulls, points: Array, margin: float
+) -> Flags:
+    """Flags (k,): which of the points (k, d) [m] are closer than the margin [m] to a body that does not move.
+
+    Bodies with `radius` (b,) [m] and `hull_radius` (b,) [m], pieces with `balls` (n, 4) [m], see `piece_balls`.
+    """
+    pieces, still = bodies.pieces, bodies_at_rest(bodies.pieces, len(radius))
+    covered, near = np.zeros(len(points), np.bool_), np.empty(len(bodies.heads), np.int64)
+    for k in range(len(points)):
+        count = 0
+        for s in bodies.heads:
+            b, square = pieces.body[s], 0.0
+            for axis in range(points.shape[1]):
+                square += squared(balls[s, axis] - points[k, axis])
+            reach = balls[s, 3] + radius[b] + hull_radius[b] + margin
+            if still[b] and square <= reach * reach:
+                near[count] = s
+                count += 1
+        if count > 0:
+            some = Snapshot(pieces, near[:count], bodies.uncertain, bodies.hull)
+            found = distances_now(some, hulls, points[k])
+            for s in near[:count]:
+                b = pieces.body[s]
+                covered[k] = covered[k] or found[b, 0] < radius[b] + margin
+    return covered
+
+
+@kernel
 def share_of_piece(times: Array, s: int) -> float:
     """Place of time 0 in [0, 1] on piece s with `times` (n, 2) [s]: pieces may begin before the window."""
     return float(-times[s, 0] / (times[s, 1] - times[s, 0]))
