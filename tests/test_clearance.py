@@ -6,6 +6,7 @@ from oracle import RESPONSES
 
 from slalom import (
     Acceleration,
+    Capsule,
     Circular,
     ConstantAcceleration,
     ConstantVelocity,
@@ -16,6 +17,9 @@ from slalom import (
     Obstacle,
     ObstacleTable,
     ObstacleWindow,
+    Polygon,
+    Rectangle,
+    Shape,
     State,
     Status,
     select,
@@ -105,3 +109,21 @@ def test_contact_with_an_obstacle_on_a_circle_is_no_overlap(table: bool, side: f
         deeper = touching(-5e-6, float(now), table, side)
         assert deeper.overlaps
         assert deeper.overlapping.tolist() == [0]
+
+
+@pytest.mark.parametrize(
+    ("shape", "nearest"),
+    [
+        (Rectangle(2.0, 1.0), 2.5),
+        (Polygon(np.array([(-0.5, -0.5), (0.5, -0.5), (0.2, 0.5)])), float(np.hypot(0.2, 2.5))),
+        (Capsule((-0.5, 0.0), (0.5, 0.0), 0.2), 2.8),
+    ],
+    ids=["side", "corner", "round"],
+)
+@pytest.mark.parametrize("gap", [0.1, 1e-3, 1e-5])
+def test_a_body_that_turns_about_a_robot_at_rest_keeps_its_clearance(shape: Shape, nearest: float, gap: float) -> None:
+    """On a circle of 3 m about the robot, one side or corner is always the nearest part, and as near."""
+    car = Obstacle(shape, Circular((0.0, 0.0), 3.0, 0.8, 0.3), heading="motion")
+    window = ObstacleWindow([car], 0.0, HORIZON)
+    blocked = ControlObstacle(Acceleration(), State((0.0, 0.0), (0.0, 0.0)), window, Disc(nearest - gap))
+    assert gap - CERTIFIED <= blocked.clearance((0.0, 0.0)) <= gap + CLEARANCE

@@ -1,4 +1,4 @@
-"""Distances of the origin to hulls of points (`geometry.convex`), and paths along one (`geometry.hulls`)."""
+"""Distances of the origin to hulls of points (`geometry.convex`), and along paths (`hull_bounds`, `hull_contacts`)."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,9 @@ import pytest
 from slalom.kernels.arrays import Hulls
 from slalom.kernels.geometry.convex import order, signed_distance
 from slalom.kernels.geometry.cubic import new_stack
-from slalom.kernels.geometry.hulls import MovingHull, hull_below, hull_first_below
+from slalom.kernels.geometry.hull_bounds import distance_bound, least_along, put_side
+from slalom.kernels.geometry.hull_contacts import hull_below, hull_first_below
+from slalom.kernels.geometry.hulls import MovingHull, hull_distance
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
@@ -58,3 +60,41 @@ def test_what_slides_along_a_hull_is_told_at_once(gap: float, angle: float) -> N
         some = hull_below(moving, stack, q)
         # On the very edge rounding decides.
         assert (gap == depth == 0.0) or (first >= 0.0) == met == (some >= 0.0)
+
+
+def random_hull(rng: np.random.Generator, n: int, d: int) -> MovingHull:
+    """A hull of n corners in dimension d near the origin, which moves, grows, and turns if it is in the plane."""
+    corners, course = np.zeros((n, 5)), rng.normal(size=(4, 5))
+    if n < 3:
+        corners[:, :d] = rng.normal(size=(n, d))
+    else:
+        angles = np.sort(rng.uniform(0.0, 2.0 * np.pi, n))
+        corners[:, 3:] = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    course[:, 2] *= d == 3
+    turns = np.cumsum([rng.uniform(0.0, 6.0), *rng.uniform(0.0, 0.5, 3)])
+    course[:, 3], course[:, 4] = np.cos(turns), np.sin(turns)
+    hulls = Hulls(np.zeros(1, np.int64), np.empty((4, 2, 0)), corners, np.array([0, n]), np.zeros(1, np.bool_))
+    return MovingHull(course, hulls, 0, float(rng.choice([-0.2, 0.0, 0.3])), float(rng.choice([-0.2, 0.0, 0.2])))
+
+
+@pytest.mark.parametrize(("n", "d"), [(1, 2), (2, 2), (5, 2), (1, 3), (2, 3)])
+def test_bounds_along_turning_directions_hold_and_close_up(n: int, d: int) -> None:
+    """Below every distance of the span, for any two directions; for the best ones of a short span nearly equal."""
+    rng, q, side, gaps = np.random.default_rng(n + d), np.zeros((4 * n + 4, 3)), np.zeros(7), []
+    for _ in range(300):
+        moving, a, width = random_hull(rng, n, d), rng.uniform(0.0, 0.9), float(10.0 ** rng.uniform(-3.0, -1.0))
+        least = min(hull_distance(moving, x, q)[0] for x in np.linspace(a, a + width, 21))
+        best = hull_distance(moving, a, q), hull_distance(moving, a + width, q)
+        others = [(0.0, *v / np.linalg.norm(v)) for v in rng.normal(size=(2, 3)) * [1.0, 1.0, d == 3]]
+        for early, late in (best, others, (best[0], others[0]), (best[0], best[0])):
+            assert distance_bound(moving, a, a + width, early, late) <= least + 1e-12
+        if width < 3e-3 and least > 0.1:
+            gaps.append(least - distance_bound(moving, a, a + width, *best))
+        gain, u, other = np.array([0.0, 0.1, 0.4, 1.0]), rng.normal(size=3), rng.normal(size=3)
+        put_side(moving, gain, u, best[0], side)
+        course = moving.path.copy()
+        course[:, :3] -= gain[:, None] * (other - u)
+        moved = moving._replace(path=course)
+        assert least_along(side, gain, other) <= min(hull_distance(moved, x, q)[0] for x in (0.0, 0.3, 1.0)) + 1e-12
+    assert max(gaps) < 1e-4
+    assert len(gaps) > 10

@@ -15,7 +15,6 @@ from slalom.kernels.decision.tables import (
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
-from slalom.kernels.selection.admissible import segments_in_reach
 from slalom.kernels.selection.exchange import SAFE, nearest_free
 from slalom.tolerances import (
     CANDIDATES,
@@ -136,8 +135,7 @@ def relative_motion(
             for s in range(n):
                 table.gains[c, s] *= times[s]
     limits = admissible_set(i, r, robots, responses, tables.bounds)
-    near, near_hulls = segments_in_reach(limits, table, hulls)
-    return RelativeMotion(limits, near, near_hulls)
+    return RelativeMotion(limits, table, hulls)
 
 
 @inlined

@@ -23,32 +23,48 @@ def signed_distance(q: Array, n: int) -> Direction:
 
     Two corners: a segment, in the plane or in space. More: a polygon in the plane.
     """
-    least, px, py, pz = np.inf, 0.0, 0.0, 0.0
-    depth, nx, ny = -np.inf, 1.0, 0.0
+    least, px, py, pz, inside = np.inf, 0.0, 0.0, 0.0, n > 2
     for i in range(n if n > 2 else 1):
         k = i + 1 if i + 1 < n else 0
-        ax, ay, az, bx, by, bz = q[i, 0], q[i, 1], q[i, 2], q[k, 0], q[k, 1], q[k, 2]
-        length = np.sqrt(squared(bx - ax) + squared(by - ay))
-        if length > 0.0:
-            ex, ey = (by - ay) / length, (ax - bx) / length
-            beyond = -(ex * ax + ey * ay)
-            if beyond > depth:
-                depth, nx, ny = beyond, ex, ey
-        x, y, z = to_segment(ax, ay, az, bx, by, bz)
+        ax, ay, bx, by = q[i, 0], q[i, 1], q[k, 0], q[k, 1]
+        x, y, z = to_segment(ax, ay, q[i, 2], bx, by, q[k, 2])
         square = x * x + y * y + z * z
+        inside = inside and (by - ay) * ax + (ax - bx) * ay >= 0.0
         if square < least:
             least, px, py, pz = square, x, y, z
+    distance = np.sqrt(least)
+    if not inside and distance >= CONTACT:
+        return distance, px / distance, py / distance, pz / distance
+    depth, nx, ny = outermost_edge(q, n)
     # A body that turns on the spot has all its corners in one place (`trajectory.direction`): no edge, no interior.
     if n > 2 and -np.inf < depth <= 0.0:
         return depth, -nx, -ny, 0.0
-    distance = np.sqrt(least)
-    if distance < CONTACT and az == 0.0 and bz == 0.0 and 0.999 * distance <= abs(depth) < np.inf:
+    if distance < CONTACT and q[0, 2] == 0.0 and q[n - 1, 2] == 0.0 and 0.999 * distance <= abs(depth) < np.inf:
         # Rounding leaves no direction in so short a difference. That of the edge, which is about as near, is exact.
         side = -1.0 if depth > 0.0 else 1.0
         return distance, side * nx, side * ny, 0.0
     if distance > 0.0:
         return distance, px / distance, py / distance, pz / distance
     return 0.0, nx, ny, 0.0
+
+
+@kernel
+def outermost_edge(q: Array, n: int) -> tuple[float, float, float]:
+    """How far the origin is beyond the line of an edge of q[:n] (m, 3) [m] at most, and the normal of that edge.
+
+    Negative inside a polygon; -inf without an edge.
+    """
+    depth, nx, ny = -np.inf, 1.0, 0.0
+    for i in range(n if n > 2 else 1):
+        k = i + 1 if i + 1 < n else 0
+        ax, ay, bx, by = q[i, 0], q[i, 1], q[k, 0], q[k, 1]
+        length = np.sqrt(squared(bx - ax) + squared(by - ay))
+        if length > 0.0:
+            ex, ey = (by - ay) / length, (ax - bx) / length
+            beyond = -(ex * ax + ey * ay)
+            if beyond > depth:
+                depth, nx, ny = beyond, ex, ey
+    return depth, nx, ny
 
 
 @kernel

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.kernels.arrays import Array, Hulls, Indices, MaybeHulls, Segments, Workspace
-from slalom.kernels.geometry.hulls import MovingHull, distance_bound, hull_distance, load_path
+from slalom.kernels.geometry.hull_bounds import least_along, put_side
+from slalom.kernels.geometry.hulls import MovingHull, hull_distance, load_path
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.kernels.squared import squared
@@ -72,7 +73,8 @@ def copy_near(
 ) -> int:
     """Copy the segments on which controls within `limit` of the centre may collide, unless they were copied before.
 
-    They go into `near` and `near_hulls` from row `count` on. Returns the number of rows there.
+    They go into `near` and `near_hulls` from row `count` on, and lines that separate their hulls from the centre into
+    `work.sides`. Returns the number of rows there.
     """
     table, away = culled.table, culled.away
     for c in range(len(culled.rows)):
@@ -81,12 +83,12 @@ def copy_near(
         s = culled.rows[c]
         if len(hulls) > 0 and hulls.hull[s] >= 0:
             # A long wall may be out of reach although the disc about it is not.
-            gains = table.gains
             load_path(table, hulls, s, culled.center, work.path)
             hull = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
-            _, vx, vy, vz = hull_distance(hull, 0.5, work.corners)
-            gain = max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
-            away[c] = max(away[c], distance_bound(hull, 0.0, 1.0, vx, vy, vz) / gain)
+            gains, side = table.gains[:, s], work.sides[count]
+            put_side(hull, gains, culled.center, hull_distance(hull, 0.5, work.corners), side)
+            gain = max(max(gains[0], gains[1]), max(gains[2], gains[3]))
+            away[c] = max(away[c], least_along(side, gains, culled.center) / gain)
             if not away[c] < limit:
                 continue
         copy_row(table, hulls, s, near, near_hulls, count)

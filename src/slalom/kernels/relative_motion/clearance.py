@@ -4,7 +4,8 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, MaybeHulls, Segments, Workspace
 from slalom.kernels.geometry.cubic import curvature, first_below, least, new_stack, put_distance, slope, value
-from slalom.kernels.geometry.hulls import MovingHull, hull_first_below, hull_least, load_path, new_path
+from slalom.kernels.geometry.hull_contacts import hull_first_below, hull_least
+from slalom.kernels.geometry.hulls import MovingHull, load_path, new_path
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.tolerances import CLEARANCE, NEWTON_ACCURACY, NEWTON_STEPS, TIME
@@ -14,7 +15,10 @@ from slalom.tolerances import CLEARANCE, NEWTON_ACCURACY, NEWTON_STEPS, TIME
 def new_workspace(segments: int, hulls: MaybeHulls) -> Workspace:
     """Buffers for a table of so many segments with those hulls."""
     path, corners = new_path(hulls)
-    return Workspace(np.empty(segments), new_stack(), path, corners, np.zeros(5))
+    sides = np.empty((segments if len(hulls) > 0 else 0, 7))
+    for s in range(len(sides)):
+        sides[s, 3] = -np.inf
+    return Workspace(np.empty(segments), sides, new_stack(), path, corners, np.zeros(5))
 
 
 @kernel

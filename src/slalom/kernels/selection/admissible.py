@@ -1,17 +1,14 @@
-"""The admissible set and the segments on which its controls can collide.
+"""The admissible set: its control nearest to a given one.
 
 `limits` (n, 5) are boundaries as in `geometry.boundaries`: balls and half-spaces to stay inside.
 """
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, MaybeHulls, Segments
+from slalom.kernels.arrays import Array
 from slalom.kernels.geometry.boundaries import meets, project
 from slalom.kernels.geometry.polygons import smallest_ball
 from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.broad_phase import Culled, copy_near, copy_row, cull, new_hulls, new_table
-from slalom.kernels.relative_motion.clearance import new_workspace
-from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.kernels.squared import squared
 
 
@@ -37,24 +34,3 @@ def nearest_admissible(preferred: Array, limits: Array, center: Array) -> tuple[
 def distance_from_center(limits: Array, b: int, u: Array) -> float:
     """The distance of control u (3,) from the centre of ball b of `limits` (n, 5)."""
     return float(np.sqrt(squared(u[0] - limits[b, 1]) + squared(u[1] - limits[b, 2]) + squared(u[2] - limits[b, 3])))
-
-
-@kernel
-def segments_in_reach(limits: Array, table: Segments, hulls: MaybeHulls) -> tuple[Segments, MaybeHulls]:
-    """Copies of the rows on which some admissible control can collide.
-
-    All admissible controls lie within the smallest ball of `limits` (n, 5).
-    """
-    smallest, n = smallest_ball(limits, len(limits)), len(table.radius)
-    center, gaps, rows = limits[smallest, 1:4], np.empty(n), np.empty(n, np.int64)
-    chord_distances(table.points, table.gains, center[0], center[1], center[2], gaps)
-    rows = rows[: cull(table, gaps, limits[smallest, 4], rows)]
-    near, near_hulls = new_table(len(rows)), new_hulls(len(rows), hulls)
-    culled, work = Culled(table, rows, gaps, center), new_workspace(0, hulls)
-    count = copy_near(culled, hulls, limits[smallest, 4], near, near_hulls, 0, work)
-    if count < len(rows):
-        fewer, fewer_hulls = new_table(count), new_hulls(count, hulls)
-        for s in range(count):
-            copy_row(near, near_hulls, s, fewer, fewer_hulls, s)
-        return fewer, fewer_hulls
-    return near, near_hulls
