@@ -202,7 +202,10 @@ def _spacing(trajectory: Trajectory, now: float) -> float:
     stamps = trajectory.breaks(max(trajectory.span[0], now - NEWEST_SAMPLES), now)
     if len(stamps) < FEWEST_PAST:
         return PAST_SPACING
-    return float(np.clip(np.median(np.diff(stamps)), *SPACINGS))
+    # numpy's median of so few takes five times as long.
+    steps, half = np.sort(np.diff(stamps)), (len(stamps) - 1) // 2
+    median = steps[half] if len(steps) % 2 else 0.5 * (steps[half - 1] + steps[half])
+    return float(min(max(median, SPACINGS[0]), SPACINGS[1]))
 
 
 def _joined(position: Array, ahead: Continuation, spacing: float, now: float) -> PiecewisePolynomial:

@@ -48,13 +48,14 @@ class PiecewisePolynomial:
                 f"coefficients: expected (n, degree + 1, 2 or 3) for n >= 1 durations, "
                 f"found {shape} for {self.durations.shape}"
             )
-        if np.any(self.durations <= 0):
+        if (self.durations <= 0).any():
             k = int(np.argmin(self.durations))
             raise InvalidInput(f"durations: expected times above 0, found {self.durations[k]:g} at index {k}")
         with np.errstate(over="ignore", invalid="ignore"):
             ends = _values(self.coefficients, self.durations)[:-1]
-            jumps = np.nan_to_num(np.linalg.norm(self.coefficients[1:, 0] - ends, axis=1), nan=np.inf, posinf=np.inf)
-        if np.any(jumps > JUMP):
+            jumps = np.linalg.norm(self.coefficients[1:, 0] - ends, axis=1)
+        if not (jumps <= JUMP).all():
+            jumps[np.isnan(jumps)] = np.inf
             k = int(np.argmax(jumps))
             raise InvalidInput(
                 f"coefficients: expected pieces that meet, found a jump of {jumps[k]:g} m after piece {k}"

@@ -68,33 +68,36 @@ class Sampled:
     def dimension(self) -> int:
         return int(self.positions.shape[1])
 
-    @property
+    @cached_property
     def span(self) -> tuple[float, float]:
         return float(self.times[0]), float(self.times[-1])
+
+    @cached_property
+    def _points(self) -> Array:
+        """Control points (n - 1, 4, d) [m] of all pieces."""
+        p0, p3 = self.positions[:-1], self.positions[1:]
+        if self.interpolation == "linear":
+            return np.stack([p0, (2 * p0 + p3) / 3, (p0 + 2 * p3) / 3, p3], axis=1)
+        third = (np.diff(self.times) / 3)[:, None]
+        return np.stack([p0, p0 + third * self._slopes[:-1], p3 - third * self._slopes[1:], p3], axis=1)
 
     def _local(self, t: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """Control points (..., 4, d) of the piece at each time, its duration [s], and the local time in [0, 1]."""
         time = np.asarray(t, dtype=np.float64)
         first, last = self.span
-        if np.any(time < first) or np.any(time > last):
+        if (time < first).any() or (time > last).any():
             outside = time[(time < first) | (time > last)].ravel()[0]
             raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {outside:g} s")
-        k = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.times) - 2)
-        h = self.times[k + 1] - self.times[k]
-        return self._control_points(k), h, (time - self.times[k]) / h
-
-    def _control_points(self, k: npt.NDArray[np.int64]) -> Array:
-        p0, p3 = self.positions[k], self.positions[k + 1]
-        if self.interpolation == "linear":
-            return np.stack([p0, (2 * p0 + p3) / 3, (p0 + 2 * p3) / 3, p3], axis=-2)
-        third = ((self.times[k + 1] - self.times[k]) / 3)[..., None]
-        return np.stack([p0, p0 + third * self._slopes[k], p3 - third * self._slopes[k + 1], p3], axis=-2)
+        k = np.minimum(self.times.searchsorted(time, side="right") - 1, len(self.times) - 2)
+        begin = self.times[k]
+        h = self.times[k + 1] - begin
+        return self._points[k], h, (time - begin) / h
 
     def position(self, t: npt.ArrayLike) -> Array:
         points, _, s = self._local(t)
-        r = 1 - s
-        weights = np.stack([r * r * r, 3 * s * r * r, 3 * s * s * r, s * s * s], axis=-1)
-        return np.asarray(np.sum(weights[..., None] * points, axis=-2))
+        s = s[..., None]
+        r, p0, p1, p2, p3 = 1 - s, points[..., 0, :], points[..., 1, :], points[..., 2, :], points[..., 3, :]
+        return np.asarray(r * r * r * p0 + 3 * s * r * r * p1 + 3 * s * s * r * p2 + s * s * s * p3)
 
     def velocity(self, t: npt.ArrayLike) -> Array:
         points, h, s = self._local(t)
@@ -120,13 +123,13 @@ class Sampled:
 
     def speed_bound(self, start: float, end: float) -> float:
         first, last = self._pieces(start, end)
-        points = self._control_points(np.arange(first, last))
+        points = self._points[first:last]
         h = np.diff(self.times[first : last + 1])[:, None, None]
         return float(np.linalg.norm(3 * np.diff(points, axis=-2) / h, axis=-1).max())
 
     def acceleration_bound(self, start: float, end: float) -> float:
         first, last = self._pieces(start, end)
-        points = self._control_points(np.arange(first, last))
+        points = self._points[first:last]
         h = np.diff(self.times[first : last + 1])[:, None, None]
         return float(np.linalg.norm(6 * np.diff(points, 2, axis=-2) / (h * h), axis=-1).max())
 
