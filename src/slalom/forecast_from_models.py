@@ -151,8 +151,9 @@ def _ahead(
         later = np.array([max(rise / past.spacing, MODEL_LEAD) for past in group])
         further = None if more is None else FurtherModel(*(each[rows] for each in more))
         several = continued(np.stack([past.positions for past in group]), most, later, further)
+        curves = iter(_joined([(past, one) for past, ahead in zip(group, several) for one in ahead], now))
         for past, ahead in zip(group, several):
-            each = tuple((one.probability, _joined(past.positions[0], one, past.spacing, now)) for one in ahead)
+            each = tuple((one.probability, next(curves)) for one in ahead)
             found[past.number] = _Ahead(each, ahead[0].error, MODEL_LEAD * past.spacing)
     return [found[k] for k in range(len(trajectories))]
 
@@ -208,14 +209,17 @@ def _spacing(trajectory: Trajectory, now: float) -> float:
     return float(min(max(median, SPACINGS[0]), SPACINGS[1]))
 
 
-def _joined(position: Array, ahead: Continuation, spacing: float, now: float) -> PiecewisePolynomial:
-    """Cubic pieces through the knots of a continuation, then a straight line."""
-    places, velocities = position + ahead.displacements, ahead.velocities / spacing
+def _joined(ahead: "Sequence[tuple[_Past, Continuation]]", now: float) -> list[PiecewisePolynomial]:
+    """Cubic pieces through the knots of each continuation, then a straight line."""
+    position = np.stack([past.positions[0] for past, _ in ahead])[:, None]
+    spacing = np.array([past.spacing for past, _ in ahead])[:, None, None]
+    places = position + np.stack([one.displacements for _, one in ahead])
+    velocities = np.stack([one.velocities for _, one in ahead]) / spacing
     h = spacing * np.diff(MODEL_KNOTS)[:, None]
-    chord = np.diff(places, axis=0) / h
-    before, after = velocities[:-1], velocities[1:]
-    curves = [places[:-1], before, (3.0 * chord - 2.0 * before - after) / h, (before + after - 2.0 * chord) / h**2]
-    last = np.stack([places[-1], velocities[-1], 0.0 * position, 0.0 * position])
-    return PiecewisePolynomial(
-        np.append(h[:, 0], LONGEST_FORECAST), np.concatenate([np.stack(curves, axis=1), last[None]]), now
-    )
+    chord = np.diff(places, axis=1) / h
+    before, after, still = velocities[:, :-1], velocities[:, 1:], 0.0 * position
+    curves = [places[:, :-1], before, (3.0 * chord - 2.0 * before - after) / h, (before + after - 2.0 * chord) / h**2]
+    last = np.stack([places[:, -1:], velocities[:, -1:], still, still], axis=2)
+    coefficients = np.concatenate([np.stack(curves, axis=2), last], axis=1)
+    durations = np.append(h[..., 0], np.full((len(h), 1), LONGEST_FORECAST), axis=1)
+    return [PiecewisePolynomial(*row, now) for row in zip(durations, coefficients)]

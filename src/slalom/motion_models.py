@@ -116,14 +116,19 @@ def _means(
 ) -> list[Continuation]:
     """The mean of the models (m,) in each group; of all if there is at most one group."""
     if len(groups) <= 1:
-        return [Continuation(np.tensordot(weights, moved, 1), np.tensordot(weights, velocities, 1), least)]
+        return [Continuation(_mean(weights, moved), _mean(weights, velocities), least)]
     sums = [float(weights[group].sum()) for group in groups]
     shares = [weights[group] / total for group, total in zip(groups, sums)]
     # All of them, with rounding, are 1 together.
     return [
-        Continuation(np.tensordot(share, moved[group], 1), np.tensordot(share, velocities[group], 1), least, p)
+        Continuation(_mean(share, moved[group]), _mean(share, velocities[group]), least, p)
         for group, share, p in zip(groups, shares, [1.0 - sum(sums[1:]), *sums[1:]])
     ]
+
+
+def _mean(weights: Array, values: Array) -> Array:
+    """The mean (k, d) of values (m, k, d) with weights (m,) of sum 1; `numpy.tensordot` takes four times as long."""
+    return np.asarray((weights @ values.reshape(len(weights), -1)).reshape(values.shape[1:]))
 
 
 def _grouped(places: Array, weights: Array, most: int, apart: float) -> list[list[int]]:
