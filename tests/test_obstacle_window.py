@@ -147,6 +147,19 @@ def test_tables_decide_as_lists(now: float, method: str) -> None:
             np.testing.assert_allclose(*(np.sort(each[np.isfinite(each)]) for each in clearances), atol=1e-5)
 
 
+def test_obstacles_at_rest_are_made_once_for_all_time() -> None:
+    """Every decision has the same pieces, those of one obstacle alone, from before the epoch to long after it."""
+    walls = [Obstacle(Polyline([(k, 0.0), (k, 2.0)], 0.1), Stationary((0.5, 0.0))) for k in range(3)]
+    table = ObstacleTable(walls)
+    made = [ObstacleWindow(table, start, 6.0).bodies(ROBOT) for start in (-50.0, 0.0, 30.1, 1.7e9)]
+    alone = ObstacleWindow(walls, 30.1, 6.0).bodies(ROBOT)
+    for bodies in made:
+        assert bodies.corners is made[0].corners
+        np.testing.assert_array_equal(bodies.pieces.points, alone.pieces.points)
+        np.testing.assert_allclose(bodies.pieces.times, alone.pieces.times, atol=1e-6)
+        np.testing.assert_array_equal(bodies.heads, alone.heads)
+
+
 def test_a_table_is_pickled_without_its_pieces() -> None:
     table = ObstacleTable(street())
     before = ObstacleWindow(table, 0.0, 6.0).bodies(ROBOT)

@@ -17,7 +17,7 @@ from slalom.obstacle.minkowski import minkowski_sum
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Bodies, Reach, joined, no_bodies, rows_of
 from slalom.shape import Shape
-from slalom.tolerances import STRETCH_HORIZONS
+from slalom.tolerances import LARGEST, STRETCH_HORIZONS
 
 
 class ObstacleTable:
@@ -26,9 +26,9 @@ class ObstacleTable:
     Pass it in place of obstacles, alone or in a list. Its contents never change. For a map that is updated,
     make one table for each part, and a new table for a part that changes.
 
-    The pieces are made for each shape of a robot and each stretch of STRETCH_HORIZONS horizons, when first needed.
-    Stretches begin at multiples of their length, so a decision does not depend on earlier ones. Decisions in several
-    threads may share a table.
+    The pieces are made for each shape of a robot, when first needed. Those of a table whose obstacles are all at rest
+    serve for all time, others for a stretch of STRETCH_HORIZONS horizons. Stretches begin at multiples of their length,
+    so a decision does not depend on earlier ones. Decisions in several threads may share a table.
 
     Attributes:
         given: the obstacles as they were given. obstacles: the same, continued (see `Obstacle.after_end`).
@@ -50,6 +50,7 @@ class ObstacleTable:
         self.dimension = one_dimension(obstacle.dimension for obstacle in self.obstacles)
         spans = [obstacle.trajectory.span for obstacle in self.obstacles]
         self._spans = np.array(spans, dtype=np.float64).reshape(-1, 2)
+        self._at_rest = all(obstacle.at_rest for obstacle in self.obstacles)
         self._uncertain = any(obstacle.uncertainty is not None for obstacle in self.obstacles)
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in self.obstacles)
         self.has_futures = any(obstacle.probability < 1.0 for obstacle in self.obstacles)
@@ -104,18 +105,7 @@ class ObstacleTable:
         if start > self._known_until:
             for obstacle in self.given:
                 obstacle.known_at(start)
-        length = STRETCH_HORIZONS * horizon
-        stretch = int(np.floor(start / length))
-        # Rounding of the quotient.
-        stretch -= stretch * length > start
-        key = (robot, stretch, horizon)
-        made = self._bodies.get(key)
-        if made is None:
-            made = self._made(robot, stretch * length, (stretch + 1) * length + horizon)
-            # Earlier stretches are over. A new dictionary: other threads may go through the former one.
-            kept = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
-            self._bodies = {**kept, key: made}
-        bodies, first, body_balls, some = made
+        bodies, first, body_balls, some = self._stretch(robot, start, horizon)
         if reach is not None:
             some = kernels.balls_near(body_balls, reach.position, reach.distance + reach.clearance)
         each = bodies.each if len(some) == len(body_balls) else bodies.each[some]
@@ -142,6 +132,25 @@ class ObstacleTable:
         found = zero_records(ObstacleAtHorizon, len(some))
         found[still] = at_horizon(self.obstacles, some[still], 0.0)
         return some, still, found
+
+    def _stretch(self, robot: Shape, start: float, horizon: float) -> "_Stretch":
+        """All bodies over the stretch that contains the start [s]; over all time if all obstacles are at rest."""
+        if self._at_rest:
+            stretch, horizon, begin, end = 0, 0.0, -LARGEST, LARGEST
+        else:
+            length = STRETCH_HORIZONS * horizon
+            stretch = int(np.floor(start / length))
+            # Rounding of the quotient.
+            stretch -= stretch * length > start
+            begin, end = stretch * length, (stretch + 1) * length + horizon
+        key = (robot, stretch, horizon)
+        made = self._bodies.get(key)
+        if made is None:
+            made = self._made(robot, begin, end)
+            # Earlier stretches are over. A new dictionary: other threads may go through the former one.
+            kept = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
+            self._bodies = {**kept, key: made}
+        return made
 
     def _made(self, robot: Shape, begin: float, end: float) -> "_Stretch":
         """All bodies from begin to end [s]."""
