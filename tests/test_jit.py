@@ -84,6 +84,12 @@ if __name__ == "__main__":
     crowd = slalom.AvoidingCrowd(0.1)
     for k in range(3):
         crowd.predict(slalom.Tracks([(-3.0, 0.1 * k), (3.0, 0.0)], [(0.0, 1.0), (-1.0, 0.0)], 0.3, 0.1 * k))
+    use = "no arrival found"
+    navigator = slalom.Navigator(slalom.method("nao_ahead"), slalom.Disc(0.3), slalom.Limits(2.0, 2.0))
+    goal = slalom.Goal(slalom.Stationary((9.0, 0.0)))
+    rock = slalom.Obstacle(slalom.Disc(1.0), slalom.Stationary((4.0, 0.1)))
+    begun = slalom.LookAhead(navigator, budget=1.0).decide(slalom.State((0.0, 0.0), (1.0, 0.0)), [rock], goal)
+    assert begun.outcome.name == "BEGUN"
     for use in gallery.GALLERY:
         for method in ("nao", "vo", "nao_shared", "avo", "rvo", "nao_ahead"):
             try:

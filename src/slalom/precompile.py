@@ -125,6 +125,8 @@ def look_ahead() -> None:
                 state = State(decision.manoeuvre.position(now), decision.manoeuvre.velocity(now))
             obstacles = [Obstacle(body, ConstantVelocity((5.0, y), (-0.5, 0.0)))]
             decision = robot.decide(state, obstacles, goal, now=now, previous=decision)
+        # Without an arrival the best sequence found ends with a stop.
+        replace(robot, budget=1.0).decide(State((0.0, 0.0), (1.0, 0.0)), obstacles, goal)
 
 
 def crowd() -> None:

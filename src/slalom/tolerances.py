@@ -1835,3 +1835,21 @@ LONG_COMMAND: Final = 30.0
 
 Larger: fewer commands print it. Smaller: short commands print it too.
 """
+
+METRIC_SPEED: Final = 1e-9
+"""[m/s] Slowest speed with a direction, and slowest approach to an obstacle that counts, in the metrics of a run.
+
+Larger: slow motion counts as rest. Smaller: rounding has a direction.
+"""
+
+SHORTEST_PIECE: Final = 1e-9
+"""[s] Shortest cubic piece that stands in a file for a trajectory of a kind that files do not have.
+
+Larger: a trajectory that ends at once lasts longer. Smaller: rounding of large times leaves no duration.
+"""
+
+NO_SPREAD: Final = 1e-100
+"""[m] In place of no spread of the errors of a forecast. A gap divided by it has a finite square.
+
+Larger: contacts are expected at a small distance from what is certain. Smaller: the square overflows.
+"""

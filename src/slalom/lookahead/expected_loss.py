@@ -43,12 +43,10 @@ from slalom.tolerances import (
     LOSS_DISCOUNT,
     LOSS_STEPS,
     LOSS_TIMES,
+    NO_SPREAD,
     WHOLE_COUNT,
 )
 from slalom.uncertainty import BoundedError, Scaled, Uncertainty
-
-_NO_SPREAD = 1e-100
-"""[m] In place of 0. A gap divided by it has a finite square."""
 
 
 @dataclass(frozen=True)
@@ -247,7 +245,7 @@ class ExpectedLoss:
             positions[k, there] = motion.trajectory.position(times[there])
         radii = np.array([own + motion.shape.bounding_radius for motion in motions])
         weights = np.array([motion.probability for motion in motions])
-        spread = np.outer(factors, self.spread.radius(times - now, d)).clip(_NO_SPREAD)
+        spread = np.outer(factors, self.spread.radius(times - now, d)).clip(NO_SPREAD)
         return _Ahead(positions, present, radii, spread, weights)
 
     def _deviation(

@@ -17,6 +17,7 @@ from slalom.path import Path
 from slalom.path_goal import PathGoal
 from slalom.shape import SHAPES, Shape, Union
 from slalom.sim.measure.hdf5_tree import Group, Texts, Value
+from slalom.tolerances import SHORTEST_PIECE
 from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.uncertainty import UNCERTAINTIES
 
@@ -44,7 +45,7 @@ def in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
     if type(trajectory) in TRAJECTORIES.values():
         return trajectory
     first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
-    return as_polynomial(trajectory.path(first, max(last, first + 1e-9)))
+    return as_polynomial(trajectory.path(first, max(last, first + SHORTEST_PIECE)))
 
 
 def save_part(group: Any, part: Any, kinds: Mapping[str, type]) -> None:

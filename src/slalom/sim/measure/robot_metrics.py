@@ -21,6 +21,7 @@ from slalom.tolerances import (
     ADJUSTMENT,
     CLOSING_INTERVAL,
     COLLISION,
+    METRIC_SPEED,
     PERSONAL_SPACE,
     PROGRESS_DISTANCE,
     PROGRESS_TIME,
@@ -141,7 +142,7 @@ def heading_change(recording: Recording, robot: Which = None) -> float:
     """Sum of the absolute changes of the direction of the velocity [rad]."""
     run = recording.only(robot)
     v = run.velocities[:, 0]
-    v = v[np.linalg.norm(v, axis=1) > 1e-9]
+    v = v[np.linalg.norm(v, axis=1) > METRIC_SPEED]
     unit = v / np.linalg.norm(v, axis=1, keepdims=True)
     return float(np.arccos(np.clip(np.sum(unit[1:] * unit[:-1], axis=1), -1.0, 1.0)).sum())
 
@@ -212,7 +213,7 @@ def min_time_to_collision(recording: Recording, robot: Which = None) -> float:
                 clearance - clearances(obstacle, shape, times, robot_positions - CLOSING_INTERVAL * relative)
             ) / CLOSING_INTERVAL
         gap = np.maximum(clearance, 0.0)
-        is_closing = closing > 1e-9
+        is_closing = closing > METRIC_SPEED
         least = min(least, float((gap[is_closing] / closing[is_closing]).min(initial=np.inf)))
     return least
 
