@@ -50,7 +50,8 @@ class ObstacleWindow:
         self.dimension = one_dimension(source.dimension for source in self._sources)
         self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
         self._at_rest = True
-        self._bodies: dict[tuple[Shape, tuple[object, ...] | None], Bodies] = {}
+        self._bodies: dict[Shape, Bodies] = {}
+        self._near: tuple[tuple[object, ...], Bodies] | None = None
         self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
 
     @classmethod
@@ -124,9 +125,11 @@ class ObstacleWindow:
 
         around: of the decision, with a clearance of at least the margin; it saves time where all points are within it.
         """
-        away = np.inf if around is None else float(np.linalg.norm(points - around.position, axis=1).max())
-        inside = around is not None and away <= around.distance
-        bodies = self.bodies_near(robot, around if inside else None)
+        if around is not None and float(np.linalg.norm(points - around.position, axis=1).max()) <= around.distance:
+            bodies = self.bodies_near(robot, around)
+            self._near = _key(robot, around), bodies
+        else:
+            bodies = self.bodies(robot)
         now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
         radii = bodies.radius, bodies.hull_radius
         return kernels.covered_at_rest(now, bodies.balls, *radii, bodies.hulls, points, margin)
@@ -134,7 +137,8 @@ class ObstacleWindow:
     def within(self, horizons: npt.ArrayLike) -> "ObstacleWindow":
         """The same obstacles with other horizons (n,) [s]; each counts for the shorter of both."""
         window = copy(self)
-        window.until, window._bodies, window._distances = np.minimum(self.until, self._each(horizons)), {}, None
+        window.until, window._distances = np.minimum(self.until, self._each(horizons)), None
+        window._bodies, window._near = {}, None
         return window
 
     def without(self, some: Indices | Flags | slice) -> "ObstacleWindow":
@@ -154,22 +158,27 @@ class ObstacleWindow:
 
     def bodies(self, robot: Shape) -> Bodies:
         """The pieces of all obstacles grown by a robot's shape."""
-        return self.bodies_near(robot, None)
+        if robot not in self._bodies:
+            self._bodies[robot] = self.bodies_near(robot, None)
+        return self._bodies[robot]
 
     def bodies_near(self, robot: Shape, reach: Reach | None) -> Bodies:
-        """As `bodies`, without bodies of tables that are out of reach; None: with all."""
-        key = (robot, None if reach is None else (reach.position.tobytes(), *reach[1:]))
-        if key not in self._bodies:
-            parts, first = list[Bodies](), 0
-            for source, count in zip(self._sources, self._counts):
-                parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon, reach))
-                first += count
-            bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
-            if not self._at_rest:
-                bodies = bodies._replace(each=bodies.each.copy())
-                bodies.each["at_rest"] = False
-            self._bodies[key] = bodies
-        return self._bodies[key]
+        """As `bodies`, made anew without bodies of tables that are out of reach; None: with all.
+
+        After `covered` they are those that it made. They are not kept, since decisions keep their window.
+        """
+        if reach is not None and self._near is not None and self._near[0] == _key(robot, reach):
+            bodies, self._near = self._near[1], None
+            return bodies
+        parts, first = list[Bodies](), 0
+        for source, count in zip(self._sources, self._counts):
+            parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon, reach))
+            first += count
+        bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
+        if not self._at_rest:
+            bodies = bodies._replace(each=bodies.each.copy())
+            bodies.each["at_rest"] = False
+        return bodies
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).
@@ -188,6 +197,11 @@ class ObstacleWindow:
         # The kernel is compiled once for arrays that can be written, and once more for others.
         found = kernels.distances_now(now, bodies.hulls, position.copy())
         return found[:, 0], found[:, 1 : 1 + position.size]
+
+
+def _key(robot: Shape, reach: Reach) -> tuple[object, ...]:
+    """What bodies within a reach depend on."""
+    return robot, reach.position.tobytes(), reach.distance, reach.clearance
 
 
 def _foreseen(
