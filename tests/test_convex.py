@@ -6,7 +6,7 @@ import pytest
 from slalom.kernels.arrays import Hulls
 from slalom.kernels.geometry.convex import order, signed_distance
 from slalom.kernels.geometry.cubic import new_stack
-from slalom.kernels.geometry.hull_bounds import distance_bound, least_along, put_side
+from slalom.kernels.geometry.hull_bounds import distance_bound, least_along, put_separating
 from slalom.kernels.geometry.hull_contacts import hull_below, hull_first_below
 from slalom.kernels.geometry.hulls import MovingHull, hull_distance
 
@@ -80,7 +80,7 @@ def random_hull(rng: np.random.Generator, n: int, d: int) -> MovingHull:
 @pytest.mark.parametrize(("n", "d"), [(1, 2), (2, 2), (5, 2), (1, 3), (2, 3)])
 def test_bounds_along_turning_directions_hold_and_close_up(n: int, d: int) -> None:
     """Below every distance of the span, for any two directions; for the best ones of a short span nearly equal."""
-    rng, q, side, gaps = np.random.default_rng(n + d), np.zeros((4 * n + 4, 3)), np.zeros(7), []
+    rng, q, separating, gaps = np.random.default_rng(n + d), np.zeros((4 * n + 4, 3)), np.zeros(7), []
     for _ in range(300):
         moving, a, width = random_hull(rng, n, d), rng.uniform(0.0, 0.9), float(10.0 ** rng.uniform(-3.0, -1.0))
         least = min(hull_distance(moving, x, q)[0] for x in np.linspace(a, a + width, 21))
@@ -91,10 +91,12 @@ def test_bounds_along_turning_directions_hold_and_close_up(n: int, d: int) -> No
         if width < 3e-3 and least > 0.1:
             gaps.append(least - distance_bound(moving, a, a + width, *best))
         gain, u, other = np.array([0.0, 0.1, 0.4, 1.0]), rng.normal(size=3), rng.normal(size=3)
-        put_side(moving, gain, u, best[0], side)
+        put_separating(moving, gain, u, best[0], separating)
         course = moving.path.copy()
         course[:, :3] -= gain[:, None] * (other - u)
         moved = moving._replace(path=course)
-        assert least_along(side, gain, other) <= min(hull_distance(moved, x, q)[0] for x in (0.0, 0.3, 1.0)) + 1e-12
+        assert (
+            least_along(separating, gain, other) <= min(hull_distance(moved, x, q)[0] for x in (0.0, 0.3, 1.0)) + 1e-12
+        )
     assert max(gaps) < 1e-4
     assert len(gaps) > 10

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from statistics import median
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -204,13 +205,11 @@ def _spacing(trajectory: Trajectory, now: float) -> float:
     if len(stamps) < FEWEST_PAST:
         return PAST_SPACING
     # numpy's median of so few takes five times as long.
-    steps, half = np.sort(np.diff(stamps)), (len(stamps) - 1) // 2
-    median = steps[half] if len(steps) % 2 else 0.5 * (steps[half - 1] + steps[half])
-    return float(min(max(median, SPACINGS[0]), SPACINGS[1]))
+    return float(min(max(median(np.diff(stamps).tolist()), SPACINGS[0]), SPACINGS[1]))
 
 
 def _joined(ahead: "Sequence[tuple[_Past, Continuation]]", now: float) -> list[PiecewisePolynomial]:
-    """Cubic pieces through the knots of each continuation, then a straight line."""
+    """Trajectories from `now` [s]: cubic pieces through the knots of each continuation, then a straight line."""
     position = np.stack([past.positions[0] for past, _ in ahead])[:, None]
     spacing = np.array([past.spacing for past, _ in ahead])[:, None, None]
     places = position + np.stack([one.displacements for _, one in ahead])

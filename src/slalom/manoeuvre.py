@@ -32,6 +32,7 @@ class Manoeuvre:
     def __post_init__(self) -> None:
         has(self.response, *RESPONSE, "response")
         has(self.state, *STATE, "state")
+        # A vector already: to check it again takes a third of the time.
         if self.control.size != self.state.dimension:
             vector(self.control, "control", self.state.dimension)
         check_fields(self)

@@ -110,7 +110,7 @@ class Workspace(NamedTuple):
     """Buffers of the search for collisions on one table, made once and used for every control."""
 
     gaps: Array  # (n,) [m] results of the chord test
-    sides: Array  # (n, 7) lines that separated hulls from an earlier control, see `geometry.hulls.put_side`
+    separating: Array  # (n, 7) directions, see `geometry.hull_bounds.put_separating`
     stack: Array  # nodes of a bisection, see `geometry.cubic.new_stack`
     path: Array  # (4, 5) control points of one hull's origin and direction
     corners: Array  # (c, 3) [m] corners of one hull

@@ -102,15 +102,15 @@ def radius_along(
 
 
 @kernel
-def put_side(moving: MovingHull, gain: Array, u: Array, direction: Direction, side: Array) -> None:
-    """Write a `direction`, and the bounds along it at the control points under the control 0, into `side` (7,).
+def put_separating(moving: MovingHull, gain: Array, u: Array, direction: Direction, separating: Array) -> None:
+    """Write a `direction`, and the bounds along it at the control points under the control 0, into `separating` (7,).
 
     `moving` is under control u (3,), `gain` (4,) is that of its segment.
     """
     path, h = moving.path, moving.hull
     corners, first = moving.hulls.corners, moving.hulls.first
     _, vx, vy, vz = direction
-    side[0], side[1], side[2] = vx, vy, vz
+    separating[0], separating[1], separating[2] = vx, vy, vz
     toward = vx * u[0] + vy * u[1] + vz * u[2]
     for j in range(4):
         low = np.inf
@@ -119,15 +119,15 @@ def put_side(moving: MovingHull, gain: Array, u: Array, direction: Direction, si
             fixed = corners[k, 0] * vx + corners[k, 1] * vy + corners[k, 2] * vz
             low = min(low, fixed + corners[k, 3] * e + corners[k, 4] * f)
         origin = vx * path[j, 0] + vy * path[j, 1] + vz * path[j, 2] + gain[j] * toward
-        side[3 + j] = origin + low - moving.radius - moving.growth * j / 3.0
+        separating[3 + j] = origin + low - moving.radius - moving.growth * j / 3.0
 
 
 @kernel
-def least_along(side: Array, gain: Array, u: Array) -> float:
-    """A lower bound [m] of the signed distance under control u (3,), from the direction of a `side` (7,) alone.
+def least_along(separating: Array, gain: Array, u: Array) -> float:
+    """A lower bound [m] of the signed distance under control u (3,), from a direction alone, see `put_separating`.
 
     gain: (4,) of the segment.
     """
-    toward = side[0] * u[0] + side[1] * u[1] + side[2] * u[2]
-    early = min(side[3] - gain[0] * toward, side[4] - gain[1] * toward)
-    return float(min(early, min(side[5] - gain[2] * toward, side[6] - gain[3] * toward)))
+    toward = separating[0] * u[0] + separating[1] * u[1] + separating[2] * u[2]
+    early = min(separating[3] - gain[0] * toward, separating[4] - gain[1] * toward)
+    return float(min(early, min(separating[5] - gain[2] * toward, separating[6] - gain[3] * toward)))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.kernels.arrays import Array, Hulls, Indices, MaybeHulls, Segments, Workspace
-from slalom.kernels.geometry.hull_bounds import least_along, put_side
+from slalom.kernels.geometry.hull_bounds import least_along, put_separating
 from slalom.kernels.geometry.hulls import MovingHull, hull_distance, load_path
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import chord_distances
@@ -73,8 +73,8 @@ def copy_near(
 ) -> int:
     """Copy the segments on which controls within `limit` of the centre may collide, unless they were copied before.
 
-    They go into `near` and `near_hulls` from row `count` on, and lines that separate their hulls from the centre into
-    `work.sides`. Returns the number of rows there.
+    They go into `near` and `near_hulls` from row `count` on, and directions that separate their hulls from the
+    centre into `work.separating`. Returns the number of rows there.
     """
     table, away = culled.table, culled.away
     for c in range(len(culled.rows)):
@@ -85,10 +85,10 @@ def copy_near(
             # A long wall may be out of reach although the disc about it is not.
             load_path(table, hulls, s, culled.center, work.path)
             hull = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
-            gains, side = table.gains[:, s], work.sides[count]
-            put_side(hull, gains, culled.center, hull_distance(hull, 0.5, work.corners), side)
+            gains, separating = table.gains[:, s], work.separating[count]
+            put_separating(hull, gains, culled.center, hull_distance(hull, 0.5, work.corners), separating)
             gain = max(max(gains[0], gains[1]), max(gains[2], gains[3]))
-            away[c] = max(away[c], least_along(side, gains, culled.center) / gain)
+            away[c] = max(away[c], least_along(separating, gains, culled.center) / gain)
             if not away[c] < limit:
                 continue
         copy_row(table, hulls, s, near, near_hulls, count)

@@ -15,10 +15,10 @@ from slalom.tolerances import CLEARANCE, NEWTON_ACCURACY, NEWTON_STEPS, TIME
 def new_workspace(segments: int, hulls: MaybeHulls) -> Workspace:
     """Buffers for a table of so many segments with those hulls."""
     path, corners = new_path(hulls)
-    sides = np.empty((segments if len(hulls) > 0 else 0, 7))
-    for s in range(len(sides)):
-        sides[s, 3] = -np.inf
-    return Workspace(np.empty(segments), sides, new_stack(), path, corners, np.zeros(5))
+    separating = np.empty((segments if len(hulls) > 0 else 0, 7))
+    for s in range(len(separating)):
+        separating[s, 3] = -np.inf
+    return Workspace(np.empty(segments), separating, new_stack(), path, corners, np.zeros(5))
 
 
 @kernel

@@ -172,7 +172,7 @@ class Rejection(NamedTuple):
 @inlined
 def part_of(work: Workspace, rows: int) -> Workspace:
     """The same buffers for the first rows of a table."""
-    return Workspace(work.gaps[:rows], work.sides[:rows], work.stack, work.path, work.corners, work.element)
+    return Workspace(work.gaps[:rows], work.separating[:rows], work.stack, work.path, work.corners, work.element)
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 from slalom.kernels.arrays import Array, MaybeHulls, Segments, Workspace
 from slalom.kernels.geometry.cubic import below, value
-from slalom.kernels.geometry.hull_bounds import least_along, put_side
+from slalom.kernels.geometry.hull_bounds import least_along, put_separating
 from slalom.kernels.geometry.hull_contacts import deepest_time, hull_below
 from slalom.kernels.geometry.hulls import MovingHull, hull_distance, load_path
 from slalom.kernels.jit import inlined
@@ -26,13 +26,13 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
         if gaps[s] >= table.bounding_radius[s]:
             continue
         if len(hulls) > 0 and hulls.hull[s] >= 0:
-            if least_along(work.sides[s], gains[:, s], u) >= -CLEARANCE:
+            if least_along(work.separating[s], gains[:, s], u) >= -CLEARANCE:
                 continue
             load_path(table, hulls, s, u, work.path)
             moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
             there = hull_below(moving, work.stack, work.corners)
             if there < 0.0:
-                put_side(moving, gains[:, s], u, hull_distance(moving, 0.5, work.corners), work.sides[s])
+                put_separating(moving, gains[:, s], u, hull_distance(moving, 0.5, work.corners), work.separating[s])
                 continue
             g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], there)
             depth = -hull_distance(moving, there, work.corners)[0] / g
