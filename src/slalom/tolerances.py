@@ -1354,6 +1354,25 @@ More values: a robot without a certain way keeps more distance from likely posit
 has no sequence where the uncertainty leaves no way.
 """
 
+SOONER_SHARE: Final = 0.3
+"""[1] Share of the uncertainty of obstacles, and of the margin, that a sequence keeps clear of to arrive much earlier.
+
+Larger: robots wait longer in dense traffic. Smaller: more forecasts are wrong by more than the distance kept.
+"""
+
+SOONER_RISES: Final = 2.0
+"""[1] Times from rest to max_speed by which such a sequence must arrive earlier.
+
+Larger: robots wait longer for a way that is clear of all of the uncertainty. Smaller: they take more ways that are not.
+"""
+
+ANEW_BUDGETS: Final = 2.0
+"""[1] Budgets of work for a search among forecasts from several models: they change with every observation, so that a
+search never continues at the next decision.
+
+Larger: earlier arrivals and fewer contacts among many obstacles, slower decisions.
+"""
+
 TABLE_HORIZONS: Final = 2.0
 """[1] Length of a table of known futures, in time horizons of the search, so that it serves many decisions.
 

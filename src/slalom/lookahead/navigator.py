@@ -6,33 +6,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slalom.checks import duration, has, not_negative, number, or_infinite, positive
-from slalom.control_obstacle import ControlObstacle
-from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, made, state_to_decide_from
-from slalom.decision.futures import Level, least_given_up, levels
+from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.decision.navigator import Navigator
 from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
-from slalom.forecast import EXACT, Known
-from slalom.forecast_from_models import FromModels
+from slalom.forecast import EXACT
 from slalom.goal import Goal
-from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, interval_of, motions_of, time_left
-from slalom.lookahead.search import Search, Work, new_search, run_searches, step_of
+from slalom.lookahead.plan import new_plan, search_in, sequence_decision
+from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, interval_of, motions_of
+from slalom.lookahead.search import Search
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
-from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed
+from slalom.obstacle.window import Obstacles, each_for_one, listed
 from slalom.path_goal import PathGoal
 from slalom.state import State
-from slalom.tolerances import (
-    COMMITTED_SLACK,
-    CONTACT_SLACK,
-    DOUBT_SHARES,
-    JUMP,
-    MARGIN_SHARES,
-    NODE_TIME_SLACK,
-    SEARCH_SCALES,
-    TABLE_HORIZONS,
-)
+from slalom.tolerances import COMMITTED_SLACK, JUMP, NODE_TIME_SLACK, SEARCH_SCALES, TABLE_HORIZONS
 from slalom.trajectory import Stationary
 
 
@@ -46,12 +35,13 @@ class LookAhead:
     obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe one with the
     least estimated arrival is started. The search continues at the next decision as long as the predictions do not
     change. Without any, the navigator decides. The uncertainty of `FromModels` is an estimate: where it leaves no safe
-    decision, less of it counts (DOUBT_SHARES). Before that, improbable futures of obstacles are given up, see
-    `Obstacle.probability`; a sequence that gave some up is kept only once it avoids all.
+    decision, less of it counts (DOUBT_SHARES), and where a sequence with SOONER_SHARE of it arrives earlier by
+    SOONER_RISES times from rest to the maximum speed, that is taken. Before that, improbable futures of obstacles are
+    given up, see `Obstacle.probability`; a sequence that gave some up is kept only once it avoids all.
 
     Law: a sequence keeps the margin until it ends, or the largest possible fraction of it, as long as the forecasts
-    hold. It also keeps the largest of DOUBT_SHARES of an estimated uncertainty that is possible. The motion after a
-    pass through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
+    hold. Where the forecast is `FromModels`, it keeps at least the share `doubt` of the uncertainty and of the margin.
+    The motion after a pass through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
 
     Attributes:
         navigator: provides forecast, shape, limits, period, margin and patience, and decides where the search has no
@@ -59,7 +49,7 @@ class LookAhead:
         time_horizon: [s] length of the searched future.
         deadline: absolute time [s]; later arrivals do not count.
         budget: [us] of work per decision, counted and not measured, so that results do not depend on the machine. A
-            search that it ends continues at the next decision.
+            search that it ends continues at the next decision, or has ANEW_BUDGETS of it where forecasts change.
         improvement_budget: [us] of work once an arrival is known.
         prepared: see `prepared_for`.
     """
@@ -118,8 +108,10 @@ class LookAhead:
         motions = motions_of(self.navigator, one_by_one, now)
         tables = (self.prepared,) if before is None else (before.search.obstacles, self.prepared)
         table = self._prediction(one_by_one, motions, now, tables)
-        scene = Scene(state, goal, now, obstacles, motions, table, previous, before)
-        planned = self._keep_or_improve(scene) or self._plan(scene)
+        scene = Scene(
+            self.navigator, state, goal, now, self._deadline(now), obstacles, motions, table, previous, before
+        )
+        planned = self._keep_or_improve(scene) or new_plan(scene, self.budget, self.improvement_budget)
         if not isinstance(planned, SequenceDecision):
             return planned
         inputs = DecisionInputs(
@@ -148,14 +140,6 @@ class LookAhead:
             )
         return PredictedObstacles.of(None, motions, navigator.robot, now, latest, step)
 
-    def _doubted(self, scene: Scene, share: float) -> Scene:
-        """The scene with `share` of the uncertainty of every obstacle."""
-        return scene.with_doubt(share, self.navigator, self._latest(scene.now))
-
-    def _keeping(self, scene: Scene, level: Level) -> Scene:
-        """The scene with the futures that a level keeps."""
-        return scene.without(level.given_up, self.navigator, self._latest(scene.now))
-
     def _latest(self, now: float) -> float:
         """[s] up to which a decision predicts."""
         return max(self._deadline(now), now + self.navigator.period)
@@ -175,7 +159,7 @@ class LookAhead:
         previous, now = scene.previous, scene.now
         if previous is None or now >= previous.search.end_time - NODE_TIME_SLACK * self.navigator.period:
             return None
-        scene = self._doubted(scene, previous.doubt)
+        scene = scene.with_doubt(previous.doubt)
         search, motion = previous.search, previous.manoeuvre
         deviation = float(np.abs(motion.position(now) - scene.state.position).max())
         deviation = max(deviation, float(np.abs(motion.velocity(now) - scene.state.velocity).max()))
@@ -188,29 +172,28 @@ class LookAhead:
             return self._continue_search(scene, search) if same else None
         improved = self._improved(scene, previous, same)
         if improved.complete and improved.arrival <= previous.arrival - self.navigator.patience:
-            return self._decision(scene, improved, self._outcome(scene, improved))
+            return sequence_decision(scene, improved, self._outcome(scene, improved))
         return replace(previous, outcome=Outcome.KEPT, better=improved if same else None, given_up=0.0)
 
     def _outcome(self, scene: Scene, search: Search) -> Outcome:
         """Outcome of a sequence found by a continued search: SQUEEZED if it keeps less of the margin than possible."""
-        clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
-        full_margin = search.problem.margin >= min(self.navigator.margin, clearance) - COMMITTED_SLACK
+        full_margin = search.problem.margin >= min(self.navigator.margin, scene.clearance()) - COMMITTED_SLACK
         return Outcome.CONSTRAINED if full_margin else Outcome.SQUEEZED
 
     def _continue_search(self, scene: Scene, search: Search) -> SequenceDecision | None:
         """Decision after more work on a search without an arrival; None if it has no safe sequence."""
         found = search.resumed(scene.now, self.budget, self.improvement_budget)
         if found.complete:
-            return self._decision(scene, found, self._outcome(scene, found))
+            return sequence_decision(scene, found, self._outcome(scene, found))
         found = found.with_stop(scene.now, self.navigator.horizon)
-        return self._decision(scene, found, Outcome.BEGUN) if found.node >= 0 else None
+        return sequence_decision(scene, found, Outcome.BEGUN) if found.node >= 0 else None
 
     def _improved(self, scene: Scene, previous: SequenceDecision, same: bool) -> Search:
         """Search for an earlier arrival after a little more work; a new one where the old one cannot continue."""
         latest = previous.arrival - self.navigator.patience
         if not same:
-            margin, coarse = previous.search.problem.margin, SEARCH_SCALES[:1]
-            return self._search(scene, margin, self.improvement_budget, coarse, latest)[0]
+            margin, improving = previous.search.problem.margin, self.improvement_budget
+            return search_in(scene, margin, improving, improving, SEARCH_SCALES[:1], latest)[0]
         search = previous.better
         if search is None or not search.starts_after(scene.now):
             search = previous.search.refined(scene.state, scene.now, SEARCH_SCALES[-1], latest)
@@ -218,113 +201,7 @@ class LookAhead:
 
     def _remains_clear(self, scene: Scene, previous: SequenceDecision) -> bool:
         """Whether the rest of the previous sequence is collision-free under the present predictions."""
-        clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
-        margin = min(previous.search.problem.margin, clearance)
+        margin = min(previous.search.problem.margin, scene.clearance())
         return margin >= 0.0 and previous.search.is_clear(
             scene.state, scene.now, scene.prediction, margin - COMMITTED_SLACK
-        )
-
-    def _plan(self, scene: Scene) -> Decision:
-        """Decision for a new sequence, else of the navigator, in the first of these scenes that has a safe one.
-
-        First with all futures of the obstacles, then without the least probable ones, then with less and less of the
-        uncertainty of those that are left.
-        """
-        work = Work(self.budget, self.improvement_budget)
-        if all(motion.probability == 1.0 for motion in scene.motions):
-            decision, given = self._plan_in(scene, work), list[Level]()
-        else:
-            given = levels(scene.motions)
-            decision = least_given_up(
-                given,
-                lambda level: self._plan_in(self._keeping(scene, level), work),
-                self.navigator.risk,
-                lambda one: time_left(one, scene, self.navigator),
-            )
-        certain = decision.outcome.safe or decision.outcome is Outcome.LIKELY
-        if certain or not isinstance(self.navigator.method.forecast, FromModels):
-            return decision
-        likely = self._keeping(scene, given[-1]) if given else scene
-        for doubt in DOUBT_SHARES[1:]:
-            part = self._doubted(likely, doubt)
-            if part is likely:
-                break
-            decision = self._plan_in(part, work)
-            if decision.outcome.safe:
-                break
-        return decision
-
-    def _plan_in(self, scene: Scene, work: Work) -> Decision:
-        """Decision for a new sequence, else of the navigator, that avoids all motions of a scene."""
-        found, spent = self._plan_with(scene, MARGIN_SHARES if scene.doubt == 1.0 else (scene.doubt,), work.left)
-        work.left = max(work.left - spent, work.least)
-        return self._alone(scene) if found is None else found
-
-    def _alone(self, scene: Scene) -> Decision:
-        """Decision of the navigator; in a part of the scene it avoids the motions that this predicts."""
-        navigator, method = self.navigator, replace(self.navigator.method, looks_ahead=False)
-        around, whole = scene.given, scene.doubt == 1.0
-        if not whole or not all(motion.probability == 1.0 for motion in scene.motions):
-            around = [replace(motion, probability=1.0) for motion in scene.motions]
-            method = replace(method, forecast=Known())
-        alone = replace(navigator, method=method, margin=scene.doubt * navigator.margin)
-        decision = alone.decide(scene.state, around, scene.goal, now=scene.now, previous=scene.before)
-        return decision if whole or not decision.outcome.safe else replace(decision, outcome=Outcome.SQUEEZED)
-
-    def _plan_with(self, scene: Scene, shares: Sequence[float], budget: float) -> tuple[SequenceDecision | None, float]:
-        """Decision for a new sequence with the first share of the margin that has one, and its work [us]."""
-        clearance = scene.prediction.clearance(scene.state.position, scene.now) - CONTACT_SLACK
-        if clearance < 0.0:
-            return None, 0.0
-        start, left = None, budget
-        for share in shares if self.navigator.margin > 0.0 else shares[:1]:
-            margin = min(clearance, share * self.navigator.margin)
-            found, spent = self._search(scene, margin, left, SEARCH_SCALES)
-            left -= spent
-            if found.complete:
-                outcome = Outcome.CLEAR if found.direct else Outcome.CONSTRAINED
-                whole = share == scene.doubt == 1.0
-                return self._decision(scene, found, outcome if whole else Outcome.SQUEEZED), budget - left
-            if start is None:
-                stopped = found.with_stop(scene.now, self.navigator.horizon)
-                start = stopped if stopped.node >= 0 else None
-            if found.cut or left <= 0.0:
-                break
-        begun = None if start is None else self._decision(scene, start, Outcome.BEGUN)
-        return begun, budget - left
-
-    def _search(
-        self, scene: Scene, margin: float, budget: float, scales: Sequence[float], latest: float = np.inf
-    ) -> tuple[Search, float]:
-        """New search for arrivals up to `latest` [s], and its work [us]."""
-        navigator = self.navigator
-        limits, period = navigator.limits, navigator.period
-        # Scales that round to the same number of periods are one search.
-        steps = {step_of(limits.max_speed, limits.max_acceleration, period, scale): scale for scale in scales[::-1]}
-        searches = [
-            new_search(
-                scene.state,
-                scene.goal,
-                navigator.limits,
-                scene.prediction,
-                now=scene.now,
-                period=navigator.period,
-                deadline=min(latest, self._deadline(scene.now)),
-                margin=margin,
-                scale=scale,
-            )
-            for scale in reversed(steps.values())
-        ]
-        return run_searches(searches, budget, min(self.improvement_budget, budget))
-
-    def _decision(self, scene: Scene, search: Search, outcome: Outcome) -> SequenceDecision:
-        motion = search.manoeuvre(scene.state, scene.now)
-        table = ObstacleWindow(scene.motions, scene.now, self.navigator.horizon)
-        blocked = ControlObstacle(motion.response, scene.state, table, self.navigator.robot, search.problem.margin)
-        return SequenceDecision(
-            *(motion, outcome, motion.control, made(blocked)),
-            search=search,
-            arrival=search.arrival,
-            cut=search.cut,
-            doubt=scene.doubt,
         )

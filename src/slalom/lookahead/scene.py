@@ -17,6 +17,7 @@ from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import Obstacles
 from slalom.state import State
+from slalom.tolerances import CONTACT_SLACK
 from slalom.uncertainty import Scaled
 
 
@@ -40,9 +41,11 @@ class SequenceDecision(Decision):
 class Scene(NamedTuple):
     """Input of one decision."""
 
+    navigator: Navigator
     state: State
     goal: Goal
     now: float
+    deadline: float  # [s] later arrivals do not count
     given: Obstacles  # as passed by the caller
     motions: Sequence[Obstacle]  # on their predicted trajectories
     prediction: PredictedObstacles
@@ -50,36 +53,40 @@ class Scene(NamedTuple):
     previous: SequenceDecision | None  # `before`, if it is one
     doubt: float = 1.0  # share of the uncertainty of all obstacles that counts
 
-    def with_doubt(self, share: float, navigator: Navigator, latest: float) -> "Scene":
-        """The scene with `share` of every uncertainty, predicted up to `latest` [s]; the same if none is uncertain."""
+    def with_doubt(self, share: float) -> "Scene":
+        """The scene with `share` of every uncertainty; the same if none is uncertain."""
         if share == self.doubt or all(motion.uncertainty is None for motion in self.motions):
             return self
         motions = [
             motion if motion.uncertainty is None else replace(motion, uncertainty=Scaled(motion.uncertainty, share))
             for motion in self.motions
         ]
-        return self._among(motions, navigator, latest)._replace(doubt=share)
+        return self._among(motions)._replace(doubt=share)
 
-    def without(self, given_up: Flags, navigator: Navigator, latest: float) -> "Scene":
-        """The scene without some of the motions (n,), predicted up to `latest` [s]; the same without none."""
+    def without(self, given_up: Flags) -> "Scene":
+        """The scene without some of the motions (n,); the same without none."""
         if not given_up.any():
             return self
-        kept = [motion for motion, gone in zip(self.motions, given_up.tolist()) if not gone]
-        return self._among(kept, navigator, latest)
+        return self._among([motion for motion, gone in zip(self.motions, given_up.tolist()) if not gone])
 
-    def _among(self, motions: Sequence[Obstacle], navigator: Navigator, latest: float) -> "Scene":
+    def clearance(self) -> float:
+        """[m] of the robot now; contact is 0 or less."""
+        return self.prediction.clearance(self.state.position, self.now) - CONTACT_SLACK
+
+    def _among(self, motions: Sequence[Obstacle]) -> "Scene":
+        latest = max(self.deadline, self.now + self.navigator.period)
         table = PredictedObstacles.of(
-            *(None, motions, navigator.robot, self.now, latest, interval_of(navigator)),
+            *(None, motions, self.navigator.robot, self.now, latest, interval_of(self.navigator)),
             include_future=self.prediction.includes_future,
         )
         return self._replace(prediction=table, motions=motions)
 
 
-def time_left(decision: Decision, scene: Scene, navigator: Navigator) -> float:
+def time_left(decision: Decision, scene: Scene) -> float:
     """[s] to the arrival, estimated for a decision without one."""
     if isinstance(decision, SequenceDecision) and decision.arrival < np.inf:
         return decision.arrival - scene.now
-    return time_of(decision, navigator, scene.state, scene.goal, scene.now)
+    return time_of(decision, scene.navigator, scene.state, scene.goal, scene.now)
 
 
 def rise_of(navigator: Navigator) -> float:
