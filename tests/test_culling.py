@@ -1,6 +1,7 @@
-"""Bodies, rows and times that a robot cannot come near are left out: every decision stays the same to the bit."""
+"""Rows that change no choice are left out: those out of reach, and all but one of a motion along a line."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,9 +24,13 @@ from slalom import (
     State,
     Stationary,
 )
+from slalom.decision import response_tables
 from slalom.decision.grown_bodies import Skeletons
+from slalom.decision.response_tables import response_table
 from slalom.kernels.decision.tables import GrownBodies
 from slalom.obstacle.pieces import Reach
+from slalom.path import straight_from
+from slalom.response import AccelerateThenStop
 
 PERIOD = 0.1
 
@@ -86,6 +91,48 @@ def test_decisions_are_those_with_all_rows(seed, method, stop, monkeypatch):
     monkeypatch.setattr(Skeletons, "grown_bodies", unculled)
     assert culled == list(drive(scene(seed, method, stop), 40))
     assert len({row[0] for row in culled}) > 1
+
+
+@pytest.mark.parametrize("turning", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_decisions_are_those_with_every_piece_of_a_line(seed, turning, monkeypatch):
+    """A robot that brakes moves along a line: obstacles at rest have one segment there, in place of one each period."""
+    s = scene(seed, "nao", stop=False)
+    obstacles = s.obstacles if turning else ObstacleTable([o for o in s.obstacles if isinstance(o.shape, Polyline)])
+    by_lines, by_pieces = s.robot, replace(s.robot)
+    state, decision, stops = s.state, None, 0
+    for k in range(25):
+        now = PERIOD * k
+        found = by_lines.decide(state, obstacles, s.goal, now=now, previous=decision)
+        if k == 0:
+            response_table.cache_clear()
+            monkeypatch.setattr(response_tables, "straight_from", len)
+        exact = by_pieces.decide(state, obstacles, s.goal, now=now, previous=decision)
+        assert found.outcome is exact.outcome
+        assert found.manoeuvre.response == exact.manoeuvre.response
+        change, least = (np.linalg.norm(one.manoeuvre.control - one.preferred) for one in (found, exact))
+        assert change == pytest.approx(least, rel=0.0, abs=1e-5)
+        stops += isinstance(found.manoeuvre.response, AccelerateThenStop)
+        decision, a = found, found.manoeuvre.mean_acceleration(now, PERIOD)
+        state = State(state.position + PERIOD * state.velocity + 0.5 * PERIOD**2 * a, state.velocity + PERIOD * a, a)
+    response_table.cache_clear()
+    assert stops > 0
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_line_is_found_where_it_begins(seed):
+    """A curve, and pieces at random rates along one line after it; a way back ends a line."""
+    rng = np.random.default_rng(seed)
+    curved, along, c = int(rng.integers(1, 4)), int(rng.integers(1, 6)), int(rng.integers(2, 4))
+    curve = np.cumsum(rng.uniform(0.1, 1.0, (curved, 4, c)) * rng.choice([-1.0, 1.0], (curved, 4, c)), axis=0)
+    shares = np.sort(rng.uniform(0.0, 1.0, 4 * along)).reshape(along, 4, 1)
+    line = rng.uniform(-1.0, 1.0, c) + shares * rng.uniform(1.0, 2.0, c)
+    assert straight_from(np.concatenate([curve, line])) == curved
+    back = line.copy()
+    back[-1, 3] = line[0, 0] - 1.0
+    assert straight_from(np.concatenate([curve, back])) > curved
+    assert straight_from(curve) == curved
+    assert straight_from(np.ones((along, 4, c))) == 0
 
 
 def distances(obstacle: Obstacle, position: np.ndarray, times: np.ndarray) -> np.ndarray:

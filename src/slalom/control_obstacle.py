@@ -183,7 +183,8 @@ class ControlObstacle:
     def segments(self) -> RelativeMotion:
         """The relative motion from which everything else is computed."""
         bodies = self._bodies
-        motion = PositionMap(*response_pieces(self.response, self.state, self.horizon, self.largest_control))
+        pieces = response_pieces(self.response, self.state, self.horizon, self.largest_control)
+        motion = PositionMap(*pieces, straight=len(pieces[2]))  # the times of all pieces are needed
         table = BodyTable(self._radii, bodies.hull_radius, bodies.owner, bodies.hull)
         error = self.response.interpolation_error
         cut, bounding_radius, owner, hull = kernels.segments_of(bodies.pieces, motion, table, self.horizon, error)
@@ -279,9 +280,8 @@ class ControlObstacle:
         """The exact boundary in the plane within the disc of controls of `center` (2,) and `radius` > 0.
 
         A control is in `region` if it collides, except within about `tolerance` of the boundary. The tolerance is in
-        units of the control, by default the share BOUNDARY of the radius. The curves are sampled envelopes of the
-        elements (Stern and Shiller 2025; docs/theory.md, 6); `times_to_collision` decides which side of them is
-        blocked.
+        units of the control, by default the share BOUNDARY of the radius. The curves are sampled envelopes of elements
+        (Stern and Shiller 2025; docs/theory.md, 6); `times_to_collision` decides which side of them is blocked.
 
         Raises:
             InvalidInput: in space; a radius that is not above 0.

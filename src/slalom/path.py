@@ -6,7 +6,7 @@ import numpy as np
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
-from slalom.tolerances import AT_REST, MAX_PIECES
+from slalom.tolerances import AT_REST, DIVISOR_FLOOR, LINE_ROUNDING, MAX_PIECES
 
 
 class Path(NamedTuple):
@@ -76,6 +76,23 @@ def rest_from(times: Array, points: Array) -> float:
     moving = np.flatnonzero(change > AT_REST * np.diff(times))
     last = int(moving[-1]) + 1 if moving.size else 0
     return float(times[last]) if last < len(points) else np.inf
+
+
+def straight_from(points: Array) -> int:
+    """The first piece from which on pieces with control points (n, 4, c) lie on one line, passed in one direction.
+
+    n if even the last one does not.
+    """
+    for first in range(len(points)):
+        rest = points[first:].reshape(-1, points.shape[2])
+        line = rest[-1] - rest[0]
+        unit = line / max(float(np.linalg.norm(line)), DIVISOR_FLOOR)
+        along = (rest - rest[0]) @ unit
+        beside = rest - rest[0] - np.outer(along, unit)
+        allowed = LINE_ROUNDING * float(np.abs(rest).max(initial=0.0))
+        if np.abs(beside).max() <= allowed and np.diff(along).min() >= -allowed:
+            return first
+    return len(points)
 
 
 def even_knots(start: float, end: float, max_step: float) -> Array:

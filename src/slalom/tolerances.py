@@ -1811,6 +1811,13 @@ AT_REST: Final = 1e-6
 Larger: a robot that still creeps counts as one at rest. Smaller: rounding hides that it is.
 """
 
+LINE_ROUNDING: Final = 1e-13
+"""[1] Rounding of a motion along a line, relative to its largest coordinate.
+
+Larger: a curve counts as a line, and obstacles at rest are missed by that much. Smaller: rounding hides a line, and
+each of its pieces makes a segment of its own.
+"""
+
 REST_ROUNDING: Final = 1e-9
 """[s] Rounding of the time from which a robot is at rest.
 

@@ -8,7 +8,7 @@ from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.kernels.decision.tables import ResponsePiece, ResponseTable, TabulatedResponse
 from slalom.kernels.records import zero_records
-from slalom.path import hermite, rest_from
+from slalom.path import hermite, rest_from, straight_from
 from slalom.response import Response
 from slalom.state import State
 from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, RESPONSE_WINDOWS, TABLE_SPEED
@@ -44,6 +44,7 @@ def response_table(
     for r, response in enumerate(responses):
         each["error"][r], each["settled"][r] = response.interpolation_error, response.settled(horizon)
         each["rest"][r], each["settled_velocity"][r] = rest_from(knots[r], points[r]), settled_velocity[r]
+        each["straight"][r] = straight_from(points[r])
         each["initial_acceleration"][r] = _initial_acceleration(response, dimension)
         each["window_gains"][r] = _shares(response, windows, dimension)[0]
         each["window_bends"][r] = _bends(response, windows, dimension)

@@ -59,6 +59,7 @@ class PositionMap(NamedTuple):
     knots: Array  # (m + 1,) [s] from 0 to the horizon or later
     drift: Array  # (m, 4, d) [m] control points
     gain: Array  # (m, 4) control points [unit of position over unit of the control]
+    straight: int  # first piece from which on the position moves along one line, for any control; m if there is none
 
 
 class Segments(NamedTuple):

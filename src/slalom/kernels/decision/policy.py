@@ -95,7 +95,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
                 drift[count, c, axis] = points[i, p, c, axis]
         count += 1
         knots[count] = times[i, p + 1] - settings.now
-    motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)))
+    motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)), count)
     rest = rest_of_path(robots.committed, i, settings.now)
     table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon, rest)
     less = COMMITTED_SLACK if without_margin else COMMITTED_SLACK + CONTACT_SLACK

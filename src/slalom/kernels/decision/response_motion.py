@@ -117,7 +117,7 @@ def relative_motion(
             for axis in range(d):
                 own = robot.position[axis] + piece.velocity_gain[c] * robot.velocity[axis]
                 drift[p, c, axis] = own + piece.acceleration_gain[c] * robot.acceleration[axis]
-    motion = PositionMap(knots, drift, gain)
+    motion = PositionMap(knots, drift, gain, responses.each[r].straight)
     near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.passive) else rows
     table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon, responses.each[r].rest)
     if settings.share < 1.0:

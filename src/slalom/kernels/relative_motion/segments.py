@@ -5,8 +5,8 @@ The meaning of the rows is stated in `slalom.relative_motion`.
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, CutPieces, Hulls, Indices, MaybeHulls, Pieces, PositionMap
-from slalom.kernels.geometry.cubic import restrict
+from slalom.kernels.arrays import Array, CutPieces, Flags, Hulls, Indices, MaybeHulls, Pieces, PositionMap
+from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.jit import kernel, vectorized
 from slalom.tolerances import KEPT_ROBOT_MOTIONS
 
@@ -15,12 +15,15 @@ from slalom.tolerances import KEPT_ROBOT_MOTIONS
 def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> CutPieces:
     """Bodies relative to a robot from time 0 to `horizon` [s]: pieces cut at its knots, the drift subtracted.
 
-    Pieces that begin before 0 or end after the horizon are restricted to the window.
+    Pieces that begin before 0 or end after the horizon are restricted to the window. A body at rest is met by the same
+    controls however fast the robot moves along a line. From piece `motion.straight` on it has one segment in place of
+    one for each piece; that segment is passed at a constant rate.
     """
     times, points, body, knots = pieces.times, pieces.points, pieces.body, motion.knots
     n, m, d = len(times), len(motion.drift), points.shape[2]
     turning = len(pieces.turns) > 0
-    count = segment_count(times, body, knots, m, horizon)
+    still = rows_at_rest(pieces) if motion.straight < m - 1 else np.zeros(n, np.bool_)
+    count = segment_count(times, body, still, motion, horizon)
     lines = np.empty((4, count))
     begin, end, radius, growth = lines[0], lines[1], lines[2], lines[3]
     relative, gains, turned = np.empty((4, 3, count)), np.empty((4, count)), np.empty((4, 2, count if turning else 0))
@@ -39,7 +42,7 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
         while t0 < t1:
             while piece < m - 1 and knots[piece + 1] <= t0:
                 piece += 1
-            stop = t1 if piece == m - 1 else min(t1, knots[piece + 1])
+            stop = t1 if piece == m - 1 or (still[s] and piece >= motion.straight) else min(t1, knots[piece + 1])
             width = times[s, 1] - times[s, 0]
             a, b = (t0 - times[s, 0]) / width, (stop - times[s, 0]) / width
             cut = a > 0.0 or b < 1.0
@@ -69,11 +72,17 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
 
 @kernel
 def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: Array) -> None:
-    """The position map from t0 to stop [s], within one piece of it, into `own` (2 + 4 (d + 1),).
+    """The position map from t0 in a piece to stop [s], into `own` (2 + 4 (d + 1),).
 
-    The times, four control points of the gain, and four of each axis of the drift.
+    The times, four control points of the gain, and four of each axis of the drift. Where the time `stop` is in a later
+    piece, they are those of the line between both positions.
     """
-    knots, drift, gain = motion.knots, motion.drift, motion.gain
+    knots, drift, gain, last = motion.knots, motion.drift, motion.gain, piece
+    while last < len(drift) - 1 and knots[last + 1] < stop:
+        last += 1
+    if last > piece:
+        line_of_motion(motion, piece, last, t0, stop, own)
+        return
     span = knots[piece + 1] - knots[piece]
     e, f = (t0 - knots[piece]) / span, (stop - knots[piece]) / span
     own[0], own[1] = t0, stop
@@ -86,12 +95,44 @@ def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: A
 
 
 @kernel
-def segment_count(times: Array, body: Indices, knots: Array, m: int, horizon: float) -> int:
-    """Number of segments that pieces with `times` (n, 2) [s] of bodies (n,) make with m pieces between `knots` [s].
+def line_of_motion(motion: PositionMap, piece: int, last: int, t0: float, stop: float, own: Array) -> None:
+    """The line between the positions at t0 in `piece` and stop [s] in `last`, into `own` as in `robot_motion`."""
+    knots, drift, gain = motion.knots, motion.drift, motion.gain
+    e = (t0 - knots[piece]) / (knots[piece + 1] - knots[piece])
+    f = (stop - knots[last]) / (knots[last + 1] - knots[last])
+    own[0], own[1] = t0, stop
+    own[2] = value(gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e)
+    own[5] = value(gain[last, 0], gain[last, 1], gain[last, 2], gain[last, 3], f)
+    for axis in range(drift.shape[2]):
+        p, q = drift[piece, :, axis], drift[last, :, axis]
+        own[6 + 4 * axis] = value(p[0], p[1], p[2], p[3], e)
+        own[9 + 4 * axis] = value(q[0], q[1], q[2], q[3], f)
+    for k in range(1 + drift.shape[2]):
+        first, end = own[2 + 4 * k], own[5 + 4 * k]
+        own[3 + 4 * k], own[4 + 4 * k] = (2.0 * first + end) / 3.0, (first + 2.0 * end) / 3.0
+
+
+@kernel
+def rows_at_rest(pieces: Pieces) -> Flags:
+    """Flags (n,): on which pieces the body neither moves nor turns nor grows."""
+    still = np.empty(len(pieces.growth), np.bool_)
+    for s in range(len(still)):
+        still[s] = pieces.growth[s] == 0.0
+        for c in range(1, 4):
+            for axis in range(pieces.points.shape[2]):
+                still[s] = still[s] and pieces.points[s, c, axis] == pieces.points[s, 0, axis]
+            for axis in range(2 if len(pieces.turns) > 0 else 0):
+                still[s] = still[s] and pieces.turns[s, c, axis] == pieces.turns[s, 0, axis]
+    return still
+
+
+@kernel
+def segment_count(times: Array, body: Indices, still: Flags, motion: PositionMap, horizon: float) -> int:
+    """Number of segments of pieces with `times` (n, 2) [s] of bodies (n,), `still` (n,) on some: `relative_segments`.
 
     To fill less memory than was allocated costs more than this count.
     """
-    count, piece = 0, 0
+    knots, m, count, piece = motion.knots, len(motion.drift), 0, 0
     for s in range(len(times)):
         t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
         if s == 0 or body[s] != body[s - 1]:
@@ -99,7 +140,7 @@ def segment_count(times: Array, body: Indices, knots: Array, m: int, horizon: fl
         while t0 < t1:
             while piece < m - 1 and knots[piece + 1] <= t0:
                 piece += 1
-            t0 = t1 if piece == m - 1 else min(t1, knots[piece + 1])
+            t0 = t1 if piece == m - 1 or (still[s] and piece >= motion.straight) else min(t1, knots[piece + 1])
             count += 1
     return count
 

@@ -27,7 +27,7 @@ def choose_many(
             controls[i], statuses[i] = preferred[i], OVERLAPPING
             continue
         kept = BodyTable(radius, scene.table.hull_radius, scene.table.owner, scene.table.hull)
-        motion = PositionMap(states.knots, states.drift[i], states.gain)
+        motion = PositionMap(states.knots, states.drift[i], states.gain, len(states.gain))
         cut, bounding_radius, _, hull = segments_of(scene.bodies.pieces, motion, kept, scene.horizon, scene.error)
         table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
         limits = states.limits[i, : states.counts[i]]

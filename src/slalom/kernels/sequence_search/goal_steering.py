@@ -77,7 +77,7 @@ def motion_is_clear(
         if n == 0:
             continue
         scratch.work[0] += WORK_ROW * n
-        motion = PositionMap(np.array([0.0, h]), drift, gain)
+        motion = PositionMap(np.array([0.0, h]), drift, gain, 1)
         table, hulls = relative_rows(index, scratch.rows[:n], t + h * k, motion, problem.margin)
         if deepest_violation(table, hulls, u, new_workspace(len(table.radius), hulls)) != -1:
             return False

@@ -124,7 +124,7 @@ def node_encounters(
     limits[0, 4], limits[1, 4] = problem.max_acceleration, end_speed / h
     radius = 0.5 * h * speed + 0.5 * h * h * problem.max_acceleration + problem.margin
     n = rows_near(index, t, h, middle, radius, problem.now, scratch.rows)
-    motion = PositionMap(np.array([0.0, h]), drift, gain)
+    motion = PositionMap(np.array([0.0, h]), drift, gain, 1)
     table, hulls = relative_rows(index, scratch.rows[:n], t, motion, problem.margin)
     return table, hulls, limits
 
