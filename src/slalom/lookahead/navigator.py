@@ -13,7 +13,7 @@ from slalom.errors import InvalidInput
 from slalom.forecast import EXACT
 from slalom.goal import Goal
 from slalom.lookahead.plan import new_plan, search_in, sequence_decision
-from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, interval_of, motions_of
+from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, interval_of, motions_of, predicted_until
 from slalom.lookahead.search import Search
 from slalom.lookahead.spacetime_index import PredictedObstacles
 from slalom.obstacle import Obstacle
@@ -128,7 +128,7 @@ class LookAhead:
     ) -> PredictedObstacles:
         """Predicted obstacles now: the first of `tables` that is still valid and covers enough time, else a new one."""
         navigator = self.navigator
-        latest = self._latest(now)
+        latest = predicted_until(navigator, self._deadline(now), now)
         for table in tables:
             if table is not None and table.covers(obstacles, now, latest):
                 return table
@@ -139,10 +139,6 @@ class LookAhead:
                 obstacles, obstacles, navigator.robot, now, end, step, include_future=forecast.includes_future
             )
         return PredictedObstacles.of(None, motions, navigator.robot, now, latest, step)
-
-    def _latest(self, now: float) -> float:
-        """[s] up to which a decision predicts."""
-        return max(self._deadline(now), now + self.navigator.period)
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
         """Copy whose decisions reuse a table built now for exactly these obstacles."""

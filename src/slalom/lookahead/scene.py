@@ -74,7 +74,7 @@ class Scene(NamedTuple):
         return self.prediction.clearance(self.state.position, self.now) - CONTACT_SLACK
 
     def _among(self, motions: Sequence[Obstacle]) -> "Scene":
-        latest = max(self.deadline, self.now + self.navigator.period)
+        latest = predicted_until(self.navigator, self.deadline, self.now)
         table = PredictedObstacles.of(
             *(None, motions, self.navigator.robot, self.now, latest, interval_of(self.navigator)),
             include_future=self.prediction.includes_future,
@@ -87,6 +87,11 @@ def time_left(decision: Decision, scene: Scene) -> float:
     if isinstance(decision, SequenceDecision) and decision.arrival < np.inf:
         return decision.arrival - scene.now
     return time_of(decision, scene.navigator, scene.state, scene.goal, scene.now)
+
+
+def predicted_until(navigator: Navigator, deadline: float, now: float) -> float:
+    """[s] up to which a decision predicts: its deadline, or one period if that has passed."""
+    return max(deadline, now + navigator.period)
 
 
 def rise_of(navigator: Navigator) -> float:
