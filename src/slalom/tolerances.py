@@ -19,6 +19,13 @@ in contact after a choice may lie that deep in the piece. It must stay below CON
 count as contact. Smaller: contact with an obstacle on a circle counts as overlap.
 """
 
+SHALLOW_OVERLAP: Final = 1e-3
+"""[m] Depth up to which a robot that overlaps an obstacle may still get deeper while it leaves.
+
+Robots that follow inexactly overlap by less. Larger: others that leave no safe control press a robot deeper into walls.
+Smaller: robots that overlap each other on all sides, by micrometres, block each other.
+"""
+
 CONTACT_SLACK: Final = 5e-6
 """[m] A robot nearer than this to an obstacle touches it: the obstacle counts as smaller by up to this much.
 

@@ -42,7 +42,7 @@ class Outcome(Enum):
     BRAKING = "No manoeuvre ends at rest before a contact; the robot brakes as hard as the limits allow."
     IMPACT = "A collision within this control period is inevitable; the impact speed was minimised."
     INADMISSIBLE = "No control obeys all limits in this state; a compromise between them was chosen."
-    ESCAPING = "The robot overlaps an obstacle; it separates as fast as the limits allow."
+    ESCAPING = "The robot overlaps an obstacle; it leaves, and gets no deeper into any where possible."
 
     @property
     def safe(self) -> bool:

@@ -1,10 +1,11 @@
-"""Decisions that the policy leaves open: least impact within a period, or separation from overlapped obstacles."""
+"""What the policy leaves open: the least impact within a period, rest before a contact, the way out of an overlap."""
 
 import numpy as np
 
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, Outcome, made
+from slalom.kernels.arrays import Indices
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation
 from slalom.obstacle.window import ObstacleWindow
@@ -25,15 +26,12 @@ def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: Obs
         first = int(np.argmin(times))
         other = obstacle_window.obstacle(first).trajectory.velocity(s.now + float(times[first]))
         preferred = s.response.velocity(s.state, period).inverse(other)
-    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, alone.obstacles), s.now)
+    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot), s.now)
     return Decision(manoeuvre, outcome, preferred, made(blocked))
 
 
-def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) -> Decision:
-    """Decision of a robot that overlaps obstacles: separate as fast as the limits allow.
-
-    The control is also clear of all other obstacles if possible.
-    """
+def escape_velocity(s: Situation, blocked: ControlObstacle) -> Array:
+    """Velocity (d,) [m/s] away from the obstacles that a robot overlaps: theirs, and its maximum speed in addition."""
     overlapped = [blocked.obstacles.obstacle(int(index)).trajectory for index in blocked.overlapping]
     directions = [blocked.escape_direction(int(index)) for index in blocked.overlapping]
     direction = np.mean(directions, axis=0)
@@ -42,10 +40,26 @@ def escape(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) 
         axis = np.eye(s.state.dimension)[int(np.argmin(np.abs(directions[0])))]
         direction = axis - (axis @ directions[0]) * directions[0]
     obstacle_velocity = np.mean([trajectory.velocity(s.now) for trajectory in overlapped], axis=0)
-    desired_velocity = obstacle_velocity + s.limits.max_speed * direction / np.linalg.norm(direction)
-    preferred = s.response.velocity(s.state, period).inverse(desired_velocity)
-    others = blocked.obstacles.without(blocked.overlapping)
-    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot, others), s.now)
+    return np.asarray(obstacle_velocity + s.limits.max_speed * direction / np.linalg.norm(direction))
+
+
+def pressing(s: Situation, robot: Shape, period: float, touched: ObstacleWindow, overlapped: Indices) -> Indices:
+    """The obstacles among the `overlapped` (n,) that each get deeper within this period whatever the robot does.
+
+    touched: the obstacles as `ObstacleWindow.touched_from` has them.
+    """
+    found, every, coast = list[int](), np.arange(len(touched)), np.zeros(s.state.dimension)
+    for index in overlapped.tolist():
+        blocked = ControlObstacle(s.response, s.state, touched.without(every != index), robot, horizon=period)
+        if not select(coast, s.admissible, blocked).safe:
+            found.append(index)
+    return np.array(found, dtype=np.int64)
+
+
+def leave(s: Situation, period: float, velocity: Array, blocked: ControlObstacle) -> Decision:
+    """Decision of a robot that no control keeps from an obstacle: towards `velocity` (d,) [m/s]."""
+    preferred = s.response.velocity(s.state, period).inverse(velocity)
+    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, blocked.robot), s.now)
     return Decision(manoeuvre, Outcome.ESCAPING, preferred, made(blocked))
 
 
@@ -53,19 +67,13 @@ def stop(s: Situation, robot: Shape, obstacle_window: ObstacleWindow) -> Decisio
     """Decision of a robot that may be touched at rest and must not move into contact: rest, or brake hardest."""
     preferred = s.response.velocity(s.state, s.response.settled(s.horizon)).inverse(np.zeros(s.state.dimension))
     outcome = Outcome.STOPPING if float(np.linalg.norm(s.state.velocity)) <= AT_REST else Outcome.BRAKING
-    control = nearest(preferred, s, robot, ObstacleWindow((), s.now, s.horizon))
+    control = nearest(preferred, s, robot)
     blocked = ControlObstacle(s.response, s.state, obstacle_window, robot)
     return Decision(Manoeuvre(s.response, s.state, control, s.now), outcome, preferred, made(blocked))
 
 
-def nearest(preferred: Array, s: Situation, robot: Shape, others: ObstacleWindow) -> Array:
-    """Admissible control (d,) nearest to `preferred`, clear of `others` if possible.
-
-    If no control is admissible, a compromise between the limits.
-    """
-    for obstacles in (others, ObstacleWindow((), s.now, s.horizon)):
-        blocked = ControlObstacle(s.response, s.state, obstacles, robot)
-        choice = select(preferred, s.admissible, blocked)
-        if choice.control is not None:
-            return choice.control
-    return s.admissible.compromise(preferred)
+def nearest(preferred: Array, s: Situation, robot: Shape) -> Array:
+    """Admissible control (d,) nearest to `preferred`, obstacles not counted; if none is, the limits' compromise."""
+    alone = ControlObstacle(s.response, s.state, ObstacleWindow((), s.now, s.horizon), robot)
+    choice = select(preferred, s.admissible, alone)
+    return s.admissible.compromise(preferred) if choice.control is None else choice.control

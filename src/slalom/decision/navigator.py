@@ -10,7 +10,7 @@ from slalom import kernels
 from slalom.checks import OBJECTIVE, Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
-from slalom.decision.fallback import escape, least_impact, stop
+from slalom.decision.fallback import escape_velocity, least_impact, leave, pressing, stop
 from slalom.decision.futures import Risk, least_given_up, levels, time_of
 from slalom.decision.navigator_checks import check_dimensions, check_settings, goal_or_place, is_compiled
 from slalom.decision.navigator_tables import PolicyTables
@@ -24,7 +24,7 @@ from slalom.kernels.decision.tables import NO_CELLS
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method, refuse_alone
-from slalom.objective import Arrive, Objective, Situation
+from slalom.objective import Arrive, FollowVelocity, Objective, Situation
 from slalom.obstacle.horizon import Horizon
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
@@ -274,8 +274,20 @@ class Navigator:
         situations = self.situations(state, goal, now)
         overlap_test = ControlObstacle(situations[0].response, state, obstacles, self.robot)
         if len(overlap_test.overlapping):
-            return escape(situations[0], self.robot, self.period, overlap_test)
+            return self._escape(situations[0], goal, overlap_test)
         return least_impact(situations[0], self.robot, self.period, obstacles)
+
+    def _escape(self, s: Situation, goal: Goal, overlap_test: ControlObstacle) -> Decision:
+        """Decision of a robot that overlaps obstacles: leave them, and get no deeper into any of them if possible."""
+        touched = overlap_test.obstacles.touched_from(s.state.position)
+        others = touched.without(pressing(s, self.robot, self.period, touched, overlap_test.overlapping))
+        velocity = escape_velocity(s, overlap_test)
+        robot = replace(self, objective=FollowVelocity(velocity))
+        found = robot._decide(others, Request(robot, (), None, s.state, goal, None, s.now, None, np.inf))
+        if found is None:
+            return leave(s, self.period, velocity, overlap_test)
+        blocked = partial(ControlObstacle, found.manoeuvre.response, s.state, overlap_test.obstacles, self.robot)
+        return replace(found, outcome=Outcome.ESCAPING, control_obstacle=blocked)
 
     def control_obstacle(
         self, response: Response, obstacles: ObstacleWindow, state: State, margin: float | Array | None = None

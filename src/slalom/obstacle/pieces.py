@@ -74,6 +74,12 @@ class Bodies(NamedTuple):
             return ()
         return Hulls(self.hull, np.empty((4, 2, 0)), self.corners, self.first, self.unordered)
 
+    def displaced(self, offsets: Array) -> "Bodies":
+        """The same bodies, each displaced by its offset (b, 3) [m] at all times."""
+        each, d = offsets[self.pieces.body], self.pieces.points.shape[2]
+        balls = self.balls + np.append(each, np.zeros((len(each), 1)), axis=1)
+        return self._replace(pieces=self.pieces._replace(points=self.pieces.points + each[:, None, :d]), balls=balls)
+
     def hulls_of(self, rows: Indices) -> MaybeHulls:
         """The hulls of bodies by number (n,), without directions; empty where all bodies are points."""
         hulls = self.hulls

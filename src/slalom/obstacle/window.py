@@ -21,6 +21,7 @@ from slalom.obstacle.sources import sources_of
 from slalom.obstacle.table import ObstacleTable, one_dimension, same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.shape import Shape
+from slalom.tolerances import CONTACT_SLACK, OVERLAP, SHALLOW_OVERLAP
 
 Obstacles: TypeAlias = Sequence[Obstacle | ObstacleTable | Tracks] | ObstacleTable | Tracks
 """What decisions take as obstacles: obstacles, tables and tracks in any order, or one table or tracks alone."""
@@ -50,6 +51,7 @@ class ObstacleWindow:
         self.dimension = one_dimension(source.dimension for source in self._sources)
         self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
         self._at_rest = True
+        self._touched_from: Array | None = None
         self._bodies: dict[Shape, Bodies] = {}
         self._near: tuple[tuple[object, ...], Bodies] | None = None
         self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
@@ -120,6 +122,16 @@ class ObstacleWindow:
         window._at_rest = False
         return window
 
+    def touched_from(self, position: Array) -> "ObstacleWindow":
+        """The same obstacles, those that a robot at `position` (d,) [m] overlaps moved away until it touches them.
+
+        They are moved by SHALLOW_OVERLAP or more. A robot that stays outside of them there gets at most that deep, or
+        no deeper than it is, into any of them where they are.
+        """
+        window = self.within(self.until)
+        window._touched_from = position.copy()
+        return window
+
     def covered(self, points: Array, robot: Shape, margin: float, around: Reach | None = None) -> Flags:
         """Whether a robot at each of the points (k, d) [m] is closer than the margin [m] to an obstacle at rest: (k,).
 
@@ -178,6 +190,13 @@ class ObstacleWindow:
         if not self._at_rest:
             bodies = bodies._replace(each=bodies.each.copy())
             bodies.each["at_rest"] = False
+        if self._touched_from is not None:
+            found = _measured(bodies, self._touched_from)
+            # A robot in contact is free to move away where a radius of CONTACT_SLACK can be given up.
+            outside = np.maximum(bodies.radius, CONTACT_SLACK) - found[:, 0]
+            overlapped = bodies.radius - found[:, 0] > OVERLAP
+            moved = np.where(overlapped, np.maximum(outside, SHALLOW_OVERLAP), 0.0)
+            bodies = bodies.displaced(moved[:, None] * found[:, 1:])
         return bodies
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
@@ -188,15 +207,18 @@ class ObstacleWindow:
         """
         key = (robot, position.tobytes())
         if self._distances is None or self._distances[0] != key:
-            self._distances = (key, *self._measure(robot, position))
+            found = _measured(self.bodies(robot), position.copy())
+            self._distances = (key, found[:, 0], found[:, 1 : 1 + position.size])
         return self._distances[1:]
 
-    def _measure(self, robot: Shape, position: Array) -> tuple[Array, Array]:
-        bodies = self.bodies(robot)
-        now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
-        # The kernel is compiled once for arrays that can be written, and once more for others.
-        found = kernels.distances_now(now, bodies.hulls, position.copy())
-        return found[:, 0], found[:, 1 : 1 + position.size]
+
+def _measured(bodies: Bodies, position: Array) -> Array:
+    """Distances [m] and directions of bodies now, see `ObstacleWindow.distances`.
+
+    position: (d,) [m], an array that can be written: for others the kernel would be compiled once more.
+    """
+    now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
+    return kernels.distances_now(now, bodies.hulls, position)
 
 
 def _key(robot: Shape, reach: Reach) -> tuple[object, ...]:

@@ -1,0 +1,144 @@
+"""A robot that overlaps obstacles: it gets no deeper than SHALLOW_OVERLAP, or than it is, into any of them.
+
+Also where others leave it no safe control.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from motion import drive
+from parts import disc_or_ball
+
+from slalom import (
+    METHODS,
+    ConstantVelocity,
+    Disc,
+    Fleet,
+    Goal,
+    Limits,
+    Navigator,
+    Obstacle,
+    Outcome,
+    Polyline,
+    Rectangle,
+    Shape,
+    State,
+    Stationary,
+    Tracks,
+)
+from slalom.obstacle.window import ObstacleWindow
+from slalom.sim.run.robot_states import integrate
+from slalom.tolerances import CONTACT_SLACK, OVERLAP, SHALLOW_OVERLAP
+
+PERIOD = 0.1
+RADIUS = 0.3
+WALL = Obstacle(Polyline([(-50.0, 0.0), (50.0, 0.0)]), Stationary((0.0, 0.0)), "wall")
+SHALLOWEST = 1.2 * OVERLAP
+"""[m] A depth that inexact execution or positions of single precision cause."""
+
+
+def clearances(robot: Shape, obstacles: list[Obstacle], state: State, now: float) -> np.ndarray:
+    """The clearances (n,) [m] of a robot to obstacles at a time [s]: below 0 its depth in them."""
+    window = ObstacleWindow(obstacles, now, 1.0)
+    bodies, found = window.bodies(robot), np.full(len(obstacles), np.inf)
+    np.minimum.at(found, bodies.owner, window.distances(robot, state.position)[0] - bodies.radius)
+    return found
+
+
+@st.composite
+def surrounded(draw: st.DrawFn, d: int) -> tuple[State, list[Obstacle]]:
+    """A robot at rest that overlaps one to three bodies at rest, among bodies that arrive after more than a period."""
+    seed, count = draw(st.integers(0, 2**32 - 1)), draw(st.integers(1, 3))
+    depths = draw(st.lists(st.sampled_from([SHALLOWEST, 1e-4, 0.02, 0.2]), min_size=count, max_size=count))
+    rng = np.random.default_rng(seed)
+
+    def directions(n: int) -> np.ndarray:
+        found = rng.normal(size=(n, d))
+        return found / np.linalg.norm(found, axis=1, keepdims=True)
+
+    radii = rng.uniform(0.2, 3.0, count)
+    touching = [
+        Obstacle(disc_or_ball(radius, d), Stationary((RADIUS + radius - depth) * ahead))
+        for radius, depth, ahead in zip(radii, depths, directions(count))
+    ]
+    speeds, ways = rng.uniform(0.5, 2.0, 6), directions(6)
+    arriving = [
+        Obstacle(
+            disc_or_ball(0.3, d), ConstantVelocity((2.0 * RADIUS + speed * rng.uniform(0.3, 3.0)) * way, -speed * way)
+        )
+        for speed, way in zip(speeds, ways)
+    ]
+    return State(np.zeros(d), np.zeros(d)), [*touching, *arriving]
+
+
+@pytest.mark.parametrize("method", ["vo", "avo", "nao"])
+@pytest.mark.parametrize("d", [2, 3])
+@settings(max_examples=25, deadline=None)
+@given(st.data())
+def test_no_deeper_within_the_period(d: int, method: str, data: st.DataObject) -> None:
+    """Rest gets no deeper. So a control that does is never needed where nothing arrives within the period."""
+    state, obstacles = data.draw(surrounded(d))
+    robot = Navigator(METHODS[method], disc_or_ball(RADIUS, d), Limits(1.5, 2.0), period=PERIOD)
+    decision = robot.decide(state, obstacles, Goal(Stationary(np.full(d, 9.0)), 0.5))
+    assert decision.outcome is Outcome.ESCAPING
+    at_first = clearances(robot.robot, obstacles, state, 0.0)
+    allowed = np.where(at_first < -OVERLAP, np.minimum(at_first, -SHALLOW_OVERLAP), 0.0)
+    for part in (0.25, 0.5, 0.75, 1.0):
+        now = part * PERIOD
+        after = drive(state, decision.manoeuvre.mean_acceleration(0.0, now), now)
+        assert np.all(clearances(robot.robot, obstacles, after, now) >= allowed - CONTACT_SLACK)
+
+
+STARTS = np.array([(-1.9, 0.6), (1.8, 0.5), (0.1, 2.2)])
+VELOCITIES = np.array([(0.5, -0.1), (-0.5, -0.08), (0.0, -0.5)])
+STOP = 1.9
+"""[s] Three bodies approach a robot at a wall from all sides, as if they passed over it, and stop before they touch."""
+
+
+@pytest.mark.parametrize("method", ["vo", "avo", "nao"])
+@pytest.mark.parametrize("depth", [SHALLOWEST, 1e-3, 0.1])
+@pytest.mark.parametrize("shape", [Disc(RADIUS), Rectangle(0.7, 2.0 * RADIUS)], ids=["disc", "rectangle"])
+def test_bodies_that_approach_press_no_robot_into_a_wall(shape: Shape, depth: float, method: str) -> None:
+    """Each step predicts that they go on, and with most methods no control is clear of all of them then."""
+    robot = Navigator(METHODS[method], shape, Limits(1.0, 1.0), period=PERIOD)
+    state, goal, previous = State((0.0, RADIUS - depth), (0.0, 0.0)), Goal(Stationary((0.0, 0.3)), 0.1, stop=True), None
+    for k in range(40):
+        now = k * PERIOD
+        velocities = VELOCITIES if now < STOP else 0.0 * VELOCITIES
+        seen = Tracks(STARTS + min(now, STOP) * VELOCITIES, velocities, 0.3, now)
+        previous = robot.decide(state, [WALL, seen], goal, now=now, previous=previous)
+        assert previous.outcome is not Outcome.IMPACT
+        state = drive(state, previous.manoeuvre.mean_acceleration(now, PERIOD), PERIOD)
+        assert clearances(shape, [WALL], state, now)[0] >= -max(depth, SHALLOW_OVERLAP) - 40.0 * CONTACT_SLACK
+
+
+def test_robots_of_a_fleet_press_none_into_a_wall() -> None:
+    """Six robots that share the avoidance, one of them a little deep in the wall between the others."""
+    starts = np.array([(0.0, RADIUS - SHALLOWEST), (-0.75, 0.4), (0.75, 0.4), (-0.4, 1.1), (0.4, 1.1), (0.0, 1.8)])
+    targets = np.array([(0.0, 5.0), (3.0, 0.35), (-3.0, 0.35), (0.5, 0.35), (-0.5, 0.35), (0.0, 0.35)])
+    fleet = Fleet(METHODS["nao"], Disc(RADIUS), Limits(1.0, 1.0), robots=6, period=PERIOD, margin=0.0)
+    positions, velocities = starts, np.zeros_like(starts)
+    for k in range(60):
+        decided = fleet.step(k * PERIOD, positions, velocities, targets, others=[WALL])
+        positions, velocities = integrate(positions, velocities, decided.accelerations, PERIOD)
+        assert positions[:, 1].min() >= RADIUS - SHALLOW_OVERLAP - CONTACT_SLACK
+        if k == 0:
+            assert decided.outcomes[0] is Outcome.ESCAPING
+
+
+def test_a_robot_leaves_a_polygon_that_holds_its_center() -> None:
+    """No smaller radius frees it there: the polygon does not count until its centre is outside."""
+    block = Obstacle(Rectangle(4.0, 2.0), Stationary((0.0, 0.0)), "block")
+    robot, goal = (
+        Navigator(METHODS["nao"], Disc(RADIUS), Limits(1.5, 2.0), period=PERIOD),
+        Goal(Stationary((9.0, 0.0)), 1.0),
+    )
+    state, previous, depths = State((0.2, 0.3), (0.0, 0.0)), None, []
+    for k in range(25):
+        previous = robot.decide(state, [block], goal, now=k * PERIOD, previous=previous)
+        depths.append(clearances(robot.robot, [block], state, 0.0)[0])
+        if previous.outcome is not Outcome.ESCAPING:
+            break
+        state = drive(state, previous.manoeuvre.mean_acceleration(k * PERIOD, PERIOD), PERIOD)
+    assert previous.outcome.safe
+    assert np.all(np.diff(depths) > 0.0)
