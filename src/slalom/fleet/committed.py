@@ -268,14 +268,14 @@ class CommittedFleet:
         reach = reaches(each, self.horizon)
         away = np.linalg.norm(each["position"] - each["position"][k], axis=1)
         met = each["present"] & (each["world"] == world) & (away <= reach + reach[k] + each["margin"][k])
-        others = [
-            Obstacle(
-                self.members.shapes[number[j]],
-                piecewise_polynomial(table.observed.times[j], table.observed.points[j, ..., :d]),
-            )
-            for j in np.flatnonzero(met)
-            if number[j] != k
-        ]
+        others = []
+        for j in np.flatnonzero(met):
+            if number[j] != k:
+                path = piecewise_polynomial(table.observed.times[j], table.observed.points[j, ..., :d])
+                # A path that lasts beyond the horizon is not continued, which would take longer than its pieces.
+                lasts = path.span[1] > now + self.horizon
+                shape = self.members.shapes[number[j]]
+                others.append(Obstacle(shape, path, after_end="leaves" if lasts else "unknown"))
         arrives = each["objective"][k] == ARRIVE
         position = each["target"][k, :d] if arrives else state.position + self.horizon * each["wanted"][k, :d]
         goal = Goal(Stationary(position), float(max(each["tolerance"][k], 1e-9)), bool(each["stop"][k]))
