@@ -216,6 +216,24 @@ def test_a_replay_in_a_browser(run: Recording, tmp_path: Path) -> None:
         page.wait_for_function(f"{APP}.model.playhead > 1 && {APP}.model.playhead < {len(run.times) - 1}")
 
 
+def test_a_scene_with_fewer_bodies_is_drawn_before_its_control_space(address: str) -> None:
+    """Their messages arrive one by one, and a frame may be drawn in between."""
+    shown = f"""() => {{
+        const app = {APP};
+        app.setElement(1.0);
+        app.receive([{{ ...app.model.scene, obstacles: [], moving: [] }}]);
+        app.model.count = 1;
+        app.draw();
+        return app.model.control();
+    }}"""
+    with opened() as (page, troubles):
+        page.goto(address)
+        page.wait_for_function(LOOKED)
+        assert page.evaluate(f"{APP}.model.control().predicted.length") > 0
+        assert page.evaluate(shown) is None
+        assert troubles == []
+
+
 def test_everything_is_reachable_by_the_keyboard(address: str) -> None:
     """Handles, control, methods, undo, dialogs; the time that is shown stays when a second method is chosen."""
     with opened(color_scheme="dark") as (page, troubles):

@@ -80,6 +80,7 @@ export class Model {
 
   private begin(scene: Scene): void {
     const same = this.scene !== null && this.scene.robots.length === scene.robots.length;
+    const others = same && this.scene!.obstacles.length === scene.obstacles.length;
     this.scene = scene;
     this.count = 0;
     this.complete = false;
@@ -91,7 +92,8 @@ export class Model {
     this.directions = null;
     this.outcomes = [];
     this.clearance.clear();
-    if (!scene.live) this.controls.forEach((slot) => slot.clear());
+    // A live control space stays until the next one, unless it names bodies that may not exist any more.
+    if (!scene.live || !others) this.controls.forEach((slot) => slot.clear());
     if (!scene.compare) this.controls[1]!.clear();
     this.probe = null;
     this.farthest = null;
