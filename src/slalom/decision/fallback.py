@@ -31,7 +31,7 @@ def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: Obs
 
 
 def escape_velocity(s: Situation, blocked: ControlObstacle) -> Array:
-    """Velocity (d,) [m/s] away from the obstacles that a robot overlaps: theirs, and its maximum speed in addition."""
+    """Velocity (d,) [m/s] that leaves overlapped obstacles: their mean velocity plus the maximum speed away."""
     overlapped = [blocked.obstacles.obstacle(int(index)).trajectory for index in blocked.overlapping]
     directions = [blocked.escape_direction(int(index)) for index in blocked.overlapping]
     direction = np.mean(directions, axis=0)
@@ -57,7 +57,7 @@ def pressing(s: Situation, robot: Shape, period: float, touched: ObstacleWindow,
 
 
 def leave(s: Situation, period: float, velocity: Array, blocked: ControlObstacle) -> Decision:
-    """Decision of a robot that no control keeps from an obstacle: towards `velocity` (d,) [m/s]."""
+    """Decision of a robot that overlaps obstacles and cannot avoid others within this period: towards `velocity`."""
     preferred = s.response.velocity(s.state, period).inverse(velocity)
     manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, blocked.robot), s.now)
     return Decision(manoeuvre, Outcome.ESCAPING, preferred, made(blocked))

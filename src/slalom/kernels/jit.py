@@ -113,7 +113,7 @@ register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
 
 
 class _CacheOnUse:
-    """The cache of one function, made when it is first used: to test the folders of 450 takes 30 ms."""
+    """The cache of one function, made when it is first used: a process that decides once uses 2 of 450."""
 
     def __init__(self, function: Callable[..., Any], what: str) -> None:
         self._function, self._what = function, what
