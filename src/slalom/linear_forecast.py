@@ -79,6 +79,13 @@ def _path(forecast: Forecast, state: Array, span: float) -> Path:
 
 def piecewise_polynomial(times: Array, points: Array) -> PiecewisePolynomial:
     """The trajectory of cubic pieces: `times` (q + 1,) [s], `points` (q, 4, d) [m]. Pieces without duration vanish."""
+    return _piecewise_polynomial(times.tobytes(), points.tobytes(), points.shape[-1])
+
+
+# Each robot that falls back meets the same paths.
+@lru_cache(maxsize=1024)
+def _piecewise_polynomial(times_as_bytes: bytes, points_as_bytes: bytes, dimension: int) -> PiecewisePolynomial:
+    times, points = np.frombuffer(times_as_bytes), np.frombuffer(points_as_bytes).reshape(-1, 4, dimension)
     real = np.flatnonzero(np.diff(times) > 0.0)
     h = np.diff(times)[real]
     p0, p1, p2, p3 = (points[real, j] for j in range(4))

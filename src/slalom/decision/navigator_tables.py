@@ -132,7 +132,8 @@ class PolicyTables:
             distance = float(np.linalg.norm(target - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, own["moving"] = target_paths([goal], now, now + self.robot.horizon + latest)
-        detours, around = bool(self.robot.detours), self.reach(state)
+        # Only costs of arrival count detours.
+        detours, around = bool(self.robot.detours) and own["objective"][0] == ARRIVE, self.reach(state)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=detours, around=around)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
         settings = self._settings._replace(now=float(now), budget=1e6 * float(request.limit))
