@@ -1,5 +1,6 @@
 """Vehicles on wheels: bounds against an independent integration, limits of wheels and steering, and arrivals."""
 
+from dataclasses import replace
 from math import cos, pi, sin, tan
 from types import SimpleNamespace
 
@@ -36,6 +37,7 @@ DRIVES = {
     "quick": DifferentialDrive(0.4, 2.0, 8.0, 0.25),
     "long period": DifferentialDrive(0.3, 1.5, 6.0, period=0.2),
 }
+REVERSING = Bicycle(0.4, 0.6, 6.0, 1.5, 1.5, max_reverse_speed=0.6)
 BICYCLES = {"robot": Bicycle(0.4, 0.6, 6.0, 1.5, 1.5), "car": Bicycle(2.7, 0.55, 1.5, 5.0, 3.0, ahead=1.35)}
 
 
@@ -230,9 +232,9 @@ def test_a_bicycle_reaches_goals_on_all_sides_from_rest(bearing: float) -> None:
     assert goal.reached(pose.position, pose.velocity, 0.0)
 
 
-def judged(vehicle, body, obstacles, goal, pose: Pose, center: float = 0.0, periods: int = 300):
+def judged(vehicle, body, obstacles, goal, pose: Pose, center=0.0, periods: int = 300, reverse_after: float = 3.0):
     """A run by the motion of the body: its poses, its outcomes, and whether it arrived."""
-    robot = VehicleNavigator(vehicle, method("nao"), body, center, horizon=4.0)
+    robot = VehicleNavigator(vehicle, method("nao"), body, center, horizon=4.0, reverse_after=reverse_after)
     table, decision, poses, safe = ObstacleTable(obstacles), None, [pose], []
     for k in range(periods):
         t = k * vehicle.period
@@ -288,12 +290,85 @@ def test_a_rectangle_that_turns_with_its_vehicle_passes_a_gap_narrower_than_its_
                 assert abs(y + (2.0 - x) / (u - x) * (v - y)) < 0.5 * gap
 
 
+CORNER = [Obstacle(Polyline([(1.05, -6.0), (1.05, 0.2)], 0.02), Stationary((0.0, 0.0)))]
+"""A wall in front of a bicycle at the origin, nearer than its turning radius."""
+ROUND_THE_CORNER = Goal(Stationary((3.0, 3.0)), 0.2, stop=True)
+AHEAD = Goal(Stationary((4.0, 0.0)), 0.2, stop=True)
+
+
+def test_a_bicycle_reverses_out_of_a_place_that_walls_block() -> None:
+    poses, safe, arrived = judged(REVERSING, Disc(0.3), CORNER, ROUND_THE_CORNER, Pose((0.0, 0.0), 0.0), 0.4)
+    assert arrived
+    assert all(safe)
+    speeds, times = np.array([pose.speed for pose in poses]), REVERSING.period * np.arange(len(poses)) / 5.0
+    assert -0.6 - 1e-12 <= speeds.min() < -0.3
+    assert times[speeds < 0.0][0] >= 3.0
+    bodies = np.array([pose.position + 0.4 * pose.direction for pose in poses])
+    assert (np.hypot(bodies[:, 0] - 1.05, np.maximum(bodies[:, 1] - 0.2, 0.0)) - 0.32).min() >= 0.05 - 1e-6
+
+
+@pytest.mark.parametrize("settings", [{"max_reverse_speed": 0.0}, {"reverse_after": 60.0}], ids=str)
+def test_a_bicycle_that_does_not_reverse_stays_in_front_of_a_wall(settings) -> None:
+    after = settings.pop("reverse_after", 3.0)
+    poses, safe, arrived = judged(
+        replace(REVERSING, **settings), Disc(0.3), CORNER, ROUND_THE_CORNER, Pose((0.0, 0.0), 0.0), 0.4, 100, after
+    )
+    assert not arrived
+    assert all(safe)
+    assert min(pose.speed for pose in poses) >= 0.0
+
+
+def test_a_bicycle_waits_for_what_moves() -> None:
+    """It is blocked for longer than it waits in front of walls."""
+    queue = [Obstacle(Disc(0.45), ConstantVelocity((1.6, y), (0.0, 1e-3))) for y in (-1.6, -0.8, 0.0, 0.8, 1.6)]
+    poses, safe, arrived = judged(REVERSING, Disc(0.3), queue, AHEAD, Pose((0, 0), 0), 0.4, 100)
+    assert not arrived
+    assert all(safe)
+    assert min(pose.speed for pose in poses) >= 0.0
+
+
+def test_a_bicycle_without_another_way_reverses_at_once() -> None:
+    """A person comes towards it between walls."""
+    walls = [Obstacle(Polyline([(-9.0, y), (8.0, y)], 0.02), Stationary((0.0, 0.0))) for y in (-0.6, 0.6)]
+    person = Obstacle(Disc(0.4), ConstantVelocity((3.0, 0.0), (-0.35, 0.0)))
+    for bicycle, least in ((REVERSING, 0.05), (BICYCLES["robot"], -0.2)):
+        poses, safe, _ = judged(bicycle, Disc(0.3), [*walls, person], AHEAD, Pose((0, 0), 0), 0.4, 120)
+        times = np.concatenate([[0.0], 0.1 * (np.arange(len(poses) - 1) + 1) / 5])
+        bodies = np.array([pose.position + 0.4 * pose.direction for pose in poses])
+        clearance = (np.linalg.norm(bodies - person.trajectory.position(times), axis=1) - 0.7).min()
+        assert (clearance >= 0.05 - 1e-6) == all(safe) == (bicycle is REVERSING)
+        assert clearance >= least - 1e-6 or bicycle is not REVERSING
+
+
+@pytest.mark.parametrize("distance", [-2.0, -0.3, 0.5, 1.5])
+@pytest.mark.parametrize("speed", [-0.4, 0.0, 1.0])
+def test_a_vehicle_stands_after_a_distance(distance: float, speed: float) -> None:
+    """All commands are within the limits, and a plan of the point along the motion is followed exactly."""
+    pose = Pose((1.0, 2.0), 0.4, speed, 0.1)
+    motions = REVERSING.standing_after(pose, distance, -0.5, 80)
+    speeds, turns = motions[:, 3], motions[:, 4]
+    assert speeds[-1] == speeds[-2] == 0.0
+    assert speeds.min() >= -0.6
+    assert np.abs(np.diff(speeds)).max() <= 1.5 * 0.1 + 1e-12
+    assert np.abs(np.diff(turns)).max() <= 6.0 * 0.1 + 1e-12
+    driven = np.sign(distance) * 0.05 * (speeds[1:] + speeds[:-1])
+    assert driven[driven > 0.0].sum() == pytest.approx(abs(distance), abs=0.02) or driven.sum() > abs(distance) > 0.0
+    expected = pose
+    for command in motions[1:, 3:]:
+        expected = rolled(REVERSING, expected, Command(*command))[-1]
+    np.testing.assert_allclose(motions[-1, :2], expected.position, atol=1e-6)
+    point = REVERSING.body_motion(motions, REVERSING.lever)
+    followed = REVERSING.follow(pose, Manoeuvre(point, point.start, np.zeros(2), 5.0), 5.0, 80)
+    np.testing.assert_allclose(followed[:, :2], motions[:, :2], atol=2e-3)
+
+
+@pytest.mark.parametrize("backwards", [False, True])
 @pytest.mark.parametrize("vehicle", [DRIVES["quick"], BICYCLES["car"]], ids=["drive", "bicycle"])
-def test_the_error_of_cubic_pieces_is_stated(vehicle) -> None:
-    rng = np.random.default_rng(3)
+def test_the_error_of_cubic_pieces_is_stated(vehicle, backwards: bool) -> None:
+    rng, side = np.random.default_rng(3), -1.0 if backwards else 1.0
     for _ in range(20):
-        pose = Pose(rng.normal(size=2), 0.3, rng.uniform(0, 2), rng.uniform(-0.5, 0.5))
-        command, h, ahead = Command(rng.uniform(0, 2), rng.uniform(-0.5, 0.5)), vehicle.period, 0.7
+        pose = Pose(rng.normal(size=2), 0.3, side * rng.uniform(0, 2), rng.uniform(-0.5, 0.5))
+        command, h, ahead = Command(side * rng.uniform(0, 2), rng.uniform(-0.5, 0.5)), vehicle.period, 0.7
         path = [pose, *rolled(vehicle, pose, command, 40)]
         e = np.array([(cos(p.heading), sin(p.heading)) for p in path])
         n = np.stack([-e[:, 1], e[:, 0]], axis=1)
@@ -330,6 +405,10 @@ INVALID = {
     "ahead: expected a number above 0, found -1": lambda: DifferentialDrive(1.0, 1.0, 1.0, -1.0),
     "disturbance: expected 0 or more, found -1": lambda: DifferentialDrive(1.0, 1.0, 1.0, disturbance=-1.0),
     "max_steering: expected less than pi / 2": lambda: Bicycle(1.0, 1.6, 1.0, 1.0, 1.0),
+    "max_reverse_speed: expected 0 or more, found -1": lambda: replace(REVERSING, max_reverse_speed=-1.0),
+    "reverse_after: expected 0 or more, found -1": lambda: VehicleNavigator(
+        REVERSING, method("nao"), Disc(1), reverse_after=-1.0
+    ),
     "max_steering_rate: expected a number above 0": lambda: Bicycle(1.0, 0.5, 0.0, 5.0, 1.0),
     "heading: expected none in space, found 1": lambda: State((0, 0, 0), (0, 0, 0), heading=1.0),
     "heading: expected finite numbers, found .nan": lambda: Pose((0, 0), np.nan),

@@ -1621,6 +1621,19 @@ With 0 the body is where the point is, with 1 it is anywhere around it. More: mo
 places. Fewer: the vehicle keeps its plan more often.
 """
 
+TURN_RESERVES: Final = (0.0, 0.01)
+"""[rad] Changes of the heading that plans for the body at its present heading allow for.
+
+Larger: gaps are missed. Smaller: plans are rejected because the body turns.
+"""
+
+TRACKING_RESERVE: Final = 0.1
+"""[1] What the plans of a vehicle keep beyond its margin, in tracking errors.
+
+A plan that keeps exactly the margin is rejected if its vehicle is a little off. 0: most plans are rejected. Larger:
+gaps are missed; 1 is the bound of the error within a period.
+"""
+
 STEERING_CONE: Final = 1.2
 """[rad] Largest angle by which a decision for a bicycle turns its course.
 
@@ -1631,6 +1644,12 @@ CREEPING: Final = 1e-3
 """[m/s] A bicycle that is to be slower than this keeps its steering angle.
 
 Larger: it leaves the place where it stops with the wrong course. Much smaller: rounding of the velocity steers.
+"""
+
+REVERSALS: Final = (3.0, 2.0, 1.0)
+"""[1] Distances in turning radii by which a bicycle leaves a place backwards; the first free one is taken.
+
+Longer: more room for the next turn, and more that is driven twice. Shorter: it may need several reversals.
 """
 
 STEEPEST_COURSE: Final = 1.4

@@ -140,7 +140,11 @@ def _navigator(kind: str, ego: Any, settings: dict[str, Any], dt: float) -> Navi
         drive = DifferentialDrive(2.0 * ratio, fastest[0], wheels, ahead=radius, period=dt)
         return VehicleNavigator(drive, chosen, Disc(radius), **keywords)
     rate = min(settings["steering_rate"], float(most[1]))
-    car = Bicycle(float(ego.wheelbase), float(fastest[1]), rate, float(fastest[0]), acceleration, period=dt)
+    car = Bicycle(
+        *(float(ego.wheelbase), float(fastest[1]), rate, float(fastest[0]), acceleration),
+        period=dt,
+        max_reverse_speed=max(0.0, -float(ego.vel_min[0, 0])),
+    )
     low_x, low_y, high_x, high_y = ego.original_geometry.bounds
     body = Rectangle(high_x - low_x, 2.0 * max(high_y, -low_y))
     return VehicleNavigator(car, chosen, body, 0.5 * (low_x + high_x), **keywords)

@@ -24,6 +24,7 @@ from slalom.path_goal import PathGoal
 from slalom.tolerances import (
     CIRCLE_SLACK,
     CREEPING,
+    REVERSALS,
     SPEED_STEP,
     STEEPEST_BEARING,
     STEEPEST_COURSE,
@@ -40,13 +41,15 @@ from slalom.vehicle.vehicle import Vehicle
 class Bicycle(Vehicle):
     """Axles `wheelbase` [m] apart, the front one steered, that reach commands at the end of each `period` [s].
 
-    Every command obeys 0 <= speed <= `max_speed` [m/s], |steering| <= `max_steering` [rad], and the rates
-    `max_acceleration` [m/s^2] and `max_steering_rate` [rad/s]. The vehicle decides for the point `ahead` [m] of the
-    rear axle. It starts from rest along its course, stops, and never reverses.
+    Every command obeys -`max_reverse_speed` <= speed <= `max_speed` [m/s], |steering| <= `max_steering` [rad], and the
+    rates `max_acceleration` [m/s^2] and `max_steering_rate` [rad/s]. The vehicle decides for the point `ahead` [m] of
+    the rear axle. Its plans start from rest along its course and stop. It reverses only to leave a place, see
+    `VehicleNavigator`.
 
     Attributes:
         ahead: [m]; the wheelbase by default.
         period: [s] between commands.
+        max_reverse_speed: [m/s]; 0: it never reverses.
 
     Raises:
         InvalidInput: a value that is not above 0; a steering angle of a right angle or more.
@@ -60,6 +63,7 @@ class Bicycle(Vehicle):
     ahead: Annotated[float | None, positive] = None
     period: Positive = 0.1
     disturbance: NotNegative = 0.0
+    max_reverse_speed: NotNegative = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -155,11 +159,22 @@ class Bicycle(Vehicle):
         distance = 2.0 * radius + hypot(*to_go)
         return Goal(Stationary(place + distance * np.array([cos(angle), sin(angle)])), radius)
 
+    def ways_out(self, pose: Pose, periods: int) -> list[Array]:
+        if self.max_reverse_speed == 0.0:
+            return []
+        turns = (0.0, self.max_steering, -self.max_steering)
+        return [
+            self.standing_after(pose, -share * self.turning_radius, turn, periods)
+            for share in REVERSALS
+            for turn in turns
+        ]
+
     def turn_rate(self, speed: float, turn: float) -> float:
         return speed * tan(turn) / self.wheelbase
 
     def turning(self, speeds: Array, turns: Array) -> Turning:
-        fastest, angle = np.maximum(speeds[:-1], speeds[1:]), np.maximum(np.abs(turns[:-1]), np.abs(turns[1:]))
+        speeds_before, speeds_after = np.abs(speeds[:-1]), np.abs(speeds[1:])
+        fastest, angle = np.maximum(speeds_before, speeds_after), np.maximum(np.abs(turns[:-1]), np.abs(turns[1:]))
         a, rate = np.abs(np.diff(speeds)) / self.period, np.abs(np.diff(turns)) / self.period
         tangent = np.tan(angle)
         secant = 1.0 + tangent**2
@@ -173,7 +188,10 @@ class Bicycle(Vehicle):
 
     def _reaching(self, motion: Motion, x: float, y: float) -> Command:
         share, half, size = self.lever / self.wheelbase, 0.5 * self.period, hypot(x, y)
-        steering, speed = motion.turn, max(0.0, x * cos(motion.heading) + y * sin(motion.heading))
+        steering, speed = motion.turn, x * cos(motion.heading) + y * sin(motion.heading)
+        # Backwards the velocity is opposite to the course.
+        side = -1.0 if speed < 0.0 < self.max_reverse_speed else 1.0
+        x, y, speed = side * x, side * y, side * max(0.0, side * speed)
         if size < CREEPING:
             return Command(speed, steering)
         course, before = atan2(y, x), self.turn_rate(motion.speed, motion.turn)
@@ -184,13 +202,14 @@ class Bicycle(Vehicle):
             angle = (course - motion.heading - turned + pi) % (2.0 * pi) - pi
             last, angle = steering, min(max(angle, -STEEPEST_COURSE), STEEPEST_COURSE)
             steering = min(max(atan(tan(angle) / share), -self.max_steering), self.max_steering)
-            speed = max(0.0, size * cos(angle))
+            speed = side * max(0.0, size * cos(angle))
             if abs(steering - last) <= 1e-14:
                 break
         return Command(speed, steering)
 
     def within_limits(self, motion: Motion, wanted: Command) -> Command:
         a, rate = self.max_acceleration * self.period, self.max_steering_rate * self.period
-        speed = min(max(wanted.speed, motion.speed - a, 0.0), max(motion.speed + a, 0.0), self.max_speed)
+        slowest = -self.max_reverse_speed
+        speed = min(max(wanted.speed, motion.speed - a, slowest), max(motion.speed + a, slowest), self.max_speed)
         turn = min(max(wanted.turn, motion.turn - rate), motion.turn + rate)
         return Command(speed, min(max(turn, -self.max_steering), self.max_steering))

@@ -107,6 +107,11 @@ class BodyMotion(Unsteered):
             return np.asarray((1.0 - s) ** 2 * d[0] + 2.0 * s * (1.0 - s) * d[1] + s * s * d[2])
         return np.asarray(2.0 * ((1.0 - s) * (d[1] - d[0]) + s * (d[2] - d[1])) / h[..., None])
 
+    @property
+    def start(self) -> State:
+        """Position and velocity at time 0."""
+        return State(self._at(np.zeros(()), 0), self._at(np.zeros(()), 1))
+
     def knots(self, horizon: float, speed_bound: float) -> Array:
         inner = self.times[(self.times > 0.0) & (self.times < horizon - 1e-9)]
         return np.concatenate([[0.0], inner, [horizon]])

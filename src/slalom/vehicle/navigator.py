@@ -1,9 +1,10 @@
 """Decisions of a vehicle that are judged by the motion of its body, not of the point that it decides for."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, hypot
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,12 +19,23 @@ from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.response import AccelerateThenBrake
-from slalom.shape import Disc, Rectangle
+from slalom.shape import Capsule, Disc, Rectangle
 from slalom.state import State
-from slalom.tolerances import CONTACT_SLACK, GROWTHS
-from slalom.vehicle.motion import BodyMotion, hermite_error
+from slalom.tolerances import CONTACT_SLACK, GROWTHS, TIME, TRACKING_RESERVE, TURN_RESERVES
 from slalom.vehicle.pose import POSE, Command, Pose
 from slalom.vehicle.vehicle import Vehicle
+
+
+class Moment(NamedTuple):
+    """The inputs of one decision."""
+
+    pose: Pose
+    state: State
+    obstacles: Obstacles
+    window: ObstacleWindow
+    aim: Goal
+    now: float
+    previous: "VehicleDecision | None"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +49,8 @@ class VehicleDecision:
         motions: (k, 5) position [m], heading [rad], speed [m/s] and turn of the vehicle under the commands, at the ends
             of all periods up to the horizon.
         collision: [s] from now of the first collision of the body on that motion; inf if there is none.
-        plan: the decision of the point.
+        plan: the decision of the point; None for other manoeuvres.
+        reverses_until: [s] end of a reversal; None for other manoeuvres.
     """
 
     command: Command
@@ -46,6 +59,7 @@ class VehicleDecision:
     motions: Array
     collision: float
     plan: Decision | None
+    reverses_until: float | None = None
 
 
 @dataclass(frozen=True)
@@ -54,10 +68,11 @@ class VehicleNavigator:
 
     Plans of the point ahead of the axle come from `Navigator`. The commands that follow a plan, within all limits, are
     integrated up to the horizon. The clearance of the body on that motion decides (certified in continuous time). So
-    neither the distance of the point from the body nor any tracking error is lost. Plans are computed for a robot that
-    grows from the width of the body. The largest one is the disc about the point that contains the body at every
-    heading. The first clear one is chosen. Without one, the manoeuvre goes on if it is clear. Otherwise the latest
-    collision among all of them, and braking, is chosen.
+    neither the distance of the point from the body nor any tracking error is lost. Plans are computed for robots of
+    several shapes about the point. The first one is a disc as wide as the body, larger ones follow, and the last disc
+    contains the body at every heading. Then comes the body at its present heading. The first plan with a clear motion
+    is chosen. Without one, the manoeuvre goes on if it is clear. Otherwise a bicycle that may reverse leaves backwards.
+    Without a clear motion, the latest collision among all of them, and braking, is chosen.
 
     Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched.
 
@@ -67,6 +82,7 @@ class VehicleNavigator:
             a rectangle, which adds hypot(width, length / discs) / 2 - width / 2 at its sides.
         center: [m] of the middle of the body ahead of the axle.
         horizon, margin, holds, patience: as of `Navigator`. limits: of the point; None: all that the wheels may do.
+        reverse_after: [s] without progress after which a bicycle reverses, if it would stay without moving obstacles.
     """
 
     vehicle: Vehicle
@@ -79,6 +95,7 @@ class VehicleNavigator:
     holds: tuple[float, ...] = HOLDS
     patience: float = 0.1
     limits: Limits | None = None
+    reverse_after: float = 3.0
 
     def __post_init__(self) -> None:
         has(self.vehicle, ("lever", "follow"), "a vehicle, such as DifferentialDrive", "vehicle")
@@ -91,6 +108,7 @@ class VehicleNavigator:
             has(self.limits, *LIMITS, "limits")
         positive(self.horizon, "horizon")
         not_negative(self.margin, "margin")
+        object.__setattr__(self, "reverse_after", not_negative(self.reverse_after, "reverse_after"))
         self._navigators  # noqa: B018  # refuses what a navigator refuses
 
     @cached_property
@@ -114,12 +132,22 @@ class VehicleNavigator:
                 self.limits or self.vehicle.free_limits,
                 period=self.vehicle.period,
                 horizon=self.horizon,
-                margin=self.margin,
+                margin=self.margin + TRACKING_RESERVE * self.vehicle.tracking_error,
                 holds=self.holds,
                 patience=self.patience,
             )
             for growth in dict.fromkeys(GROWTHS if most > least else (0.0,))
         )
+
+    def _proposing(self, pose: Pose) -> Iterator[Navigator]:
+        """The navigators of the point in the order in which their plans are tried."""
+        yield from self._navigators
+        if len(self._navigators) > 1:
+            ahead = [0.0, *(each - self.vehicle.lever for each, _ in self.discs_of_body)]
+            first, e = self._navigators[0], pose.direction
+            for turn in TURN_RESERVES:
+                radius = first.robot.bounding_radius + turn * (max(ahead) - min(ahead))
+                yield replace(first, robot=Capsule(min(ahead) * e, max(ahead) * e, radius))
 
     def decide(
         self,
@@ -139,63 +167,83 @@ class VehicleNavigator:
         number(now, "now")
         if previous is not None:
             has(previous, ("manoeuvre", "plan"), "a VehicleDecision", "previous")
-        state, window = self.vehicle.state(pose), None
-        rejected: list[VehicleDecision] = []
-        for manoeuvre, plan in self._plans(state, pose, obstacles, goal, now, previous):
-            if window is None:
-                window = self._navigators[0].predict(obstacles, state, now)
-            if any(manoeuvre is other.manoeuvre for other in rejected):
-                continue
-            found = self._judged(pose, manoeuvre, plan, window, now)
+        state = self.vehicle.state(pose)
+        window = self._navigators[0].predict(obstacles, state, now)
+        moment = Moment(pose, state, obstacles, window, self.vehicle.goal(pose, goal, now), now, previous)
+        if previous is not None and previous.reverses_until is not None and now < previous.reverses_until - TIME:
+            found = self._judged(moment, previous.manoeuvre, None, previous.reverses_until)
             if found.collision == np.inf:
                 return found
+        rejected: list[VehicleDecision] = []
+        for manoeuvre, plan in self._plans(moment):
+            if any(manoeuvre is other.manoeuvre for other in rejected):
+                continue
+            found = self._judged(moment, manoeuvre, plan)
+            if found.collision == np.inf:
+                stalled = plan is not None and plan.stalled >= self.reverse_after
+                return (self._reversal(moment) if stalled and self._is_blocked(moment) else None) or found
             rejected.append(found)
-        return max(rejected, key=lambda one: one.collision)
+        return self._reversal(moment) or max(rejected, key=lambda one: one.collision)
 
-    def _plans(
-        self,
-        state: State,
-        pose: Pose,
-        obstacles: Obstacles,
-        goal: Goal,
-        now: float,
-        previous: VehicleDecision | None,
-    ) -> Iterator[tuple[Manoeuvre, Decision | None]]:
+    def _plans(self, moment: Moment) -> Iterator[tuple[Manoeuvre, Decision | None]]:
         """Manoeuvres of the point in the order in which they are tried."""
-        aim = self.vehicle.goal(pose, goal, now)
-        before = None if previous is None else previous.plan
-        for navigator in self._navigators:
-            plan = navigator.decide(state, obstacles, aim, now=now, previous=before)
-            yield plan.manoeuvre, plan
+        state, now, previous = moment.state, moment.now, moment.previous
+        before, unsafe = None if previous is None else previous.plan, list[Decision]()
+        for navigator in self._proposing(moment.pose):
+            plan = navigator.decide(state, moment.obstacles, moment.aim, now=now, previous=before)
+            if plan.safe:
+                yield plan.manoeuvre, plan
+            else:
+                # The shape overlaps an obstacle, which the body need not do.
+                unsafe.append(plan)
         if previous is not None:
             yield previous.manoeuvre, previous.plan
+        yield from ((plan.manoeuvre, plan) for plan in unsafe)
         brake = max(self.vehicle.period, hypot(*state.velocity) / self.vehicle.feedback)
         stop = AccelerateThenBrake(self.vehicle.period, brake)
         yield Manoeuvre(stop, state, -state.velocity / (brake + self.vehicle.period), now), None
 
+    def _is_blocked(self, moment: Moment) -> bool:
+        """Whether the vehicle would stay near this place among the obstacles at rest alone."""
+        lasting = [each for each in moment.window.obstacles if each.at_rest]
+        plan = self._navigators[0].decide(moment.state, lasting, moment.aim, now=moment.now)
+        motions = self.vehicle.follow(moment.pose, plan.manoeuvre, moment.now, self._periods)
+        return self.vehicle.period * float(np.abs(motions[:, 3]).sum()) < self.vehicle.lever
+
+    def _reversal(self, moment: Moment) -> VehicleDecision | None:
+        """The first way out backwards without a collision; None if there is none."""
+        for motions in self.vehicle.ways_out(moment.pose, self._periods):
+            if self._first_collision(motions, moment.window) == np.inf:
+                point = self.vehicle.body_motion(motions, self.vehicle.lever)
+                until = moment.now + self.vehicle.period * float(np.flatnonzero(motions[:, 3]).max(initial=0) + 1)
+                return self._judged(moment, Manoeuvre(point, point.start, np.zeros(2), moment.now), None, until)
+        return None
+
+    @property
+    def _periods(self) -> int:
+        """Periods up to the horizon."""
+        return ceil(self.horizon / self.vehicle.period - 1e-9)
+
     def _judged(
-        self, pose: Pose, manoeuvre: Manoeuvre, plan: Decision | None, window: ObstacleWindow, now: float
+        self, moment: Moment, manoeuvre: Manoeuvre, plan: Decision | None, reverses_until: float | None = None
     ) -> VehicleDecision:
         """The decision for a manoeuvre: its command, and the first collision of the body."""
-        periods = ceil(self.horizon / self.vehicle.period - 1e-9)
-        motions = self.vehicle.follow(pose, manoeuvre, now, periods)
+        motions = self.vehicle.follow(moment.pose, manoeuvre, moment.now, self._periods)
         command = Command(float(motions[1, 3]), float(motions[1, 4]))
-        collision = min(self._collision(motions, ahead, disc, window) for ahead, disc in self.discs_of_body)
+        collision = self._first_collision(motions, moment.window)
         outcome = Outcome.DELAYED
         if collision == np.inf:
             outcome = Outcome.CONTINUED if plan is None or not plan.outcome.safe else plan.outcome
-        return VehicleDecision(command, manoeuvre, outcome, motions, collision, plan)
+        return VehicleDecision(command, manoeuvre, outcome, motions, collision, plan, reverses_until)
+
+    def _first_collision(self, motions: Array, window: ObstacleWindow) -> float:
+        """Time [s] of the first collision of the body, with the margin that it can keep."""
+        return min(self._collision(motions, ahead, disc, window) for ahead, disc in self.discs_of_body)
 
     def _collision(self, motions: Array, ahead: float, disc: Disc, window: ObstacleWindow) -> float:
         """Time [s] of the first collision of a disc `ahead` [m] of the axle, with the margin that it can keep."""
-        vehicle, h = self.vehicle, self.vehicle.period
-        e = np.stack([np.cos(motions[:, 2]), np.sin(motions[:, 2])], axis=1)
-        rates = np.array([vehicle.turn_rate(speed, turn) for speed, turn in motions[:, 3:].tolist()])
-        path: Array = motions[:, :2] + ahead * e
-        velocities: Array = motions[:, 3:4] * e + (ahead * rates)[:, None] * np.stack([-e[:, 1], e[:, 0]], axis=1)
-        error = hermite_error(motions[:, 3], vehicle.turning(motions[:, 3], motions[:, 4]), ahead, h)
-        motion = BodyMotion(h * np.arange(len(motions), dtype=np.float64), path, velocities, error)
-        state = State(path[0], velocities[0])
+        motion = self.vehicle.body_motion(motions, ahead)
+        state = motion.start
         clearances = ControlObstacle(motion, state, window, disc).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin)
         return float(ControlObstacle(motion, state, window, disc, kept).time_to_collision(np.zeros(2)))

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from itertools import pairwise
-from math import cos, hypot, sin
+from math import cos, hypot, sin, sqrt
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.shape import Disc
 from slalom.state import State
-from slalom.vehicle.motion import Motion, Turning, driven
+from slalom.tolerances import CREEPING
+from slalom.vehicle.motion import BodyMotion, Motion, Turning, driven, hermite_error
 from slalom.vehicle.pose import POSE, Command, Pose, goal_of_point
 
 
@@ -169,6 +170,40 @@ class Vehicle(ABC):
             motion = driven(motion, command.speed, command.turn, self.period, self.turn_rate)
             motions.append(motion)
         return np.array(motions)
+
+    def body_motion(self, motions: Array, ahead: float) -> BodyMotion:
+        """The motion of the body's point `ahead` [m] of the axle, from `motions` as of `follow`."""
+        e = np.stack([np.cos(motions[:, 2]), np.sin(motions[:, 2])], axis=1)
+        rates = np.array([self.turn_rate(speed, turn) for speed, turn in motions[:, 3:].tolist()])
+        path: Array = motions[:, :2] + ahead * e
+        velocities: Array = motions[:, 3:4] * e + (ahead * rates)[:, None] * np.stack([-e[:, 1], e[:, 0]], axis=1)
+        error = hermite_error(motions[:, 3], self.turning(motions[:, 3], motions[:, 4]), ahead, self.period)
+        return BodyMotion(self.period * np.arange(len(motions), dtype=np.float64), path, velocities, error)
+
+    def standing_after(self, pose: Pose, distance: float, turn: float, periods: int) -> Array:
+        """Motions (periods + 1, 5), as of `follow`, that drive at most a `distance` [m] with `turn`, and then stand.
+
+        A distance below 0 is driven backwards. All limits are obeyed. The last period is at rest, if braking permits.
+        """
+        side, left, h, a = (1.0 if distance > 0.0 else -1.0), abs(distance), self.period, self.feedback
+        motion, motions = motion_of(pose), [motion_of(pose)]
+        for k in range(periods):
+            before = side * motion.speed
+            # To change the speed takes this period, and to brake from then on whole periods.
+            room = max(left - 0.5 * h * max(before, 0.0), 0.0)
+            speed = a * min(sqrt(h * h + 2.0 * room / a) - h, (periods - 2 - k) * h)
+            command = self.within_limits(motion, Command(side * speed if speed > CREEPING else 0.0, turn))
+            motion = driven(motion, command.speed, command.turn, h, self.turn_rate)
+            left -= max(0.5 * h * (before + side * motion.speed), 0.0)
+            motions.append(motion)
+        return np.array(motions)
+
+    def ways_out(self, pose: Pose, periods: int) -> list[Array]:
+        """Motions as of `follow` that leave a place backwards, in the order in which they are tried.
+
+        There are none for a vehicle whose plans leave every place, or that never reverses.
+        """
+        return []
 
 
 def motion_of(pose: Pose) -> Motion:
