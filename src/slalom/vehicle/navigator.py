@@ -27,7 +27,12 @@ from slalom.vehicle.vehicle import Vehicle
 
 
 class Moment(NamedTuple):
-    """The inputs of one decision."""
+    """The inputs of one decision.
+
+    Attributes:
+        state: of the point, at `pose`. aim: its goal. window: the `obstacles` on their predicted trajectories.
+        now: [s]. previous: the decision before; None at the start.
+    """
 
     pose: Pose
     state: State
@@ -166,7 +171,7 @@ class VehicleNavigator:
         has(pose, *POSE, "pose")
         number(now, "now")
         if previous is not None:
-            has(previous, ("manoeuvre", "plan"), "a VehicleDecision", "previous")
+            has(previous, ("manoeuvre", "plan", "reverses_until"), "a VehicleDecision", "previous")
         state = self.vehicle.state(pose)
         window = self._navigators[0].predict(obstacles, state, now)
         moment = Moment(pose, state, obstacles, window, self.vehicle.goal(pose, goal, now), now, previous)
