@@ -159,8 +159,12 @@ class Bicycle(Vehicle):
         distance = 2.0 * radius + hypot(*to_go)
         return Goal(Stationary(place + distance * np.array([cos(angle), sin(angle)])), radius)
 
+    @property
+    def leaves_backwards(self) -> bool:
+        return self.max_reverse_speed > 0.0
+
     def ways_out(self, pose: Pose, periods: int) -> list[Array]:
-        if self.max_reverse_speed == 0.0:
+        if not self.leaves_backwards:
             return []
         turns = (0.0, self.max_steering, -self.max_steering)
         return [

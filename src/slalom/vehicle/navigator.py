@@ -185,7 +185,7 @@ class VehicleNavigator:
                 continue
             found = self._judged(moment, manoeuvre, plan)
             if found.collision == np.inf:
-                stalled = plan is not None and plan.stalled >= self.reverse_after
+                stalled = plan is not None and plan.stalled >= self.reverse_after and self.vehicle.leaves_backwards
                 return (self._reversal(moment) if stalled and self._is_blocked(moment) else None) or found
             rejected.append(found)
         return self._reversal(moment) or max(rejected, key=lambda one: one.collision)

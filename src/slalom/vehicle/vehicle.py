@@ -198,11 +198,13 @@ class Vehicle(ABC):
             motions.append(motion)
         return np.array(motions)
 
-    def ways_out(self, pose: Pose, periods: int) -> list[Array]:
-        """Motions as of `follow` that leave a place backwards, in the order in which they are tried.
+    @property
+    def leaves_backwards(self) -> bool:
+        """Whether there are `ways_out`: not for a vehicle whose plans leave every place, or that never reverses."""
+        return False
 
-        There are none for a vehicle whose plans leave every place, or that never reverses.
-        """
+    def ways_out(self, pose: Pose, periods: int) -> list[Array]:
+        """Motions as of `follow` that leave a place backwards, in the order in which they are tried."""
         return []
 
 
