@@ -74,7 +74,8 @@ class PolicyTables:
     def _filled(self, robots: RobotTable) -> RobotTable:
         """The table with the shape and the limits of the robot in row 0."""
         robot, limits = self.robot, self.robot.limits
-        robots.each["skeleton"][1:] = self._skeletons.kind[-1]
+        # Nothing is known of the limits of others: they are taken to be as fast as any.
+        robots.each["skeleton"][1:], robots.each["max_speed"][1:] = self._skeletons.kind[-1], np.inf
         own = robots.each[:1]
         own["margin"], own["rounding"] = self._margin, self._skeletons.rounding[0]
         own["radius"], own["braking"] = robot.robot.bounding_radius, limits.braking

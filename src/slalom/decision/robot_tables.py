@@ -97,13 +97,10 @@ def reaches(each: Records[Robot], horizon: float) -> Array:
 
 
 def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> None:
-    """Put others into all rows but the first: on their predicted paths, see `Tracks.paths`.
-
-    Nothing is known of their limits: they are taken to be as fast as any.
-    """
+    """Put others into all rows but the first: on their predicted paths, see `Tracks.paths`."""
     d, states, each = others.dimension, others.states, robots.each[1:]
     each["position"][:, :d], each["velocity"][:, :d] = states[:, 0], states[:, 1]
-    each["acceleration"][:, :d], each["priority"], each["max_speed"] = states[:, 2], 1.0, np.inf
+    each["acceleration"][:, :d], each["priority"] = states[:, 2], 1.0
     each["rounding"] = each["radius"] = others.radii
     robots.observed.times[1:], robots.observed.points[1:, ..., :d] = times, points
 

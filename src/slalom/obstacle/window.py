@@ -59,8 +59,10 @@ class ObstacleWindow:
     @classmethod
     def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
         """The obstacles as a forecast predicts them at `start` [s]; later ones only if the forecast contains them."""
+        if not len(all_given := listed(obstacles)):
+            return cls(all_given, start, horizon)
         exact, given = isinstance(forecast, EXACT), list[Obstacle | ObstacleTable | Tracks]()
-        for one in listed(obstacles):
+        for one in all_given:
             if isinstance(one, ObstacleTable):
                 table, others = one.split(at_rest=not exact)
                 given += [table, *others]
