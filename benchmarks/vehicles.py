@@ -148,7 +148,7 @@ class Quadrotor:
         self.scenario, self.error = scenario, QUADROTOR_ERROR[name]
         self.limits, self.body = robot.limits, Disc(robot.shape.bounding_radius + self.error)
         hover = np.sqrt(params["mass"] * 9.81 / (4.0 * params["k_eta"]))
-        # Measured with the body: rotors turn faster in flight than in hover, which adds to both kinds of drag.
+        # Fitted to runs of these scenarios: rotors turn faster in flight than in hover, which adds drag.
         self.drag = 4.4 * hover * params["k_d"] / params["mass"], 1.65 * params["c_Dx"] / params["mass"]
         self.now = {"x": np.append(robot.state.position, 0.0), "v": np.append(robot.state.velocity, 0.0)}
         self.now |= {"q": np.array([0.0, 0.0, 0.0, 1.0]), "w": np.zeros(3), "wind": np.zeros(3)}
