@@ -43,8 +43,8 @@ class Bicycle(Vehicle):
 
     Every command obeys -`max_reverse_speed` <= speed <= `max_speed` [m/s], |steering| <= `max_steering` [rad], and the
     rates `max_acceleration` [m/s^2] and `max_steering_rate` [rad/s]. The vehicle decides for the point `ahead` [m] of
-    the rear axle. Its plans start from rest along its course and stop. It reverses only to leave a place, see
-    `VehicleNavigator`.
+    the rear axle. Plans within `limits` start from rest along its course and never reverse. `VehicleNavigator` also has
+    manoeuvres that leave a place backwards.
 
     Attributes:
         ahead: [m]; the wheelbase by default.

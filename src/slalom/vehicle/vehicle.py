@@ -56,7 +56,7 @@ class Vehicle(ABC):
     @property
     @abstractmethod
     def reverses(self) -> bool:
-        """Whether the vehicle drives backwards."""
+        """Whether plans of the point drive the vehicle backwards, and it may arrive so."""
 
     @property
     @abstractmethod
