@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 
 from slalom.kernels.guidance.early_rejection import may_encounter, may_enter_circle, robot_rows
+from slalom.tolerances import CIRCLE_ARC
 
 SIZES = st.integers(1, 70)
 
@@ -32,15 +33,16 @@ def encounters(rows, present, position, velocity, radius, end, closer):
     return found
 
 
-def entries(rows, present, circle):
-    """The numbers of the robots on a circle or on their way into it."""
+def entries(rows, present, circle, own):
+    """The numbers of the robots on a circle or on their way into it, about `own` [m] away from its centre."""
     found = []
     for k in np.flatnonzero(present):
         x, y, vx, vy, radius = rows.exact[:5, k]
         to, size = circle[:2] - (x, y), circle[2] + 2.0 * radius
         speed = max(float(np.hypot(vx, vy)), 1e-9)
         along, across = (to[0] * vx + to[1] * vy) / speed, abs(vx * to[1] - vy * to[0]) / speed
-        if (along > 0.0 and across < size) or np.linalg.norm(to) < size:
+        as_far = abs(np.linalg.norm(to) - own) <= CIRCLE_ARC * circle[2] + 2.0 * radius
+        if as_far and ((along > 0.0 and across < size) or np.linalg.norm(to) < size):
             found.append(k)
     return found
 
@@ -55,12 +57,12 @@ def test_no_robot_that_is_encountered_is_discarded(n, size, seed, closer, end):
     assert present[found].all()
 
 
-@given(SIZES, st.floats(1.0, 3000.0), st.integers(0, 10**6), st.floats(0.0, 30.0))
-def test_no_robot_that_enters_a_circle_is_discarded(n, size, seed, radius):
+@given(SIZES, st.floats(1.0, 3000.0), st.integers(0, 10**6), st.floats(0.0, 30.0), st.floats(0.0, 1.0))
+def test_no_robot_that_enters_a_circle_is_discarded(n, size, seed, radius, share):
     rows, present = crowd(n, size, seed)
-    circle = np.array([0.3 * size, -0.1 * size, radius, 1.0])
-    found = rows.candidates[: may_enter_circle(circle, rows)]
-    assert set(entries(rows, present, circle)) <= set(found)
+    circle, own = np.array([0.3 * size, -0.1 * size, radius, 1.0]), share * size
+    found = rows.candidates[: may_enter_circle(circle, own, rows)]
+    assert set(entries(rows, present, circle, own)) <= set(found)
     assert present[found].all()
 
 
@@ -73,4 +75,5 @@ def test_few_others_pass(far):
         passed = may_encounter(position, velocity, 0.5, 300.0, 1.3, rows)
         assert passed <= 1.05 * len(encounters(rows, present, position, velocity, 0.5, 300.0, 1.3)) + 2
         circle = np.array([*position, 10.0, 1.0])
-        assert may_enter_circle(circle, rows) <= 1.05 * len(entries(rows, present, circle)) + 2
+        for own in (15.0, 300.0):
+            assert may_enter_circle(circle, own, rows) <= 1.05 * len(entries(rows, present, circle, own)) + 2

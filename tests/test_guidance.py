@@ -1,5 +1,7 @@
 """Targets of robots that share the plane: paths around obstacles at rest, traffic circles, priority inheritance."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from draws import draws
@@ -13,7 +15,6 @@ from slalom.kernels.guidance.grid_astar import (
     new_path_search,
     path_lengths,
     path_to_goal,
-    shortest_path,
 )
 from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
@@ -21,7 +22,7 @@ from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.run.guidance import GuidedRun
 from slalom.sim.run.robot_states import RobotStates
-from slalom.tolerances import PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
+from slalom.tolerances import BUCKET_WIDTH, PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
 
 MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]
 
@@ -58,14 +59,13 @@ class TestPaths:
                             each = max(each, cost[middle], cost[other])
                         slow[x, y] = min(slow[x, y], slow[u, v] + np.hypot(a, b) * each)
         search = new_path_search(cost)
-        _, most = path_lengths(cost, goal, (-1, -1), np.inf, search)
+        path_lengths(cost, goal, (-1, -1), search)
         found = search.lengths.reshape(cost.shape)
         assert all(found[cell] == pytest.approx(slow[cell]) for cell in cells)
-        assert most == np.inf
 
     @pytest.mark.parametrize("seed", range(30))
-    def test_few_cells_tell_the_same_way_as_all(self, seed):
-        """On maps with discs and walls; where they do not, it says so."""
+    def test_no_path_is_much_shorter(self, seed):
+        """On maps with discs and walls, against the lengths of the paths from all cells."""
         rng, n = np.random.default_rng(seed), 60
         x, y = np.indices((n, n))
         cost = np.ones((n, n))
@@ -77,24 +77,24 @@ class TestPaths:
             cost[a : a + 30, b] = WALL_COST
         ends = rng.integers(0, n, 4)
         goal, start = tuple(ends[:2]), tuple(ends[2:])
-        some, all_cells = new_path_search(cost), new_path_search(cost)
-        _, most = path_lengths(cost, goal, start, 6.0, some)
-        path_lengths(cost, goal, start, np.inf, all_cells)
-        few, every = some.lengths.reshape(n, n), all_cells.lengths.reshape(n, n)
-        # The shortest path in 16 directions where all cells are free, as the sum of two moves.
-        far, near = np.maximum(abs(x - ends[2]), abs(y - ends[3])), np.minimum(abs(x - ends[2]), abs(y - ends[3]))
-        steep = np.maximum(2 * near - far, 0)
-        straight = np.maximum(far - 2 * near, 0) + np.hypot(1, 1) * steep + np.hypot(1, 2) * (near - steep)
-        known = every + straight <= most - 1e-9
-        np.testing.assert_array_equal(few[known], every[known])
-        assert np.all(few >= every)
-        assert np.isfinite(few).sum() < np.isfinite(every).sum()
-        whole, path = shortest_path((n, n), start, np.inf, all_cells), shortest_path((n, n), start, most, some)
-        assert path == whole or not path
-        assert whole[-1] == goal
-        search = new_path_search(cost)
+        every, search = new_path_search(cost), new_path_search(cost)
+        path_lengths(cost, goal, (-1, -1), every)
+        lengths, path = every.lengths.reshape(n, n), path_to_goal(cost, goal, start, search)
+        assert path[0] == start
+        assert path[-1] == goal
+        assert np.isinf(search.lengths).all()
         # A second search in the same memory finds the same.
-        assert path_to_goal(cost, goal, start, search) == path_to_goal(cost, goal, start, search) == whole
+        assert path_to_goal(cost, goal, start, search) == path
+        length = 0.0
+        for one, other in pairwise(path):
+            step = np.array(other) - one
+            if abs(step).sum() == 3:
+                middle = np.sign(step) * (abs(step) == 2)
+                crossed = [cost[tuple(one + middle)], cost[tuple(other - middle)]]
+            else:
+                crossed = []
+            length += np.hypot(*step) * max(0.5 * (cost[one] + cost[other]), *crossed, 0.0)
+        assert lengths[start] - 1e-9 <= length <= lengths[start] + BUCKET_WIDTH
 
     def test_robots_that_have_arrived_and_walls_are_gone_around(self):
         clearance = np.full((41, 41), np.inf)
@@ -172,6 +172,36 @@ class TestTrafficCircles:
         circle_around(0.5, found, 3, ring)
         assert ring[3] == 2
         assert ring[0] == pytest.approx(0.25)
+
+    def test_robots_that_have_arrived_keep_no_circle(self):
+        """They drift at their goals beside the way of the robot, by rounding towards the centre of its circle."""
+        guide = GuidedRun(RobotStates(fleet([(0.0, 0.0), (2.5, 1.5)], [(9.0, 0.0), (2.5, 1.5)]))).guide
+        guide.velocity[1, 1] = -1e-9
+        for arrived in (False, True):
+            guide.arrived[1] = arrived
+            guide.circle[0] = (2.5, 0.0, 1.2, 2.0)
+            update_targets(np.arange(1), guide)
+            assert (guide.circle[0, 2] > 0.0) != arrived
+            assert np.array_equal(guide.target[0], guide.goal[0]) == arrived
+
+    def test_robots_that_come_later_do_not_enlarge_the_circle(self):
+        """Forty robots are on their way to the place where two others meet long before."""
+        angles = np.linspace(0.1, 2.0 * np.pi, 40)
+        far = 120.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        positions = np.array([(-10.0, 0.1), (10.0, 0.0), *far])
+        goals = np.array([(9.0, 0.0), (-9.0, 0.0), *-far])
+        found = []
+        for count in (2, len(positions)):
+            guide = GuidedRun(RobotStates(fleet(positions[:count], goals[:count]))).guide
+            guide.velocity[:, :2] = 0.012 * (goals - positions)[:count]
+            guide.velocity[:2, 0] = (1.5, -1.5)
+            for _ in range(3):
+                update_targets(np.arange(count), guide)
+            found.append((guide.circle[:2].copy(), guide.target[:2].copy()))
+        (circle, target), (among, guided) = found
+        assert np.all(circle[:, 2] > 0.0)
+        assert np.array_equal(circle, among)
+        assert np.array_equal(target, guided)
 
 
 class TestPriorityInheritance:

@@ -23,7 +23,7 @@ from slalom.tolerances import VIEW_PREDICTED, VIEW_PROJECTION_GRID
 @pytest.fixture(scope="module")
 def ring() -> Recording:
     """Robots on a circle, which guidance leads around its middle."""
-    settings = {"robots": 70, "radius": 60.0, "duration": 2.0}
+    settings = {"robots": 70, "radius": 60.0, "duration": 9.0}
     return simulate(gallery.build("circle", settings), method("nao_shared"))
 
 
@@ -31,7 +31,7 @@ def test_the_preferred_control_of_a_robot_among_others_is_that_of_its_decision(r
     """A decision that was free of collisions chose the preferred control: the picture shows the same one."""
     found, own = recorded(ring), method("nao_shared")
     targets, clear, guided = Targets(found.scenario), 0, 0
-    for k in (0, 5, 13):
+    for k in (0, 5, 80):
         for robot in range(0, 70, 7):
             goal = targets.goal(found.steps, k, robot)
             seen = seen_among(found.scenario, own, found.steps, k, robot, goal)
@@ -77,9 +77,9 @@ def test_robots_that_are_left_out_can_be_met_by_no_drawn_control(monkeypatch: py
 def test_a_contact_that_the_others_help_to_avoid_is_said_to_be_so() -> None:
     session = Session(gallery.build("circle", {"robots": 20, "radius": 14.0}), method("nao"))
     session.opening()
-    session.more(40)
+    session.more(110)
     told = []
-    for k in range(8, 40, 8):
+    for k in range(70, 110, 8):
         for session.robot in range(0, 20, 3):
             seen = session._seen(k)
             assert seen is not None

@@ -25,6 +25,7 @@ from slalom import (
     State,
     Stationary,
     Tracks,
+    Union,
 )
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim.run.robot_states import integrate
@@ -124,6 +125,43 @@ def test_robots_of_a_fleet_press_none_into_a_wall() -> None:
         assert positions[:, 1].min() >= RADIUS - SHALLOW_OVERLAP - CONTACT_SLACK
         if k == 0:
             assert decided.outcomes[0] is Outcome.ESCAPING
+
+
+CORNER = Obstacle(
+    Union((Polyline([(-9.0, 0.0), (9.0, 0.0)], radius=0.05), Polyline([(0.0, 0.0), (0.0, 4.0)], radius=0.05))),
+    Stationary((0.0, 0.0)),
+    "corner",
+)
+
+
+def depths(shape: Shape, state: State) -> np.ndarray:
+    """The depth (2,) [m] of a robot in each wall of the corner."""
+    window = ObstacleWindow([CORNER], 0.0, 1.0)
+    return window.bodies(shape).radius - window.distances(shape, state.position)[0]
+
+
+@pytest.mark.parametrize("method", ["vo", "avo", "nao"])
+@pytest.mark.parametrize("shape", [Disc(RADIUS), Rectangle(2.0 * RADIUS, 2.0 * RADIUS)], ids=["disc", "square"])
+@settings(max_examples=25, deadline=None)
+@given(
+    st.tuples(*[st.sampled_from([-0.01, 0.0, 0.005, 0.02, 0.1])] * 2),
+    st.tuples(st.floats(0.0, 0.4), st.floats(0.0, 0.4)),
+)
+def test_a_robot_that_brakes_too_late_crosses_no_wall(
+    shape: Shape, method: str, deep: tuple[float, float], toward: tuple[float, float]
+) -> None:
+    """It moves into two walls, which are one obstacle, and gets at most three braking distances deeper."""
+    most_braking = 2.0
+    robot = Navigator(METHODS[method], shape, Limits(1.5, most_braking), period=PERIOD)
+    state = State((deep[0] - RADIUS - 0.05, RADIUS + 0.05 - deep[1]), (toward[0], -toward[1]))
+    braking = np.array([toward[1], toward[0]]) * np.hypot(*toward) / (2.0 * most_braking)
+    allowed = np.maximum(depths(shape, state), SHALLOW_OVERLAP) + 3.0 * braking + 5.0 * SHALLOW_OVERLAP
+    previous = None
+    for k in range(12):
+        goal = Goal(Stationary((3.0, 3.0)), 0.2)
+        previous = robot.decide(state, [CORNER], goal, now=k * PERIOD, previous=previous)
+        state = drive(state, previous.manoeuvre.mean_acceleration(k * PERIOD, PERIOD), PERIOD)
+        assert np.all(depths(shape, state) <= allowed)
 
 
 def test_a_robot_leaves_a_polygon_that_holds_its_center() -> None:

@@ -24,6 +24,7 @@ from slalom import (
     State,
     Stationary,
     Tracks,
+    Union,
 )
 from slalom.errors import InvalidInput
 from slalom.sim import gallery, simulate
@@ -261,3 +262,26 @@ def test_a_fleet_avoids_tracks_that_do_not_avoid_it() -> None:
         nearest = min(nearest, float(apart.min()))
     assert nearest >= 0.7
     assert np.linalg.norm(positions - targets, axis=1).max() < 0.5
+
+
+def test_walls_one_by_one_and_together_lead_to_the_same_motion() -> None:
+    """A ball about each of them, far larger than the wall, once made every motion cost more than none."""
+    ends = [
+        ((-1.19, -0.28), (-1.19, 4.21)),
+        ((2.21, 6.4), (2.21, 9.2)),
+        ((-7.9, -7.65), (-3.5, -7.65)),
+        ((0.55, -6.81), (0.55, -4.41)),
+        ((8.0, -2.76), (13.9, -2.76)),
+        ((-11.07, 4.85), (-11.07, 10.4)),
+    ]
+    lines = [Polyline(end, radius=0.05) for end in ends]
+    still, found = Stationary((0.0, 0.0)), []
+    for walls in ([Obstacle(line, still) for line in lines], [Obstacle(Union(tuple(lines)), still)]):
+        fleet = Fleet(METHODS["nao_shared"], Disc(0.29), Limits(1.31, 2.96), robots=1, period=0.1)
+        position, velocity = np.array([[-0.187, 4.855]]), np.zeros((1, 2))
+        for k in range(80):
+            decided = fleet.step(0.1 * k, position, velocity, np.array([[-0.7, -0.43]]), others=walls)
+            position, velocity = integrate(position, velocity, decided.accelerations, 0.1)
+        found.append(position[0])
+    np.testing.assert_array_equal(*found)
+    assert np.linalg.norm(found[0] - (-0.7, -0.43)) < 0.2

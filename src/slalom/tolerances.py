@@ -26,6 +26,24 @@ Robots that follow inexactly overlap by less. Larger: others that leave no safe 
 Smaller: robots that overlap each other on all sides, by micrometres, block each other.
 """
 
+DEEPEST: Final = 1.0
+"""[m] A robot that gets deeper than this into an obstacle within one period, whatever it does, does not avoid it.
+
+Larger: more choices before such a decision. Smaller: fast obstacles that press a robot push it into others.
+"""
+
+DEEPER_BY: Final = (0.001, 0.004, 0.016, 0.064, 0.256)
+"""[m] By how much deeper into all obstacles a robot may get that overlaps some: the first with which it has a control.
+
+More of them: it gets less deep, and such decisions take longer. Larger: bodies that press it may push it through walls.
+"""
+
+BALL_FILLED: Final = 0.4
+"""[1] Share of its bounding ball that an obstacle fills if the cost of a detour around it counts that ball.
+
+A car fills 0.44. Larger: no such costs for more obstacles. Smaller: robots beside walls stay where they are.
+"""
+
 CONTACT_SLACK: Final = 5e-6
 """[m] A robot nearer than this to an obstacle touches it: the obstacle counts as smaller by up to this much.
 
@@ -571,6 +589,13 @@ CIRCLE_ENTRY: Final = 2.0
 Larger: robots that only pass enlarge the circle. Smaller: robots that enter are counted late.
 """
 
+CIRCLE_ARC: Final = 1.57
+"""[1] Robots count on a traffic circle if their distances from its centre differ by this many of its radii, or less.
+
+That is a quarter of its circumference. Larger: robots that are there at other times enlarge the circle, in large crowds
+without end. Smaller: robots in the same queue have different circles and meet frontally (docs/design/0008).
+"""
+
 CIRCLE_SPEED: Final = 0.1
 """[1] Share of its maximum speed above which a robot within a traffic circle is counted even if it moves outwards.
 
@@ -646,17 +671,10 @@ Larger: paths through passages that are too narrow. Smaller: passages just wide 
 LONGEST_MOVE: Final = 5.0**0.5
 """[cell] Length of a knight's move, the longest on the grid: cells within it of the known ones may be unknown."""
 
-SEARCH_MARGIN: Final = 6.0
-"""[cell] Cells on paths longer than the shortest one by at most this are known after the first search.
-
-Larger: more cells are searched. Smaller: all cells are searched more often. The path found is the same.
-"""
-
 BUCKET_WIDTH: Final = 0.1
 """[cell] Estimated lengths of paths that the queue of a search does not distinguish.
 
-Larger: cells are searched again when they are reached on a shorter path. Smaller: more empty buckets. The path found is
-the same.
+A path may be longer than the shortest one by so much. Larger: longer paths. Smaller: more empty buckets.
 """
 
 MAX_PATH_CELLS: Final = 4096

@@ -5,13 +5,12 @@ import numpy as np
 from slalom.checks import Array
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, Outcome, made
-from slalom.kernels.arrays import Indices
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation
 from slalom.obstacle.window import ObstacleWindow
 from slalom.selection import select
 from slalom.shape import Shape
-from slalom.tolerances import AT_REST
+from slalom.tolerances import AT_REST, DEEPEST, SHALLOW_OVERLAP
 
 
 def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: ObstacleWindow) -> Decision:
@@ -43,17 +42,24 @@ def escape_velocity(s: Situation, blocked: ControlObstacle) -> Array:
     return np.asarray(obstacle_velocity + s.limits.max_speed * direction / np.linalg.norm(direction))
 
 
-def pressing(s: Situation, robot: Shape, period: float, touched: ObstacleWindow, overlapped: Indices) -> Indices:
-    """The obstacles among the `overlapped` (n,) that each get deeper within this period whatever the robot does.
+def least_deepening(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) -> Array:
+    """How much deeper [m] the robot gets into each obstacle (n,) within this period, whatever it does: 0 for most.
 
-    touched: the obstacles as `ObstacleWindow.touched_from` has them.
+    It is found by doubling, so up to twice as much; infinite for an obstacle that no depth up to DEEPEST frees it from.
     """
-    found, every, coast = list[int](), np.arange(len(touched)), np.zeros(s.state.dimension)
-    for index in overlapped.tolist():
-        blocked = ControlObstacle(s.response, s.state, touched.without(every != index), robot, horizon=period)
-        if not select(coast, s.admissible, blocked).safe:
-            found.append(index)
-    return np.array(found, dtype=np.int64)
+    obstacles, every, coast = blocked.obstacles, np.arange(len(blocked.obstacles)), np.zeros(s.state.dimension)
+    deeper = np.zeros(len(every))
+    for index in blocked.overlapping.tolist():
+        only = obstacles.without(every != index)
+        while deeper[index] < np.inf:
+            touched = only.touched_from(s.state.position, deeper)
+            alone = ControlObstacle(s.response, s.state, touched, robot, horizon=period)
+            if select(coast, s.admissible, alone).safe:
+                break
+            deeper[index] = max(2.0 * deeper[index], SHALLOW_OVERLAP)
+            if deeper[index] > DEEPEST:
+                deeper[index] = np.inf
+    return deeper
 
 
 def leave(s: Situation, period: float, velocity: Array, blocked: ControlObstacle) -> Decision:

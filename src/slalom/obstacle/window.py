@@ -51,7 +51,7 @@ class ObstacleWindow:
         self.dimension = one_dimension(source.dimension for source in self._sources)
         self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
         self._at_rest = True
-        self._touched_from: Array | None = None
+        self._touched_from: tuple[Array, Array, float] | None = None
         self._bodies: dict[Shape, Bodies] = {}
         self._near: tuple[tuple[object, ...], Bodies] | None = None
         self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
@@ -124,14 +124,15 @@ class ObstacleWindow:
         window._at_rest = False
         return window
 
-    def touched_from(self, position: Array) -> "ObstacleWindow":
+    def touched_from(self, position: Array, deeper: Array, all_by: float = 0.0) -> "ObstacleWindow":
         """The same obstacles, those that a robot at `position` (d,) [m] overlaps moved away until it touches them.
 
-        They are moved by SHALLOW_OVERLAP or more. A robot that stays outside of them there gets at most that deep, or
-        no deeper than it is, into any of them where they are.
+        They are moved by SHALLOW_OVERLAP or more, and by `deeper` (n,) [m] in addition to the depth; and all obstacles
+        by `all_by` [m]. A robot that stays outside of them there gets at most that deep into any of them where they
+        are.
         """
         window = self.within(self.until)
-        window._touched_from = position.copy()
+        window._touched_from = position.copy(), deeper, all_by
         return window
 
     def covered(self, points: Array, robot: Shape, margin: float, around: Reach | None = None) -> Flags:
@@ -193,11 +194,15 @@ class ObstacleWindow:
             bodies = bodies._replace(each=bodies.each.copy())
             bodies.each["at_rest"] = False
         if self._touched_from is not None:
-            found = _measured(bodies, self._touched_from)
+            position, deeper, all_by = self._touched_from
+            found = _measured(bodies, position)
             # A robot in contact is free to move away where a radius of CONTACT_SLACK can be given up.
             outside = np.maximum(bodies.radius, CONTACT_SLACK) - found[:, 0]
             overlapped = bodies.radius - found[:, 0] > OVERLAP
-            moved = np.where(overlapped, np.maximum(outside, SHALLOW_OVERLAP), 0.0)
+            # Obstacles that do not count any more may have infinite values.
+            more = np.where(np.isfinite(deeper), deeper, 0.0)[bodies.owner]
+            moved = np.where(overlapped, np.maximum(outside + more, SHALLOW_OVERLAP), 0.0) + all_by
+            moved[~np.isfinite(found[:, 0])] = 0.0
             bodies = bodies.displaced(moved[:, None] * found[:, 1:])
         return bodies
 

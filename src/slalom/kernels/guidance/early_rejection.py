@@ -9,6 +9,7 @@ from slalom.kernels.arrays import Array, Flags, Singles
 from slalom.kernels.guidance.tables import RobotRows
 from slalom.kernels.jit import kernel
 from slalom.tolerances import (
+    CIRCLE_ARC,
     CIRCLE_ENTRY,
     DIVISOR_FLOOR,
     FILTER_ROUNDING,
@@ -88,10 +89,11 @@ def may_encounter(
 
 
 @kernel
-def may_enter_circle(circle: Array, rows: RobotRows) -> int:
-    """Number of robots that may be on a traffic circle (4,) or on their way into it; see `candidates`.
+def may_enter_circle(circle: Array, own: float, rows: RobotRows) -> int:
+    """Number of robots that may be on a traffic circle (4,), or on their way into it as far away; see `candidates`.
 
-    circle: centre x, y [m], radius [m], number of robots. The loop has neither divisions nor branches.
+    circle: centre x, y [m], radius [m], number of robots. own: distance of a robot from the centre [m]; the distances
+    of the others differ by at most CIRCLE_ARC. The loop has neither divisions nor branches.
     """
     x, y, vx, vy, radii = rows.coarse[0], rows.coarse[1], rows.coarse[2], rows.coarse[3], rows.coarse[4]
     px, py = circle[0] - rows.origin[0], circle[1] - rows.origin[1]
@@ -99,13 +101,18 @@ def may_enter_circle(circle: Array, rows: RobotRows) -> int:
     error = FILTER_ROUNDING * (rows.extent + abs(px) + abs(py))
     p, q, room, entry = np.float32(px), np.float32(py), np.float32(circle[2] + error), np.float32(CIRCLE_ENTRY)
     wide, least, possible = np.float32(1.0 + FILTER_SLACK), np.float32(error * error), rows.possible
+    away, apart, none = np.float32(own), np.float32(CIRCLE_ARC * circle[2] + 2.0 * error), np.float32(0.0)
     for k in range(len(possible)):
         tx, ty, size = p - x[k], q - y[k], room + entry * radii[k]
+        difference = apart + entry * radii[k]
+        near, far = max(away - difference, none), away + difference
         along, across = vx[k] * tx + vy[k] * ty, vx[k] * ty - vy[k] * tx
         square_distance, square_speed = tx * tx + ty * ty, vx[k] * vx[k] + vy[k] * vy[k]
         most = wide * size * size
         towards = (along > np.float32(0.0)) | (along * along < least * square_speed)
-        possible[k] = (towards & (across * across <= most * square_speed)) | (square_distance <= most)
+        as_far = (near * near <= wide * square_distance) & (square_distance <= wide * far * far)
+        enters = (towards & (across * across <= most * square_speed)) | (square_distance <= most)
+        possible[k] = as_far & enters
     return list_candidates(rows)
 
 

@@ -17,7 +17,6 @@ from slalom.tolerances import (
     MIN_WAYPOINT_CELLS,
     NARROW_COST,
     PARKED_COST,
-    SEARCH_MARGIN,
     SIGHT_CULL,
     SIGHT_SAMPLES,
     SIGHT_START,
@@ -37,7 +36,7 @@ MOVE_LENGTHS = np.sqrt((MOVES**2).sum(axis=1))
 def new_path_search(cost: Array) -> PathSearch:
     """The memory of searches on a grid of cells with cost (nx, ny) [1]."""
     buckets = int(LONGEST_MOVE * (cost.max() + 1.0) / BUCKET_WIDTH) + 2
-    return PathSearch(np.full(cost.size, np.inf), np.full(buckets, -1))
+    return PathSearch(np.full(cost.size, np.inf), np.empty(cost.size, np.int64), np.full(buckets, -1))
 
 
 @kernel
@@ -105,22 +104,21 @@ def cell_costs(grid: Grid, radius: float, positions: Array, radii: Array, parked
 
 @kernel
 def path_lengths(
-    cost: Array, goal: tuple[int, int], start: tuple[int, int], margin: float, search: PathSearch
-) -> tuple[list[tuple[int, float, int]], float]:
-    """Write the lengths [cell] of the shortest paths from cells to `goal`, weighted by cost (nx, ny), into `search`.
+    cost: Array, goal: tuple[int, int], start: tuple[int, int], search: PathSearch
+) -> list[tuple[int, float, int]]:
+    """Write the lengths [cell] of paths from cells to `goal`, weighted by cost (nx, ny), into `search`.
 
-    Returns the queue, an entry (cell, length, previous entry) for each time that a cell was reached, and a limit
-    [cell]: the length of the shortest path from `start` plus `margin` [cell]. The length of a cell is exact if the path
-    from `start` through that cell is at most that long. A* from the goal: `free_length` is an admissible heuristic
-    since no cell costs less than 1. Within a bucket the order does not matter, since a cell that is reached on a
-    shorter path is queued again.
+    Returns the queue: an entry (cell, length, previous entry) for each time that a cell was reached. A* from the goal
+    until `start` is reached: `free_length` is an admissible heuristic since no cell costs less than 1. The path from
+    `start` is longer than the shortest one by at most BUCKET_WIDTH, since the order within a bucket does not matter. A
+    start outside the grid is never reached: the lengths of all cells are then those of shortest paths.
     """
     (nx, ny), flat, (c, d) = cost.shape, cost.ravel(), start
-    lengths, latest, limit = search.lengths, search.latest, np.inf
+    lengths, following, latest = search.lengths, search.following, search.latest
     queue, waiting = [(goal[0] * ny + goal[1], 0.0, -1)], 1
     lengths[queue[0][0]], bucket = 0.0, int(free_length(goal[0], goal[1], c, d) / BUCKET_WIDTH)
     latest[bucket % len(latest)] = 0
-    while waiting > 0 and bucket * BUCKET_WIDTH <= limit:
+    while waiting > 0:
         entry = latest[bucket % len(latest)]
         if entry < 0:
             bucket += 1
@@ -133,7 +131,7 @@ def path_lengths(
             continue
         a, b = cell // ny, cell % ny
         if a == c and b == d:
-            limit = length + margin
+            break
         for k in range(len(MOVES)):
             da, db = MOVES[k, 0], MOVES[k, 1]
             u, v = a + da, b + db
@@ -147,60 +145,28 @@ def path_lengths(
                 weight = max(weight, max(flat[cell + beside], flat[to - beside]))
             through = length + MOVE_LENGTHS[k] * weight
             if through < lengths[to]:
-                lengths[to] = through
+                lengths[to], following[to] = through, cell
                 # No estimate falls, but for rounding.
                 place = max(int((through + free_length(u, v, c, d)) / BUCKET_WIDTH), bucket) % len(latest)
                 queue.append((to, through, latest[place]))
                 latest[place] = len(queue) - 1
                 waiting += 1
     latest[:] = -1
-    return queue, limit
-
-
-@kernel
-def shortest_path(
-    shape: tuple[int, int], start: tuple[int, int], limit: float, search: PathSearch
-) -> list[tuple[int, int]]:
-    """Cells of the path from `start` down the lengths of `search` to 0; empty if it leaves the exact lengths.
-
-    shape: of the grid. The limit [cell] is that of `path_lengths`.
-    """
-    (nx, ny), (c, d), lengths = shape, start, search.lengths
-    path = [start]
-    while lengths[c * ny + d] > 0.0 and len(path) < MAX_PATH_CELLS:
-        if lengths[c * ny + d] + free_length(c, d, start[0], start[1]) + LONGEST_MOVE > limit:
-            path.clear()
-            break
-        least, e, f = lengths[c * ny + d], c, d
-        for k in range(len(MOVES)):
-            u, v = c + MOVES[k, 0], d + MOVES[k, 1]
-            if u < 0 or v < 0 or u >= nx or v >= ny:
-                continue
-            if lengths[u * ny + v] < least:
-                least, e, f = lengths[u * ny + v], u, v
-        if e == c and f == d:
-            break
-        c, d = e, f
-        path.append((c, d))
-    return path
+    return queue
 
 
 @kernel
 def path_to_goal(
     cost: Array, goal: tuple[int, int], start: tuple[int, int], search: PathSearch
 ) -> list[tuple[int, int]]:
-    """Cells of the shortest path from `start` to `goal`, given the cost (nx, ny) [1] of each cell.
-
-    Few cells off the shortest path are needed; where they do not suffice, all cells are searched.
-    """
-    path = [start]
-    for margin in (SEARCH_MARGIN, np.inf):
-        reached, limit = path_lengths(cost, goal, start, margin, search)
-        path = shortest_path(cost.shape, start, limit, search)
-        for cell, _, _ in reached:
-            search.lengths[cell] = np.inf
-        if len(path) > 0:
-            break
+    """Cells of a path from `start` to `goal`, see `path_lengths`, given the cost (nx, ny) [1] of each cell."""
+    reached, ny, path = path_lengths(cost, goal, start, search), cost.shape[1], [start]
+    cell, last = start[0] * ny + start[1], goal[0] * ny + goal[1]
+    while cell != last and len(path) < MAX_PATH_CELLS:
+        cell = search.following[cell]
+        path.append((cell // ny, cell % ny))
+    for to, _, _ in reached:
+        search.lengths[to] = np.inf
     return path
 
 

@@ -47,6 +47,7 @@ class PathSearch(NamedTuple):
     """
 
     lengths: Array  # (nx * ny,) [cell] inf: not reached
+    following: Indices  # (nx * ny,) the next cell on the path to the goal, where it is reached
     latest: Indices  # (buckets,) -1: empty
 
 

@@ -20,6 +20,7 @@ from slalom.kernels.guidance.tables import Grid, GuidanceState, PathSearch, Robo
 from slalom.kernels.jit import kernel, vectorized
 from slalom.kernels.squared import squared
 from slalom.tolerances import (
+    CIRCLE_ARC,
     CIRCLE_CENTRE,
     CIRCLE_DRIFT,
     CIRCLE_ENTRY,
@@ -147,13 +148,21 @@ def tangent_target(i: int, robots: GuidanceState, circle: Array, target: Array) 
 
 @kernel
 def fit_circle(i: int, robots: GuidanceState, rows: RobotRows, circle: Array) -> int:
-    """Number of robots on the traffic circle (4,) of robot i or on their way into it; the circle is fitted to them."""
+    """Number of robots on the traffic circle (4,) of robot i or on their way into it; the circle is fitted to them.
+
+    Robots that are much nearer to its centre than robot i, or much farther away, are there at another time.
+    """
     count, x, y, radii, largest, exact = 0, 0.0, 0.0, robots.radius[i], 0.0, rows.exact
-    for j in range(may_enter_circle(circle, rows)):
+    own = np.sqrt(squared(circle[0] - robots.position[i, 0]) + squared(circle[1] - robots.position[i, 1]))
+    apart = CIRCLE_ARC * circle[2]
+    for j in range(may_enter_circle(circle, own, rows)):
         k = rows.candidates[j]
-        if k == i:
+        # Robots that have arrived are gone around by waypoints.
+        if k == i or robots.arrived[k]:
             continue
         tx, ty = circle[0] - exact[0, k], circle[1] - exact[1, k]
+        if abs(np.sqrt(tx * tx + ty * ty) - own) > apart + CIRCLE_ENTRY * robots.radius[k]:
+            continue
         vx, vy, speed = exact[2, k], exact[3, k], max(exact[5, k], DIVISOR_FLOOR)
         along, across = along_and_across(tx, ty, vx, vy)
         along, across = along / speed, abs(across) / speed
@@ -236,7 +245,7 @@ def update_waypoints(robots: GuidanceState, grid: Grid, margin: float, parked: I
     No robot is in both. margin: kept between bodies [m]. Robots of one radius that follow each other take least time.
     """
     cost, costs_radius = np.empty((0, 0)), np.nan
-    search = PathSearch(np.empty(0), np.empty(0, np.int64))
+    search = PathSearch(np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
     for i in due:
         radius = robots.radius[i] + margin
         copy_into(robots.waypoint[i], robots.goal[i])
