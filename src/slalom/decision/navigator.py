@@ -284,7 +284,7 @@ class Navigator:
         robot = replace(self, objective=FollowVelocity(velocity))
         deeper = least_deepening(s, self.robot, self.period, overlap_test)
         for all_by in (0.0, *DEEPER_BY):
-            others = obstacles.touched_from(position, deeper, all_by).without(np.isinf(deeper))
+            others = obstacles.touched_from(position, deeper, all_by)
             found = robot._decide(others, Request(robot, (), None, s.state, goal, None, s.now, None, np.inf))
             if found is not None:
                 blocked = partial(ControlObstacle, found.manoeuvre.response, s.state, obstacles, self.robot)

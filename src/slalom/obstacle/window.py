@@ -129,10 +129,10 @@ class ObstacleWindow:
 
         They are moved by SHALLOW_OVERLAP or more, and by `deeper` (n,) [m] in addition to the depth; and all obstacles
         by `all_by` [m]. A robot that stays outside of them there gets at most that deep into any of them where they
-        are.
+        are. Obstacles with an infinite value of `deeper` are left out.
         """
-        window = self.within(self.until)
-        window._touched_from = position.copy(), deeper, all_by
+        window = self.without(np.isinf(deeper))
+        window._touched_from = position.copy(), np.where(np.isinf(deeper), 0.0, deeper), all_by
         return window
 
     def covered(self, points: Array, robot: Shape, margin: float, around: Reach | None = None) -> Flags:
@@ -199,9 +199,7 @@ class ObstacleWindow:
             # A robot in contact is free to move away where a radius of CONTACT_SLACK can be given up.
             outside = np.maximum(bodies.radius, CONTACT_SLACK) - found[:, 0]
             overlapped = bodies.radius - found[:, 0] > OVERLAP
-            # Obstacles that do not count any more may have infinite values.
-            more = np.where(np.isfinite(deeper), deeper, 0.0)[bodies.owner]
-            moved = np.where(overlapped, np.maximum(outside + more, SHALLOW_OVERLAP), 0.0) + all_by
+            moved = np.where(overlapped, np.maximum(outside + deeper[bodies.owner], SHALLOW_OVERLAP), 0.0) + all_by
             moved[~np.isfinite(found[:, 0])] = 0.0
             bodies = bodies.displaced(moved[:, None] * found[:, 1:])
         return bodies

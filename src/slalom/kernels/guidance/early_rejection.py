@@ -90,10 +90,10 @@ def may_encounter(
 
 @kernel
 def may_enter_circle(circle: Array, own: float, rows: RobotRows) -> int:
-    """Number of robots that may be on a traffic circle (4,), or on their way into it as far away; see `candidates`.
+    """Number of robots that may be on a traffic circle (4,), or on their way into it, at the same time; `candidates`.
 
-    circle: centre x, y [m], radius [m], number of robots. own: distance of a robot from the centre [m]; the distances
-    of the others differ by at most CIRCLE_ARC. The loop has neither divisions nor branches.
+    circle: centre x, y [m], radius [m], number of robots. own: distance of a robot from the centre [m]. The distances
+    of robots that count differ from it by at most CIRCLE_ARC. The loop has neither divisions nor branches.
     """
     x, y, vx, vy, radii = rows.coarse[0], rows.coarse[1], rows.coarse[2], rows.coarse[3], rows.coarse[4]
     px, py = circle[0] - rows.origin[0], circle[1] - rows.origin[1]
